@@ -19,6 +19,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.app.state.scene_assets.sky_picture import read_sky
 from lensbench.app.state.scene_texture import read_texture
 from lensbench.app.state.tone import linear
 from lensbench.kernels.quotation import LONGEST_PATH, cut, escaped, excerpt
@@ -79,7 +80,7 @@ def scene_stamp(name_or_path: str) -> tuple[Stamp, ...]:
 
 @lru_cache(maxsize=4)
 def _textures(path: str, stamp: Stamp) -> tuple[Path, ...]:
-    """The texture files that a scene file names, as far as it can be read."""
+    """The files that a scene file names, as far as it can be read."""
     try:
         with open(path, "rb") as file:
             table = tomllib.loads(file.read(MOST_BYTES).decode("utf-8"))
@@ -89,8 +90,8 @@ def _textures(path: str, stamp: Stamp) -> tuple[Path, ...]:
 
 
 def _texture_names(value: Any) -> Iterator[str]:
-    if isinstance(value, dict) and isinstance(value.get("texture"), str):
-        yield value["texture"]
+    if isinstance(value, dict):
+        yield from (value[key] for key in ("texture", "image", "file") if isinstance(value.get(key), str))
     for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
         yield from _texture_names(part)
 
@@ -133,9 +134,9 @@ def _scene(table: Table, path: Path) -> lb.Scene:
     lists = {kind: _tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) > MOST_OBJECTS:
         raise lb.SceneError(f"has more than {MOST_OBJECTS} objects")
-    if not any(lists.values()) and "floor" not in table:
+    if not any(lists.values()) and "floor" not in table and "image" not in _table(table.get("sky", {}), "sky"):
         known = ", ".join(f"[[{kind}]]" for kind in _SHAPES)
-        raise lb.SceneError(f"shows nothing: give it a [floor] or one of {known}")
+        raise lb.SceneError(f"shows nothing: give it a [floor], a [sky] with an image or one of {known}")
 
     def material(value: Any, name: str) -> lb.Material:
         """The material of an object: the name of one, or a table."""
@@ -148,7 +149,7 @@ def _scene(table: Table, path: Path) -> lb.Scene:
     shapes = [_within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
               for kind, entries in lists.items() for k, value in enumerate(entries)]
     spheres, planar = by_family(shapes)
-    values = {kind: _within(kind, read, _table(table[kind], kind))
+    values = {kind: _within(kind, read, _table(table[kind], kind), folder)
               for kind, read in _SURROUNDINGS.items() if kind in table}
     values |= _given(table, {"name": _text, "ambient": _light, "enclosed": _truth, "depth_range": _depth_range})
     return lb.Scene(**{"name": path.stem, "spheres": tuple(spheres), "plates": tuple(planar), **values})
@@ -161,18 +162,33 @@ def _depth_range(value: Any, name: str) -> tuple[float, ...]:
     return near, far
 
 
-def _sky(t: Table) -> lb.Sky:
-    return lb.Sky(**_read(t, "sky", {"zenith": _light, "horizon": _light, "ground": _light, "up": _vector}))
+def _sky(t: Table, folder: Path) -> lb.Sky | lb.ImageSky:
+    if "image" not in t:
+        return lb.Sky(**_read(t, "sky", {"zenith": _light, "horizon": _light, "ground": _light, "up": _vector}))
+
+    def picture(value: Any, name: str) -> lb.Image:
+        return read_sky(_text(value, name), folder)
+
+    return lb.ImageSky(**_read(t, "a sky with an image", {"image": picture, "turn": _angle, "brightness": _number}))
 
 
-def _sun(t: Table) -> lb.Sun:
+def _sun(t: Table, folder: Path) -> lb.Sun:
     return lb.Sun(**_read(t, "sun", {"direction": _vector, "colour": _light, "angular_radius": _angle}, ("direction",)))
 
 
-def _floor(t: Table) -> lb.Floor:
-    return lb.Floor(**_read(t, "floor", {
-        "height": _length, "tile": _length, "light": _colour, "dark": _colour, "gloss": _number, "normal": _vector,
-        "turn": _angle, "offset": partial(_numbers, count=2)}))
+def _floor(t: Table, folder: Path) -> lb.Floor:
+    def picture(value: Any, name: str) -> lb.Image:
+        return read_texture(_text(value, name), folder)
+
+    found = _read(t, "floor", {
+        "texture": picture, "height": _length, "tile": _length, "light": _colour, "dark": _colour,
+        "gloss": _number, "normal": _vector,
+        "turn": _angle, "offset": partial(_numbers, count=2)})
+    if "texture" in found:
+        if unused := [key for key in ("light", "dark") if key in found]:
+            raise lb.SceneError(f"{unused[0]}: a floor has a texture or two colours, not both")
+        found["image"] = found.pop("texture")
+    return lb.Floor(**found)
 
 
 # Objects. `common` has the readers of material and motion
@@ -203,7 +219,7 @@ def _disk(t: Table, common: dict[str, Reader]) -> lb.Disk:
 
 
 # The reader of each table that a scene file may hold. A new shape is one row
-_SURROUNDINGS: dict[str, Callable[[Table], Any]] = {"sky": _sky, "sun": _sun, "floor": _floor}
+_SURROUNDINGS: dict[str, Callable[[Table, Path], Any]] = {"sky": _sky, "sun": _sun, "floor": _floor}
 _SHAPES: dict[str, Callable[..., Any]] = {"sphere": _sphere, "rectangle": _rectangle, "disk": _disk}
 
 

@@ -76,6 +76,7 @@ class Step(NamedTuple):
     """A stage with its parameters and integers; a gated step is skipped while key[ALIVE] is 0.
 
     calls: the `PythonStage` that the step calls, which must live as long as the step; None for compiled stages.
+    kept: arrays whose addresses are among the integers (`borrowed_array`).
     """
 
     kernel: Any
@@ -83,6 +84,7 @@ class Step(NamedTuple):
     integers: Any = ()
     gated: bool = False
     calls: Any = None
+    kept: Any = ()
 
 
 def stage(kernel):

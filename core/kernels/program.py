@@ -88,6 +88,7 @@ class Program:
         integers = [np.ravel(np.asarray(step.integers, np.int64)) for step in steps]
         self.real = real
         self._called = [step.calls for step in steps if step.calls is not None]
+        self.kept = [step.kept for step in steps]
         self.code = Code(np.array([stage_address(step.kernel, real) for step in steps], np.int64),
                          np.array([step.gated for step in steps], np.bool_),
                          np.concatenate([*numbers, np.zeros(1, real)]), np.concatenate([*integers, [0]]),

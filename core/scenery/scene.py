@@ -14,7 +14,7 @@ import numpy as np
 
 from lensbench.kernels.block import Step
 from lensbench.scenery import scene_steps
-from lensbench.scenery.objects import Floor, Shape, Sky, Sphere, Sun, Triple, check, unit
+from lensbench.scenery.objects import Floor, ImageSky, Shape, Sky, Sphere, Sun, Triple, check, unit
 from lensbench.scenery.objects.planar import Planar
 from lensbench.scenery.objects.shape import rest_frame
 from lensbench.scenery.shading.participating_medium import Medium
@@ -29,7 +29,7 @@ class Scene:
     ----------
     name : str
         Shown to the user.
-    sky : Sky
+    sky : Sky or ImageSky
         Radiance of all directions that meet nothing.
     sun : Sun, optional
         Distant disk of light.
@@ -53,7 +53,7 @@ class Scene:
     """
 
     name: str
-    sky: Sky = Sky()
+    sky: Sky | ImageSky = Sky()
     sun: Sun | None = None
     floor: Floor | None = None
     spheres: tuple[Sphere, ...] = ()

@@ -15,11 +15,13 @@ from lensbench.kernels.block import BLUE, DEPTH, GREEN, RED, B, Step, rows, stag
 from lensbench.kernels.layout import Packed, join
 from lensbench.scenery.intersect.block_bounds import beam
 from lensbench.scenery.intersect.floor import floor, floor_parameters
+from lensbench.scenery.intersect.image_sky import image_sky_step
 from lensbench.scenery.intersect.moving_objects import motion_parameters, moving, moving_parameters
+from lensbench.scenery.intersect.pictured import is_large, pictured_floor_step, pictured_step
 from lensbench.scenery.intersect.planar import planar, planar_parameters
 from lensbench.scenery.intersect.sky import SKY_DISTANCE, sky, sky_parameters, sun_disk, sun_disk_parameters
 from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
-from lensbench.scenery.objects import Shape, by_family, displaced, unit
+from lensbench.scenery.objects import ImageSky, Shape, Sky, by_family, displaced, unit
 from lensbench.scenery.shading.clearcoat import SHARP, clearcoat, clearcoat_parameters
 from lensbench.scenery.shading.illumination import (
     BENDS,
@@ -32,6 +34,8 @@ from lensbench.scenery.shading.illumination import (
     open_light,
     rise,
 )
+from lensbench.scenery.shading.image_clearcoat import image_clearcoat_step
+from lensbench.scenery.shading.image_sky_light import add_tinted, sky_cells, sky_rays_step
 from lensbench.scenery.shading.moving_clearcoat import (
     moving_clearcoat,
     moving_highlights,
@@ -57,6 +61,8 @@ from lensbench.scenery.shading.soft_shadows import (
     sun_parameters,
 )
 from lensbench.scenery.shading.specular_bounce import bounce_pupil_part, specular_bounce
+from lensbench.scenery.shading.split_light import moving_shadows
+from lensbench.scenery.shading.split_light import shadows as shadows_
 from lensbench.scenery.small_lights import ExcludedLight
 
 Scene = Any
@@ -75,7 +81,8 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
     excluded = excluded or ExcludedLight(scene.objects, frozenset(), scene.objects)
     mirrors = any(o.material.kind in ("metal", "glass") for o in scene.objects)
     occluders = any(not o.material.shines for o in scene.objects)
-    if not (mirrors or _glosses(scene) or _lamps(scene) or (shadows and occluders) or fog):
+    pictured = shadows and _lights_by_picture(scene)
+    if not (mirrors or _glosses(scene) or _lamps(scene) or (shadows and occluders) or fog or pictured):
         sunlight = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
         if scene.sun is not None:
             sunlight = np.array([*unit(scene.sun.direction), *scene.sun.colour])
@@ -139,20 +146,23 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
     emission = [float(o.material.shines) for o in shapes] if emission is None else emission
     seen = [one for one in zip(shapes, emission, shapes if specular is None else specular, strict=True)
             if not one[0].moves]
-    balls, flat = ([one for one in seen if one[0].family == family] for family in ("sphere", "planar"))
-    steps = [Step(sky, sky_parameters(scene.sky))]
+    balls, flat = ([one for one in seen if one[0].family == family and not is_large(one[0])]
+                   for family in ("sphere", "planar"))
+    steps = [image_sky_step(scene.sky) if isinstance(scene.sky, ImageSky) else Step(sky, sky_parameters(scene.sky))]
     if scene.sun is not None:
         radius = scene.sun.angular_radius
         steps.append(Step(sun_disk, sun_disk_parameters(scene.sun,
                                                         max(radius, HIGHLIGHT_RADIUS) if reflected else radius)))
     if scene.floor is not None:
-        steps.append(Step(floor, floor_parameters(scene.floor)))
+        pictured = scene.floor.image is not None
+        steps.append(pictured_floor_step(scene.floor) if pictured else Step(floor, floor_parameters(scene.floor)))
     if balls or flat or scene.moves:
         steps.append(Step(beam))
     if balls:
         steps.append(Step(spheres, *sphere_parameters(*list(zip(*balls, strict=True))[:2])))
     if flat:
         steps.append(Step(planar, *planar_parameters(*zip(*flat, strict=True))))
+    steps += [pictured_step(o, emits) for o, emits, _ in seen if is_large(o)]
     if scene.moves:
         steps.append(Step(moving, *moving_parameters(_moving(scene.objects), opening)))
     return steps
@@ -161,12 +171,13 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
 def _coats(scene: Scene, last: bool, opening: float) -> list[Step]:
     """Stages of the clear coats; in the last round of a path metal reflects as they do."""
     steps = []
-    around = sky_parameters(scene.sky)
+    around = sky_parameters(_gradient(scene))
+    by_picture = isinstance(scene.sky, ImageSky) and not scene.enclosed
     if scene.enclosed:                          # coats reflect the ambient light in place of the sky
         around = np.array([*scene.ambient * 3, 0.0, 1.0, 0.0])
     if last or any(g >= SHARP for g in _glosses(scene)) or any(o.material.kind == "glass" for o in scene.objects):
         disk = None
-        if scene.sun is not None and not scene.enclosed:
+        if scene.sun is not None and not scene.enclosed and not by_picture:
             disk = sun_disk_parameters(scene.sun, max(scene.sun.angular_radius, HIGHLIGHT_RADIUS))
         ground = None if scene.floor is None else floor_parameters(scene.floor)
         bulbs, panels = by_family(scene.objects)
@@ -174,7 +185,10 @@ def _coats(scene: Scene, last: bool, opening: float) -> list[Step]:
         panels = [o for o in panels if o.material.shines and o.material.pattern is None]
         still = clearcoat_parameters(around, ground, _floor_light(scene), disk, _still(bulbs), _still(panels), last)
         moved = moving_reflected(_moving([*bulbs, *panels]), opening)
-        steps.append(_step(clearcoat, moving_clearcoat, still, moved))
+        if by_picture and not moved.parameters.size:
+            steps.append(image_clearcoat_step(scene.sky, still))
+        else:
+            steps.append(_step(clearcoat, moving_clearcoat, still, moved))
     if is_rough(scene):
         lights = [o for o in scene.objects if o.material.shines and o.material.pattern is None]
         lights = sorted(lights, key=_brightness, reverse=True)[:MOST_HIGHLIGHTS]
@@ -187,7 +201,7 @@ def _light(scene: Scene, shadows: bool, opening: float) -> list[Step]:
     """Stages of the light that falls on an albedo: sky, sun and lamps."""
     balls, flat = by_family(scene.objects)
     held = [s for s in balls if shadows and not s.material.shines]
-    around = np.concatenate([_surround(scene), scene.ambient])
+    around = np.concatenate([_surround(scene, shadows), scene.ambient])
     occluders, moved = occluder_parameters([], []), join()
     if shadows:
         occluders = occluder_parameters(_still(balls), _still(flat))
@@ -198,6 +212,10 @@ def _light(scene: Scene, shadows: bool, opening: float) -> list[Step]:
     else:
         steps = [_step(ambient, moving_ambient, join(Packed(around), sky_occluders(_still(held))),
                        moving_sky_occluders(_moving(held), opening))]
+    if shadows and _lights_by_picture(scene):
+        hidden = [Step(shadows_, *occluders)]
+        hidden += [Step(moving_shadows, *moved)] if moved.parameters.size else []
+        steps += [sky_rays_step(scene.sky), *hidden, Step(add_tinted)]
     if scene.sun is not None:
         steps.append(_step(sun, moving_sun, join(Packed(sun_parameters(scene.sun)), occluders), moved))
     for o in lamps if shadows else _moving(lamps):
@@ -225,7 +243,7 @@ def _floor_light(scene: Scene) -> np.ndarray:
     middle = np.mean(near, 0) if near else np.array([0.0, 0.0, -1000.0])
     here = middle + (scene.floor.height - middle @ normal) * normal
     around = _surround(scene)
-    up = float(normal @ unit(scene.sky.up))
+    up = float(normal @ unit(_gradient(scene).up))
     zenith, horizon, below = around[0:3], around[3:6], around[6:9]
     total = np.asarray(scene.ambient) + horizon * (1 + up) / 2 + below * (1 - up) / 2
     total = total + rise.py_func(float, up) * (zenith - horizon)
@@ -250,9 +268,19 @@ def _glosses(scene: Scene) -> set[float]:
     return glosses | ({scene.floor.gloss} if scene.floor is not None and scene.floor.gloss > 0.0 else set())
 
 
-def _surround(scene: Scene) -> np.ndarray:
-    """The sky as a light: black where the scene is enclosed."""
-    return sky_parameters(scene.sky) * (0.0 if scene.enclosed else 1.0)
+def _surround(scene: Scene, shadows: bool = False) -> np.ndarray:
+    """The sky as a light: black where the scene is enclosed, or where samples of its picture light the scene."""
+    dark = scene.enclosed or (shadows and isinstance(scene.sky, ImageSky))
+    return sky_parameters(_gradient(scene)) * (0.0 if dark else 1.0)
+
+
+def _gradient(scene: Scene) -> Sky:
+    """The sky, or the sky of three colours that is nearest to its picture."""
+    return scene.sky.gradient if isinstance(scene.sky, ImageSky) else scene.sky
+
+
+def _lights_by_picture(scene: Scene) -> bool:
+    return isinstance(scene.sky, ImageSky) and not scene.enclosed and sky_cells(scene.sky).flux > 0.0
 
 
 def _brightness(light: Shape) -> float:

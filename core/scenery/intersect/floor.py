@@ -53,6 +53,8 @@ def floor_parameters(floor) -> np.ndarray:
     """Parameters of the stage `floor`."""
     normal, a, b = floor_axes(floor)
     light, dark = np.array(floor.light), np.array(floor.dark)
+    if floor.image is not None:
+        light = dark = floor.image.mean
     return pack(FLOOR, {NORMAL: normal, HEIGHT: floor.height, AXIS_A: a / floor.tile, AXIS_B: b / floor.tile,
                         SHIFT: floor.offset, COLOUR: (light + dark) / 2, HALF_DIFFERENCE: (light - dark) / 2,
                         COAT: floor.gloss, PER_TILE: 1.0 / floor.tile})

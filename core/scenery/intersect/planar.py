@@ -6,6 +6,7 @@ mean of the pattern over the footprint of its pixel; of an image, a reduction.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -72,11 +73,7 @@ def planar_parameters(shapes, emission=None, specular=None) -> Packed:
     emission = [float(o.material.shines) for o in shapes] if emission is None else emission
     packed = []
     for o, emits, other in zip(shapes, emission, shapes if specular is None else specular, strict=True):
-        centre, a, b, normal = o.frame
-        material, pattern = o.material, o.material.pattern
-        fields = {IS_DISK: float(o.round), CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
-                  HALF_U: math.sqrt(a @ a), HALF_V: math.sqrt(b @ b), COLOUR: material.colour, EMISSION: emits,
-                  COAT: material.gloss_code()}
+        fields, pattern = fields_of(o, emits), o.material.pattern
         kind, image = PLAIN, []
         if pattern is not None:
             kind = KINDS[pattern.kind]
@@ -88,6 +85,14 @@ def planar_parameters(shapes, emission=None, specular=None) -> Packed:
                  PLANAR_INTEGERS + sum(np.size(part.integers) for part in image)]
         packed += [Packed(pack(PLANAR, fields), [*sizes, kind]), *image]
     return join(*packed)
+
+
+def fields_of(shape, emission: float) -> dict[int, Any]:
+    """The fields of a planar shape without its pattern."""
+    centre, a, b, normal = shape.frame
+    return {IS_DISK: float(shape.round), CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
+            HALF_U: math.sqrt(a @ a), HALF_V: math.sqrt(b @ b), COLOUR: shape.material.colour, EMISSION: emission,
+            COAT: shape.material.gloss_code()}
 
 
 @stage
@@ -106,13 +111,13 @@ def planar(lanes, p, ints, key):
         # Skip a shape that the block's beam or all of its rays miss
         u2, v2 = q[HALF_U] * q[HALF_U], q[HALF_V] * q[HALF_V]
         if beam_misses(seen, q[CENTRE], q[CENTRE + 1], q[CENTRE + 2], _half(seen, FORWARD, q, u2, v2),
-                       _half(seen, UPWARD, q, u2, v2), _half(seen, RIGHTWARD, q, u2, v2)) or _intersect(lanes, q) == 0:
+                       _half(seen, UPWARD, q, u2, v2), _half(seen, RIGHTWARD, q, u2, v2)) or intersect(lanes, q) == 0:
             continue
 
         # Record the surface, then its colour
-        _record(lanes, q)
+        record(lanes, q)
         if kind != PLAIN:
-            _footprint(lanes, q)
+            footprint(lanes, q)
         if kind == IMAGE:
             look_up(lanes, q[PLANAR:], ints[image:k])
             r, g, b = vector(q, COLOUR)
@@ -144,7 +149,7 @@ def _half(seen, k, q, u2, v2):
 
 
 @stage
-def _intersect(lanes, q):
+def intersect(lanes, q):
     """A0: distance to the shape q where it is the nearest surface, else 0; A1, A2: u and v there.
 
     Returns the number of rays that meet it.
@@ -166,7 +171,7 @@ def _intersect(lanes, q):
 
 
 @stage
-def _record(lanes, q):
+def record(lanes, q):
     """Distance, normal, emission and gloss of the shape q where a ray meets it (A0)."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -186,7 +191,7 @@ def _record(lanes, q):
 
 
 @stage
-def _footprint(lanes, q):
+def footprint(lanes, q):
     """A7, A8: sides of the footprint in u and v on the shape q."""
     real = lanes.dtype.type
     row = rows(lanes)

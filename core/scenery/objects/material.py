@@ -1,6 +1,7 @@
 """Materials, patterns and images. Colours are linear; radiance is relative to a white surface under a sky of 1."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -60,6 +61,11 @@ class Image:
         if max(values.shape[:2]) > LARGEST_IMAGE:
             return cls(values.shape[1], values.shape[0], b"")       # refused before the values are copied
         return cls(values.shape[1], values.shape[0], np.ascontiguousarray(values, np.float32).tobytes())
+
+    @cached_property
+    def mean(self) -> np.ndarray:
+        """Mean colour, (3,)."""
+        return self.values.mean((0, 1), dtype=np.float64)
 
     @property
     def values(self) -> np.ndarray:

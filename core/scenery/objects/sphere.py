@@ -25,7 +25,8 @@ class Sphere(Moving):
     radius : float
         mm.
     material : Material
-        Without a pattern.
+        Without a pattern, or with an image that goes once around the sphere (of a sphere at rest that is no lamp): its
+        top row is at +y, its middle column at +z, and its columns go on towards +x.
     velocity, spin, pivot
         Keywords; see `Moving`.
 
@@ -45,8 +46,13 @@ class Sphere(Moving):
 
     def __post_init__(self):
         check(self, ("radius",))
-        if self.material.pattern is not None:
-            raise SceneError("a sphere has no pattern: give it to a rectangle or a disk")
+        pattern = self.material.pattern
+        if pattern is not None and pattern.image is None:
+            raise SceneError("a sphere has no pattern but an image: give the pattern to a rectangle or a disk")
+        if pattern is not None and self.moves:
+            raise SceneError("a sphere with an image cannot move")
+        if pattern is not None and self.material.kind == "lamp":
+            raise SceneError('a spherical lamp cannot have an image: make it a "light"')
 
     @property
     def label(self) -> str:

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.kernels.figures import significant
+from lensbench.scenery.objects.material import Image
 from lensbench.scenery.values import SceneError, Triple, check
 
 
 @dataclass(frozen=True)
 class Floor:
-    """Endless checkered plane, visible from above.
+    """Endless plane, visible from above, checkered or with an image that repeats.
 
     Parameters
     ----------
@@ -29,6 +30,8 @@ class Floor:
         Rotation of the tiles about the normal, radians.
     offset : (a, b)
         Shift of the tiles, in tiles.
+    image : Image, optional
+        In place of the two colours: repeated, `tile` mm wide, its rows upright for a camera that looks along −z.
 
     Raises
     ------
@@ -44,6 +47,7 @@ class Floor:
     normal: Triple = (0.0, 1.0, 0.0)
     turn: float = 0.0
     offset: tuple[float, float] = (0.0, 0.0)
+    image: Image | None = None
 
     def __post_init__(self):
         check(self, ("tile",))

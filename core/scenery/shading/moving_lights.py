@@ -192,6 +192,16 @@ def moving_lamp(lanes, p, ints, key):
     """
     if count_lit(lanes) == 0:
         return
+    still = ints[0]
+    sample_moving_lamp(lanes, p, ints[1])
+    shadow(lanes, p[MOTION + LAMP:still], ints[2:])
+    shadow_moving(lanes, p[still:], ints[3 + ints[2]:])
+    add_light(lanes, p[MOTION + RADIANCE:])
+
+
+@stage
+def sample_moving_lamp(lanes, p, kind):
+    """`sample_lamp` of a lamp in its place at the TIME of each lane.  p: its MOTION, then its own parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, time = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TIME]
@@ -199,7 +209,7 @@ def moving_lamp(lanes, p, ints, key):
     qx, qy, qz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     hx, hy, hz, ex, ey, ez, ux, uy, uz = (row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6], row[H7],
                                           row[H8])
-    motion, still = motion_of(p, 0), ints[0]
+    motion = motion_of(p, 0)
 
     # Sample the lamp in the frame where it rests
     for i in range(B):
@@ -209,7 +219,7 @@ def moving_lamp(lanes, p, ints, key):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                               ex[i], ey[i], ez[i])
         _, _, _, nx[i], ny[i], nz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i], ux[i], uy[i], uz[i])
-    sample_lamp(lanes, p[MOTION:], ints[1])
+    sample_lamp(lanes, p[MOTION:], kind)
 
     # Cast the shadow rays in the world
     for i in range(B):
@@ -218,6 +228,3 @@ def moving_lamp(lanes, p, ints, key):
     for i in range(B):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
         nx[i], ny[i], nz[i] = ux[i], uy[i], uz[i]
-    shadow(lanes, p[MOTION + LAMP:still], ints[2:])
-    shadow_moving(lanes, p[still:], ints[3 + ints[2]:])
-    add_light(lanes, p[MOTION + RADIANCE:])

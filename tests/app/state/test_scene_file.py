@@ -104,6 +104,9 @@ MISTAKES = {
     "a spin about nothing": (BALL + "spin = 3\n", r"spin must be a list of 3 numbers"),
     "a misspelt motion": (BALL + "velocty = [1, 0, 0]\n", r"did you mean velocity"),
     "gloss 2": (BALL + 'material = { kind = "coat", gloss = 2 }\n', r"gloss 2"),
+    "a texture and colours": (BALL + '[floor]\ntexture = "a.png"\nlight = "#ffffff"\n', r"floor: texture 'a.png'"),
+    "a sky of two kinds": (BALL + '[sky]\nimage = "a.hdr"\nzenith = [1, 1, 1]\n', r"image has no 'zenith'"),
+    "a sky that is not there": (BALL + '[sky]\nimage = "a.hdr"\n', r"sky: sky 'a.hdr': there is no such file"),
     "a pattern on a sphere": (BALL + 'material = { pattern = { kind = "star" } }\n', r"a sphere has no pattern"),
     "an unknown pattern": ('[[disk]]\ncentre=[0,0,-9]\nnormal=[0,0,1]\nradius=1\nmaterial={pattern={kind="dots"}}\n',
                            r"disk 1: pattern 'dots'"),
@@ -163,16 +166,16 @@ def test_a_texture_is_linear_and_upright(write, tmp_path):
 
 @pytest.mark.slow
 def test_a_large_texture_is_averaged_in_linear_light(write, tmp_path):
-    board = np.zeros((2048, 4096, 3), np.uint8)
+    board = np.zeros((512, 16384, 3), np.uint8)
     board[::2, ::2] = board[1::2, 1::2] = 255
     save_picture(tmp_path / "board.png", board)
     image = load_scene(write(WALL + 'material = { texture = "board.png" }\n')).plates[0].material.pattern.image
-    assert (image.width, image.height) == (1024, 512)
+    assert (image.width, image.height) == (8192, 256)
     assert image.values == pytest.approx(0.5, abs=1e-5)         # half of the light, not of the code values
 
 
 @pytest.mark.slow
-def test_a_texture_of_forty_million_pixels_takes_less_than_a_gigabyte(write, tmp_path):
+def test_a_texture_of_forty_million_pixels_takes_little_more_than_twice_its_floats(write, tmp_path):
     Picture.new("RGB", (6400, 6200), (188, 0, 255)).save(tmp_path / "big.png")
     path = write(WALL + 'material = { texture = "big.png" }\n')
     code = ("import resource, sys; from lensbench.app.state.scene_file import load_scene; load_scene; "
@@ -180,7 +183,7 @@ def test_a_texture_of_forty_million_pixels_takes_less_than_a_gigabyte(write, tmp
             "image = load_scene(sys.argv[1]).plates[0].material.pattern.image; "
             "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)")
     told = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True).stdout
-    assert int(told) < 1_000_000                # kB
+    assert int(told) < 1_300_000                # kB: 480 MB of floats, once as an array and once as the image's bytes
 
 
 @pytest.mark.parametrize("name", ["x" * 10_000, "a\0b", "a\x1b[2J\nb", "x" * 10_000 + ".toml"])

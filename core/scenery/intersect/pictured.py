@@ -1,0 +1,215 @@
+"""Pictures on shapes, read where they lie: on spheres, on the floor, and large ones on planar shapes.
+
+A stage for each shape, which only a scene with such a shape has.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from lensbench.kernels.block import (
+    A0,
+    A1,
+    A2,
+    A4,
+    A5,
+    A6,
+    A7,
+    A8,
+    BLUE,
+    DEPTH,
+    EMITS,
+    GLOSS,
+    GREEN,
+    NX,
+    NY,
+    NZ,
+    PIXEL_SIDE,
+    PIXEL_SPREAD,
+    RED,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    rows,
+    stage,
+)
+from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.scenery.intersect.floor import floor_axes
+from lensbench.scenery.intersect.image_sky import half_turn
+from lensbench.scenery.intersect.planar import COLOUR as PLANAR_COLOUR
+from lensbench.scenery.intersect.planar import PLANAR, fields_of, footprint, intersect, record
+from lensbench.scenery.intersect.quadrics import closest_approach
+from lensbench.scenery.intersect.texture import AROUND, REPEATED, look_up_texture, texture
+from lensbench.scenery.objects.surroundings import Floor
+from lensbench.scenery.shading.pattern_filter import footprint_stretch
+
+LARGE = 1 << 20         # texels of an image of a planar shape that is read where it lies
+
+# GREATEST, the last of each, is that of the `Texture`
+CENTRE, RADIUS2, RADIUS, COLOUR, EMISSION, COAT, BALL_GREATEST, BALL = offsets(3, 1, 1, 3, 1, 1, 1)
+# AXIS_A, AXIS_B: unit axes over the sides of the picture (1/mm); SHIFT in pictures; MEAN: of its colours
+NORMAL, HEIGHT, AXIS_A, AXIS_B, SHIFT, MEAN, FLOOR_COAT, FLOOR_GREATEST, FLOOR = offsets(3, 1, 3, 3, 2, 3, 1, 1)
+
+
+def is_large(shape: Any) -> bool:
+    """Whether a shape has an image that its own stage shows: of a sphere, or a large one."""
+    pattern = shape.material.pattern
+    if pattern is None or pattern.image is None or shape.moves:
+        return False
+    return shape.family == "sphere" or pattern.image.width * pattern.image.height > LARGE
+
+
+def pictured_step(shape: Any, emission: float) -> Step:
+    """The stage of a still shape with an image. emission: value of the row EMITS."""
+    found = texture(shape.material.pattern.image)
+    if shape.family == "planar":
+        return Step(pictured_planar, [*pack(PLANAR, fields_of(shape, emission)), found.greatest], found.integers(),
+                    kept=found)
+    material = shape.material
+    return Step(pictured_sphere,
+                pack(BALL, {CENTRE: shape.centre, RADIUS2: shape.radius**2, RADIUS: shape.radius,
+                            COLOUR: material.colour, EMISSION: emission, COAT: material.gloss_code(shape.radius),
+                            BALL_GREATEST: found.greatest}), found.integers(AROUND), kept=found)
+
+
+def pictured_floor_step(floor: Floor) -> Step:
+    """The stage of a floor with an image."""
+    assert floor.image is not None
+    found = texture(floor.image)
+    normal, a, b = floor_axes(floor)
+    tall = floor.tile * floor.image.height / floor.image.width
+    return Step(pictured_floor,
+                pack(FLOOR, {NORMAL: normal, HEIGHT: floor.height, AXIS_A: a / floor.tile, AXIS_B: -b / tall,
+                             SHIFT: floor.offset, MEAN: floor.image.mean, FLOOR_COAT: floor.gloss,
+                             FLOOR_GREATEST: found.greatest}), found.integers(REPEATED), kept=found)
+
+
+@stage
+def pictured_planar(lanes, p, ints, key):
+    """Intersect rays with a planar shape that has a large image.  p, ints: pictured_step."""
+    if intersect(lanes, p) == 0:
+        return
+    record(lanes, p)
+    footprint(lanes, p)
+    look_up_texture(lanes, p[PLANAR], ints)
+    _paint(lanes, p[PLANAR_COLOUR:])
+
+
+@stage
+def _paint(lanes, colour):
+    """RED, GREEN, BLUE: A4 A5 A6 times a colour (3), where A0 is positive."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    met, er, eg, eb, red, green, blue = row[A0], row[A4], row[A5], row[A6], row[RED], row[GREEN], row[BLUE]
+    r, g, b = vector(colour, 0)
+    for i in range(B):
+        hit = met[i] > real(0)
+        red[i] = r * er[i] if hit else red[i]
+        green[i] = g * eg[i] if hit else green[i]
+        blue[i] = b * eb[i] if hit else blue[i]
+
+
+@stage
+def pictured_sphere(lanes, p, ints, key):
+    """Intersect rays with a sphere that has an image around it.  p, ints: pictured_step."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    depth, emits, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
+    met, u, v, wide_u, wide_v = row[A0], row[A1], row[A2], row[A7], row[A8]
+    side, spread = row[PIXEL_SIDE], row[PIXEL_SPREAD]
+    (cx, cy, cz), r2 = vector(p, CENTRE), p[RADIUS2]
+    emission, coat, scale = p[EMISSION], p[COAT], real(1) / p[RADIUS]
+
+    # Find the front of the sphere
+    many = np.int32(0)
+    for i in range(B):
+        along, miss2 = closest_approach(cx - x[i], cy - y[i], cz - z[i], dx[i], dy[i], dz[i])
+        t = along - math.sqrt(r2 - miss2)
+        hit = (t > real(0)) & (t < depth[i])
+        met[i] = t if hit else real(0)
+        many = np.int32(many + np.int32(hit))
+    if many == 0:
+        return
+
+    # Record the surface, its place in the picture and the footprint there
+    for i in range(B):
+        t = met[i]
+        hit = t > real(0)
+        qx, qy, qz = (x[i] + t * dx[i] - cx) * scale, (y[i] + t * dy[i] - cy) * scale, (z[i] + t * dz[i] - cz) * scale
+        level = math.sqrt(qx * qx + qz * qz)
+        turn = half_turn(real, abs(qx), qz)
+        u[i] = turn if qx > real(0) else -turn
+        v[i] = real(1) - real(2) * half_turn(real, level, qy)
+        wide = abs(side[i] + t * spread[i]) * scale * real(1 / math.pi)
+        wide_u[i], wide_v[i] = wide / (level + real(1e-6)), real(2) * wide
+        depth[i] = t if hit else depth[i]
+        nx[i], ny[i], nz[i] = qx if hit else nx[i], qy if hit else ny[i], qz if hit else nz[i]
+        emits[i] = emission if hit else emits[i]
+        gloss[i] = coat if hit else gloss[i]
+    look_up_texture(lanes, p[BALL_GREATEST], ints)
+    _paint(lanes, p[COLOUR:])
+
+
+@stage
+def pictured_floor(lanes, p, ints, key):
+    """Intersect rays with a floor that has an image, repeated.  p, ints: pictured_floor_step."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    depth, emits, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
+    met, u, v, wide_u, wide_v = row[A0], row[A1], row[A2], row[A7], row[A8]
+    red, green, blue, side, spread = row[RED], row[GREEN], row[BLUE], row[PIXEL_SIDE], row[PIXEL_SPREAD]
+    (ux, uy, uz), height, coat = vector(p, NORMAL), p[HEIGHT], p[FLOOR_COAT]
+    (ax, ay, az), (bx, by, bz), a0, b0 = vector(p, AXIS_A), vector(p, AXIS_B), p[SHIFT], p[SHIFT + 1]
+    per_a, per_b = math.sqrt(ax * ax + ay * ay + az * az), math.sqrt(bx * bx + by * by + bz * bz)
+
+    # Find the distance at which each ray meets the floor, 0 where it does not
+    many = np.int32(0)
+    for i in range(B):
+        steep = real(1) / (ux * dx[i] + uy * dy[i] + uz * dz[i])
+        t = (height - (ux * x[i] + uy * y[i] + uz * z[i])) * steep
+        hit = (t > real(0)) & (t < depth[i]) & (steep < real(0))
+        met[i] = t if hit else real(0)
+        many = np.int32(many + np.int32(hit))
+    if many == 0:
+        return
+
+    # Record the surface, its place in the picture and the footprint there
+    for i in range(B):
+        t = met[i]
+        hit = t > real(0)
+        steep = real(1) / (ux * dx[i] + uy * dy[i] + uz * dz[i])
+        hx, hy, hz = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
+        a, b = a0 + ax * hx + ay * hy + az * hz, b0 + bx * hx + by * hy + bz * hz
+        u[i], v[i] = real(2) * (a - np.floor(a)) - real(1), real(2) * (b - np.floor(b)) - real(1)
+        wide = real(2) * abs(side[i] + t * spread[i])
+        wide_u[i] = wide * per_a * footprint_stretch(real, (ax * dx[i] + ay * dy[i] + az * dz[i]) / per_a, steep)
+        wide_v[i] = wide * per_b * footprint_stretch(real, (bx * dx[i] + by * dy[i] + bz * dz[i]) / per_b, steep)
+        depth[i] = t if hit else depth[i]
+        emits[i] = real(0) if hit else emits[i]
+        gloss[i] = coat if hit else gloss[i]
+        nx[i], ny[i], nz[i] = ux if hit else nx[i], uy if hit else ny[i], uz if hit else nz[i]
+
+    # A footprint of half a picture or more sees the mean of its colours
+    er, eg, eb = row[A4], row[A5], row[A6]
+    r, g, b = vector(p, MEAN)
+    for i in range(B):
+        widest = wide_u[i] if wide_u[i] > wide_v[i] else wide_v[i]
+        fade = real(2) * widest - real(1)
+        fade = fade if fade > real(0) else real(0)
+        fade = fade if fade < real(1) else real(1)
+        met[i] = met[i] if met[i] == real(0) else fade + real(1e-6)
+    look_up_texture(lanes, p[FLOOR_GREATEST], ints)
+    for i in range(B):
+        hit, fade = met[i] > real(0), met[i]
+        fade = fade if fade < real(1) else real(1)
+        red[i] = er[i] + fade * (r - er[i]) if hit else red[i]
+        green[i] = eg[i] + fade * (g - eg[i]) if hit else green[i]
+        blue[i] = eb[i] + fade * (b - eb[i]) if hit else blue[i]

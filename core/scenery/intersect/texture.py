@@ -1,0 +1,138 @@
+"""Pictures on spheres, floors and meshes, and large ones on planar shapes: texels with their reductions, in place.
+
+Small pictures of planar shapes travel with the parameters of their stage (`ripmap`). A picture here is read where it
+lies (`borrowed_array`): 16 bits a channel, the square root of the part of its greatest value, halved in both directions
+again and again. A footprint looks up the reduction of its shorter side, but none with texels shorter than an eighth of
+its longer one.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from lensbench.kernels.block import A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, B, rows, stage
+from lensbench.kernels.borrowed_array import address, borrowed
+from lensbench.scenery.objects.material import Image
+
+ENOUGH = 1.3            # texels of a reduction that a footprint covers at least
+ELONGATED = 0.125       # of the longer side of a footprint: least size of a texel
+STRIP = 256             # rows that are coded at a time, to bound the memory
+# Integers: place and count of the texels, texels across and down, number of reductions with the picture itself, WRAPS
+PLACE, COUNT, ACROSS, DOWN, LEVELS, WRAPS, TEXTURE = range(7)
+AROUND, REPEATED = 1, 3     # WRAPS: columns go on from the last to the first; rows too
+
+
+class Texture(NamedTuple):
+    """A coded picture and all its reductions: texels uint16 (n, 3), and the value of the code 65535."""
+
+    texels: np.ndarray
+    across: int
+    down: int
+    levels: int
+    greatest: float
+
+    def integers(self, wraps: int = 0) -> list[int]:
+        """Integers of `look_up_texture`. wraps: 0, AROUND or REPEATED."""
+        return [address(self.texels), self.texels.size, self.across, self.down, self.levels, wraps]
+
+
+@lru_cache(maxsize=32)
+def texture(image: Image) -> Texture:
+    """The coded picture of an image; its values must not be negative."""
+    values, greatest = image.values, float(max(image.values.max(), 1e-30))
+    parts = [_coded(values, greatest)]
+    while min(values.shape[:2]) >= 4:
+        values = _halved(values)
+        parts.append(_coded(values, greatest))
+    return Texture(np.concatenate(parts), image.width, image.height, len(parts), greatest)
+
+
+def _halved(values: np.ndarray) -> np.ndarray:
+    """Means of 2 × 2 texels; the last row or column of an odd number is left out."""
+    height, width = (size // 2 * 2 for size in values.shape[:2])
+    found = np.empty((height // 2, width // 2, 3), np.float32)
+    for top in range(0, height, 2 * STRIP):
+        strip = values[top:min(top + 2 * STRIP, height), :width]
+        found[top // 2:(top + len(strip)) // 2] = 0.25 * (strip[::2, ::2] + strip[1::2, ::2] + strip[::2, 1::2]
+                                                          + strip[1::2, 1::2])
+    return found
+
+
+def _coded(values: np.ndarray, greatest: float) -> np.ndarray:
+    found = np.empty(values.shape, np.uint16)
+    for top in range(0, len(values), STRIP):
+        found[top:top + STRIP] = np.sqrt(np.maximum(values[top:top + STRIP], 0.0) / greatest) * 65535.0 + 0.5
+    return found.reshape(-1, 3)
+
+
+@stage
+def look_up_texture(lanes, greatest, ints):
+    """Colours A4 A5 A6 of a picture at A1, A2 (u, v in [−1, 1]; its first row at v = 1), bilinear between texels.
+
+    A7, A8: sides of the footprint in u and v. ints: Texture.integers.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u, v, columns, lines = row[A1], row[A2], row[A7], row[A8]
+    red, green, blue, level, wide_at, tall_at, first_at = (row[A4], row[A5], row[A6], row[A3], row[A9], row[A10],
+                                                           row[A7])
+    texels = borrowed(ints[PLACE], ints[COUNT], np.uint16)
+    across, down, levels = ints[ACROSS], ints[DOWN], ints[LEVELS]
+    scale = greatest * real(1 / 65535.0**2)
+
+    # Choose the reduction
+    per_u, per_v = real(across) * real(0.5 / ENOUGH), real(down) * real(0.5 / ENOUGH)
+    for i in range(B):
+        a, b = columns[i] * per_u, lines[i] * per_v
+        shorter, longer = (a, b) if a < b else (b, a)
+        longer *= real(ELONGATED)
+        level[i] = shorter if shorter > longer else longer
+    for i in range(B):
+        wide_at[i], tall_at[i], first_at[i] = real(across), real(down), real(0)
+    wide, tall, start, least = across, down, np.int64(0), real(2)
+    for _ in range(1, levels):
+        start += wide * tall
+        wide, tall = wide >> 1, tall >> 1
+        w, t, number = real(wide), real(tall), real(_)
+        for i in range(B):
+            coarser = level[i] >= least
+            wide_at[i] = w if coarser else wide_at[i]
+            tall_at[i] = t if coarser else tall_at[i]
+            first_at[i] = number if coarser else first_at[i]
+        least *= real(2)
+
+    # Interpolate between four texels, counted in integers
+    one, three, none = np.uint64(1), np.uint64(3), np.uint64(0)
+    around, repeated = (ints[WRAPS] & 1) != 0, (ints[WRAPS] & 2) != 0
+    for i in range(B):
+        a = (u[i] + real(1)) * real(0.5) * wide_at[i] - real(0.5)
+        b = (real(1) - v[i]) * real(0.5) * tall_at[i] - real(0.5)
+        low_a, low_b = real(0) if not around else a + wide_at[i], real(0) if not repeated else b + tall_at[i]
+        a, b = a if a >= real(0) else low_a, b if b >= real(0) else low_b
+        a, b = a if a > real(0) else real(0), b if b > real(0) else real(0)             # NaN becomes 0
+        u[i] = a if a < wide_at[i] else a - wide_at[i]
+        v[i] = b if b < tall_at[i] else b - tall_at[i]
+    for i in range(B):
+        wide, tall, number = np.uint64(np.uint32(wide_at[i])), np.uint64(np.uint32(tall_at[i])), np.int64(first_at[i])
+        x, y, first = across, down, np.int64(0)
+        for _ in range(number):
+            first += x * y
+            x, y = x >> 1, y >> 1
+        a, b = u[i], v[i]
+        column, line = np.uint64(np.uint32(a)), np.uint64(np.uint32(b))
+        column, line = column if column < wide else wide - one, line if line < tall else tall - one
+        beside = column + one if column + one < wide else (none if around else column)
+        below = line + one if line + one < tall else (none if repeated else line)
+        s, t = a - real(np.uint32(column)), b - real(np.uint32(line))
+        left, right = (np.uint64(first) + line * wide) * three, (np.uint64(first) + below * wide) * three
+        k, m, q, w = left + column * three, left + beside * three, right + column * three, right + beside * three
+        e, f, g, h = (real(1) - s) * (real(1) - t), s * (real(1) - t), (real(1) - s) * t, s * t
+        c0, c1, c2, c3 = real(texels[k]), real(texels[m]), real(texels[q]), real(texels[w])
+        red[i] = scale * (e * c0 * c0 + f * c1 * c1 + g * c2 * c2 + h * c3 * c3)
+        k, m, q, w = k + one, m + one, q + one, w + one
+        c0, c1, c2, c3 = real(texels[k]), real(texels[m]), real(texels[q]), real(texels[w])
+        green[i] = scale * (e * c0 * c0 + f * c1 * c1 + g * c2 * c2 + h * c3 * c3)
+        k, m, q, w = k + one, m + one, q + one, w + one
+        c0, c1, c2, c3 = real(texels[k]), real(texels[m]), real(texels[q]), real(texels[w])
+        blue[i] = scale * (e * c0 * c0 + f * c1 * c1 + g * c2 * c2 + h * c3 * c3)

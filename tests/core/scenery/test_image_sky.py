@@ -1,0 +1,103 @@
+"""A sky shown by a picture: what rays see of it, and the light that it gives, against sums over the sphere in numpy."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from tests.core.scenery.test_scene import shoot, square_lights
+
+
+def directions(across, down):
+    """Directions of the middles of across × down cells (down, across, 3), as `EnvironmentCamera` documents them."""
+    theta = math.pi * (np.arange(down) + 0.5)[:, None] / down
+    phi = 2.0 * math.pi * (np.arange(across) + 0.5) / across - math.pi
+    return np.stack(np.broadcast_arrays(np.sin(theta) * np.sin(phi), np.cos(theta), -np.sin(theta) * np.cos(phi)), -1)
+
+
+@pytest.fixture(scope="module")
+def picture():
+    random = np.random.default_rng(5)
+    image = random.uniform(0.0, 1.0, (32, 64, 3))
+    image[7:9, 40:42] = (300.0, 250.0, 150.0)                   # a sun with half of the light
+    return image.astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def scene(picture):
+    return lb.Scene("sky", sky=lb.ImageSky(lb.Image.of(picture)))
+
+
+def test_every_texel_is_seen_in_its_direction(scene, picture):
+    seen = shoot(scene.steps(shadows=False), 0.0, directions(64, 32).reshape(-1, 3)).reshape(32, 64, 3)
+    np.testing.assert_allclose(seen, picture, rtol=2e-5, atol=3e-4)     # 1e-6 of a neighbour of 300
+
+
+def test_between_the_last_column_and_the_first_the_picture_goes_on(scene, picture):
+    theta = math.pi * 16.5 / 32
+    seen = shoot(scene.steps(shadows=False), 0.0, [(0.0, math.cos(theta), math.sin(theta))])
+    np.testing.assert_allclose(seen[0], (picture[16, 0] + picture[16, -1]) / 2.0, rtol=1e-5)
+
+
+def test_a_positive_turn_moves_what_is_ahead_to_the_left(scene, picture):
+    turned = replace(scene, sky=replace(scene.sky, turn=math.pi / 2, brightness=2.0))
+    ahead = shoot(scene.steps(shadows=False), 0.0, [(0.0, 0.1, -1.0)])
+    np.testing.assert_allclose(shoot(turned.steps(shadows=False), 0.0, [(-1.0, 0.1, 0.0)]), 2.0 * ahead, rtol=1e-6)
+
+
+def irradiance(picture, normal):
+    """Irradiance / π on a normal under the picture, bilinear between texels: a sum over 2048 × 1024 cells."""
+    height, width = picture.shape[:2]
+    across, down = 2048, 1024
+    x, y = (np.arange(across) + 0.5) * width / across - 0.5, (np.arange(down) + 0.5) * height / down - 0.5
+    y = np.clip(y, 0.0, height - 1.0)
+    left, top = np.floor(x).astype(int), np.minimum(np.floor(y).astype(int), height - 2)
+    s, t = (x - left)[:, None], (y - top)[:, None, None]
+    lines = picture[top] * (1.0 - t) + picture[top + 1] * t
+    radiance = lines[:, left % width] * (1.0 - s) + lines[:, (left + 1) % width] * s
+    edges = np.cos(math.pi * np.arange(down + 1) / down)
+    weights = (edges[:-1] - edges[1:])[:, None] * 2.0 * math.pi / across
+    weights = weights * np.maximum(directions(across, down) @ normal, 0.0)
+    return np.einsum("yxc,yx->c", radiance, weights) / math.pi
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("normal", [(0.0, 0.0, 1.0), (0.6, 0.64, 0.48), (0.0, -0.6, 0.8)])
+def test_sampled_light_is_that_of_a_sum_over_the_sphere(scene, picture, normal):
+    wall = lb.Disk((0.0, 0.0, -1000.0), normal, 100.0, lb.Material((0.5, 0.5, 0.5)))
+    v0, v1 = square_lights(640)
+    seen = shoot(replace(scene, plates=(wall,)).steps(), np.zeros((len(v0), 3)), (0.0, 0.0, -1.0), (v0, v1))
+    np.testing.assert_allclose(seen.mean(0) / 0.5, irradiance(picture, np.asarray(normal)), rtol=5e-3)
+
+
+@pytest.mark.slow
+def test_a_sphere_hides_the_part_of_a_uniform_sky_of_its_closed_form():
+    # r² cos θ / d² of the light of a uniform sky (exact for a sphere above the horizon)
+    sky = lb.ImageSky(lb.Image.of(np.ones((4, 8, 3))))
+    floor = lb.Disk((0.0, -500.0, 0.0), (0.0, 1.0, 0.0), 5000.0, lb.Material((1.0, 1.0, 1.0)))
+    ball = lb.Sphere((0.0, 0.0, -1000.0), 300.0)
+    scene = lb.Scene("ball", sky=sky, plates=(floor,), spheres=(ball,))
+    v0, v1 = square_lights(192)
+    lit = np.array([100.0, -500.0, -400.0])
+    seen = shoot(scene.steps(), np.zeros((len(v0), 3)), lit, (v0, v1)).mean(0)
+    to = np.array(ball.centre) - lit
+    expected = 1.0 - ball.radius**2 * to[1] / np.linalg.norm(to) ** 3
+    np.testing.assert_allclose(seen, expected, rtol=2e-3)
+
+
+def test_what_no_sky_can_be_is_refused():
+    for values in (np.full((2, 4, 3), np.nan), np.full((2, 4, 3), -1.0)):
+        with pytest.raises(lb.SceneError, match="negative or not finite"):
+            lb.ImageSky(lb.Image.of(values))
+    with pytest.raises(lb.SceneError, match="brightness"):
+        lb.ImageSky(lb.Image.of(np.ones((2, 4, 3))), brightness=-1.0)
+
+
+def test_the_gradient_of_a_gradient_is_itself():
+    sines = np.cos(math.pi * (np.arange(64) + 0.5) / 64)[:, None, None]
+    values = np.where(sines > 0.0, 0.2 + sines * np.array([0.1, 0.3, 0.5]), 0.07) + np.zeros((64, 128, 3))
+    found = lb.ImageSky(lb.Image.of(values)).gradient
+    assert found.zenith == pytest.approx((0.3, 0.5, 0.7), rel=1e-3) and found.ground == pytest.approx((0.07,) * 3)
+    assert found.horizon == pytest.approx((0.2,) * 3, rel=1e-3)
