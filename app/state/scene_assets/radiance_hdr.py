@@ -54,7 +54,7 @@ def read_hdr(path: Path, most_texels: int) -> np.ndarray:
 def _decode(data, pixels):
     """Fill pixels (h, w, 4); False if the data break off or contradict themselves."""
     height, width = pixels.shape[0], pixels.shape[1]
-    at = 0
+    at = np.int64(0)
     for y in range(height):
         if at + 4 > data.size:
             return False
@@ -73,7 +73,7 @@ def _decode(data, pixels):
             return False
         at += 4
         for c in range(4):
-            x = 0
+            x = np.int64(0)
             while x < width:
                 if at >= data.size:
                     return False

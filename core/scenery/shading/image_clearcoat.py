@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from lensbench.kernels.block import A3, A4, A5, A6, A7, A8, A9, A10, A11, H0, B, Step, rows, stage
 from lensbench.kernels.layout import Packed
 from lensbench.scenery.intersect.image_sky import IMAGE_SKY, image_sky_step, look_up_sky
@@ -13,8 +15,8 @@ SKY_INTEGERS = 4
 def image_clearcoat_step(sky, parameters: Packed) -> Step:
     """The stage `image_clearcoat` for an `ImageSky`; parameters: clearcoat_parameters without a sun."""
     step = image_sky_step(sky, image_clearcoat)
-    return step._replace(parameters=[*step.parameters, *parameters.parameters],
-                         integers=[*step.integers, *parameters.integers])
+    return step._replace(parameters=np.concatenate([step.parameters, parameters.parameters]),
+                         integers=np.concatenate([step.integers, np.asarray(parameters.integers, np.int64)]))
 
 
 @stage

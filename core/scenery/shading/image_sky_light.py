@@ -88,7 +88,8 @@ def sky_cells(sky: ImageSky) -> SkyCells:
     cumulative /= np.maximum(cumulative[:, -1:], 1e-300)
     down = np.concatenate([[0.0], np.cumsum(lines)]) / max(flux, 1e-300)
     tints = values / np.maximum(mean, 1e-300)[..., None]
-    return SkyCells(*(np.ascontiguousarray(a, np.float32) for a in (down, cumulative, tints)), flux)
+    return SkyCells(np.ascontiguousarray(down, np.float32), np.ascontiguousarray(cumulative, np.float32),
+                    np.ascontiguousarray(tints, np.float32), flux)
 
 
 def _cells(values: np.ndarray) -> np.ndarray:
