@@ -7,6 +7,7 @@ pixels", Graphics Gems II, 1991).
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def read_hdr(path: Path, most_texels: int) -> np.ndarray:
 def _decode(data, pixels):
     """Fill pixels (h, w, 4); False if the data break off or contradict themselves."""
     height, width = pixels.shape[0], pixels.shape[1]
-    at = np.int64(0)
+    at: Any = 0
     for y in range(height):
         if at + 4 > data.size:
             return False
@@ -73,7 +74,7 @@ def _decode(data, pixels):
             return False
         at += 4
         for c in range(4):
-            x = np.int64(0)
+            x: Any = 0
             while x < width:
                 if at >= data.size:
                     return False
