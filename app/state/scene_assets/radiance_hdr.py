@@ -74,17 +74,17 @@ def _decode(data, pixels):
             return False
         at += 4
         for c in range(4):
-            x: Any = 0
-            while x < width:
+            place: Any = 0
+            while place < width:
                 if at >= data.size:
                     return False
-                count = np.int64(data[at])
+                count: Any = np.int64(data[at])
                 run = count > 128
                 count = count - 128 if run else count
-                need = 2 if run else 1 + count
-                if count == 0 or x + count > width or at + need > data.size:
+                need: Any = 2 if run else 1 + count
+                if count == 0 or place + count > width or at + need > data.size:
                     return False
                 for k in range(count):
-                    pixels[y, x + k, c] = data[at + 1] if run else data[at + 1 + k]
-                x, at = x + count, at + need
+                    pixels[y, place + k, c] = data[at + 1] if run else data[at + 1 + k]
+                place, at = place + count, at + need
     return True
