@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from lensbench.app.state.notices import Notice, NoticeKind, Notices
 from lensbench.app.state.picture_statistics import Difference
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.request import Request
@@ -95,11 +96,18 @@ class View:
     locked: bool = False                            # A follows the dials that are turned in B
     dragged: bool = False
     requests: set[Request] = field(default_factory=set)     # to the window
-    messages: list[str] = field(default_factory=list)   # until they are dismissed
-    done: set[str] = field(default_factory=set)         # those of them that report a success
+    notices: Notices = field(default_factory=Notices)
 
-    def say(self, message: str, done: bool = False) -> None:
-        """Show a message until it is dismissed; the same one only once. done: it reports a success."""
-        if message not in self.messages:
-            self.messages.append(message)
-        (self.done.add if done else self.done.discard)(message)
+    def say(self, message: str, done: bool = False, note: bool = False, lens: str = "") -> None:
+        """Show a message until it is dismissed; an error unless one of the others is given.
+
+        done: it reports a success. note: it needs no answer. lens: a note on the lens of this setting, which goes with
+        the lens.
+        """
+        kind = NoticeKind.DONE if done else NoticeKind.NOTE if note or lens else NoticeKind.ERROR
+        self.notices.say(Notice(message, kind, lens))
+
+    @property
+    def messages(self) -> list[str]:
+        """The texts of all notices, the oldest first."""
+        return self.notices.texts

@@ -135,7 +135,7 @@ class Presenter:
         field_picture = self.field_picture
         return RenderUpdate(0, field_picture.image, field_picture.recording.settings.samples, field_picture.seconds,
                             picture_settings(field_picture.recording, field_picture.look), 0.0,
-                            coded=field_picture.look.coded, field_picture=field_picture.number)
+                            coded=field_picture.coded, field_picture=field_picture.number)
 
     def picture(self, settings: Settings, view: View) -> Picture:
         """Contents of the render panel in this frame."""
@@ -169,7 +169,7 @@ class Presenter:
             shares = self._histogram.of((of, tone), lambda: histogram(self.light, *tone))
         if self.field_picture is not None:
             return Picture(texture, screen.size, update.samples, update.seconds, histogram=shares, pinned=pinned,
-                           difference=difference, recorded=update.settings, note=note(*self.field_picture[:2]),
+                           difference=difference, recorded=update.settings, note=_note(self.field_picture),
                            light=light)
         return Picture(texture, screen.size, update.samples, update.seconds, self._worker.paused, waiting, False,
                        self.depth(settings), shares, pinned, difference, light=light)
@@ -211,6 +211,10 @@ class Presenter:
     def _softening(self, update: RenderUpdate) -> float:
         """The share of the softening; 0 where a processor draws, which takes longer for it than for a picture."""
         return 0.0 if self.software else softening(update.samples)
+
+
+def _note(shown: FieldPicture) -> str:
+    return note(shown.recording, shown.look, shown.found)
 
 
 def _apart(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -157,9 +157,10 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
             left = x - 4.0 * pixel - imgui.calc_text_size(name).x
             if x < plot.right and not left - 8.0 * pixel < column < x and left > plot.left:
                 top = _clear_row(plot, shown, left, x)
-                hyperfocal = (ImVec2(left, top), name)
-                taken.append((top, top + line, x + 4.0 * pixel))
-                break
+                if top is not None:
+                    hyperfocal = (ImVec2(left, top), name)
+                    taken.append((top, top + line, x + 4.0 * pixel))
+                    break
 
     # Curves
     assert got.f_number is not None
@@ -175,18 +176,18 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
     far = column > plot.left + NEAR_END * (plot.right - plot.left)
     if far:
         taken = [(top, bottom, plot.right) for top, bottom, _ in taken]
-    labels = [(y, name, colour.dim, name == "pixel" and pitch > limit)
+    labels = [Name(np.array([[plot.left, y], [plot.right, y]]), name, colour.dim, name == "pixel" and pitch > limit)
               for y, (_, name, *_) in zip(rows, across, strict=True)]
     curves_ = [(main_curve(shown), got.f_number, colour.strong)]
     curves_ += [(diameters, f_number, colour.dim) for f_number, diameters in shown.neighbours]
     if far:
-        _name_ends(draw, plot, plot.left + 3.0 * pixel, labels, taken, right=False)
+        _name_ends(draw, plot, plot.left + 3.0 * pixel, labels, _paths(shown, plot), taken, right=False)
         _name_flanks(draw, plot, shown.distances, [(d, format_f_number(n), tint) for d, n, tint in curves_])
     else:
-        ends = [plot.at(shown.distances[-1], diameters[-1]).y for diameters, *_ in curves_]
-        named = [(y, format_f_number(n), tint, y < ends[0] - 1.0)
-                 for y, (_, n, tint) in zip(ends, curves_, strict=True)]
-        _name_ends(draw, plot, right, named[:1] + labels + named[1:], taken)
+        paths = [plot.pixels(shown.distances, diameters) for diameters, *_ in curves_]
+        named = [Name(path, format_f_number(n), tint, path[-1, 1] < paths[0][-1, 1] - 1.0)
+                 for path, (_, n, tint) in zip(paths, curves_, strict=True)]
+        _name_ends(draw, plot, right, named[:1] + labels + named[1:], _paths(shown, plot), taken)
 
     # The plane in focus
     x = column
@@ -199,13 +200,45 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
             draw.add_circle_filled(plot.at(edge / 1000.0, limit), 2.5 * pixel, theme.packed(colour.amber))
 
 
-def _clear_row(plot: PlotMap, shown: Curves, left: float, right: float) -> float:
-    """The upper edge of the first row of text, from the second on, that the main curve does not cross."""
+@dataclass(frozen=True, eq=False)
+class Name:
+    """A name at the end of a line: points (n, 2) of the line in pixels, and on which side of it the name is better."""
+
+    path: np.ndarray
+    text: str
+    colour: theme.Colour
+    above: bool
+
+
+def _paths(shown: Curves, plot: PlotMap) -> list[np.ndarray]:
+    """The points (n, 2) of every curve, in pixels."""
+    drawn = [shown.real, shown.thick, shown.thin, *(diameters for _, diameters in shown.neighbours)]
+    return [plot.pixels(shown.distances, diameters) for diameters in drawn if diameters is not None]
+
+
+def heights(path: np.ndarray, left: float, right: float) -> tuple[float, float]:
+    """The least and the greatest y of a curve (n, 2) between two columns, its ends continued."""
+    x, y = path.T
+    between = np.interp(np.array([left, right]), x, y)
+    inside = y[(x > left) & (x < right)]
+    return float(min(between.min(), inside.min(initial=np.inf))), float(max(between.max(), inside.max(initial=-np.inf)))
+
+
+def crosses(paths: list[np.ndarray], left: float, right: float, top: float, bottom: float) -> bool:
+    """Whether one of the curves (n, 2) enters this box, in pixels."""
+    for path in paths:
+        low, high = heights(path, left, right)
+        if low < bottom and high > top:
+            return True
+    return False
+
+
+def _clear_row(plot: PlotMap, shown: Curves, left: float, right: float) -> float | None:
+    """The upper edge of the first row of text, from the second on, that no curve crosses; None without such a row."""
     line, pixel = imgui.get_text_line_height(), theme.scale()
-    x, y = plot.pixels(shown.distances, main_curve(shown)).T
-    heights = np.interp(np.linspace(left, right, 9), x, y)
-    rows = [plot.top + k * line + 3.0 * pixel for k in (1, 2, 3, 4)]
-    return next((top for top in rows if (heights < top).all() or (heights > top + line).all()), rows[0])
+    paths = _paths(shown, plot)
+    rows = [plot.top + k * line + 3.0 * pixel for k in (1, 2, 3, 4, 5, 6)]
+    return next((top for top in rows if not crosses(paths, left, right, top, top + line)), None)
 
 
 def _strokes(shown: Curves, plot: PlotMap, pixel: float) -> list[tuple[str, float, list[list[ImVec2]]]]:
@@ -219,17 +252,20 @@ def _strokes(shown: Curves, plot: PlotMap, pixel: float) -> list[tuple[str, floa
     return found
 
 
-def _name_ends(draw: imgui.ImDrawList, plot: PlotMap, end: float, labels: list, taken: list,
-               right: bool = True) -> None:
-    """Names (y of the line, text, colour, above it or below) at an end; one that would touch another is left out."""
+def _name_ends(draw: imgui.ImDrawList, plot: PlotMap, end: float, names: list[Name], paths: list[np.ndarray],
+               taken: list, right: bool = True) -> None:
+    """Names at an end of their lines; one that would touch another or lie on a curve of `paths` is left out."""
     line, pixel = imgui.get_text_line_height(), theme.scale()
-    for y, name, colour, above in labels:
-        left = end - imgui.calc_text_size(name).x if right else end
-        places = (y - line - pixel, y + pixel) if above else (y + pixel, y - line - pixel)
-        for top in places:
+    for name in names:
+        width = imgui.calc_text_size(name.text).x
+        left = end - width if right else end
+        least, greatest = heights(name.path, left, left + width)
+        over, under = least - line - pixel, greatest + pixel
+        for top in (over, under) if name.above else (under, over):
             clear = all(top + line <= t or top >= b or left >= r for t, b, r in taken)
-            if clear and plot.top <= top and top + line <= plot.bottom:
-                text(draw, ImVec2(end, top), colour, name, right=right, plate=True)
+            if clear and plot.top <= top and top + line <= plot.bottom \
+                    and not crosses(paths, left, left + width, top + 2.0 * pixel, top + line - pixel):
+                text(draw, ImVec2(end, top), name.colour, name.text, right=right, plate=True)
                 taken = [*taken, (top, top + line, plot.right)]
                 break
 

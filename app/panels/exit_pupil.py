@@ -1,4 +1,4 @@
-"""The exit-pupil region of a film point: the part of the rear plane that passes its light, in pbrt's box.
+"""The exit-pupil region of a film point: the part of the rear plane that passes its light.
 
 Drawn upright, the film point above the axis; x and y in mm on the plane of the
 last vertex.
@@ -22,6 +22,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_area
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
+from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
@@ -29,7 +30,9 @@ from lensbench.kernels.figures import fixed, significant, true_minus
 
 FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the illuminated film
 UPWARDS = "Film points up the picture, in the section y–z"
-MARGIN, BELOW, ABOVE = 1.12, -1.08, 1.3     # limits of the plot, in rear semi-diameters; regions reach above the rim
+MARGIN = 1.16                   # of the plot about what it shows
+SMALL = 0.2                     # of all that could be shown: a smaller region fills the plot
+BOX = "bounding box (as pbrt)"
 DENSITY = 10.0                  # pixels between samples that are drawn
 SAME = 0.004                    # of the lit radius: tolerance within which a film point takes the colour of a field
 
@@ -42,6 +45,7 @@ class PupilState:
     fit: bool = False
     span: float = 20.0          # mm shown across
     shape: tuple[int, int] = (1, 1)     # pixels
+    box: bool = False           # the bounding box and its samples are drawn
     memo: Memo = field(default_factory=lambda: Memo(20))   # outlines and samples in pixels
 
 
@@ -79,6 +83,7 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, 
         return film_radius
     pointer = "" if raster is None else "Pinned" if links.pinned is not None else "Mouse"
     _words(seen, samples, pointer, links.surfaces, settings.follows_lens, reach)
+    _box_switch(state)
     if raster is None and not lens_setup.lens.is_rotationally_symmetric:
         theme.small()
         imgui.text_colored(theme.colours().dim, UPWARDS)
@@ -109,7 +114,8 @@ def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSam
         return None
     pointed = None
     rear = lens_setup.lens.surfaces[-1].semi_diameter
-    key = (rear, lens_setup.lens.length, size.x, size.y, state.shape)
+    shown = shown_box(rear, fields, seen)
+    key = (rear, lens_setup.lens.length, size.x, size.y, state.shape, coarse(shown, rear))
     refit = state.fit or state.fitted_to != key
     state.fitted_to, state.fit = key, False
     roomy = size.x > theme.em(11) and size.y > theme.em(9)
@@ -117,7 +123,7 @@ def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSam
     if implot.begin_plot("Exit pupil plot", size, PLOT_FLAGS | implot.Flags_.equal):
         implot.setup_axes("x (mm)" if roomy else "", "y (mm)" if roomy else "", AXIS_FLAGS, AXIS_FLAGS)
         condition = implot.Cond_.always if refit else implot.Cond_.once
-        x0, x1, y0, y1 = _limits(rear, *state.shape)
+        x0, x1, y0, y1 = _limits(shown, *state.shape)
         implot.setup_axes_limits(x0, x1, y0, y1, condition)
         if refit:
             state.span = x1 - x0
@@ -161,16 +167,35 @@ def _ghost(other: Settings | None, film_radius: float, azimuth: float) -> np.nda
     return outline if len(outline) else None
 
 
-def _limits(rear: float, width: int, height: int) -> tuple[float, float, float, float]:
-    """x0, x1, y0, y1 (mm) around the rear rim and the regions beyond it, in the aspect ratio of the plot."""
-    mm = max(2.0 * MARGIN * rear / max(width, 1), (ABOVE - BELOW) * rear / max(height, 1))     # per pixel
-    middle = 0.5 * (ABOVE + BELOW) * rear
-    return -0.5 * width * mm, 0.5 * width * mm, middle - 0.5 * height * mm, middle + 0.5 * height * mm
+def shown_box(rear: float, regions: list[Region], seen: Region) -> tuple[float, float, float, float]:
+    """x0, y0, x1, y1 (mm) about the regions and the rear rim; about the seen region alone where it is small."""
+    boxes = [one.box for one in (*regions, seen) if one.area > 0.0]
+    x0, y0, x1, y1 = -rear, -rear, rear, rear
+    for box in boxes:
+        x0, y0, x1, y1 = min(x0, box[0]), min(y0, box[1]), max(x1, box[2]), max(y1, box[3])
+    size = max(seen.box[2] - seen.box[0], seen.box[3] - seen.box[1])
+    if not seen.area > 0.0 or size > SMALL * max(x1 - x0, y1 - y0):
+        return x0, y0, x1, y1
+    half, x, y = 0.8 * size, 0.5 * (seen.box[0] + seen.box[2]), 0.5 * (seen.box[1] + seen.box[3])
+    return x - half, y - half, x + half, y + half
+
+
+def coarse(box: tuple[float, float, float, float], rear: float) -> tuple[int, ...]:
+    """The box in steps of its own size, so that a plot is fitted again only after a notable change."""
+    step = 2.0 ** round(math.log2(max(box[2] - box[0], box[3] - box[1], 1e-9 * rear))) / 4.0
+    return tuple(round(edge / step) for edge in box)
+
+
+def _limits(box: tuple[float, float, float, float], width: int, height: int) -> tuple[float, float, float, float]:
+    """x0, x1, y0, y1 (mm) of the plot about this box, in the aspect ratio of the plot."""
+    x, y = 0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3])
+    mm = MARGIN * max((box[2] - box[0]) / max(width, 1), (box[3] - box[1]) / max(height, 1))       # per pixel
+    return x - 0.5 * width * mm, x + 0.5 * width * mm, y - 0.5 * height * mm, y + 0.5 * height * mm
 
 
 def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
     """Round steps, about five across the plot, up to three times the rear rim."""
-    step = max(round_length(max(span, 1e-6) / 4.0), 0.02 * rear)
+    step = max(round_length(max(span, 1e-6) / 4.0), 0.002 * rear)
     count = math.ceil(3.0 * rear / step)
     values = [i * step for i in range(-count, count + 1)]
     return values, [true_minus(significant(value)) for value in values]
@@ -195,27 +220,32 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
     if seen.area > 0.0:
         outline = state.memo.of((seen, plot), lambda: _outline(seen, plot))
         draw.add_convex_poly_filled(outline[::2], theme.packed(own, 0.22))
+    drawn = []
     for (name_, _), (tint, tint_text), one in zip(FIELDS, tints, fields, strict=True):
         if one.area > 0.0:
             its_outline = state.memo.of((one, plot), partial(_outline, one, plot))
             draw.add_polyline(its_outline, theme.packed(tint), pixel, imgui.ImDrawFlags_.closed)
-            _name(draw, plot, name_, one, tint_text)
-    if seen.area <= 0.0:
-        return
-    draw.add_polyline(outline, theme.packed(own), 2.0 * pixel, imgui.ImDrawFlags_.closed)
+            drawn.append((name_, one, tint_text))
+    if seen.area > 0.0:
+        draw.add_polyline(outline, theme.packed(own), 2.0 * pixel, imgui.ImDrawFlags_.closed)
+        if state.box or lit:
+            _draw_samples(draw, plot, seen, samples, lit, state)
+    outlines = [plot.pixels(*one.outline.T) for _, one, _ in drawn]
+    outlines.append(plot.pixels(rear * np.cos(turn), rear * np.sin(turn)))
+    taken: list[tuple[float, float, float, float]] = []
+    for name_, one, ink in drawn:
+        _name(draw, plot, name_, one, ink, outlines, taken)
 
-    # pbrt's box and its samples: dots pass, crosses do not
+
+def _draw_samples(draw: imgui.ImDrawList, plot: PlotMap, seen: Region, samples: BoxSamples, lit: tuple[int, ...],
+                  state: PupilState) -> None:
+    """The bounding box of the region, which pbrt samples, and its samples: dots pass, crosses do not."""
+    colour, pixel = theme.colours(), theme.scale()
     x0, y0, x1, y1 = seen.box
     a, b = plot.at(x0, y1), plot.at(x1, y0)
     line = theme.packed(colour.text, 0.8)
     for p, q in ((a, ImVec2(b.x, a.y)), (ImVec2(b.x, a.y), b), (b, ImVec2(a.x, b.y)), (ImVec2(a.x, b.y), a)):
         dashed_line(draw, p, q, line, 4.0, 3.0)
-    height = imgui.get_text_line_height()
-    name = imgui.calc_text_size("pbrt's box")
-    if b.x - a.x < 1.5 * name.x and a.x - name.x - 4.0 * pixel > plot.left:      # a small box has its name beside it
-        text(draw, ImVec2(a.x - 4.0 * pixel, b.y - height), colour.text, "pbrt's box", right=True, plate=True)
-    else:
-        text(draw, ImVec2(a.x, max(a.y - height - pixel, plot.top)), colour.text, "pbrt's box")
     shown = min(int(abs(b.x - a.x) * abs(b.y - a.y) / (DENSITY * pixel) ** 2), len(samples.points))
     dots, crosses = state.memo.of((samples, shown, plot), lambda: _marks(samples, shown, plot, pixel))
     dot, cross, marked = theme.packed(colour.strong, 0.75), theme.packed(colour.dead, 0.9), theme.packed(colour.warning)
@@ -245,17 +275,34 @@ def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tupl
     return dots, crosses
 
 
-def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colour: theme.Colour) -> None:
-    """The name at the region's side; that of the axis below its region."""
-    pixel, line = theme.scale(), imgui.get_text_line_height()
+def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colour: theme.Colour,
+          outlines: list[np.ndarray], taken: list[tuple[float, float, float, float]]) -> None:
+    """The name beside its region, at the first place around it where it touches no outline (n, 2) and no other name.
+
+    taken: left, top, right and bottom of the names before; that of this one is added.
+    """
+    pixel, size = theme.scale(), imgui.calc_text_size(name)
     x0, y0, x1, y1 = field.box
+    widest = plot.at(x1, float(field.outline[int(np.argmax(field.outline[:, 0])), 1]))
+    below, above = plot.at(0.5 * (x0 + x1), y0), plot.at(0.5 * (x0 + x1), y1)
+    gap = 4.0 * pixel
+    places = [(widest.x + gap, widest.y + part * size.y) for part in (-0.5, -1.2, 0.2, -2.2, 1.2, 2.2, -3.2)]
+    places += [(below.x - 0.5 * size.x, below.y + 0.5 * gap), (above.x - 0.5 * size.x, above.y - size.y - 0.5 * gap)]
     if name == "axis":
-        at = plot.at(0.0, y0)
-        text(draw, ImVec2(at.x - 0.5 * imgui.calc_text_size(name).x, at.y + 2.0 * pixel), colour, name)
-        return
-    widest = field.outline[int(np.argmax(field.outline[:, 0]))]
-    at = plot.at(float(x1), float(widest[1]))
-    text(draw, ImVec2(at.x + 5.0 * pixel, at.y - (1.0 if name == "full" else 0.0) * line), colour, name)
+        places = [places[-2], places[-1], *places[:-2]]
+
+    def clear(x: float, y: float) -> bool:
+        box = (x - pixel, y + pixel, x + size.x + pixel, y + size.y - pixel)
+        if box[0] < plot.left or box[2] > plot.right or box[1] < plot.top or box[3] > plot.bottom:
+            return False
+        if any(box[0] < r and box[2] > l and box[1] < b and box[3] > t for l, t, r, b in taken):
+            return False
+        return not any(((one[:, 0] > box[0]) & (one[:, 0] < box[2]) & (one[:, 1] > box[1])
+                        & (one[:, 1] < box[3])).any() for one in outlines)
+
+    x, y = next((place for place in places if clear(*place)), places[0])
+    taken.append((x, y, x + size.x, y + size.y))
+    text(draw, ImVec2(x, y), colour, name)
 
 
 def _words(seen: Region, samples: BoxSamples, pointer: str, lit: tuple[int, ...], traced: bool, reach: float) -> None:
@@ -281,6 +328,21 @@ def _words(seen: Region, samples: BoxSamples, pointer: str, lit: tuple[int, ...]
     imgui.set_item_tooltip("Area of the exit-pupil region on the plane of the last vertex, and how many of the samples "
                            "in its bounding box, which pbrt takes, reach the scene"
                            + ("; the region is that of the real lens" if not traced else ""))
+
+
+def _box_switch(state: PupilState) -> None:
+    """The switch of the box: under the words, or after them where there is room."""
+    theme.small()
+    width = imgui.calc_text_size(BOX).x + imgui.get_frame_height() + theme.em(0.8)
+    if imgui.get_item_rect_max().x + theme.em(1.0) + width < imgui.get_cursor_screen_pos().x \
+            + imgui.get_content_region_avail().x:
+        imgui.same_line(0.0, theme.em(1.0))
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(1.0, 0.0))
+    state.box = check_box(BOX, state.box)
+    imgui.pop_style_var()
+    imgui.pop_font()
+    imgui.set_item_tooltip("The bounding box of the region, in which pbrt takes its samples: dots reach the scene, "
+                           "crosses end at a rim")
 
 
 def _tooltip(at: np.ndarray, ray: PointedRay) -> None:

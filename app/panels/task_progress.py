@@ -7,9 +7,12 @@ from lensbench.app.workers.task import Task
 from lensbench.kernels.figures import fixed
 
 
-def task_progress(task: Task) -> None:
-    """Draw a bar with the task's description and progress, and a button that cancels it."""
-    width = imgui.get_content_region_avail().x - theme.em(2.4)
+def task_progress(task: Task, width: float = 0.0) -> None:
+    """Draw a bar with the task's description and progress, and a button that cancels it.
+
+    width: of both in pixels; 0 for the rest of the line.
+    """
+    width = (width or imgui.get_content_region_avail().x) - theme.em(2.4)
     imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*theme.colours().frame_active))
     imgui.progress_bar(task.progress, ImVec2(width, 0.0),
                        f"{task.description}  "

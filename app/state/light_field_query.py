@@ -201,8 +201,8 @@ def format_place(view: tuple[float, float]) -> str:
     return true_minus(f"{fixed(view[0], 2, signed=True)}, {fixed(view[1], 2, signed=True)}")
 
 
-def note(recording: Recorded, look: Look) -> str:
-    """Short description of the picture."""
+def note(recording: Recorded, look: Look, found: bool = True) -> str:
+    """Short description of the picture. found: the depth is known; until then it is the picture as recorded."""
     if isinstance(recording, ArrayRecording):
         right, up, forwards = (true_minus(f"{fixed(mm, 0, signed=True)} mm") for mm in look.place)
         return f"By the array: {right} to the right, {up} up, {forwards} forwards"
@@ -214,6 +214,9 @@ def note(recording: Recorded, look: Look) -> str:
     if look.show == "view":
         u, v = recording.field.places[look.cell[1], look.cell[0]]
         return f"Light field: the view from {format_place((u, v))} of the pupil{_when(recording, look)}"
+    if look.show == "depth" and not found:
+        return (f"Light field: focused at {format_distance(recording.settings.focus_distance)}, as recorded; "
+                "its depth is not found yet")
     if look.show == "depth":
         return {"sharp": "Light field: all in focus", "depth": "Light field: depth; uncertain pixels are dark",
                 "sure": "Light field: confidence of the depth, from black to white"}[look.deep]

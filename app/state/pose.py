@@ -5,11 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.settings import Settings
 
 STEEPEST = math.radians(85.0)
 FARTHEST = 5000.0               # mm: a farther pivot would make every movement too large
 NEAREST = 50.0
+CLEARANCE = 10.0                # mm above the floor
+BISECTIONS = 30                 # of an orbit that ends at the floor
 
 
 def pivot_distance(settings: Settings) -> float:
@@ -18,8 +21,22 @@ def pivot_distance(settings: Settings) -> float:
 
 
 def orbited(settings: Settings, left: float, up: float) -> Settings:
-    """The camera turned about the pivot: the scene seems to turn by these angles (radians), right and down positive."""
+    """The camera turned about the pivot: the scene seems to turn by these angles (radians), right and down positive.
+
+    It stops above the floor.
+    """
     settings = at_keyframe(settings)
+    turned = _turned(settings, left, up)
+    if not _is_above_floor(settings) or _is_above_floor(turned):
+        return turned
+    free, taken = 0.0, 1.0
+    for _ in range(BISECTIONS):
+        part = 0.5 * (free + taken)
+        free, taken = (part, taken) if _is_above_floor(_turned(settings, part * left, part * up)) else (free, part)
+    return _turned(settings, free * left, free * up)
+
+
+def _turned(settings: Settings, left: float, up: float) -> Settings:
     distance, late = pivot_distance(settings), _late(settings)
     frame, yaw, pitch = _pose(settings)
     pivot = frame[:3, 3] - distance * frame[:3, 2]
@@ -30,17 +47,17 @@ def orbited(settings: Settings, left: float, up: float) -> Settings:
 
 
 def panned(settings: Settings, right: float, up: float) -> Settings:
-    """The camera moved across the view by these lengths (mm)."""
+    """The camera moved across the view by these lengths (mm); not below the floor."""
     settings = at_keyframe(settings)
     frame = _pose(settings)[0]
-    return _moved(settings, frame[:3, 3] + right * frame[:3, 0] + up * frame[:3, 1])
+    return _moved(settings, _above_floor(settings, frame[:3, 3] + right * frame[:3, 0] + up * frame[:3, 1]))
 
 
 def dollied(settings: Settings, forward: float) -> Settings:
-    """The camera moved along the view by a length (mm)."""
+    """The camera moved along the view by a length (mm); not below the floor."""
     settings = at_keyframe(settings)
     frame = _pose(settings)[0]
-    return _moved(settings, frame[:3, 3] - forward * frame[:3, 2])
+    return _moved(settings, _above_floor(settings, frame[:3, 3] - forward * frame[:3, 2]))
 
 
 def at_home(settings: Settings) -> Settings:
@@ -73,3 +90,31 @@ def _pose(settings: Settings) -> tuple[np.ndarray, float, float]:
 def _moved(settings: Settings, position: np.ndarray) -> Settings:
     x, y, z = (float(value) for value in position)
     return replace(settings, end_position=(x, y, z)) if _late(settings) else replace(settings, position=(x, y, z))
+
+
+def _height(settings: Settings, position: np.ndarray) -> tuple[float, np.ndarray]:
+    """Height (mm) of a place over the floor, which is visible from above alone, and the floor's unit normal (3,).
+
+    Infinite where there is no floor.
+    """
+    try:
+        floor = cached_scene(settings.scene).floor
+    except (SceneFileError, OSError):           # the worker reports it
+        floor = None
+    if floor is None:
+        return math.inf, np.zeros(3)
+    normal = np.asarray(floor.normal, float)
+    normal = normal / np.linalg.norm(normal)
+    return float(normal @ position) - floor.height, normal
+
+
+def _is_above_floor(settings: Settings) -> bool:
+    return _height(settings, _pose(settings)[0][:3, 3])[0] >= CLEARANCE - 1e-6
+
+
+def _above_floor(settings: Settings, position: np.ndarray) -> np.ndarray:
+    """The position, raised above the floor; as it is for a camera that stands below the floor already."""
+    height, normal = _height(settings, position)
+    if height >= CLEARANCE or not _is_above_floor(settings):
+        return position
+    return position + (CLEARANCE - height) * normal

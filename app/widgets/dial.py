@@ -90,7 +90,8 @@ def dial(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[
         state.known = item
     elif not hovered and state.known == item:
         state.known = 0
-    if tooltip and state.known != item and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+    silent = state.known == item or state.entry is not None
+    if tooltip and not silent and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         _explain(tooltip, scale)
     after = imgui.get_cursor_screen_pos()
 
@@ -206,11 +207,23 @@ def _typed(state: DialState, value: float, scale: Scale, corner: ImVec2, width: 
     elif not entry.fresh and imgui.is_item_deactivated():
         state.entry = None
     if state.entry is not None and state.entry.error:
-        imgui.set_next_window_pos(ImVec2(corner.x, corner.y - theme.em(2.2)))
-        if imgui.begin_tooltip():
-            imgui.text_colored(theme.colours().warning, state.entry.error)
-            imgui.end_tooltip()
+        _complain(state.entry.error, corner)
     return value
+
+
+def _complain(error: str, corner: ImVec2) -> None:
+    """The error of a typed value, over the dial and over every tooltip; within the window."""
+    pad, wrap = theme.em(0.55), theme.em(24.0)
+    size = imgui.calc_text_size(error, wrap_width=wrap)
+    viewport = imgui.get_main_viewport()
+    x = min(corner.x, viewport.pos.x + viewport.size.x - size.x - 2.0 * pad)
+    y = max(corner.y - size.y - 2.0 * pad - theme.em(0.4), viewport.pos.y)
+    draw, colour = imgui.get_foreground_draw_list(), theme.colours()
+    upper, lower = ImVec2(x, y), ImVec2(x + size.x + 2.0 * pad, y + size.y + 2.0 * pad)
+    draw.add_rect_filled(upper, lower, theme.packed(colour.popup), 4.0 * theme.scale())
+    draw.add_rect(upper, lower, theme.packed(colour.warning), 4.0 * theme.scale())
+    draw.add_text(imgui.get_font(), imgui.get_font_size(), ImVec2(x + pad, y + pad), theme.packed(colour.warning),
+                  error, wrap_width=wrap)
 
 
 def _fitting(scale: Scale, length: float, font_size: float) -> tuple[tuple[float, str], ...]:

@@ -21,6 +21,7 @@ from lensbench.app.state.constraints import with_longer_side
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.marked import radio
 from lensbench.app.workers.task import Task
 
 fa = icons_fontawesome_6
@@ -62,7 +63,8 @@ class FilePrompt:
         self._request: Request | None = None
         self._question: Question | None = None
         self._dialog: Any = None
-        self._folder = Path.home() if os.access(Path.home(), os.R_OK) else Path("/")
+        home = Path.home() if os.access(Path.home(), os.R_OK) else Path("/")
+        self._folder = home
         self._text = ""
         self._open = False
         self._problem = ""
@@ -71,13 +73,23 @@ class FilePrompt:
         """Ask; a question that is still open is dropped. The request comes back with the answer."""
         self._request, self._question, self._text, self._problem = request, question, question.name, ""
         if self._native:
-            pattern = " ".join(f"*{suffix}" for suffix in question.suffixes)
+            pattern = " ".join(f"*{suffix} *{suffix.upper()}" for suffix in question.suffixes)
             filters = [question.kind, pattern, "All files", "*"]
             start = str(self._folder / question.name)
             dialog = native.save_file if question.save else native.open_file
             self._dialog = dialog(question.title, start, filters)
         else:
             self._open = True
+
+    @property
+    def folder(self) -> Path:
+        """Where the file asked for last was; the first folder that is shown next."""
+        return self._folder
+
+    @folder.setter
+    def folder(self, folder: Path) -> None:
+        if folder.is_dir():
+            self._folder = folder
 
     def answer(self) -> tuple[Request, Path] | None:
         """Request and path, once, when the path is known. Draws the window's own dialog; call it in every frame."""
@@ -190,16 +202,22 @@ def centre_next(width: float) -> None:
 
 
 class ExportDialog:
-    """Export at any size and number of samples, with progress and Cancel."""
+    """Export: the picture as it stands at once, or any size and number of samples rendered in the background."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None):
         self.path = Path("lensbench.png").resolve()
         self.wants_path = False                 # Browse was pressed
+        self.wants_present: tuple[Path, int] | None = None      # the picture as it stands is to be saved; bits
         self._settings: Settings | None = None
         self._format = "PNG, 8 bits"
         self._open = False
         self._task: Task[bool] | None = None
         self._wake = wake
+
+    @property
+    def task(self) -> Task[bool] | None:
+        """The export under way, for its progress."""
+        return self._task
 
     @property
     def busy(self) -> bool:
@@ -225,8 +243,9 @@ class ExportDialog:
 
     def draw(self) -> tuple[str, bool] | None:
         """Call it in every frame. Returns once, when an export ends, a message and whether it is a success."""
+        message = self._ended()
         if self._settings is None:
-            return None
+            return message
         if self._open:
             imgui.open_popup("Export")
             self._open = False
@@ -234,10 +253,12 @@ class ExportDialog:
         shown, _ = imgui.begin_popup_modal("Export", None, imgui.WindowFlags_.no_saved_settings
                                            | imgui.WindowFlags_.no_resize)
         if not shown:
-            return None
-        message = None
+            return message
         if self._task is not None:
-            message = self._running(self._task)
+            task_progress(self._task)
+            if imgui.button("Close", ImVec2(theme.em(6.0), 0.0)) or imgui.is_key_pressed(imgui.Key.escape):
+                imgui.close_current_popup()
+            imgui.set_item_tooltip("It goes on in the background")
         else:
             self._form(self._settings)
         imgui.end_popup()
@@ -267,7 +288,7 @@ class ExportDialog:
                 imgui.same_line(indent + i % 3 * theme.em(8.0))
             else:
                 _label("" if i else "Format", indent)
-            if imgui.radio_button(name, name == self._format):
+            if radio(name, name == self._format):
                 self._format = name
                 self.path = self.path.with_suffix(FORMATS[name][0])
             imgui.set_item_tooltip(FORMATS[name][2])
@@ -283,10 +304,18 @@ class ExportDialog:
 
         # The buttons
         imgui.dummy(ImVec2(0.0, theme.em(0.3)))
-        if imgui.button("Export", ImVec2(theme.em(6.0), 0.0)):
-            suffix, bits, _ = FORMATS[self._format]
+        suffix, bits, _ = FORMATS[self._format]
+        if imgui.button("Render", ImVec2(theme.em(6.0), 0.0)):
             self.path = Path(os.path.expanduser(str(self.path))).with_suffix(suffix)
             self._task = self._export(settings, self.path, bits)
+            imgui.close_current_popup()
+        imgui.set_item_tooltip("Render it in the background: the status bar shows the progress")
+        imgui.same_line()
+        if imgui.button("Save as it is now", ImVec2(theme.em(9.0), 0.0)):
+            self.path = Path(os.path.expanduser(str(self.path))).with_suffix(suffix)
+            self.wants_present = self.path, bits
+            imgui.close_current_popup()
+        imgui.set_item_tooltip("The picture on the screen, with the pixels and samples that it has")
         imgui.same_line()
         if imgui.button("Cancel", ImVec2(theme.em(6.0), 0.0)) or imgui.is_key_pressed(imgui.Key.escape):
             imgui.close_current_popup()
@@ -298,11 +327,10 @@ class ExportDialog:
 
         return Task(f"Rendering {path.name}", work, self._wake)
 
-    def _running(self, task: Task[bool]) -> tuple[str, bool] | None:
-        task_progress(task)
-        if not task.done:
+    def _ended(self) -> tuple[str, bool] | None:
+        task = self._task
+        if task is None or not task.done:
             return None
-        imgui.close_current_popup()
         self._task = None
         if task.error is not None:
             return task.message, False

@@ -280,7 +280,7 @@ class Panels:
         window = self._state
         presenter = window.presenter
         status_bar(window.edited, presenter.update, window.view,
-                   presenter.renderer.split()[0] if presenter.software else "")
+                   presenter.renderer.split()[0] if presenter.software else "", window.export.task)
 
 
 def _in_the_dock(name: str) -> bool:

@@ -54,18 +54,20 @@ class Files:
 
     def __init__(self, state: WindowState, export: ExportDialog, analyses: Analyses):
         self._state, self._export, self._analyses = state, export, analyses
-        self._prompt = FilePrompt()
+        self.prompt = FilePrompt()
 
     def ask(self, request: Request) -> None:
         """Ask for the file of a request, one of QUESTIONS."""
-        self._prompt.ask(request, QUESTIONS[request])
+        self.prompt.ask(request, QUESTIONS[request])
 
     def answer(self) -> None:
         """Carry out the request, once its file has been chosen."""
-        answer = self._prompt.answer()
+        answer = self.prompt.answer()
         if answer is None:
             return
         request, path = answer
+        if self._state.remember:
+            hello_imgui.save_lasting_pref("folder", str(path.parent))
         if request in KINDS:
             self.open(path, KINDS[request])
         elif request is Request.SAVE_RENDER:
@@ -154,7 +156,7 @@ class Files:
             return
         say(f"The lens was saved as {path.name}", done=True)
         for remark in remarks:
-            say(f"{path.name}: {remark}")
+            say(f"{path.name}: {remark}", note=True)
 
     def save_settings(self, path: Path) -> None:
         """Save the present settings."""
@@ -180,19 +182,21 @@ class Files:
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))
 
-    def save_picture(self, path: Path) -> None:
+    def save_picture(self, path: Path, bits: int = 8) -> None:
         """Save the picture with its present samples, and with its settings."""
         from lensbench.app.files.export import save_picture
 
         update = self._state.worker.newest()
         if update is None:
-            self._state.view.say("There is no picture yet")
+            self._state.view.say("There is no picture yet", note=True)
             return
         present = self._state.history.present
         later = {name: getattr(present, name) for name in (*RESTARTS_NOTHING, *RESTARTS_MOTION)}
         settings = replace(update.settings, **{**later, "samples": update.samples})
         try:
-            save_picture(path, update.image if update.plain is None else update.plain, settings,
+            save_picture(path, update.image if update.plain is None else update.plain, settings, bits,
                          choice=None if update.is_provisional else update.choice)
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))
+        else:
+            self._state.view.say(f"The picture was saved as {path.name}", done=True)

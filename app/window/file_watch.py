@@ -5,6 +5,7 @@ from pathlib import Path
 
 from lensbench import lenses
 from lensbench.app.state.file_cache import file_stamp
+from lensbench.app.state.notices import Notice
 from lensbench.app.state.scene_file import find_scene, scene_stamp
 from lensbench.app.state.settings import Settings
 
@@ -45,9 +46,9 @@ def _unreadable(name: str) -> str:
     return f"{Path(name).name} has changed and cannot be read"
 
 
-def is_about(message: str, name: str) -> bool:
-    """Whether a message says that this file cannot be read."""
-    return message.startswith(_unreadable(name))
+def is_about(notice: Notice, name: str) -> bool:
+    """Whether a notice says that this file cannot be read."""
+    return notice.text.startswith(_unreadable(name))
 
 
 def forget_derived() -> None:

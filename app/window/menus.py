@@ -36,6 +36,7 @@ KEYS = (
 )
 NOTHING_PINNED = "Nothing to compare with yet: pin a picture as A first (A)"
 CTRL, SHIFT, KEY = imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key
+MODIFIERS = int(imgui.Key.mod_mask_)
 
 
 def menus(state: WindowState) -> None:
@@ -176,16 +177,37 @@ def toggle_pin(state: WindowState) -> None:
         state.view.links.toggle_pin((at[0] / film.pixels_x, at[1] / film.pixels_y) if at is not None else (0.0, 0.0))
 
 
-def shortcuts(state: WindowState) -> None:
+class Keyboard:
+    """The keys pressed in a frame, with the modifiers that were held at any time since the frame before.
+
+    On slow frames Ctrl may be released in the frame in which Z is pressed: imgui then reports Z alone.
+    """
+
+    def __init__(self) -> None:
+        self._before = self._held = 0
+
+    def advance(self) -> None:
+        """Call it once a frame."""
+        now = int(imgui.get_io().key_mods)
+        self._held, self._before = now | self._before, now
+
+    def pressed(self, chord: int) -> bool:
+        """Whether this key was pressed with exactly these modifiers."""
+        modifiers = int(chord) & MODIFIERS
+        return modifiers == self._held and imgui.is_key_pressed(KEY(int(chord) & ~MODIFIERS), False)
+
+
+def shortcuts(state: WindowState, keyboard: Keyboard) -> None:
     """The keys, unless text is being typed."""
     io = imgui.get_io()
+    keyboard.advance()
     if imgui.is_key_pressed(KEY.escape) and imgui.internal.get_top_most_popup_modal() is None:
         imgui.internal.close_popups_except_modals()
     if io.want_text_input or imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id):
         return
     held = any(imgui.is_mouse_down(button) for button in range(3))
 
-    pressed = imgui.is_key_chord_pressed
+    pressed = keyboard.pressed
     if not held and pressed(CTRL | KEY.z):
         undo(state)
     if not held and (pressed(CTRL | SHIFT | KEY.z) or pressed(CTRL | KEY.y)):
@@ -209,14 +231,14 @@ def shortcuts(state: WindowState) -> None:
             state.edited = replace(state.edited, overlay="none" if state.edited.overlay == overlay else overlay)
     for chord, comparison in ((KEY.s, "side"), (KEY.w, "wipe"), (KEY.d, "difference")):
         if pressed(chord) and view.pinned is None:
-            view.say(NOTHING_PINNED)
+            view.say(NOTHING_PINNED, note=True)
         elif pressed(chord):
             state.edited = replace(state.edited, compare="off" if state.edited.compare == comparison else comparison)
     if pressed(KEY.v):
         views = list(VIEWS)
         state.edited = replace(state.edited, view=views[(views.index(state.edited.view) + 1) % len(views)])
     if pressed(KEY.k) and view.pinned is None:
-        view.say(NOTHING_PINNED)
+        view.say(NOTHING_PINNED, note=True)
     elif pressed(KEY.k):
         view.locked = not view.locked
     if pressed(KEY.m):

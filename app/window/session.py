@@ -11,6 +11,7 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
@@ -29,13 +30,12 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import use_dials
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.comparing import Comparing
-from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.docking import Panels
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.file_watch import FileWatch, forget_derived, is_about
 from lensbench.app.window.layouts import LAYOUTS, placed, splits
 from lensbench.app.window.lens_browsing import LensBrowsing
-from lensbench.app.window.menus import NOTHING_PINNED, Help, shortcuts
+from lensbench.app.window.menus import NOTHING_PINNED, Help, Keyboard, shortcuts
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.task import Task
 from lensbench.kernels.cache import NotCompiledError
@@ -48,7 +48,7 @@ class Session(WindowState):
 
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
         super().__init__(settings, remember, threads)
-        self.export, self.help, self.watch = ExportDialog(self.wake), Help(), FileWatch()
+        self.help, self.watch = Help(), FileWatch()
         self.browsing = LensBrowsing(self)
         self.comparing = Comparing(self, threads)
         self.analyses = Analyses(self)
@@ -59,6 +59,7 @@ class Session(WindowState):
         self.laid_out_for: tuple[float, ...] = ()       # width, height, size of the font
         self._warm_up: Task[None] | None = None         # compiles the panels' kernels
         self._finish: Callable[[], None] | None = None
+        self._keyboard = Keyboard()
         self._frames = 0
         self._pace: float | None = None                 # frames a second at most, once there is a picture
         self._locked: frozenset[str] = frozenset()      # what the preferences hold
@@ -81,6 +82,7 @@ class Session(WindowState):
             self.dark = hello_imgui.load_lasting_pref("theme") != "light"
             with suppress(ValueError):
                 self.recent = [Path(path) for path in json.loads(hello_imgui.load_lasting_pref("recent") or "[]")]
+            self.files.prompt.folder = Path(hello_imgui.load_lasting_pref("folder") or Path.home())
             self.chooser.locked.update(set(hello_imgui.load_lasting_pref("locked").split()) & set(LOCKS))
             self._locked = frozenset(self.chooser.locked)
             self.browsing.load()
@@ -154,7 +156,8 @@ class Session(WindowState):
         self.view.links.advance()
         self.analyses.begin()
         self._unpin()
-        shortcuts(self)
+        self._steer_lists()
+        shortcuts(self, self._keyboard)
         self.files.answer()
         self._answer_requests()
 
@@ -164,6 +167,9 @@ class Session(WindowState):
         message = self.export.draw()
         if message is not None:
             self.view.say(*message)
+        if self.export.wants_present is not None:
+            self.files.save_picture(*self.export.wants_present)
+            self.export.wants_present = None
         if self.export.wants_path:
             self.export.wants_path = False
             self.requests.add(Request.CHOOSE_EXPORT_PATH)
@@ -174,6 +180,7 @@ class Session(WindowState):
         held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
         self.keep(held)
         self._keep_locks()
+        self.view.notices.follow(self.history.present.lens)
         busy = self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor
         self.worker.hold(busy)
         self.apply()
@@ -191,6 +198,13 @@ class Session(WindowState):
         if imgui.is_key_pressed(imgui.Key.escape) and not self.browsing.is_open \
                 and not imgui.is_popup_open("", imgui.PopupFlags_.any_popup):
             self.view.links.pinned = None
+
+    @staticmethod
+    def _steer_lists() -> None:
+        """Arrows and Enter choose in an open list or menu; elsewhere the keys belong to the picture."""
+        io, keys = imgui.get_io(), imgui.ConfigFlags_.nav_enable_keyboard
+        opened = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+        io.config_flags = io.config_flags | keys if opened else io.config_flags & ~keys
 
     def _leave_room_to_compile(self) -> None:
         """Few frames before the first picture: the compiler needs the processor."""
@@ -211,7 +225,7 @@ class Session(WindowState):
         if Request.RESTART in wanted:
             self.worker.again()
         if Request.PIN in wanted and self.comparing.pin():
-            self.view.messages = [message for message in self.view.messages if message != NOTHING_PINNED]
+            self.view.notices.forget(lambda notice: notice.text == NOTHING_PINNED)
         if Request.EXPORT in wanted:
             self.export.open(self.history.present)
         if Request.BROWSE_LENSES in wanted:
@@ -237,7 +251,7 @@ class Session(WindowState):
             return
         forget_derived()
         for name in changed:
-            self.view.messages = [message for message in self.view.messages if not is_about(message, name)]
+            self.view.notices.forget(partial(is_about, name=name))
             self.view.say(f"Reloaded {Path(name).name}", done=True)
         with suppress(ValueError, OSError, NotCompiledError):
             self.history.correct(constrained(present))

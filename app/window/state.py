@@ -24,6 +24,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.undo import History
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import DialState
+from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.layouts import BENCH
 from lensbench.app.workers.chart_worker import ChartWorker
 from lensbench.app.workers.compilers import Compilers
@@ -49,6 +50,7 @@ class WindowState:
         self.charts = ChartWorker(self.wake)
         self.light_field = LightFieldController(self.view, self.presenter, settings, self.requests, self.wake)
         self.remember = remember                        # layout, theme and recent files, beyond this session
+        self.export = ExportDialog(self.wake)
         self.dark = True
         self.layout = BENCH                             # the chosen one of LAYOUTS
         self.recent: list[Path] = []                    # files that were opened, the newest first
@@ -113,17 +115,17 @@ class WindowState:
         shown = showable(settings)
         if shown != settings:
             self.view.say(f"{settings.pixels_x} × {settings.pixels_y} pixels are more than the window can show: "
-                          f"it renders {shown.pixels_x} × {shown.pixels_y}; an export takes more")
+                          f"it renders {shown.pixels_x} × {shown.pixels_y}; an export takes more", note=True)
         return shown
 
     def say_findings(self, settings: Settings) -> None:
         """Show the assumptions of the reader of the lens file, and a wavelength of its own."""
         lens, name = published(settings), Path(settings.lens).name
         for finding in lens.findings:
-            self.view.say(f"{name}: {finding}")
+            self.view.say(f"{name}: {finding}", lens=settings.lens)
         remark = wavelength_remark(settings)
         if remark:
-            self.view.say(f"{name}: {remark}")
+            self.view.say(f"{name}: {remark}", lens=settings.lens)
 
     # The window
 

@@ -6,6 +6,7 @@ from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from lensbench.app.display.frame import View
 from lensbench.app.panels.controls.controls import lens_title
+from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.state.auto_model import choice_details, choice_summary
 from lensbench.app.state.build import design
 from lensbench.app.state.pixel.readings import pixel_readings
@@ -13,11 +14,16 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
 from lensbench.app.workers.render_update import RenderUpdate
+from lensbench.app.workers.task import Task
 from lensbench.kernels.figures import fixed, significant
 
 
-def status_bar(settings: Settings, update: RenderUpdate | None, view: View, drawn_by: str = "") -> None:
-    """Draw into the bar that hello_imgui has begun. drawn_by: the software renderer; "": a graphics card draws."""
+def status_bar(settings: Settings, update: RenderUpdate | None, view: View, drawn_by: str = "",
+               exporting: Task | None = None) -> None:
+    """Draw into the bar that hello_imgui has begun.
+
+    drawn_by: the software renderer; "": a graphics card draws. exporting: the export under way.
+    """
     colour, dot = theme.colours(), theme.em(0.9)
     theme.small()
     corner = imgui.get_cursor_screen_pos()
@@ -28,6 +34,10 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View, draw
 
     # From the right: the lens, and the pixel under the mouse
     left, right = window.x + theme.em(0.78), window.x + width - theme.em(0.9)
+    if exporting is not None:
+        imgui.set_cursor_screen_pos(ImVec2(left, y - imgui.get_style().frame_padding.y))
+        task_progress(exporting, min(theme.em(26.0), 0.5 * width))
+        left += min(theme.em(26.0), 0.5 * width) + dot
     summary = choice_summary(update.choice, update.speeds) if update is not None and update.choice is not None else []
     parts = [summary[0] if summary else settings.camera_title, *_progress(update, drawn_by)]
     separator = 2.0 * dot + imgui.calc_text_size("·").x

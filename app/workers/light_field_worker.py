@@ -45,6 +45,12 @@ class FieldPicture(NamedTuple):
     seconds: float
     covered: float = 1.0                    # the part of its pixels that was recorded
     number: int = 0                         # counts the pictures of the worker
+    found: bool = True                      # the depth that a look at the depth needs
+
+    @property
+    def coded(self) -> bool:
+        """Whether its colours encode a depth or a confidence."""
+        return self.found and self.look.coded
 
 
 Wanted = tuple[Recorded, Look, lb.Depth | None]
@@ -254,7 +260,7 @@ class LightFieldWorker:
             else:
                 self._numbered += 1
                 self.field_picture = FieldPicture(recording, look, image, perf_counter() - begin, covered,
-                                                  self._numbered)
+                                                  self._numbered, look.show != "depth" or depth is not None)
             with self._change:
                 self._done, self._seconds = wanted, perf_counter() - begin
                 self._change.notify_all()

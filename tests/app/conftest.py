@@ -5,7 +5,8 @@ from pathlib import Path
 from time import monotonic
 
 import pytest
-from imgui_bundle import ImVec2, immapp
+from imgui_bundle import ImVec2, imgui, immapp
+from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 from imgui_bundle.immapp import testing
 
 from lensbench.app.state.settings import Settings
@@ -98,3 +99,37 @@ def drive():
         return session
 
     return run
+
+
+@pytest.fixture
+def slow_frames():
+    """Open the bench, and put the events of a person between its frames, several into one: slow_frames(script).
+
+    `script(session)` is a generator; it begins after the first picture and goes on once a frame.
+    """
+    def run(script, settings: Settings = SMALL) -> window.Session:
+        session = window.Session(settings, remember=False, threads=2)
+        window.without_display()
+        runner = window.parameters(session)
+        runner.fps_idling.enable_idling = False
+        steps, end = script(session), monotonic() + PATIENCE
+
+        def step() -> None:
+            assert monotonic() < end, "waited in vain for the picture"
+            if session.settled(1) and next(steps, "end") == "end":
+                runner.app_shall_exit = True
+
+        runner.callbacks.after_swap = step
+        try:
+            immapp.run(runner, immapp.AddOnsParams(with_implot=True))
+        finally:
+            session.worker.stop()
+        return session
+
+    return run
+
+
+def mouse_to(x: float, y: float) -> None:
+    """Move the mouse there before the next frame, as an event among others."""
+    window.glfw.set_cursor_pos(glfw_window_hello_imgui(), x, y)
+    imgui.get_io().add_mouse_pos_event(x, y)

@@ -32,6 +32,7 @@ from lensbench.app.state.request import Request
 from lensbench.app.state.settings import FOV_AXES, LAYOUTS, PROJECTIONS, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.drop_list import angle, drop_list, picked
+from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.padlock import padlock
 from lensbench.kernels.figures import significant
 from lensbench.lens_models.polynomial import DEGREES
@@ -181,7 +182,7 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
             if imgui.selectable(name, name == film_name((settings.film_width, settings.film_height)))[0]:
                 chosen = change(settings, width, height)
         imgui.separator()
-        _, chooser.equivalent = imgui.checkbox("Keep the picture", chooser.equivalent)
+        chooser.equivalent = check_box("Keep the picture", chooser.equivalent)
         imgui.set_item_tooltip("With another film, focal length and f-number change by as much as its diagonal: the\n"
                                "field of view and the depth of field stay. Pin the picture as A first, to compare")
         imgui.align_text_to_frame_padding()

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from lensbench.app.state.figures import colours
 from lensbench.app.state.settings import DISPERSIONS, Settings
+from lensbench.app.widgets.marked import one_of
 from lensbench.app.widgets.paragraph import small_note
-from lensbench.app.widgets.radio import one_of
 
 TIPS = {
     "auto": "With dispersion where the glasses of the lens are known, otherwise at the d line",

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from lensbench.app.state.build import focus_text, setup
 from lensbench.app.state.settings import FOCUS_POSITIONS, Settings
+from lensbench.app.widgets.marked import one_of
 from lensbench.app.widgets.paragraph import small_note
-from lensbench.app.widgets.radio import one_of
 
 TIPS = {
     "auto": "The paraxial focus, or the position of least blur where a point in focus is half a pixel sharper there",

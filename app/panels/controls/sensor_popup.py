@@ -9,6 +9,7 @@ from lensbench.app.state.exposure import AppliedExposure, exposure_text
 from lensbench.app.state.settings import BITS, EXPOSURES, METERINGS, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
+from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.toggles import toggles
 
 DEFAULT = Settings()
@@ -50,11 +51,9 @@ def sensor_popup(settings: Settings, found: AppliedExposure | None) -> Settings:
         settings = replace(settings, iso=turned, exposing="triangle" if automatic else settings.exposing)
 
     # The sensor
-    changed, noise = imgui.checkbox("Sensor with noise", settings.noise)
+    settings = replace(settings, noise=check_box("Sensor with noise", settings.noise))
     imgui.set_item_tooltip("Photons become electrons at random, a full well clips,\n"
                            "reading adds noise, and the converter rounds")
-    if changed:
-        settings = replace(settings, noise=noise)
     return _sensor(settings) if settings.noise else settings
 
 

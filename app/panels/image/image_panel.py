@@ -8,11 +8,12 @@ its top left corner.
 import math
 from dataclasses import replace
 
-from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.display.frame import Picture, View
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
 from lensbench.app.panels.image.magnifier import STEPS, draw_magnifier
+from lensbench.app.panels.image.notices import draw_notices
 from lensbench.app.panels.image.overlays import (
     Mark,
     draw_cross,
@@ -31,7 +32,6 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.kernels.figures import fixed
 
-fa = icons_fontawesome_6
 CLICK = 4.0                     # pixels at a scale of 1: a press that moves farther is a drag
 TURN = math.radians(0.25)       # of an orbit, per such pixel
 DOLLY = 0.06                    # of the distance to the pivot, per click of the wheel
@@ -78,7 +78,7 @@ def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
         settings = _picture(settings, picture, view, ImVec2(corner.x + half.x, corner.y), half)
     else:
         settings = _picture(settings, picture, view, corner, room)
-    _messages(view, corner, room)
+    draw_notices(view.notices, corner, room)
     return settings
 
 
@@ -114,7 +114,8 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     pixel = theme.scale()
     draw = imgui.get_window_draw_list()
     imgui.set_cursor_screen_pos(corner)
-    imgui.set_next_item_allow_overlap()
+    if picture.pinned is not None and settings.compare == "wipe":      # an item under others needs a frame of hovering
+        imgui.set_next_item_allow_overlap()                             # before a click: slow frames would lose clicks
     imgui.invisible_button("Picture", room, imgui.ButtonFlags_.mouse_button_left | imgui.ButtonFlags_.mouse_button_right
                            | imgui.ButtonFlags_.mouse_button_middle)
     if not picture.texture:
@@ -297,7 +298,7 @@ def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
     return replace(settings, focus_distance=distance)
 
 
-# Messages over the picture
+# Progress over the picture
 
 
 def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
@@ -312,8 +313,10 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
         text = f"Compiling the kernels, once for this version · {fixed(picture.waiting, 0)} s\n{parts}"
     size = imgui.calc_text_size(text)
     width = max(size.x, theme.em(14.0))
-    left, top = round(corner.x + 0.5 * (room.x - width)), round(corner.y + 0.5 * room.y - size.y)
     pad = round(theme.em(0.9))
+    left, top = round(corner.x + 0.5 * (room.x - width)), round(corner.y + 0.5 * room.y - size.y)
+    if not picture.first:               # the picture before is in sight: beside its subject, at the lower edge
+        top = round(corner.y + room.y - size.y - theme.em(0.9) - pad - theme.em(1.2))
     draw.add_rect_filled(ImVec2(left - pad, top - pad), ImVec2(left + width + pad, top + size.y + theme.em(0.9) + pad),
                          theme.packed(colour.popup, 0.92), 4.0 * pixel)
     draw.add_text(ImVec2(round(left + 0.5 * (width - size.x)), top), theme.packed(colour.text), text)
@@ -324,36 +327,3 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
         begin, part = left, done / wanted
     draw.add_rect_filled(ImVec2(begin, y), ImVec2(begin + part * width, y + thick), theme.packed(colour.text),
                          1.5 * pixel)
-
-
-def _messages(view: View, corner: ImVec2, room: ImVec2) -> None:
-    """The messages, over the top of the picture, each until it is dismissed."""
-    if not view.messages:
-        return
-    pixel, colour = theme.scale(), theme.colours()
-    imgui.set_cursor_screen_pos(ImVec2(corner.x + 10 * pixel, corner.y + 8 * pixel))
-    imgui.push_style_color(imgui.Col_.child_bg, imgui.ImVec4(*colour.popup))
-    imgui.push_style_var(imgui.StyleVar_.child_rounding, 4.0 * pixel)
-    flags = imgui.ChildFlags_.always_use_window_padding | imgui.ChildFlags_.auto_resize_y
-    if imgui.begin_child("Messages", ImVec2(room.x - 20 * pixel, 0.0), flags):
-        for i, message in enumerate(list(view.messages)):
-            imgui.push_id(i)
-            if message in view.done:
-                imgui.text_disabled(fa.ICON_FA_CHECK)
-            else:
-                imgui.text_colored(imgui.ImVec4(*colour.warning), fa.ICON_FA_TRIANGLE_EXCLAMATION)
-            imgui.same_line()
-            close = theme.em(1.6)
-            imgui.push_text_wrap_pos(imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x - close)
-            imgui.text_unformatted(message)
-            imgui.pop_text_wrap_pos()
-            imgui.same_line(imgui.get_window_width() - close - imgui.get_style().window_padding.x)
-            imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0, 0, 0, 0))
-            if imgui.small_button(fa.ICON_FA_XMARK + "###Dismiss"):
-                view.messages.remove(message)
-            imgui.pop_style_color()
-            imgui.set_item_tooltip("Dismiss")
-            imgui.pop_id()
-    imgui.end_child()
-    imgui.pop_style_var()
-    imgui.pop_style_color()

@@ -9,6 +9,7 @@ from lensbench.app.state.constraints import with_longer_side
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import COMPARISONS, TONES, VIEWS, Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.marked import check_box
 
 LONGER_SIDES = (480, 640, 960, 1280, 1920, 2880)
 SAMPLES = (16, 64, 256, 1024, 4096)
@@ -46,8 +47,8 @@ def picture_menu(settings: Settings) -> Settings:
         _label("Samples", i == 0, i, 3.0)
         if _choice(f"{samples}", samples == settings.samples, 2.6):
             chosen = replace(settings, samples=samples)
-    changed, traced = imgui.checkbox("Light tracing", settings.light_tracing)
-    if changed:
+    traced = check_box("Light tracing", settings.light_tracing)
+    if traced != settings.light_tracing:
         chosen = replace(settings, light_tracing=traced)
     imgui.set_item_tooltip("Trace lamps, lit windows and what mirrors, panes and balls show of them from the light\n"
                            "to the film, so that their blur is smooth in the first frame. Off: the camera's rays\n"

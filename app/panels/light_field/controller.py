@@ -105,7 +105,7 @@ class LightFieldController:
             return
         settings = picture_settings(shown.recording, shown.look)
         image = shown.image
-        if shown.look.coded:
+        if shown.coded:
             settings, found = with_codes(settings), self.worker.found
             image = depth_picture(found, path) if shown.look.deep == "depth" and found else light_of(image)
         else:

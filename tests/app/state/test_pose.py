@@ -9,11 +9,13 @@ from hypothesis import settings as limits
 from hypothesis import strategies as st
 
 from lensbench.app.state.pose import STEEPEST, dollied, orbited, panned, pivot_distance
+from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
 
+FREE = replace(Settings(), scene="room")        # without a floor of the kind that ends a movement
 angles, lengths = st.floats(-1.0, 1.0), st.floats(-500.0, 500.0)
 poses = st.builds(lambda x, y, z, yaw, pitch, focus: replace(
-    Settings(), position=(x, y, z), yaw=yaw, pitch=pitch, focus_distance=focus),
+    FREE, position=(x, y, z), yaw=yaw, pitch=pitch, focus_distance=focus),
     lengths, lengths, lengths, st.floats(-3.0, 3.0), angles, st.floats(100.0, 4000.0))
 many = limits(deadline=None, max_examples=50)
 
@@ -47,8 +49,8 @@ def test_a_pan_moves_across_the_view_and_a_dolly_along_it(pose, right, up):
 
 
 def test_no_orbit_goes_over_the_pole():
-    assert orbited(Settings(), 0.0, 10.0).pitch == -STEEPEST
-    assert orbited(Settings(), 0.0, -10.0).pitch == STEEPEST
+    assert orbited(FREE, 0.0, 10.0).pitch == -STEEPEST
+    assert orbited(FREE, 0.0, -10.0).pitch == STEEPEST
 
 
 def test_what_is_seen_follows_the_hand():
@@ -59,3 +61,17 @@ def test_what_is_seen_follows_the_hand():
 
 def test_focus_at_infinity_has_a_pivot_within_reach():
     assert math.isfinite(pivot_distance(replace(Settings(), focus_distance=math.inf)))
+
+
+def test_the_mouse_leaves_the_camera_above_the_floor():
+    start, floor = Settings(), cached_scene(Settings().scene).floor
+
+    def height(settings):
+        return np.dot(settings.position, floor.normal) / np.linalg.norm(floor.normal) - floor.height
+
+    for moved in (panned(start, 0.0, -5000.0), orbited(start, 0.3, -2.0),
+                  dollied(replace(start, pitch=-0.5), 5000.0)):
+        assert 9.9 < height(moved) < 11.0
+    np.testing.assert_allclose(pivot(orbited(start, 0.3, -2.0)), pivot(start), atol=1e-8)
+    below = replace(start, position=(0.0, floor.height - 100.0, 0.0))       # as a settings file may have it
+    assert panned(below, 0.0, -10.0).position[1] == floor.height - 110.0

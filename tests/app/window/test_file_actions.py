@@ -9,6 +9,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from lensbench import lenses
+from lensbench.app.files.export import read_settings
 from lensbench.app.state.build import design
 from lensbench.app.state.request import Request
 from lensbench.app.window.file_actions import QUESTIONS
@@ -116,7 +117,7 @@ def test_the_picture_is_saved_and_opened_again_with_its_settings(drive, tmp_path
         hand.ctx.yield_(2)
         assert hand.settings == changed
 
-    assert drive(use, changed).view.messages == []
+    assert drive(use, changed).view.messages == ["The picture was saved as shot.png"]
     with Image.open(path) as saved:
         assert saved.size == (120, 80)
 
@@ -173,21 +174,41 @@ def test_an_export_can_be_cancelled_and_finished(drive, tmp_path):
         hand.ctx.item_click("**/Export")
         hand.ctx.yield_(2)
         hand.ctx.item_input_value("//Export/##Samples a pixel", 1_000_000)
-        hand.ctx.item_click("//Export/Export")
+        hand.ctx.item_click("//Export/Render")
         hand.ctx.yield_(3)
-        hand.ctx.item_click("//Export/###Cancel task")
+        hand.drag(hand.at("**/Exposure", 0.5, 0.5), hand.at("**/Exposure", 0.7, 0.5))     # it renders beside the work
+        assert hand.settings.exposure > 0.0 and hand.session.export.busy
+        hand.ctx.item_click("**/###Cancel task")
         hand.wait(lambda: not hand.session.export.busy, "the end of the export")
         hand.ctx.yield_(2)
         assert list(tmp_path.iterdir()) == []
         hand.ctx.item_click("**/Export")
         hand.ctx.yield_(2)
         hand.ctx.item_input_value("//Export/##Samples a pixel", 2)
-        hand.ctx.item_click("//Export/Export")
+        hand.ctx.item_click("//Export/Render")
         hand.wait(path.exists, "the exported picture")
         hand.wait(lambda: hand.session.view.messages, "word of it")
         assert hand.session.view.messages == [f"Exported {path}"]
 
     drive(use)
+
+
+@pytest.mark.slow
+def test_the_export_saves_the_picture_as_it_stands_at_once(drive, tmp_path):
+    path = tmp_path / "now.png"
+
+    def use(hand):
+        hand.picture()
+        hand.session.export.path = path
+        hand.ctx.item_click("**/Export")
+        hand.ctx.yield_(2)
+        hand.ctx.item_input_value("//Export/##Samples a pixel", 1_000_000)
+        hand.ctx.item_click("//Export/Save as it is now")
+        hand.ctx.yield_(3)
+        assert not hand.session.export.busy
+        assert read_settings(path).samples == SMALL.samples
+
+    assert drive(use).view.messages == ["The picture was saved as now.png"]
 
 
 @pytest.mark.slow
@@ -199,7 +220,7 @@ def test_an_export_that_cannot_be_written_says_why(drive, tmp_path):
         hand.session.export.path = path
         hand.ctx.item_click("**/Export")
         hand.ctx.yield_(2)
-        hand.ctx.item_click("//Export/Export")
+        hand.ctx.item_click("//Export/Render")
         hand.wait(lambda: hand.session.view.messages, "word of it")
         assert "there is no folder" in hand.session.view.messages[0]
         hand.ctx.yield_(5)

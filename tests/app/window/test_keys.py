@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
+import lensbench as lb
 from lensbench.app.display.presenter import _first_mark
 from lensbench.app.panels.image.overlays import Mark
 from lensbench.app.workers.render_update import RenderUpdate
@@ -88,3 +89,18 @@ def test_the_first_mark_stands_amid_what_is_in_focus_and_not_on_a_stray_pixel():
     nowhere = replace(SMALL, focus_distance=math.inf)
     assert _first_mark(update._replace(settings=nowhere)) is None
     assert _first_mark(update._replace(depth=np.full_like(depth, 5000.0))) is None
+
+
+@pytest.mark.slow
+def test_arrows_and_enter_choose_in_a_list(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.item_click("//Controls/##Scene")
+        hand.ctx.yield_(2)
+        hand.press(imgui.Key.down_arrow)
+        hand.press(imgui.Key.down_arrow)
+        hand.press(imgui.Key.enter)
+        assert hand.settings.scene != SMALL.scene and hand.settings.scene in lb.SCENES
+        assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+    drive(use)

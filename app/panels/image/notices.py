@@ -1,0 +1,133 @@
+"""The notices in one quiet place: at most two lines over the top of the picture, the rest in a list that opens there.
+
+The first line is the newest error, the other the newest note; a notice that is alone may take both.
+"""
+
+from imgui_bundle import ImVec2, ImVec4, imgui
+from imgui_bundle import icons_fontawesome_6 as fa
+
+from lensbench.app.state.notices import Notice, NoticeKind, Notices
+from lensbench.app.widgets import theme
+
+ICONS = {NoticeKind.ERROR: fa.ICON_FA_TRIANGLE_EXCLAMATION, NoticeKind.NOTE: fa.ICON_FA_CIRCLE_INFO,
+         NoticeKind.DONE: fa.ICON_FA_CHECK}
+LIST = "All notices"
+WIDEST_LIST, HIGHEST_LIST = 38.0, 20.0          # em
+
+
+def draw_notices(notices: Notices, corner: ImVec2, room: ImVec2) -> None:
+    """Draw them over the picture, whose panel has this upper left corner and this room."""
+    if not len(notices):
+        return
+    pixel, line = theme.scale(), imgui.get_text_line_height()
+    shown = [*notices.errors()[:1], *notices.others()[:1]]
+    buttons = theme.em(1.7) + (theme.em(3.6) if len(notices) > 1 else 0.0)
+    inner = room.x - 20.0 * pixel - 2.0 * imgui.get_style().window_padding.x
+    width = max(inner - theme.em(1.6) - buttons, theme.em(4.0))
+    rows = [(notice, part) for notice in shown
+            for part in (lines(notice.text, width) if len(shown) == 1 else [theme.shortened(_flat(notice), width)])]
+    pad = 5.0 * pixel
+    imgui.set_cursor_screen_pos(ImVec2(corner.x + 10.0 * pixel, corner.y + 8.0 * pixel))
+    imgui.push_style_color(imgui.Col_.child_bg, ImVec4(*theme.colours().popup[:3], 0.94))
+    imgui.push_style_var(imgui.StyleVar_.child_rounding, 4.0 * pixel)
+    imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(imgui.get_style().window_padding.x, pad))
+    size = ImVec2(room.x - 20.0 * pixel, len(rows) * line + 2.0 * pad)
+    flags = imgui.ChildFlags_.always_use_window_padding
+    if imgui.begin_child("Messages", size, flags, imgui.WindowFlags_.no_scrollbar):
+        top, left = imgui.get_cursor_pos_y(), imgui.get_cursor_pos_x()
+        for i, (notice, text) in enumerate(rows):
+            imgui.set_cursor_pos(ImVec2(left, top + i * line))
+            if not i or rows[i - 1][0] is not notice:
+                _icon(notice)
+            imgui.set_cursor_pos(ImVec2(left + theme.em(1.6), top + i * line))
+            imgui.text_unformatted(text)
+            if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip) and text != notice.text:
+                _whole(notice)
+            if not i or rows[i - 1][0] is not notice:
+                imgui.set_cursor_pos(ImVec2(left + inner - theme.em(1.3), top + i * line))
+                _dismiss(notices, notice, f"###Dismiss {i}" if i else "###Dismiss")
+        if len(notices) > 1:
+            imgui.set_cursor_pos(ImVec2(left + inner - theme.em(5.0), top))
+            if _flat_button(f"{len(notices)} {fa.ICON_FA_ANGLE_DOWN}###{LIST}"):
+                imgui.open_popup(LIST)
+            imgui.set_item_tooltip("All notices, the newest first")
+        _list(notices, ImVec2(corner.x + room.x - 10.0 * pixel, corner.y + 8.0 * pixel + size.y + 3.0 * pixel), inner)
+    imgui.end_child()
+    imgui.pop_style_var(2)
+    imgui.pop_style_color()
+
+
+def lines(text: str, width: float) -> list[str]:
+    """The text in at most two lines of this width (pixels), broken at a space if it can be; the second is cut."""
+    text = text.replace("\n", " ")
+    if imgui.calc_text_size(text).x <= width:
+        return [text]
+    first = text
+    while " " in first and imgui.calc_text_size(first).x > width:
+        first = first.rsplit(" ", 1)[0]
+    if imgui.calc_text_size(first).x > width:           # a word longer than a line
+        first = theme.shortened(first, width)
+        return [first]
+    return [first, theme.shortened(text[len(first):].strip(), width)]
+
+
+def _flat(notice: Notice) -> str:
+    return notice.text.replace("\n", " ")
+
+
+def _list(notices: Notices, corner: ImVec2, widest: float) -> None:
+    """The popup: errors, then notes, each whole and with its button; all can be dismissed at once."""
+    width = min(theme.em(WIDEST_LIST), widest)
+    imgui.set_next_window_pos(corner, imgui.Cond_.always, ImVec2(1.0, 0.0))
+    imgui.set_next_window_size_constraints(ImVec2(width, 0.0), ImVec2(width, theme.em(HIGHEST_LIST)))
+    imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(theme.em(0.7), theme.em(0.6)))
+    shown = imgui.begin_popup(LIST)
+    imgui.pop_style_var()
+    if not shown:
+        return
+    close = theme.em(1.8)
+    for title, group in (("Errors", notices.errors()), ("Notes", notices.others())):
+        if not group:
+            continue
+        imgui.text_disabled(title)
+        for i, notice in enumerate(group):
+            _icon(notice)
+            imgui.same_line(theme.em(2.2))
+            imgui.push_text_wrap_pos(imgui.get_window_width() - close - imgui.get_style().window_padding.x)
+            imgui.text_unformatted(notice.text)
+            imgui.pop_text_wrap_pos()
+            imgui.same_line(imgui.get_window_width() - close - imgui.get_style().scrollbar_size)
+            _dismiss(notices, notice, f"###Dismiss {title} {i}")
+    imgui.separator()
+    if imgui.button("Dismiss all"):
+        notices.forget()
+    if len(notices) < 2:
+        imgui.close_current_popup()
+    imgui.end_popup()
+
+
+def _icon(notice: Notice) -> None:
+    ink = theme.colours().warning if notice.kind is NoticeKind.ERROR else theme.colours().dim
+    imgui.text_colored(ImVec4(*ink), ICONS[notice.kind])
+
+
+def _dismiss(notices: Notices, notice: Notice, name: str) -> None:
+    if _flat_button(fa.ICON_FA_XMARK + name):
+        notices.forget(lambda other: other == notice)
+    imgui.set_item_tooltip("Dismiss")
+
+
+def _whole(notice: Notice) -> None:
+    """The tooltip of a notice that is cut or broken."""
+    if imgui.begin_tooltip():
+        imgui.push_text_wrap_pos(theme.em(30.0))
+        imgui.text_unformatted(notice.text)
+        imgui.pop_text_wrap_pos()
+        imgui.end_tooltip()
+
+
+def _flat_button(label: str) -> bool:
+    imgui.push_style_color(imgui.Col_.button, ImVec4(0.0, 0.0, 0.0, 0.0))
+    clicked = imgui.small_button(label)
+    imgui.pop_style_color()
+    return clicked

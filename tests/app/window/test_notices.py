@@ -1,0 +1,67 @@
+"""Notices over the picture: two lines at most, errors apart from notes, the newest first, gone with their lens."""
+
+from dataclasses import replace
+
+import pytest
+
+from lensbench.app.state.notices import Notice, NoticeKind, Notices
+from tests.app.conftest import SMALL
+
+
+def test_the_newest_notice_of_each_kind_comes_first_and_the_same_text_stands_once():
+    notices = Notices()
+    for text, kind in (("a", NoticeKind.ERROR), ("b", NoticeKind.NOTE), ("c", NoticeKind.DONE),
+                       ("d", NoticeKind.ERROR), ("a", NoticeKind.ERROR)):
+        notices.say(Notice(text, kind))
+    assert [notice.text for notice in notices.errors()] == ["a", "d"]
+    assert [notice.text for notice in notices.others()] == ["c", "b"]
+    assert len(notices) == 4
+
+
+def test_what_is_about_a_lens_goes_with_it_and_the_rest_stays():
+    notices = Notices()
+    notices.say(Notice("assumed", NoticeKind.NOTE, "one.dat"))
+    notices.say(Notice("not written"))
+    notices.follow("one.dat")
+    assert len(notices) == 2
+    notices.follow("two.dat")
+    assert notices.texts == ["not written"]
+
+
+@pytest.mark.slow
+def test_many_notices_cover_two_lines_of_the_picture_and_are_dismissed_at_once(drive):
+    def use(hand):
+        view = hand.session.view
+        hand.picture()
+        for i in range(6):
+            view.say(f"Error {i}: " + "a long sentence about what could not be read and why " * 5)
+            view.say(f"Note {i}", note=True, lens=SMALL.lens)
+        hand.ctx.yield_(2)
+        box = hand.ctx.window_info("//Render/Messages").window
+        line = 15.0
+        assert box.size.y < 3.0 * line                  # two lines and their margin
+        hand.ctx.item_click("**/###All notices")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//$FOCUSED/###Dismiss Errors 0")
+        hand.ctx.yield_(2)
+        assert len(view.notices) == 11 and not any(text.startswith("Error 5") for text in view.messages)
+        hand.ctx.item_click("//$FOCUSED/Dismiss all")
+        hand.ctx.yield_(2)
+        assert view.messages == []
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_notices_about_a_lens_end_with_the_next_lens(drive):
+    def use(hand):
+        view = hand.session.view
+        view.say("its back focus is estimated", lens=SMALL.lens)
+        view.say("the disk is full")
+        hand.ctx.yield_(2)
+        assert len(view.messages) == 2
+        hand.session.take(replace(hand.settings, lens="lv-czj-tessar-50-f28"))
+        hand.ctx.yield_(2)
+        assert view.messages == ["the disk is full"]
+
+    drive(use)
