@@ -15,12 +15,16 @@ from lensbench.kernels.lazy_names import lazy_names
 if TYPE_CHECKING:
     from lensbench.analysis.aperture_curves import Breathing, FocusShift, breathing, focus_shift, relative_illumination
     from lensbench.analysis.axial_curves import FocalShift, Longitudinal, chromatic_focal_shift, longitudinal_aberration
+    from lensbench.analysis.blade_star import Sunstar, sunstar
+    from lensbench.analysis.depth_over_field import FieldDepth, field_depth
     from lensbench.analysis.fans import Fans, ray_fans
     from lensbench.analysis.field_beams import field_name
     from lensbench.analysis.field_conditions import Conditions, conditions
     from lensbench.analysis.focus_map import MtfMap, mtf_map
     from lensbench.analysis.meridional_curves import FieldCurves, field_curves
+    from lensbench.analysis.onion_rings import rippled
     from lensbench.analysis.point_spread import PointSpread, encircled_energy, psf
+    from lensbench.analysis.sensor_stack import with_sensor_stack
     from lensbench.analysis.spot_diagram import Spots, spots
     from lensbench.analysis.traced_grid import RayGrid, ray_grid
     from lensbench.analysis.transfer_function import Mtf, mtf
@@ -33,10 +37,14 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
     "analysis.fans": "Fans ray_fans",
     "analysis.field_beams": "field_name",
     "analysis.field_conditions": "Conditions conditions",
+    "analysis.depth_over_field": "FieldDepth field_depth",
     "analysis.focus_map": "MtfMap mtf_map",
     "analysis.meridional_curves": "FieldCurves field_curves",
+    "analysis.onion_rings": "rippled",
     "analysis.point_spread": "PointSpread encircled_energy psf",
+    "analysis.sensor_stack": "with_sensor_stack",
     "analysis.spot_diagram": "Spots spots",
+    "analysis.blade_star": "Sunstar sunstar",
     "analysis.traced_grid": "RayGrid ray_grid",
     "analysis.transfer_function": "Mtf mtf",
     "analysis.wavefront": "Wavefront wavefronts",
@@ -45,9 +53,10 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
-    "Breathing", "Conditions", "Fans", "FieldCurves", "FocalShift", "FocusShift", "Longitudinal", "Mtf", "MtfMap",
-    "PointSpread", "RayGrid", "Spots", "Wavefront", "breathing", "chromatic_focal_shift", "conditions",
-    "encircled_energy", "field_curves", "field_name", "focus_shift", "fringe_index", "longitudinal_aberration", "mtf",
-    "mtf_map", "noll_indices", "psf", "ray_fans", "ray_grid", "relative_illumination", "spots", "wavefronts",
+    "Breathing", "Conditions", "Fans", "FieldCurves", "FieldDepth", "FocalShift", "FocusShift", "Longitudinal",
+    "Mtf", "MtfMap", "PointSpread", "RayGrid", "Spots", "Sunstar", "Wavefront", "breathing",
+    "chromatic_focal_shift", "conditions", "encircled_energy", "field_curves", "field_depth", "field_name",
+    "focus_shift", "fringe_index", "longitudinal_aberration", "mtf", "mtf_map", "noll_indices", "psf", "ray_fans",
+    "ray_grid", "relative_illumination", "rippled", "spots", "sunstar", "wavefronts", "with_sensor_stack",
     "zernike_name", "zernikes",
 ]

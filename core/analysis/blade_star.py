@@ -1,0 +1,177 @@
+"""The sunstar: the rays that the blades of the stop draw about a small bright light, by diffraction.
+
+Lengths in mm. Far from the light its diffraction pattern is that of the edges of the open pupil: each straight edge
+sends a ray of light to either side, across itself. Opposite edges of an even number of blades share their rays, so that
+n blades draw n rays if n is even, 2 n if it is odd. Blades that are rounded spread their rays; a round stop has none.
+
+The open pupil is a polygon in direction cosines from the film point; its Fourier transform is a sum over the edges.
+Aberrations count little so far out and are left out. Light of many wavelengths is added, so that the fringes of single
+ones vanish as in the picture.
+
+References
+----------
+Lee and Mittra, IEEE Trans. Antennas Propag. 31 (1983): the Fourier transform of a polygon.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos, pi, sin
+
+import numpy as np
+
+from lensbench.analysis.traced_grid import THREADS
+from lensbench.kernels.cache import njit
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.pupils.region import open_region
+
+VISIBLE = 0.42, 0.68    # µm, evenly taken
+COLOURS = 24
+NEAREST, FARTHEST = 15.0, 150.0     # radii of the pattern, in Airy radii of the pupil
+RADII, AZIMUTHS = 48, 720
+FLAT = 5e-5             # of the pupil's size, by which its outline may miss an edge
+PEAK = 1.5              # × the median over the azimuth: a ray of the star is at least so bright
+APART = 0.35            # of the way between rays of the most blades, over which the azimuth is smoothed
+
+
+@dataclass(frozen=True, eq=False)
+class Sunstar:
+    """Light about a small bright one, from `sunstar`.
+
+    Parameters
+    ----------
+    radii
+        (R,) distance from the light on the film, mm, evenly spaced in their logarithm.
+    azimuths
+        (A,) direction from the light on the film, rad, from +x towards +y of the lens frame, over a whole turn.
+    density
+        (R, A) part of the light per mm².
+    airy_radius
+        First dark ring of a round pupil of this area at 0.55 µm, mm.
+    outline
+        (m, 2) the open pupil in direction cosines from the film point.
+    """
+
+    radii: np.ndarray
+    azimuths: np.ndarray
+    density: np.ndarray
+    airy_radius: float
+    outline: np.ndarray
+
+    @cached_property
+    def profile(self) -> np.ndarray:
+        """(A,) mean over the radii of density × r³, of median 1: how bright each direction is."""
+        shown = (self.density * self.radii[:, None] ** 3).mean(0)
+        return np.asarray(shown / np.median(shown))
+
+    @property
+    def rays(self) -> np.ndarray:
+        """(n,) azimuths of the star's rays, rad: maxima of the smoothed profile well above its median."""
+        count = len(self.azimuths)
+        width = max(1, int(APART * count / 48))
+        kernel = np.ones(2 * width + 1) / (2 * width + 1)
+        smooth = np.convolve(np.concatenate([self.profile[-width:], self.profile, self.profile[:width]]), kernel,
+                             "valid")
+        higher = (smooth > np.roll(smooth, 1)) & (smooth >= np.roll(smooth, -1)) & (smooth > PEAK * np.median(smooth))
+        return np.asarray(self.azimuths[higher])
+
+
+def sunstar(lens: Lens, film_distance: float, film_xy=(0.0, 0.0), radii=None, azimuths: int = AZIMUTHS,
+            colours: int = COLOURS) -> Sunstar:
+    """The star about the image of a small bright light.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens, stopped down and focused, with its blades.
+    film_distance : float
+        Last vertex → film, mm.
+    film_xy : (2,) array_like
+        Where the light's image lies on the film, mm, lens frame.
+    radii : (R,) array_like or None
+        Distances from the image, mm; None: from 15 to 150 Airy radii.
+    azimuths : int
+        Directions over the whole turn: an even number of at least 48.
+    colours : int
+        Wavelengths of white light, evenly from 0.42 to 0.68 µm.
+
+    Returns
+    -------
+    Sunstar
+
+    Raises
+    ------
+    LensError
+        For another number of azimuths or colours, radii that are not positive, a film point that no light reaches, and
+        as `open_region`.
+    """
+    if azimuths < 48 or azimuths % 2 or colours < 1:
+        raise LensError("a sunstar needs an even number of azimuths, at least 48, and a wavelength")
+    film = np.asarray(film_xy, float)
+    edge = open_region(lens, film_distance, film)
+    if not len(edge):
+        raise LensError("no light reaches this place of the film: a light there draws no star")
+    away = np.column_stack([edge - film, np.full(len(edge), -film_distance)])
+    pupil = -_simplified(away / np.linalg.norm(away, axis=1)[:, None])[:, :2]
+    x, y = pupil.T
+    area = abs(0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
+    airy = 0.61 * 0.55e-3 / (area / pi) ** 0.5
+    at = np.geomspace(NEAREST * airy, FARTHEST * airy, RADII) if radii is None else np.atleast_1d(
+        np.asarray(radii, float))
+    if not (np.all(at > 0.0) and np.all(np.isfinite(at))):
+        raise LensError("the radii of a sunstar must be positive lengths")
+    around = 2.0 * pi * np.arange(azimuths) / azimuths
+    lines = 1e-3 * np.linspace(*VISIBLE, colours) if colours > 1 else np.array([0.55e-3])
+    half = np.zeros((len(at), azimuths // 2))           # the pattern of an open pupil is the same on opposite sides
+    parts = [slice(k, None, THREADS) for k in range(THREADS)]
+    with ThreadPoolExecutor(THREADS) as pool:
+        list(pool.map(lambda part: add_pattern(pupil, at, around[:azimuths // 2][part], lines, half[:, part]), parts))
+    density = np.concatenate([half, half], 1) / (area * colours)
+    return Sunstar(at, around, density, airy, pupil)
+
+
+def _simplified(outline: np.ndarray) -> np.ndarray:
+    """A closed outline (m, 3) without the points that lie on a line between others, to FLAT of its size.
+
+    Ramer's and Douglas and Peucker's method: the farthest point from a chord is kept, and divides it.
+    """
+    closed = np.concatenate([outline, outline[:1]])[:, :2]
+    tolerance = FLAT * float(np.ptp(closed, axis=0).max())
+    far = int(np.argmax(((closed - closed[0]) ** 2).sum(1)))
+    kept, work = {0, far}, [(0, far), (far, len(closed) - 1)]
+    while work:
+        first, last = work.pop()
+        if last - first < 2:
+            continue
+        chord, rest = closed[last] - closed[first], closed[first + 1:last] - closed[first]
+        off = np.abs(chord[0] * rest[:, 1] - chord[1] * rest[:, 0]) / max(float(np.hypot(*chord)), 1e-30)
+        middle = first + 1 + int(off.argmax())
+        if off.max() > tolerance:
+            kept.add(middle)
+            work += [(first, middle), (middle, last)]
+    return outline[sorted(kept)]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_pattern(outline, radii, azimuths, lines, out):
+    """Add |∫ exp(2πi q·p / λ) dp|² / λ² over a polygon (m, 2), at radii × azimuths, of all wavelengths (mm).
+
+    By Green's theorem the integral over the area is a sum over the edges: for an edge from a to b with k = 2π q / λ,
+    (k × (b − a)) / |k|² · exp(i k·(a + b)/2) · sinc(k·(b − a)/2), up to a phase of all.
+    """
+    edges = outline.shape[0]
+    for j in range(azimuths.size):
+        c, s = cos(azimuths[j]), sin(azimuths[j])
+        for i in range(radii.size):
+            for w in range(lines.size):
+                k = 2.0 * pi * radii[i] / lines[w]
+                real, imaginary = 0.0, 0.0
+                for e in range(edges):
+                    n = e + 1 if e + 1 < edges else 0
+                    dx, dy = outline[n, 0] - outline[e, 0], outline[n, 1] - outline[e, 1]
+                    along = 0.5 * k * (c * dx + s * dy)
+                    part = (c * dy - s * dx) * (sin(along) / along if abs(along) > 1e-9 else 1.0)
+                    phase = 0.5 * k * (c * (outline[n, 0] + outline[e, 0]) + s * (outline[n, 1] + outline[e, 1]))
+                    real += part * cos(phase)
+                    imaginary += part * sin(phase)
+                out[i, j] += (real * real + imaginary * imaginary) / (k * k * lines[w] * lines[w])

@@ -1,0 +1,183 @@
+"""Depth of field of a real lens over the field: how near and how far an object is sharp at each place of the film.
+
+Lengths in mm. Blur is the diameter 2√2 × the rms radius of the spot of all wavelengths about its centroid: that of a
+disk of even light with this rms radius, as in `real_circle_of_confusion`. A lens that draws softer than the limit at
+a place of the film is sharp there at no distance.
+
+The blur is traced at places of even spacing in the reciprocal of the object distance, in which it falls and rises
+nearly straight; between them its square is a parabola.
+"""
+
+from dataclasses import dataclass, replace
+from math import inf, isinf
+
+import numpy as np
+
+from lensbench.analysis.field_conditions import Conditions
+from lensbench.analysis.spot_diagram import spots
+from lensbench.analysis.traced_grid import ray_grid
+from lensbench.kernels.figures import significant
+from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.paraxial import first_order
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.system import FieldKind
+
+PLACES = 9              # of the object, at first
+WIDTHS = 2.0            # depths of field to either side of the plane in focus, that these cover
+WIDER = 2.0             # × the range of places, while a limit lies beyond
+TRIALS = 4
+PUPIL = 16
+
+
+@dataclass(frozen=True, eq=False)
+class FieldDepth:
+    """Depth of field at F fields, from `field_depth`; NaN for a dark field and one that is sharp at no distance.
+
+    Parameters
+    ----------
+    heights
+        (F,) distance of the fields from the film's centre, mm.
+    near, far
+        (F,) nearest and farthest object plane → first vertex that is blurred by the limit at most, mm; far may be inf.
+        NaN where it lies beyond the range that was traced.
+    best, least
+        (F,) object distance of the least blur (inf at infinity), and that blur, mm.
+    limit
+        Greatest blur that counts as sharp, mm.
+    distances
+        (D,) object distances that were traced, the nearest first, mm.
+    blur
+        (D, F) blur of each, mm.
+    findings
+        Fields that are sharp nowhere, and those of the rays.
+    """
+
+    heights: np.ndarray
+    near: np.ndarray
+    far: np.ndarray
+    best: np.ndarray
+    least: np.ndarray
+    limit: float
+    distances: np.ndarray
+    blur: np.ndarray
+    findings: tuple[Finding, ...]
+
+
+def field_depth(lens: Lens, film_distance: float, conditions: Conditions, limit: float,
+                pupil: int = PUPIL) -> FieldDepth:
+    """Near and far limit of the depth of field at each field of a lens.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens, stopped down and focused.
+    film_distance : float
+        Last vertex → film, mm.
+    conditions : Conditions
+        Fields, as places of the film (REAL_IMAGE_HEIGHT), wavelengths, and the distance of the plane in focus.
+    limit : float
+        Diameter of the blur that counts as sharp, mm.
+    pupil : int
+        Points across the pupil.
+
+    Returns
+    -------
+    FieldDepth
+
+    Raises
+    ------
+    LensError
+        For a limit that is not positive, other kinds of field, and as `ray_grid` at the plane in focus.
+    """
+    if not 0.0 < limit < inf:
+        raise LensError(f"limit {significant(limit)} mm of the blur: it must be a positive length")
+    if conditions.field_kind is not FieldKind.REAL_IMAGE_HEIGHT:
+        raise LensError("depth of field over the film needs fields that are places of the film")
+    rays = ray_grid(lens, film_distance, conditions, pupil)
+    focus = 0.0 if isinf(conditions.object_distance) else 1.0 / conditions.object_distance
+    paraxial = first_order(lens, conditions.primary_wavelength)
+
+    # In the reciprocal of the distance the depth is limit / (aperture × focal length) to either side
+    step = limit / (2.0 * abs(paraxial.entrance_pupil.radius * paraxial.efl)) * WIDTHS / (PLACES // 2)
+    traced: dict[float, np.ndarray] = {}
+
+    def blur_at(nearness: float) -> None:
+        """Trace the object there, if it can be."""
+        if nearness not in traced:
+            away = inf if nearness == 0.0 else 1.0 / nearness
+            try:
+                there = ray_grid(lens, film_distance, replace(conditions, object_distance=away), pupil)
+            except LensError:                   # too near: within the lens, or no light of it reaches the film
+                traced[nearness] = np.full(len(rays.images), np.nan)
+                return
+            size = spots(there, "centroid").white_rms_radius[:, 0]
+            traced[nearness] = np.where(there.lit, 2.0 * np.sqrt(2.0) * size, np.nan)
+
+    half, lit = PLACES // 2, rays.lit
+    for _ in range(TRIALS):
+        for k in range(-half, half + 1):
+            blur_at(max(focus + k * step, 0.0))
+        at = np.array(sorted(traced))
+        blur = np.array([traced[each] for each in at])
+        ends_far = at[0] == 0.0 or _beyond(blur[0], limit, lit)
+        if ends_far and _beyond(blur[-1], limit, lit):
+            break
+        step *= WIDER
+    near, far, best, least = (np.full(len(lit), np.nan) for _ in range(4))
+    for f in np.flatnonzero(lit):
+        near[f], far[f], best[f], least[f] = _limits(at, blur[:, f], limit)
+    findings = list(rays.findings)
+    soft = lit & (least > limit)
+    if soft.any():
+        places = ", ".join(significant(each, 3) for each in rays.image_heights[soft])
+        findings.append(Finding(
+            Kind.DARK, None, f"at {places} mm from the centre the lens draws softer than the limit of the blur at "
+            "every distance", figures={"fields": float(soft.sum())}))
+    with np.errstate(divide="ignore"):
+        return FieldDepth(rays.image_heights, 1.0 / near, 1.0 / far, 1.0 / best, least, limit, 1.0 / at[::-1],
+                          blur[::-1], tuple(findings))
+
+
+def _beyond(blur: np.ndarray, limit: float, lit: np.ndarray) -> bool:
+    """Whether the blur (F,) of one distance is above the limit at every field that light reaches."""
+    return bool(np.all((np.nan_to_num(blur, nan=np.inf) > limit)[lit]))
+
+
+def _limits(at: np.ndarray, blur: np.ndarray, limit: float) -> tuple[float, float, float, float]:
+    """Near and far end of the sharp range and the best place, in the reciprocal of the distance; and the least blur."""
+    known = np.isfinite(blur)
+    x, square = at[known], blur[known] ** 2
+    if x.size < 3:
+        return np.nan, np.nan, np.nan, np.nan
+    # The least of the parabola through the lowest three
+    i = int(np.clip(np.argmin(square), 1, x.size - 2))
+    a, b, c = np.polyfit(x[i - 1:i + 2] - x[i], square[i - 1:i + 2], 2)
+    best = float(np.clip(x[i] - b / (2.0 * a), x[0], x[-1])) if a > 0.0 else float(x[np.argmin(square)])
+    low = float(np.polyval((a, b, c), best - x[i]))
+    low = min(max(low, 0.0), float(square.min()))
+    if low > limit * limit:
+        return np.nan, np.nan, best, low**0.5
+    ends = []
+    for side in (1, -1):
+        order = np.flatnonzero((x - best) * side > 0.0)[::side]         # outward from the best place
+        beyond = [k for k in order if square[k] > limit * limit]
+        if not beyond:
+            ends.append(0.0 if side < 0 and x[0] == 0.0 else np.nan)
+            continue
+        k = beyond[0]
+        ends.append(_crossing(x, square, k, side, best, low, limit * limit))
+    return ends[0], ends[1], best, low**0.5
+
+
+def _crossing(x: np.ndarray, square: np.ndarray, k: int, side: int, best: float, low: float, level: float) -> float:
+    """Where the squared blur reaches a level between the place before k and k: a parabola through both and the best."""
+    before = k - side
+    x0, y0 = (x[before], square[before]) if 0 <= before < x.size and (x[before] - best) * side > 0.0 else (best, low)
+    x1, y1 = x[k], square[k]
+    x2, y2 = (x[k + side], square[k + side]) if 0 <= k + side < x.size else (best, low)
+    if x2 == x0:
+        return float(x0 + (level - y0) / (y1 - y0) * (x1 - x0))
+    a, b, c = np.polyfit(np.array([x0, x1, x2]) - x1, (y0, y1, y2), 2)
+    roots = np.roots((a, b, c - level)) + x1
+    inside = [float(r.real) for r in roots if abs(r.imag) < 1e-15 and min(x0, x1) - 1e-15 <= r.real <= max(x0, x1)]
+    return inside[0] if inside else float(x0 + (level - y0) / (y1 - y0) * (x1 - x0))

@@ -1,0 +1,108 @@
+"""Onion rings: what a ripple on a surface, left by the tool that cut or moulded it, does to the rays of a grid.
+
+Lengths in mm. A ripple is a wave h/2 · (cos(2π r / p) − 1) in the sag of the surface, of period p and height h from
+trough to crest. Heights of nanometres bend rays so little that the first order is exact: W changes by (n′ N′ − n N) ×
+the ripple where a ray meets the surface, N and N′ its direction cosines along the axis before and behind it; and the ray
+lands where the slope of that change in the pupil takes it.
+
+References
+----------
+Welford, "Aberrations of Optical Systems", ch. 7: a ray lands at the slope of W, here of its change.
+"""
+
+from dataclasses import replace
+from math import cos, inf, pi
+
+import numpy as np
+
+from lensbench.analysis.traced_grid import RayGrid
+from lensbench.kernels.figures import significant
+from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.prescription import LensError
+from lensbench.optics.scalar_trace import trace
+
+RESOLVED = 2.5          # points of the grid to a period, at the least
+
+
+def rippled(rays: RayGrid, surface: int, period: float, height: float, phase: float = 0.0) -> RayGrid:
+    """The rays of a grid through a lens with a ripple on one surface.
+
+    Parameters
+    ----------
+    rays : RayGrid
+        From `ray_grid`; its points must resolve the rings, or a finding says so.
+    surface : int
+        Index of the surface.
+    period : float
+        Distance from ring to ring along the radius, mm.
+    height : float
+        From trough to crest, mm; 50 nm is 5e-5.
+    phase : float
+        Of the ripple on the axis, rad; 0 is a crest, towards +z. The vertex stays.
+
+    Returns
+    -------
+    RayGrid
+        With other `opd`, `offset_s` and `offset_t`. Rays end at the same rims.
+
+    Raises
+    ------
+    LensError
+        For another surface, a period that is not positive, and a height that is negative.
+    """
+    lens, beams = rays.lens, rays.beams
+    if not 0 <= surface < len(lens.surfaces):
+        raise LensError(f"surface {surface} for a ripple: this lens has surfaces 0 to {len(lens.surfaces) - 1}")
+    if not 0.0 < period < inf:
+        raise LensError(f"a ripple of period {significant(period)} mm: the period must be positive")
+    if not 0.0 <= height < inf:
+        raise LensError(f"a ripple {significant(height)} mm high: the height must be 0 or more")
+    fields, points = len(rays.images), rays.opd.shape[-1]
+    s, t = (np.ascontiguousarray(np.broadcast_to(each, (fields, points, points))) for each in
+            (rays.pupil[:, 0, None, :], rays.pupil[:, 1, :, None]))
+    places = beams.towards_scene(s, t)[0]
+    keep = np.flatnonzero(np.isfinite(rays.opd).any(1).ravel())
+    of_field = np.concatenate([keep // points**2, np.arange(fields)])
+    along = np.concatenate([places.reshape(-1, 2)[keep], beams.across(
+        beams.chief.points.T[:, :, None], beams.chief.directions.T[:, :, None])[:, 0]])
+    known = np.isfinite(along).all(1)
+    start = beams.starts(of_field, np.where(known[:, None], along, 0.0))
+    origins = start[:3].T + [0.0, 0.0, lens.length + rays.film_distance]
+    opd, offset_s, offset_t = rays.opd.copy(), rays.offset_s.copy(), rays.offset_t.copy()
+    coarsest = inf
+    for c, line in enumerate(rays.conditions.wavelengths):
+        went = trace(lens, origins, start[3:6].T, line, clip=False, record=True, forward=True)
+        assert went.paths is not None
+        here, indices = went.paths[:, surface + 1], lens.indices(line)
+        incoming = start[3:6].T if surface == 0 else _unit(here - went.paths[:, surface])
+        outgoing = went.directions if surface == len(lens.surfaces) - 1 else _unit(went.paths[:, surface + 2] - here)
+        bend = indices[surface + 1] * outgoing[:, 2] - indices[surface] * incoming[:, 2]
+        r = np.hypot(here[:, 0], here[:, 1])
+        waves = 2.0 * pi * r / period + phase
+        change = 0.5 * height * bend * (np.cos(waves) - cos(phase))
+        by_r = -pi * height / period * bend * np.sin(waves) / np.where(r > 0.0, r, 1.0)     # over r, for d(r²) / 2
+        grid = np.full((4, fields * points * points), np.nan)
+        grid[:, keep] = (change[:len(keep)] - change[len(keep):][of_field[:len(keep)]], by_r[:len(keep)],
+                         *here[:len(keep), :2].T)
+        made, by_r, x, y = grid.reshape(4, fields, points, points)
+        cells = []
+        for axis, offset, step in ((2, offset_s, rays.steps[:, 0]), (1, offset_t, rays.steps[:, 1])):
+            dx, dy = np.gradient(x, axis=axis), np.gradient(y, axis=axis)
+            offset[:, c] += np.nan_to_num(by_r * (x * dx + y * dy) / step[:, None, None])
+            cells.append(np.hypot(dx, dy))
+        opd[:, c] += np.nan_to_num(made)
+        apart = np.fmax(*cells)[rays.passed[:, c]]
+        if np.isfinite(apart).any():
+            coarsest = min(coarsest, period / max(float(np.nanmax(apart)), 1e-30))
+    findings = rays.findings
+    if coarsest < RESOLVED:
+        findings = (*findings, Finding(
+            Kind.SAMPLING, surface, f"{points} points across the pupil do not resolve a ripple of {significant(period)}"
+            " mm: its rings are not shown as they are", figures={"points a period": coarsest}))
+    return replace(rays, opd=opd, offset_s=offset_s, offset_t=offset_t, findings=findings)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """The vectors (n, 3) with length 1."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])

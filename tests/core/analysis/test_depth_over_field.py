@@ -1,0 +1,59 @@
+"""Depth of field over the field, against the closed form at small apertures and traced blurs at large ones."""
+
+from math import inf
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.optics.depth_of_field import real_circle_of_confusion
+
+LENS = lenses.load("lib-tronnier-1953")
+
+
+def depth(f_number, focus, limit=0.03, fields=2):
+    """The lens, the distance from its first vertex to the film, and its depth of field."""
+    lens = lb.stopped_down(LENS, f_number)
+    away = lb.film_distance(lens, focus)
+    film_z = lens.length + away
+    given = lb.analysis.conditions(lens, lb.Film(), fields, [lb.D_LINE], object_distance=focus - film_z)
+    return lens, away, lb.analysis.field_depth(lens, away, given, limit)
+
+
+def test_on_the_axis_both_limits_are_where_traced_points_blur_by_the_limit():
+    lens, away, found = depth(4.0, 2000.0)
+    film_z = lens.length + away
+    ends = np.array([found.near[0], found.far[0], found.best[0]]) + film_z
+    blur, _ = real_circle_of_confusion(lens, away, ends)
+    np.testing.assert_allclose(blur[:2], found.limit, rtol=0.02)
+    assert blur[2] == pytest.approx(found.least[0], rel=0.05) and found.near[0] < found.best[0] < found.far[0]
+
+
+def test_at_small_apertures_the_limits_are_those_of_the_closed_form():
+    lens, away, found = depth(22.0, 3000.0)
+    first = lb.first_order(lens)
+    near, far = lb.depth_of_field(first.efl, 22.0, 3000.0 - lens.length - away + first.front_principal, 0.03)
+    ends = np.array([found.near[0], found.far[0]]) + first.front_principal
+    assert ends[0] == pytest.approx(near, rel=0.02)
+    assert 1.0 / ends[0] - 1.0 / ends[1] == pytest.approx(1.0 / near - 1.0 / far, rel=0.02)
+
+
+def test_beyond_the_hyperfocal_distance_the_far_limit_is_infinite():
+    assert depth(16.0, 12_000.0)[2].far[0] == inf
+    assert depth(16.0, inf)[2].far[0] == inf
+
+
+def test_a_field_that_is_never_sharp_is_named_and_has_no_limits():
+    found = depth(4.0, 2000.0)[2]
+    assert found.least[-1] > found.limit and np.isnan(found.near[-1]) and np.isnan(found.far[-1])
+    assert any("softer than the limit" in str(each) for each in found.findings)
+
+
+def test_impossible_limits_and_fields_are_refused():
+    angles = lb.analysis.conditions(LENS, None, [0.0], field_kind=lb.FieldKind.ANGLE)
+    away = lb.film_distance(LENS, inf)
+    with pytest.raises(lb.LensError, match="places of the film"):
+        lb.analysis.field_depth(LENS, away, angles, 0.03)
+    with pytest.raises(lb.LensError, match="positive"):
+        lb.analysis.field_depth(LENS, away, lb.analysis.conditions(LENS, lb.Film(), 2), 0.0)
