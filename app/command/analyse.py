@@ -27,6 +27,12 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
         help="width x height in mm, or the name of a format (default: the film that the lens was made for)")
     add("--size", type=option(read_size), metavar="WxH", help="pixels across and down, for the size of a pixel")
     add("--points", type=int, default=POINTS, metavar="N", help=f"points across the pupil ({POINTS})")
+    add("--stack", type=option(_read_stack), metavar="MM[,INDEX[,ADAPTER]]",
+        help="glass before the sensor of the analysis “stack”: thickness, index, and by how many mm an adapter is too "
+             "long (2,1.52,0)")
+    add("--ripple", type=option(_read_ripple), metavar="SURFACE,MM,NM",
+        help="onion rings in the analysis “bokeh”: number of the surface (0: the largest asphere), distance from ring "
+             "to ring, height of the ripple")
     add("--json", action="store_true", help="print the numbers as JSON")
 
 
@@ -64,13 +70,14 @@ def analyse(arguments: argparse.Namespace) -> int:
         for i, name in enumerate(names):
             show(i / len(names))
             try:
-                figures[name] = ANALYSES[name].figure(asked, arguments.points)
+                more = {key: value for key, value in _options(name, arguments, asked.lens).items() if value is not None}
+                figures[name] = ANALYSES[name].figure(asked, arguments.points, **more)
             except lb.LensError as error:
                 left_out[name] = str(error)
-    for name, why in left_out.items():
-        print(f"Left out: {name}: {why}", file=sys.stderr)
     if not figures:
         raise UsageError("nothing of this lens can be shown: " + "; ".join(left_out.values()))
+    for name, why in left_out.items():
+        print(f"Left out: {name}: {why}", file=sys.stderr)
     title = asked.lens.name or arguments.lens
     data = {"lens": title, "left_out": left_out,
             "analyses": {name: _plain(figure) for name, figure in figures.items()}}
@@ -87,6 +94,49 @@ def analyse(arguments: argparse.Namespace) -> int:
     if path is not None:
         print(f"{path}: written")
     return 0
+
+
+def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, Any]:
+    """What the options of the command change of one analysis."""
+    from lensbench.app.command.errors import UsageError
+    from lensbench.app.state.analysis.bokeh_figure import Ripple, ripple_surface
+    from lensbench.app.state.analysis.stack_figure import Stack
+    from lensbench.kernels.figures import significant
+
+    if name == "stack" and arguments.stack is not None:
+        return {"stack": Stack(*arguments.stack)}
+    if name == "bokeh" and arguments.ripple is not None:
+        surface, period, height = arguments.ripple
+        if surface not in range(len(lens.surfaces) + 1):
+            raise UsageError(f"--ripple: there is no surface {significant(surface)}: choose 1 to {len(lens.surfaces)}, "
+                             "or 0 for the largest asphere")
+        at = ripple_surface(lens) if surface == 0 else int(surface) - 1
+        return {"ripple": Ripple(at, period, 1e-6 * height)}
+    return {}
+
+
+def _read_stack(text: str) -> tuple[float, ...]:
+    """Thickness, index and adapter error, the last two optional."""
+    return _numbers(text, 1, 3)
+
+
+def _read_ripple(text: str) -> tuple[float, ...]:
+    """Number of the surface, period (mm) and height (nm)."""
+    return _numbers(text, 3, 3)
+
+
+def _numbers(text: str, fewest: int, most: int) -> tuple[float, ...]:
+    from lensbench.app.command.errors import UsageError
+
+    parts = text.split(",")
+    try:
+        values = tuple(float(part) for part in parts)
+    except ValueError:
+        values = ()
+    if not fewest <= len(values) <= most or not all(map(math.isfinite, values)):
+        raise UsageError(f"{text!r}: give {fewest if fewest == most else f'{fewest} to {most}'} numbers, separated by "
+                         "commas")
+    return values
 
 
 def _settings(arguments: argparse.Namespace) -> Any:

@@ -145,8 +145,8 @@ def _axes(axes: "Axes", each: Plot) -> None:
         elif isinstance(layer, Bars):
             axes.bar(layer.x, layer.y, layer.width, color=colour(layer.tint))
         elif isinstance(layer, Map):
-            axes.imshow(layer.values, cmap="bone", vmin=layer.low, vmax=layer.high, origin="lower", aspect="auto",
-                        extent=(*layer.x, *layer.y), interpolation="nearest")
+            axes.imshow(np.where(np.isnan(layer.values), np.nan, layer.shades), cmap="bone", vmin=0.0, vmax=1.0,
+                        origin="lower", aspect="auto", extent=(*layer.x, *layer.y), interpolation="nearest")
             x, y = (low + (np.arange(n) + 0.5) / n * (high - low) for n, (low, high)
                     in zip(layer.values.shape[::-1], (layer.x, layer.y), strict=True))
             if layer.levels:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from lensbench.app.panels.analysis.axial import axial_panel
 from lensbench.app.panels.analysis.bokeh import bokeh_panel
+from lensbench.app.panels.analysis.depth_of_field import depth_of_field_panel
 from lensbench.app.panels.analysis.fans import fans_panel
 from lensbench.app.panels.analysis.field_curves import field_curves_panel
 from lensbench.app.panels.analysis.focus_shift import focus_shift_panel
@@ -12,8 +13,11 @@ from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
 from lensbench.app.panels.analysis.illumination import illumination_panel
 from lensbench.app.panels.analysis.mtf import mtf_panel
 from lensbench.app.panels.analysis.mtf_map import mtf_map_panel
+from lensbench.app.panels.analysis.point_spread import point_spread_panel
 from lensbench.app.panels.analysis.seidel import seidel_panel
+from lensbench.app.panels.analysis.sensor_stack import sensor_stack_panel
 from lensbench.app.panels.analysis.spots import spots_panel
+from lensbench.app.panels.analysis.sunstar import sunstar_panel
 from lensbench.app.panels.analysis.wavefront import wavefront_panel
 from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
@@ -27,12 +31,16 @@ PANELS: dict[str, Callable[[Settings, AnalysisState, Sheet], Settings | None]] =
     "Field curves": field_curves_panel,
     "MTF": mtf_panel,
     "MTF map": mtf_map_panel,
+    "Point spread": point_spread_panel,
     "Bokeh": bokeh_panel,
+    "Sunstar": sunstar_panel,
+    "Depth of field": depth_of_field_panel,
     "Wavefront": wavefront_panel,
     "Seidel": seidel_panel,
     "On the axis": axial_panel,
     "Focus shift": focus_shift_panel,
     "Illumination": illumination_panel,
+    "Sensor stack": sensor_stack_panel,
 }
 
 

@@ -29,8 +29,8 @@ LAYOUTS = {
     "Photographer": Layout(
         "Picture, section, and how sharp the lens draws", {
             **LEFT, "Bottom": ("Section", "3-D"),
-            "Right": ("MTF", "MTF map", "Focus shift", "Illumination"),
-            "RightBottom": ("Bokeh", "Spots", "Pixel")}, (0.25, 19.4, 46.0)),
+            "Right": ("MTF", "MTF map", "Focus shift", "Depth of field", "Illumination"),
+            "RightBottom": ("Bokeh", "Sunstar", "Spots", "Pixel")}, (0.25, 19.4, 46.0)),
     "Student": Layout(
         "Coordinate spaces, stability of the formulas, models of the lens", {
             "Left": ("Controls",), "LeftBottom": ("Spaces", "Read-outs", "Lens card"),
@@ -39,8 +39,8 @@ LAYOUTS = {
     "Designer": Layout(
         "Spots and the aberrations behind them", {
             **LEFT, "Bottom": ("Section", "3-D"), "BottomRight": ("Seidel", "Illumination"),
-            "Right": ("Spots", "Wavefront", "Field curves"), "RightBottom": ("Ray fans", "MTF", "MTF map")},
-        (0.30, 22.0, 70.0), 0.36),
+            "Right": ("Spots", "Wavefront", "Point spread", "Field curves"),
+            "RightBottom": ("Ray fans", "MTF", "MTF map")}, (0.30, 22.0, 70.0), 0.36),
 }
 
 

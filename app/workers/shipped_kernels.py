@@ -14,7 +14,9 @@ import tempfile
 import zipfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import FunctionType
@@ -97,6 +99,7 @@ def exercise(progress: Any = print) -> None:
         if settings.has_lens and settings.lens not in shown:
             shown.add(settings.lens)
             prepare(settings)
+            analyses(settings)
             built, radii = setup(settings), np.linspace(0.0, 20.0, 9)
             if built.lens.is_rotationally_symmetric:
                 lb.falloff(built.lens, built.film_distance, radii)
@@ -112,6 +115,23 @@ def exercise(progress: Any = print) -> None:
     lb.find_depth(field)
     lb.PlenopticCamera(view, 5).expose(scene, 2, 0).decoded().refocus(1500.0)
     progress(f"{len(cache.used)} kernels with those of light fields")
+
+
+def analyses(settings: Any) -> None:
+    """Compute every figure of the analysis panels that this lens has."""
+    from lensbench.app.state.analysis.bokeh_figure import Ripple, bokeh_figure
+    from lensbench.app.state.analysis.catalogue import ANALYSES
+    from lensbench.app.state.analysis.mtf_figures import mtf_field_figure
+    from lensbench.app.state.analysis.query import query
+
+    bladed = query(replace(settings, blades=7))
+    for asked, make in ((query(settings), [each.figure for each in ANALYSES.values()]),
+                        (query(settings), [partial(mtf_field_figure, method="geometric"),
+                                           partial(bokeh_figure, ripple=Ripple(0, 1.0, 1e-4))]),
+                        (bladed, [ANALYSES["spots"].figure, ANALYSES["sunstar"].figure])):
+        for each in make:
+            with suppress(lb.LensError):
+                each(asked, 16)
 
 
 class Kernel(NamedTuple):

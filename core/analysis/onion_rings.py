@@ -2,7 +2,7 @@
 
 Lengths in mm. A ripple is a wave h/2 · (cos(2π r / p) − 1) in the sag of the surface, of period p and height h from
 trough to crest. Heights of nanometres bend rays so little that the first order is exact: W changes by (n′ N′ − n N) ×
-the ripple where a ray meets the surface, N and N′ its direction cosines along the axis before and behind it; and the ray
+the ripple where a ray meets the surface, N and N′ its direction cosines along the axis before and behind it; the ray
 lands where the slope of that change in the pupil takes it.
 
 References

@@ -257,8 +257,7 @@ def _label(draw: imgui.ImDrawList, shown: PlotMap, label: Label) -> None:
 def _map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, state: Drawn) -> None:
     """Shades from the ground to strong, and contours at the levels."""
     implot.push_colormap(_shades(theme.colours().dark))
-    known = np.nan_to_num(np.clip(shades.values, shades.low, shades.high), nan=shades.low)
-    implot.plot_heatmap("##map", np.ascontiguousarray(known[::-1], float), shades.low, shades.high, "",
+    implot.plot_heatmap("##map", np.ascontiguousarray(shades.shades[::-1]), 0.0, 1.0, "",
                         implot.Point(shades.x[0], shades.y[0]), implot.Point(shades.x[1], shades.y[1]))
     implot.pop_colormap()
     for x0, y0, x1, y1 in state.memo.of((name, "gaps", shades, shown), lambda: _gaps(shades, shown)):

@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from lensbench.analysis.onion_rings import rippled
 from lensbench.analysis.point_spread import PointSpread, psf
 from lensbench.analysis.spot_diagram import spots
 from lensbench.app.state.analysis.figure import Area, Axis, Figure, Label, Map, Plot, Table
@@ -12,19 +14,30 @@ from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.spots import field_label
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import significant
+from lensbench.optics.prescription import Lens
 
 FIELDS = (0.0, 0.5, 0.8, 1.0)
 AWAY = (0.6, 1.0, 1.6, math.inf)        # × the focus distance
 SHADE = 0.48                            # half a picture, of its cell
-FAINT = 1e-4                            # of the brightest, the black of the logarithmic view
+DECADES = 4.0                           # of the logarithmic view
+RINGS = 96                              # samples across a picture with onion rings, at the least
 
 
-def bokeh_figure(query: Query, points: int, view: str = "linear") -> Figure:
+class Ripple(NamedTuple):
+    """Rings that the tool left on a surface: its index, the period (mm) and the height from trough to crest (mm)."""
+
+    surface: int
+    period: float
+    height: float
+
+
+def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple | None = None) -> Figure:
     """Pictures of points at four distances (across) and four fields (down), each as bright as its brightest place.
 
-    view: "linear", or "log" over four decades. LensError where no light reaches the film.
+    view: "linear", or "log" over four decades. ripple: of one surface, whose rings show in the pictures. LensError
+    where no light reaches the film, and for an impossible ripple.
     """
-    built, samples = query.setup, max(points, 32)
+    built, samples = query.setup, max(points, 32 if ripple is None else RINGS)
     layers: list = []
     rows: list[tuple] = []
     distances = [query.focus_distance * part for part in AWAY] if math.isfinite(query.focus_distance) else \
@@ -37,6 +50,7 @@ def bokeh_figure(query: Query, points: int, view: str = "linear") -> Figure:
             continue
         there = replace(query, object_distance=away, focus_distance=distance)
         rays = there.grid(max(points, 24), query.parts(*FIELDS))
+        rays = rays if ripple is None else rippled(rays, *ripple)
         spread = psf(rays, samples)
         width = 1000.0 * samples * float(np.nanmax(spread.pitch))           # of the cells of this column
         in_focus = distance == query.focus_distance
@@ -50,8 +64,20 @@ def bokeh_figure(query: Query, points: int, view: str = "linear") -> Figure:
     plot = Plot(Axis(None, -0.52, edge[0] + 0.02), Axis(None, edge[1] - 0.2, 0.72), tuple(layers), equal=True)
     head = ("field (mm)", "distance (m)", "window (um)", "rms sagittal (um)", "rms tangential (um)", "cut by surface")
     words = query.words(rays, "one scale a column", "log, 4 decades" if view == "log" else "linear",
-                        "waves near focus, rays far from it")
+                        "waves near focus, rays far from it", *(() if ripple is None else (_ripple_words(ripple),)))
     return Figure("Bokeh", ((plot,),), Table(head, tuple(rows)), words, query.remarks(rays) if rays is not None else ())
+
+
+def _ripple_words(ripple: Ripple) -> str:
+    return (f"ripple of surface {ripple.surface + 1}: every {significant(ripple.period)} mm, "
+            f"{significant(1e6 * ripple.height)} nm high")
+
+
+def ripple_surface(lens: Lens) -> int:
+    """The surface that a ripple is most likely on: the largest asphere, else the largest surface."""
+    aspheres = [i for i, each in enumerate(lens.surfaces) if each.conic or each.aspheric]
+    return max(aspheres or [i for i in range(len(lens.surfaces)) if i != lens.stop_index] or [0],
+               key=lambda i: lens.surfaces[i].semi_diameter)
 
 
 def _cell(spread: PointSpread, row: int, column: int, distance: float, view: str) -> list:
@@ -61,12 +87,11 @@ def _cell(spread: PointSpread, row: int, column: int, distance: float, view: str
     if not rays.lit[row]:
         return [Label(column, -row, "dark", "dim", "middle"), Area(*box, f"{name}: no light reaches this field")]
     light = spread.white[row] / max(float(spread.white[row].max()), 1e-30)
-    if view == "log":
-        light = 1.0 + np.log10(np.maximum(light, FAINT)) / -math.log10(FAINT)
     # Each pattern has a window of its own; that of the largest fills the cell
     half = SHADE * float(spread.pitch[row] / np.nanmax(spread.pitch))
     made: list = [Map("", np.zeros((2, 2)), *box),
-                  Map("", light, (column - half, column + half), (-row - half, -row + half))]
+                  Map("", light, (column - half, column + half), (-row - half, -row + half),
+                      decades=DECADES if view == "log" else 0.0)]
     if column == 0:
         made.append(Label(column - 0.47, 0.47 - row, field_label(rays, row), "text", "right below"))
     s, t = _sizes(spread, row)

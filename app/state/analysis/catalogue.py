@@ -7,13 +7,17 @@ from typing import NamedTuple
 from lensbench.app.state.analysis.aperture_figures import breathing_figure, focus_shift_figure, illumination_figure
 from lensbench.app.state.analysis.axial_figures import axial_figure
 from lensbench.app.state.analysis.bokeh_figure import bokeh_figure
+from lensbench.app.state.analysis.depth_figure import depth_figure
 from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
 from lensbench.app.state.analysis.figure import Figure
 from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
+from lensbench.app.state.analysis.point_figures import encircled_figure, line_spread_figure, psf_figure
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.seidel_figure import seidel_figure
 from lensbench.app.state.analysis.spots import spots_figure
+from lensbench.app.state.analysis.stack_figure import stack_figure
+from lensbench.app.state.analysis.star_figure import star_figure
 from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
 
 
@@ -32,11 +36,17 @@ ANALYSES = {
     "mtf": Analysis(mtf_field_figure, "MTF over the field at 10, 20, 30 and 40 lp/mm"),
     "mtf-frequency": Analysis(mtf_frequency_figure, "MTF against the frequency"),
     "mtf-map": Analysis(mtf_map_figure, "MTF over focus and field"),
+    "psf": Analysis(psf_figure, "picture of a point on the axis, four decades"),
+    "encircled": Analysis(encircled_figure, "encircled energy of three fields"),
+    "line-spread": Analysis(line_spread_figure, "line spread of three fields"),
     "bokeh": Analysis(bokeh_figure, "pictures of points of light over field and distance"),
     "wavefront": Analysis(wavefront_figure, "wavefront of the axis, with Zernike coefficients"),
     "seidel": Analysis(seidel_figure, "Seidel sums of each surface"),
     "axial": Analysis(axial_figure, "longitudinal aberration and chromatic focal shift"),
     "focus-shift": Analysis(focus_shift_figure, "best focus against the aperture"),
     "breathing": Analysis(breathing_figure, "field of view against the focus distance"),
+    "depth": Analysis(depth_figure, "depth of field over the field"),
+    "stack": Analysis(stack_figure, "effect of the glass before a sensor, and of an adapter"),
+    "sunstar": Analysis(star_figure, "rays of light that the blades draw about a small light"),
     "illumination": Analysis(illumination_figure, "relative illumination, split into natural falloff and vignetting"),
 }

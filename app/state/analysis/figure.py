@@ -9,6 +9,7 @@ import csv
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -68,7 +69,8 @@ class Bars:
 class Map:
     """Values (rows, columns) between low and high as shades, over x0 to x1 and y0 to y1; row 0 lies at y0.
 
-    levels: values at which contours are drawn. name: of the value, for the cursor; "" leaves it out.
+    levels: values at which contours are drawn. name: of the value, for the cursor; "" leaves it out. decades: below
+    `high` that the shades span in equal steps of the logarithm, in place of the range from `low`; 0 for none.
     """
 
     name: str
@@ -78,6 +80,17 @@ class Map:
     low: float = 0.0
     high: float = 1.0
     levels: tuple[float, ...] = ()
+    decades: float = 0.0
+
+    @cached_property
+    def shades(self) -> np.ndarray:
+        """The values as parts of the way from black (0) to white (1); black where they are unknown."""
+        known = np.nan_to_num(self.values, nan=self.low)
+        if self.decades:
+            known = 1.0 + np.log10(np.maximum(known / self.high, 10.0**-self.decades)) / self.decades
+        else:
+            known = (known - self.low) / (self.high - self.low)
+        return np.ascontiguousarray(np.clip(known, 0.0, 1.0), float)
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,10 @@ def test_what_a_lens_does_not_have_is_left_out_with_its_reason(capsys):
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    (["--what", "sunstar"], "choose from spots"), (["-o", "sheet.gif"], ".json: choose one"),
+    (["--what", "glare"], "choose from spots"), (["--stack", "2,x"], "1 to 3 numbers"),
+    (["--what", "bokeh", "--ripple", "99,1,1"], "choose 1 to 9"),
+    (["--what", "stack", "--stack", "99"], "no room"),
+    (["-o", "sheet.gif"], ".json: choose one"),
     (["--points", "3"], "8 to 512"), (["--f-number", "0.1"], "opens no further"),
 ])
 def test_impossible_demands_end_with_2_and_one_line(capsys, arguments, said):

@@ -9,14 +9,18 @@ import lensbench as lb
 from lensbench.analysis.transfer_function import mtf
 from lensbench.analysis.wavefront import wavefronts
 from lensbench.app.state.analysis.aperture_figures import focus_shift_figure, illumination_figure
-from lensbench.app.state.analysis.bokeh_figure import bokeh_figure
+from lensbench.app.state.analysis.bokeh_figure import Ripple, bokeh_figure, ripple_surface
+from lensbench.app.state.analysis.depth_figure import depth_figure
 from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
 from lensbench.app.state.analysis.figure import Bars, Curve, Map
 from lensbench.app.state.analysis.film_drag import focus_at
 from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
+from lensbench.app.state.analysis.point_figures import encircled_figure, line_spread_figure, psf_figure
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.analysis.seidel_figure import seidel_figure
+from lensbench.app.state.analysis.stack_figure import Stack, stack_figure
+from lensbench.app.state.analysis.star_figure import star_figure
 from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
 from lensbench.app.state.settings import Settings
 from lensbench.optics.depth_of_field import real_circle_of_confusion
@@ -124,3 +128,53 @@ def test_seidel_sums_of_a_fisheye_are_those_of_45_degrees_and_say_so():
     figure = seidel_figure(wide, 16)
     assert "field 45°" in figure.conditions and "third order says nothing" in figure.remarks[0]
     assert figure.rows[0][0].y.high < 1e5
+
+
+def test_light_of_a_point_adds_up_in_circles_and_across_lines():
+    stopped = query(replace(Settings(), f_number=8.0))
+    figure = encircled_figure(stopped, 24)
+    axis, perfect = (next(layer for layer in figure.rows[0][0].layers if layer.name.startswith(name))
+                     for name in ("axis", "perfect"))
+    held = axis.y[np.isfinite(axis.y)]
+    assert (np.diff(held) > -1e-6).all() and held[-1] > 0.95
+    assert (perfect.y[:len(held)] > held - 0.03).all()
+    at, sagittal = (column(line_spread_figure(stopped, 24), name) for name in ("distance (um)", "sagittal (% a um)"))
+    first = slice(0, len(at) // 3)
+    assert np.trapezoid(sagittal[first], at[first]) == pytest.approx(100.0, abs=4.0)
+    picture = psf_figure(stopped, 24, "axis", "log")
+    shades = picture.rows[0][0].layers[0]
+    assert isinstance(shades, Map) and shades.values.max() == 1.0 and shades.shades.min() == 0.0
+
+
+@pytest.mark.slow
+def test_depth_of_field_over_the_field_widens_with_the_stop():
+    wide, small = (depth_figure(query(replace(Settings(), f_number=n)), 16, 0.03) for n in (5.6, 16.0))
+    near, far = (column(wide, name)[0] for name in ("nearest (m)", "farthest (m)"))
+    assert column(small, "nearest (m)")[0] < near < Settings().focus_distance / 1000.0 < far
+    assert far < column(small, "farthest (m)")[0]
+
+
+def test_a_stack_costs_contrast_away_from_the_axis_and_an_adapter_costs_infinity():
+    figure = stack_figure(ASKED, 16, Stack(4.0, 1.52, 0.0))
+    bare, behind = column(figure, "tangential bare"), column(figure, "tangential")
+    assert np.nanmax(np.abs(behind - bare)[2:]) > 0.05
+    still = stack_figure(ASKED, 16, Stack(0.0, 1.52, 0.0))
+    np.testing.assert_array_equal(column(still, "tangential"), column(still, "tangential bare"))
+    assert any("does not reach infinity" in each for each in stack_figure(ASKED, 16, Stack(2.0, 1.52, 0.1)).remarks)
+
+
+def test_a_star_needs_blades_and_counts_its_rays():
+    with pytest.raises(lb.LensError, match="round stop"):
+        star_figure(query(replace(Settings(), f_number=8.0)), 16)
+    figure = star_figure(query(replace(Settings(), f_number=8.0, blades=5)), 16)
+    assert figure.rows[0][0].title == "10 rays"
+
+
+@pytest.mark.slow
+def test_a_ripple_draws_rings_into_the_bokeh_and_says_what_it_is():
+    ripple = Ripple(ripple_surface(ASKED.lens), 2.0, 3e-4)
+    plain, rings = (bokeh_figure(ASKED, 48, "linear", each) for each in (None, ripple))
+    assert "every 2 mm, 300 nm high" in rings.conditions and "ripple" not in plain.conditions
+    spread = [np.std([layer for layer in figure.rows[0][0].layers if isinstance(layer, Map)][1].values[20:28, 20:28])
+              for figure in (plain, rings)]
+    assert spread[1] > 2.0 * spread[0]

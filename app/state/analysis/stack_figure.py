@@ -1,0 +1,104 @@
+"""What the glass before a sensor and the error of an adapter do to the contrast and to the foci over the field."""
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.analysis.meridional_curves import FieldCurves, field_curves
+from lensbench.analysis.sensor_stack import with_sensor_stack
+from lensbench.analysis.traced_grid import RayGrid, ray_grid
+from lensbench.analysis.transfer_function import mtf
+from lensbench.app.state.analysis.figure import DASHED, SOLID, Axis, Curve, Figure, Plot, Table, reach
+from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.text_values import format_distance
+from lensbench.kernels.figures import significant, true_minus
+
+FREQUENCIES = (10.0, 30.0)      # lp/mm
+FIELDS = 13
+TINTS = ("chart2", "chart0")
+
+
+class Stack(NamedTuple):
+    """Glass before the sensor: thickness (mm) and index; and by how much (mm) an adapter is too long."""
+
+    thickness: float = 2.0
+    index: float = 1.52
+    adapter_error: float = 0.0
+
+
+USUAL = Stack()
+
+
+def stack_figure(query: Query, points: int, stack: Stack = USUAL) -> Figure:
+    """Contrast and foci over the field behind a stack, those of the bare lens dim beside them.
+
+    The lens is focused again paraxially for the stack, not for the adapter. LensError for a stack without room.
+    """
+    given = query.conditions(FIELDS)
+    lens, away = with_sensor_stack(query.lens, query.setup.film_distance, *stack)
+    bare = ray_grid(query.lens, query.setup.film_distance, given, points)
+    behind = ray_grid(lens, away, given, points)
+    plots = [_contrast(bare, behind)]
+    try:
+        plots.append(_foci(field_curves(query.lens, query.setup.film_distance, given, 2 * points + 1),
+                           field_curves(lens, away, given, 2 * points + 1), bare))
+    except lb.LensError:            # a cylinder: the contrast says enough
+        pass
+    words = query.words(behind, f"stack {significant(stack.thickness)} mm, index {significant(stack.index)}",
+                        f"adapter {significant(stack.adapter_error, signed=True)} mm", "dim: without both",
+                        "focused again for the stack alone")
+    return Figure("Sensor stack", (tuple(plots),), _table(bare, behind), true_minus(words),
+                  (*_infinity(query, stack), *query.remarks(behind)))
+
+
+def _contrast(bare: RayGrid, behind: RayGrid) -> Plot:
+    curves = []
+    with_, without = (mtf(rays, FREQUENCIES).white_modulus for rays in (behind, bare))
+    for k in range(len(FREQUENCIES)):
+        curves += [Curve("bare", bare.image_heights, without[:, a, k], "faint", dash, 1.2)
+                   for a, dash in ((0, SOLID), (1, DASHED))]
+    for k, frequency in enumerate(FREQUENCIES):
+        for a, dash in ((0, SOLID), (1, DASHED)):
+            curves.append(Curve(f"{significant(frequency)} {'ST'[a]}", behind.image_heights, with_[:, a, k], TINTS[k],
+                                dash))
+    return Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(bare.image_heights))), Axis("Contrast", 0.0, 1.0),
+                tuple(curves), "MTF")
+
+
+def _foci(bare: FieldCurves, behind: FieldCurves, rays: RayGrid) -> Plot:
+    lit = rays.image_heights[rays.lit]
+    end = 1.0001 * float(lit[-1]) if lit.size else math.inf
+    primary, curves, seen = rays.conditions.primary, [], []
+    for found, name, tint, weight in ((bare, "bare", "faint", 1.2), (behind, "", "strong", 1.6)):
+        for way, foci, dash in (("sagittal", found.sagittal, SOLID), ("tangential", found.tangential, DASHED)):
+            shown = np.where(found.heights <= end, foci[:, primary], np.nan)
+            seen.append(shown[np.isfinite(shown)])
+            curves.append(Curve(name or way, found.heights, shown, tint, dash, weight))
+    limit = reach(np.concatenate(seen), 0.01)
+    return Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(bare.heights))), Axis("Focus (mm)", -limit, limit),
+                tuple(curves), "Foci behind the film")
+
+
+def _infinity(query: Query, stack: Stack) -> tuple[str, ...]:
+    """Where the lens is focused at its mark of infinity, on this adapter."""
+    if stack.adapter_error == 0.0:
+        return ()
+    if stack.adapter_error < 0.0:
+        return ("with this adapter the lens focuses beyond infinity at its mark: infinity is reached before it",)
+    try:
+        whole = replace(query.lens.at(close=0.0), positions=None)
+        reached = lb.focused_distance(whole, lb.film_distance(whole, math.inf) + stack.adapter_error)
+    except lb.LensError:
+        return ()
+    return (f"with this adapter the lens does not reach infinity: its mark lies at {format_distance(float(reached))}",)
+
+
+def _table(bare: RayGrid, behind: RayGrid) -> Table:
+    head = ("field (mm)", "frequency (lp/mm)", "sagittal", "tangential", "sagittal bare", "tangential bare")
+    with_, without = (mtf(rays, FREQUENCIES).white_modulus for rays in (behind, bare))
+    return Table(head, tuple((height, frequency, *with_[f, :, k], *without[f, :, k])
+                             for f, height in enumerate(bare.image_heights)
+                             for k, frequency in enumerate(FREQUENCIES)))
