@@ -15,7 +15,7 @@ def sensor_stack_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -
     thickness = number("Glass", held.thickness, (0.0, 10.0), 0.02, "%.2f mm",
                        "Thickness of the glass before the sensor")
     beside(7.0)
-    index = number("Index", held.index, (1.0, 2.2), 0.002, "%.3f", "Index of this glass")
+    index = number("Index", held.refractive_index, (1.0, 2.2), 0.002, "%.3f", "Index of this glass")
     beside(9.5)
     error = number("Adapter", held.adapter_error, (-1.0, 1.0), 0.002, "%+.3f mm",
                    "By which an adapter is too long (+) or too short (−)", 5.6)

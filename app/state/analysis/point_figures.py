@@ -59,7 +59,7 @@ def encircled_figure(query: Query, points: int) -> Figure:
     reached = [radii[int(np.argmax(each > MOST))] for each in held if (each > MOST).any()]
     limit = 1000.0 * min(max(reached, default=radii[-1]), radii[-1])
     axis = 1000.0 * radii
-    curves = [Curve(field_label(rays, f), axis, held[f], FIELD_TINTS[f]) for f in np.flatnonzero(rays.lit)]
+    curves = [Curve(field_label(rays, f), axis, held[f], FIELD_TINTS[f]) for f in np.flatnonzero(rays.lit).tolist()]
     curves.append(Curve("perfect lens, axis", axis, best, "dim", DOTTED, 1.2))
     plot = Plot(Axis("Radius (µm)", 0.0, reach([limit])), Axis("Part of the light", 0.0, 1.0), tuple(curves))
     head = ("field (mm)", "radius (um)", "part of the light")
@@ -79,7 +79,7 @@ def line_spread_figure(query: Query, points: int) -> Figure:
     lines = np.einsum("fcam,fc->fam", np.nan_to_num(spread.line_spread), light_shares(rays))
     curves: list[Curve] = []
     rows: list[tuple] = []
-    for f in np.flatnonzero(rays.lit):
+    for f in np.flatnonzero(rays.lit).tolist():
         at = 1000.0 * spread.offsets[f]
         for a, (way, dash) in enumerate((("S", SOLID), ("T", DASHED))):
             curves.append(Curve(f"{field_label(rays, f)} {way}", at, 0.1 * lines[f, a], FIELD_TINTS[f], dash))

@@ -25,7 +25,7 @@ class Stack(NamedTuple):
     """Glass before the sensor: thickness (mm) and index; and by how much (mm) an adapter is too long."""
 
     thickness: float = 2.0
-    index: float = 1.52
+    refractive_index: float = 1.52
     adapter_error: float = 0.0
 
 
@@ -47,7 +47,7 @@ def stack_figure(query: Query, points: int, stack: Stack = USUAL) -> Figure:
                            field_curves(lens, away, given, 2 * points + 1), bare))
     except lb.LensError:            # a cylinder: the contrast says enough
         pass
-    words = query.words(behind, f"stack {significant(stack.thickness)} mm, index {significant(stack.index)}",
+    words = query.words(behind, f"stack {significant(stack.thickness)} mm, index {significant(stack.refractive_index)}",
                         f"adapter {significant(stack.adapter_error, signed=True)} mm", "dim: without both",
                         "focused again for the stack alone")
     return Figure("Sensor stack", (tuple(plots),), _table(bare, behind), true_minus(words),
