@@ -17,6 +17,7 @@ from functools import partial
 import numpy as np
 
 import lensbench as lb
+from lensbench import lenses
 from lensbench.app.state import tone
 from lensbench.app.state.build import camera
 from lensbench.app.state.lens_choice import with_lens
@@ -27,7 +28,7 @@ from lensbench.app.workers.light_field_worker import LightFieldWorker
 from lensbench.app.workers.render_update import RenderUpdate
 
 SIZE = (1280, 720)
-LENSES = ("pbrt-dgauss-50mm", "pbrt-wide-22mm", "pbrt-telephoto-250mm", "lib-us7558005a")
+LENSES = tuple(lenses.names()[::15])     # of the library, each opened for the first time
 SMALL = Settings(pixels_x=640, pixels_y=360, film_width=32.0, film_height=18.0, samples=100_000)
 MOVES = 20                      # moves of each dial
 REST = 12                       # frames between two moves

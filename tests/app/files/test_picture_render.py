@@ -79,7 +79,8 @@ def stops_after(passes):
     return lambda: len(asked) >= passes or asked.append(None) is None and len(asked) >= passes
 
 
-@pytest.mark.parametrize("name", STOPPED)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name == "lights traced to the film"
+                                  else name for name in STOPPED])
 def test_a_render_that_was_stopped_goes_on_to_the_same_bits(tmp_path, name):
     settings, path = STOPPED[name], tmp_path / "a.exr"
     assert export_render(settings, path, resume=True, stopping=stops_after(2)) is None

@@ -15,6 +15,7 @@ from lensbench.app.studies.charts.values import Mark
 from lensbench.app.workers.chart_worker import ChartWorker, charted
 from tests.app.stand import centre, drive
 
+pytestmark = pytest.mark.slow           # their chart compiles five polynomials
 START = Settings(lens="lenshh-cooke-triplet-50", lens_model="trace", f_number=8.0)
 
 
@@ -41,7 +42,6 @@ class Panel:
         ctx.yield_(3)
 
 
-@pytest.mark.slow
 def test_the_chart_of_the_present_lens_comes_by_itself_and_a_click_takes_a_model():
     panel, seen = Panel(), {}
 
@@ -76,7 +76,6 @@ def test_the_chart_of_the_present_lens_comes_by_itself_and_a_click_takes_a_model
     assert marks["trace, float32"].error < marks["degree 3"].error < marks["pinhole"].error
 
 
-@pytest.mark.slow
 def test_a_picture_is_taken_with_the_degree_that_is_set():
     assert camera(replace(START, lens_model="polynomial", degree=5)).degree == 5
     with pytest.raises(SettingsError, match="degree 4"):
@@ -113,7 +112,6 @@ def test_the_panel_lives_in_any_window_and_any_state(size):
     drive(panel.show, test, size)
 
 
-@pytest.mark.slow
 def test_a_measurement_that_is_cancelled_leaves_the_settings_alone_until_they_change():
     panel = Panel()
 

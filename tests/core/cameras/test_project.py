@@ -39,7 +39,7 @@ def passes(taken: lb.Camera, raster, uv, points) -> np.ndarray:
 @pytest.mark.parametrize(("name", "more"), [
     *((name, {}) for name in LENSES),
     ("pbrt-dgauss-50mm", {"f_number": 16.0, "focus_distance": math.inf}),
-    ("pbrt-dgauss-50mm", {"model": "polynomial", "degree": 7}),
+    pytest.param("pbrt-dgauss-50mm", {"model": "polynomial", "degree": 7}, marks=pytest.mark.slow),
 ])
 def test_a_point_on_a_ray_leads_back_through_the_lens_to_the_raster_point_of_the_ray(name, more):
     """1e-9 px; points not too far out of focus, for those may have several film points (see the next test)."""

@@ -71,6 +71,7 @@ def test_degree_nine_is_within_a_fiftieth_of_a_pixel_of_the_reference(name, f_nu
     assert np.sqrt((error**2).mean()) <= 0.02 * PIXEL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "index"), [
     ("pbrt-dgauss-50mm", 1.0), ("pbrt-wide-22mm", 1.0), ("pbrt-telephoto-250mm", 1.0), ("pbrt-dgauss-50mm", 1.33)])
 def test_the_stated_error_is_the_error_and_every_degree_is_better_than_the_one_before(name, index):
@@ -109,6 +110,7 @@ def test_single_precision_is_within_three_thousandths_of_a_pixel():
     assert np.abs((single**2).sum(0) - 1.0).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_a_turned_film_point_has_a_turned_ray():
     lens, film_distance, table = setup()
     step = Polynomial.fit(lens, film_distance, table, 7).step
@@ -151,6 +153,7 @@ SINGLETS = {
     "biconvex": lb.Lens((lb.Surface(0.025, 8.0, 9.0, lb.Glass(1.6, 50.0)), lb.Surface(-0.02, 30.0, 9.0)), 1)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "degree", "side", "slower", "distance"), [
     ("lib-us10281683", 11, 34.0, 25.0, 1000.0), ("lib-us10281683", 9, 8.7, 1.0, 3000.0),
     ("lib-us10281683", 11, 9.0, 200.0, 3000.0), ("lib-us10281683", 11, 150.0, 200.0, math.inf),

@@ -209,6 +209,7 @@ def waves(views=(9, 9), dtype=np.float32):
     return blank
 
 
+@pytest.mark.slow
 def test_the_slice_of_the_spectrum_is_shift_and_add():
     field = waves()
     for distance in (900.0, 1000.0, 1700.0):
@@ -217,6 +218,7 @@ def test_the_slice_of_the_spectrum_is_shift_and_add():
         assert np.sqrt(np.mean((sheared[inside] - sliced[inside]) ** 2)) < 1e-3
 
 
+@pytest.mark.slow
 def test_waves_in_focus_keep_their_contrast():
     y, x = np.mgrid[0:160, 0:240]
     wave = 0.5 + 0.4 * np.cos(2.0 * math.pi * (15 * x / 240 - 10 * y / 160))

@@ -108,6 +108,7 @@ def test_a_wall_is_where_it_is_by_similar_triangles(depth):
     assert (off.max() < 5e-4) == (depth == 1200.0)
 
 
+@pytest.mark.slow
 def test_rays_beside_the_array_are_not_covered():
     made = waving(1200.0)
     assert made.seen_by(pinhole((4.9, 0.0, 0.0))).covered.mean() > 0.95

@@ -1,4 +1,7 @@
-"""Light on the scenes' surfaces, mirrors, glass and coats: closed forms, quadrature and conservation."""
+"""Light on the scenes' surfaces, mirrors, glass and coats: closed forms, quadrature and conservation.
+
+Slow: the shading in double precision is compiled for these tests alone.
+"""
 
 import math
 from dataclasses import replace
@@ -13,6 +16,7 @@ from lensbench.kernels.program import Program
 from lensbench.scenery.shading.specular_bounce import specular_bounce
 from tests.core.scenery.test_scene import random_rays, shoot, square_lights, unit
 
+pytestmark = pytest.mark.slow
 BLACK = lb.Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)
 WHITE = lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3)
 PAPER = lb.Material((1.0, 1.0, 1.0))
@@ -112,7 +116,6 @@ def test_the_suns_disk_carries_the_light_that_falls_from_it():
     assert np.all(seen[2] == 0.0)
 
 
-@pytest.mark.slow
 def test_a_penumbra_is_the_part_of_the_suns_disk_above_the_edge():
     radius, height = 0.05, 400.0
     edge = lb.Rectangle((-5000.0, -100.0 + height, 0.0), (5000.0, 0.0, 0.0), (0.0, 0.0, -8000.0), PAPER)
@@ -223,7 +226,6 @@ def test_light_is_counted_once():
     assert shoot(alone.steps(), np.zeros(3), [0.0, -1.0, 0.01])[0] == pytest.approx(0.0)         # only seen
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("lamp", [
     lb.Disk((30.0, 500.0, -40.0), (0.3, -0.8, 0.2), 80.0, lb.Material((3.0, 2.0, 1.0), "lamp")),
     lb.Rectangle((30.0, 500.0, -40.0), (70.0, 0.0, 0.0), (0.0, 20.0, 60.0), lb.Material((3.0, 2.0, 1.0), "lamp")),

@@ -180,6 +180,7 @@ def test_a_coat_mirrors_a_lamp_where_it_is():
             assert seen[k, 0] > plain[0, 0] + 0.02 * lamp.material.colour[0]        # a coat mirrors 4 % at least
 
 
+@pytest.mark.slow
 def test_every_lane_sees_the_shadow_of_its_own_time():
     ground = lb.Rectangle((0.0, -100.0, 0.0), (1e4, 0.0, 0.0), (0.0, 0.0, -1e4), lb.Material((1.0,) * 3))
     sun = lb.Sun((0.0, 1.0, 0.0), (1.0,) * 3, 1e-5)
@@ -196,6 +197,7 @@ def test_every_lane_sees_the_shadow_of_its_own_time():
     assert seen == pytest.approx(np.where((abs(u) < 40.0) & (abs(w) < 60.0), 0.0, 1.0), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_moving_ball_holds_off_the_skys_light_where_it_is():
     white = lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3)
     ground = lb.Rectangle((0.0, -100.0, 0.0), (1e4, 0.0, 0.0), (0.0, 0.0, -1e4), lb.Material((1.0,) * 3))
@@ -208,6 +210,7 @@ def test_a_moving_ball_holds_off_the_skys_light_where_it_is():
     assert seen == pytest.approx(1.0 - 60.0**2 / d2 * 80.0 / np.sqrt(d2), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_pattern_spins_with_its_plate():
     star = lb.Material((0.75,) * 3, "light", pattern=lb.Pattern("star", (0.25,) * 3, columns=6.0))
     wheel = lb.Disk((0.0, 0.0, -1000.0), (0.0, 0.0, 1.0), 100.0, star, spin=(0.0, 0.0, 3.0))
@@ -228,6 +231,7 @@ def lit(camera, scene, samples):
     return (lb.render(camera, scene, samples=samples) / white)[..., 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ramp", [0.0, 0.2])
 def test_the_blur_of_a_thing_that_passes_is_the_cumulative_of_the_shutter(ramp):
     """1 mm at 1 m is 1 px: an edge at 80 mm/s, from x = 0 on to the right; 0.5 s open."""
@@ -243,6 +247,7 @@ def test_the_blur_of_a_thing_that_passes_is_the_cumulative_of_the_shutter(ramp):
     np.testing.assert_allclose(line, wanted.reshape(120, 50).mean(1), atol=2e-3)       # 80 lines of 256 samples
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("direction", "sign"), [("down", 1.0), ("up", -1.0)])
 def test_a_rolling_shutter_leans_what_passes_by_speed_times_readout(direction, sign):
     plate = lb.Rectangle((-5000.0, 0.0, -1000.0), (5000.0, 0.0, 0.0), (0.0, 9e3, 0.0), LIGHT, velocity=(30.0, 0.0, 0.0))
@@ -254,6 +259,7 @@ def test_a_rolling_shutter_leans_what_passes_by_speed_times_readout(direction, s
     np.testing.assert_allclose(edge, wanted, atol=0.04)             # two pixels of 64 samples share an edge
 
 
+@pytest.mark.slow
 def test_a_scene_in_motion_is_the_same_bit_for_bit_for_any_number_of_threads():
     camera = lb.PerspectiveCamera(lb.Film(pixels_x=60, pixels_y=40), lens_radius=8.0, focus_distance=1000.0,
                                   shutter_close=0.3, readout=0.1)
@@ -263,6 +269,7 @@ def test_a_scene_in_motion_is_the_same_bit_for_bit_for_any_number_of_threads():
     assert not np.array_equal(pictures[0], lb.render(camera, frozen(crowd(3), 0.0), samples=3, seed=7))
 
 
+@pytest.mark.slow
 def test_depth_is_that_of_things_where_they_are_at_that_time():
     wall = lb.Rectangle((0.0, 0.0, -1700.0), (9e3, 0.0, 0.0), (0.0, 9e3, 0.0), velocity=(0.0, 0.0, 400.0))
     camera = lb.PerspectiveCamera(FILM, shutter_open=1.0, shutter_close=2.0)
@@ -273,6 +280,7 @@ def test_depth_is_that_of_things_where_they_are_at_that_time():
 
 # What it costs
 
+@pytest.mark.slow
 def test_only_what_moves_is_paid_for():
     ball, sun = lb.Sphere((0.0, 0.0, -900.0), 50.0, PAPER), lb.Sun((0.0, 1.0, 0.0))
     still = Scene("one", sun=sun, floor=lb.Floor(), spheres=(ball,))
@@ -300,6 +308,7 @@ def test_motion_that_is_no_number_is_refused(make):
         make()
 
 
+@pytest.mark.slow
 def test_the_fairground_is_the_same_in_single_precision_at_every_moment():
     scene = lb.builtin_scene("fairground")
     o, d = rays(10 * 512, seed=7)
@@ -314,6 +323,7 @@ def test_the_fairground_is_the_same_in_single_precision_at_every_moment():
     assert np.isfinite(single).all() and np.mean(apart) < 0.012
 
 
+@pytest.mark.slow
 def test_what_is_seen_at_a_moment_does_not_depend_on_when_the_shutter_opened():
     """A wheel of plates that swing about a pivot and fly: at 0.7 s after 0, and at 0.2 s after 0.5."""
     spokes = tuple(lb.Rectangle((80.0 * math.cos(a), 80.0 * math.sin(a), -900.0 - 20.0 * k),

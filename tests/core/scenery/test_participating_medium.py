@@ -16,7 +16,7 @@ MURK = lb.Medium(absorption=(1e-4, 2e-4, 0.0), scattering=(3e-4, 0.0, 1e-4), lig
 DARK = lb.Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)
 
 
-@pytest.mark.parametrize("real", [np.float32, np.float64])
+@pytest.mark.parametrize("real", [np.float32, pytest.param(np.float64, marks=pytest.mark.slow)])
 def test_transmittance_falls_exponentially(real):
     """The stages against the library's exponential: 64 times the rounding of a float, 1e-8 of the polynomial."""
     d = np.concatenate([np.geomspace(1e-3, 4e5, B - 1), [1e9]])
@@ -53,6 +53,7 @@ def wall(distance):
     return lb.Scene("wall", sky=DARK, plates=(plate,))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", [500.0, 3000.0, 20_000.0])
 def test_a_glowing_wall_is_seen_through_the_medium_by_the_law(distance):
     """Each pixel along its own length of ray: d / cos θ."""

@@ -1,4 +1,7 @@
-"""Patterns over the footprint of a pixel are means that quadrature finds; pictures are free of aliasing and rings."""
+"""Patterns over the footprint of a pixel are means that quadrature finds; pictures are free of aliasing and rings.
+
+Slow: the stages of surfaces in double precision are compiled for these tests.
+"""
 
 import math
 
@@ -11,6 +14,7 @@ from lensbench.kernels.block import BLUE, GREEN, PIXEL_SIDE, PIXEL_SPREAD, RED, 
 from lensbench.kernels.program import Program
 from lensbench.scenery.intersect.ripmap import ripmap
 
+pytestmark = pytest.mark.slow
 WHITE = lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3)
 FILM = lb.Film(36.0, 24.0, 120, 80)
 

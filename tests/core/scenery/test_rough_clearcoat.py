@@ -68,6 +68,7 @@ def rms(values):
     return math.sqrt((values**2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["trace", "polynomial", "thin", "perspective"])
 def test_a_gleam_out_of_focus_is_in_the_first_picture_nearly_what_it_is_in_the_last(model):
     """Against 2048 samples, each at its point. The place in the pixel still makes some noise: less in the mean of 8."""
@@ -79,6 +80,7 @@ def test_a_gleam_out_of_focus_is_in_the_first_picture_nearly_what_it_is_in_the_l
     assert firsts[1].sum() == pytest.approx(last.sum(), rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["trace", "perspective"])
 def test_many_samples_show_what_they_would_at_points(model):
     """The disks that samples stand for shrink: what the first ones blurred falls as one over the number of samples."""
@@ -95,6 +97,7 @@ def test_many_samples_show_what_they_would_at_points(model):
     assert found.sum() == pytest.approx(truth.sum(), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_gleams_in_a_ball_of_glass_are_found_sooner_and_are_the_same():
     ball = Sphere((0.0, 0.0, -1250.0), 150.0, Material((0.99,) * 3, "glass"))
     scene = Scene("ball", sky=DARK, floor=STREET.floor, spheres=(ball, *LIGHTS))
@@ -109,6 +112,7 @@ def test_gleams_in_a_ball_of_glass_are_found_sooner_and_are_the_same():
     assert many.sum() == pytest.approx(last.sum(), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_disks_that_samples_stand_for_are_together_as_large_as_the_pupil_and_keep_the_focus():
     view = camera("perspective", world_from_camera=TURNED)
     before, after = footprint_steps(view, np.float64)
@@ -140,6 +144,7 @@ def test_where_a_film_point_has_one_ray_or_the_camera_moves_a_sample_stands_for_
         assert footprint_steps(view, np.float32) == ([], [])
 
 
+@pytest.mark.slow
 def test_what_is_in_focus_or_smooth_is_not_blurred():
     """A plate in focus, rough and tilted, whose streaks end at an edge: within a pixel of it no light leaks out."""
     plate = Rectangle((0.0, -60.0, -1200.0), (150.0, 0.0, 0.0), (0.0, 60.0, -60.0), Material(BLACK, "coat", gloss=0.9))

@@ -77,6 +77,7 @@ def test_what_cannot_be_is_refused(make):
 
 # What is met first
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ALL)
 def test_the_depth_stages_meet_what_the_textbook_meets(name):
     from lensbench.scenery.builtin.library import builtin_scene
@@ -92,6 +93,7 @@ def test_the_depth_stages_meet_what_the_textbook_meets(name):
     assert np.all(depth[~near] >= 1e8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [0.0, 0.7, 2.6, -1.4])
 def test_a_block_skips_nothing_that_one_of_its_rays_meets(turn):
     # blocks of rays in thin fans, as a row of the picture gives, from a camera that looks any way
@@ -109,6 +111,7 @@ def test_a_block_skips_nothing_that_one_of_its_rays_meets(turn):
         assert np.where(hit == 1.0, depth, np.inf) == pytest.approx(reference, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_block_skips_no_small_sphere_at_its_edge():
     # 400 spheres of 1 to 4 mm before a pupil of 30 mm: many touch a block with a ray or two alone
     random = np.random.default_rng(12)
@@ -125,6 +128,7 @@ def test_a_block_skips_no_small_sphere_at_its_edge():
         assert np.where(hit == 1.0, depth, np.inf) == pytest.approx(scene.distance(o, d), rel=1e-7)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=40)
 @given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3).filter(lambda v: np.linalg.norm(v) > 1e-3),
        st.floats(1.0, 100.0))
@@ -141,6 +145,7 @@ def test_a_sphere_is_met_on_its_surface_and_lit_along_its_normal(towards, radius
     assert shoot(scene.steps(shadows=False), o, d)[0] == pytest.approx(max(0.0, normal @ direction), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_spheres_picture_has_the_size_of_its_tangent_cone():
     distance, radius = 1000.0, 100.0
     scene = lb.Scene("one", spheres=(lb.Sphere((0.0, 0.0, -distance), radius),))
@@ -150,6 +155,7 @@ def test_a_spheres_picture_has_the_size_of_its_tangent_cone():
     assert list(shoot(scene.depth_steps(), np.zeros(3), d)[:, 1]) == [1.0, 0.0]
 
 
+@pytest.mark.slow
 def test_the_floor_is_checkered_every_tile():
     scene = lb.Scene("one", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3),
                      floor=lb.Floor(-100.0, 50.0, (0.8,) * 3, (0.2,) * 3))
@@ -176,6 +182,7 @@ def look_at_wall(scene, points):
     return shoot(scene.steps(), np.zeros(3), np.column_stack([points, np.full(len(points), -1000.0)]))[:, 0]
 
 
+@pytest.mark.slow
 def test_a_star_changes_colour_at_equal_angles():
     points = wall_points()
     angle = np.degrees(np.arctan2(points[:, 1] / 60.0, points[:, 0] / 100.0)) % 360.0
@@ -184,6 +191,7 @@ def test_a_star_changes_colour_at_equal_angles():
     assert look_at_wall(patterned("star", columns=12.0), points)[inside] == pytest.approx(wanted[inside])
 
 
+@pytest.mark.slow
 def test_a_checker_and_a_grid_lie_where_their_numbers_say():
     points = wall_points()
     x, y = points[:, 0] + 100.0, points[:, 1] + 60.0
@@ -195,6 +203,7 @@ def test_a_checker_and_a_grid_lie_where_their_numbers_say():
     assert look_at_wall(patterned("grid", columns=8.0, rows=4.0, line=4.0), points) == pytest.approx(wanted)
 
 
+@pytest.mark.slow
 def test_a_ruler_has_a_tick_every_millimetre():
     scene = patterned("ruler", columns=10.0, line=0.2)
     ticks = np.column_stack([np.arange(-99.0, 100.0), np.full(199, -59.0)])
@@ -204,6 +213,7 @@ def test_a_ruler_has_a_tick_every_millimetre():
     assert np.flatnonzero(high < 0.5).tolist() == list(range(9, 199, 10))
 
 
+@pytest.mark.slow
 def test_an_image_shows_its_texels_upright_and_is_linear_between():
     values = np.random.default_rng(2).random((4, 5, 3))
     image = lb.Pattern("image", image=lb.Image.of(values))
@@ -221,7 +231,7 @@ def test_an_image_shows_its_texels_upright_and_is_linear_between():
 
 # No number is lost
 
-@pytest.mark.parametrize("real", [np.float32, np.float64])
+@pytest.mark.parametrize("real", [np.float32, pytest.param(np.float64, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ALL)
 def test_no_ray_gives_anything_but_a_finite_radiance(name, real):
     from lensbench.scenery.builtin.library import builtin_scene
@@ -238,6 +248,7 @@ def test_no_ray_gives_anything_but_a_finite_radiance(name, real):
     assert np.all(np.isfinite(seen)) and np.all(seen >= 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ALL)
 def test_float32_shows_what_float64_shows(name):
     from lensbench.scenery.builtin.library import builtin_scene

@@ -68,6 +68,7 @@ def test_a_beam_ends_on_what_the_scene_has_there():
     assert sky.target is None and math.isinf(sky.along)
 
 
+@pytest.mark.slow
 def test_a_moving_scene_is_met_where_it_is_at_the_moment():
     scene = lb.builtin_scene("fairground")
     origins = np.zeros((60, 3))

@@ -87,6 +87,7 @@ def test_light_that_is_darker_off_the_axis_is_off_by_its_stops():
     assert 0.95 * worst < Truth(there).error(dark).stops_worst < worst + 0.003
 
 
+@pytest.mark.slow
 def test_each_rung_of_the_ladder_is_nearer_to_the_truth_and_an_ideal_lens_is_off_by_the_distortion():
     there = camera("pbrt-dgauss-50mm", 8.0)
     truth, models = Truth(there), ladder(there)

@@ -41,6 +41,7 @@ def aimed(film, rear, away):
     return {X: film[:, 0], Y: film[:, 1], L: way[:, 0], M: way[:, 1], N: way[:, 2]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])
 def test_the_table_has_the_reference_rays_at_its_nodes(name):
     lens, away, table, program = setup(name)
@@ -62,6 +63,7 @@ def test_the_table_has_the_reference_rays_at_its_nodes(name):
     assert np.abs(apart).max() < 1e-8
 
 
+@pytest.mark.slow
 def test_between_its_nodes_the_table_is_within_half_a_pixel_of_the_trace():
     """Of 24 megapixels; a linear table of 64 × 24 × 12 rays cannot follow the curvature within a cell: 0.2 px rms."""
     raster, uv = np.random.default_rng(3).random((2, 4000, 2))
@@ -75,6 +77,7 @@ def test_between_its_nodes_the_table_is_within_half_a_pixel_of_the_trace():
     assert off.max() > 0.01                             # and no trace in disguise
 
 
+@pytest.mark.slow
 def test_a_table_turns_with_the_film_and_is_mirrored():
     program = setup()[3]
     way = np.array([-0.1, 0.05, -1.0]) / np.linalg.norm([-0.1, 0.05, -1.0])
@@ -93,6 +96,7 @@ def test_a_table_turns_with_the_film_and_is_mirrored():
     assert down * np.array([1, -1, 1, 1, -1, 1])[:, None] == pytest.approx(up, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_picture_by_the_table_is_the_traced_one():
     scene = lb.builtin_scene("still-life")
     film = lb.Film(36.0, 24.0, 48, 32)
