@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from lensbench.app.state.exposure import AppliedExposure
 from lensbench.app.state.notices import Notice, NoticeKind, Notices
 from lensbench.app.state.picture_statistics import Difference
 from lensbench.app.state.pixel.pointed import Pointed
@@ -71,6 +72,8 @@ class Picture:
     note: str = ""                                  # describes such a picture
     light: Light | None = None                      # that the texture shows, without overlays
     plan: tuple[Part, ...] = ()                     # what is compiled for the first picture
+    applied: AppliedExposure | None = None          # exposure of the camera's picture
+    off_meter: float | None = None                  # stops by which it is brighter than the meter would have it
 
 
 @dataclass
@@ -93,6 +96,7 @@ class View:
     scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last
     covered: tuple[float, float, float, float] | None = None    # by the picture on the screen: left, top, right, bottom
     pinned: Settings | None = None                  # those of the picture A
+    program: str = ""                               # the mode P, A or S that the meter serves; "": none of them
     locked: bool = False                            # A follows the dials that are turned in B
     dragged: bool = False
     requests: set[Request] = field(default_factory=set)     # to the window

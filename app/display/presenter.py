@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lensbench.app.display.frame import Light, Mark, Picture, Pinned, View
 from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
 from lensbench.app.display.solid_view import Drawing, SolidView
+from lensbench.app.state.auto_exposure import meter_stops
 from lensbench.app.state.circle_of_confusion import Blur
 from lensbench.app.state.exposure import AppliedExposure, applied_exposure, exposed, look
 from lensbench.app.state.false_colours import aov_codes
@@ -37,7 +38,7 @@ class Presenter:
         self.pinned: RenderUpdate | None = None                 # the picture A
         self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # on the screen, before the tone curve
         self._light_of: Any = None                      # the key of that light
-        self._applied_exposure = Memo(1)
+        self._applied_exposure, self._off_meter = Memo(1), Memo(2)
         self.renderer = ""                              # GL's name of what draws
         self._worker = worker
         self._screen: Screen | None = None
@@ -85,6 +86,15 @@ class Presenter:
             return None
         key = (update.key, look(settings), settings.shutter, settings.iso)
         return self._applied_exposure.of(key, lambda: applied_exposure(settings, update.image))
+
+    def off_meter(self, settings: Settings) -> float | None:
+        """Stops by which the camera's picture is brighter than its meter would have it; None for other quantities."""
+        update = self.update
+        if update is None or update.raw:
+            return None
+        key = (update.key, look(replace(settings, exposing="triangle")), settings.exposing, settings.shutter,
+               settings.iso, settings.metering, settings.exposure)
+        return self._off_meter.of(key, lambda: meter_stops(settings, update.image))
 
     def strip(self, image: NDArray[np.float32], of: Any, settings: Settings) -> int:
         """The GL name of a texture with a small linear picture for a panel, tone-mapped by these settings.
@@ -142,6 +152,7 @@ class Presenter:
         update, screen, waiting = self.shown, self._screen, self._worker.waiting
         if update is None or screen is None:
             return Picture(waiting=waiting, first=True)
+        applied, off_meter = self.applied_exposure(settings), self.off_meter(settings)
         depth = self._distances(settings, update)
         of = (update.key, update.settings.view, look(settings))
         if of != self._light_of:
@@ -170,9 +181,10 @@ class Presenter:
         if self.field_picture is not None:
             return Picture(texture, screen.size, update.samples, update.seconds, histogram=shares, pinned=pinned,
                            difference=difference, recorded=update.settings, note=_note(self.field_picture),
-                           light=light)
+                           light=light, applied=applied, off_meter=off_meter)
         return Picture(texture, screen.size, update.samples, update.seconds, self._worker.paused, waiting, False,
-                       self.depth(settings), shares, pinned, difference, light=light)
+                       self.depth(settings), shares, pinned, difference, light=light, applied=applied,
+                       off_meter=off_meter)
 
     def depth(self, settings: Settings) -> NDArray[np.float32] | None:
         """The depth map (h, w) mm; None if there is none for the aim of these settings."""

@@ -168,7 +168,6 @@ class Panels:
 
     def _controls(self) -> None:
         window = self._state
-        window.chooser.applied_exposure = window.presenter.applied_exposure(window.edited)
         window.edited = controls_panel(window.edited, window.chooser)
 
     def _readouts(self) -> None:

@@ -22,6 +22,7 @@ from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.display.presenter import save_window
+from lensbench.app.state.auto_exposure import METERED, metered
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.lens_choice import LOCKS
 from lensbench.app.state.request import Request
@@ -60,6 +61,7 @@ class Session(WindowState):
         self._warm_up: Task[None] | None = None         # compiles the panels' kernels
         self._finish: Callable[[], None] | None = None
         self._keyboard = Keyboard()
+        self._metered: Settings | None = None           # settings with what the meter has chosen
         self._frames = 0
         self._pace: float | None = None                 # frames a second at most, once there is a picture
         self._locked: frozenset[str] = frozenset()      # what the preferences hold
@@ -153,6 +155,7 @@ class Session(WindowState):
             self.edited = replace(self.edited, compare="difference")
         self._reload()
         self._take_failure()
+        self._meter()
         self.view.links.advance()
         self.analyses.begin()
         self._unpin()
@@ -198,6 +201,26 @@ class Session(WindowState):
         if imgui.is_key_pressed(imgui.Key.escape) and not self.browsing.is_open \
                 and not imgui.is_popup_open("", imgui.PopupFlags_.any_popup):
             self.view.links.pinned = None
+
+    def _meter(self) -> None:
+        """In the modes P, A and S the meter sets f-number and time; setting by hand what it sets leads to mode M."""
+        view, present = self.view, self.history.present
+        if view.program not in METERED:
+            return
+        by_hand = {"P": ("f_number", "shutter"), "A": ("shutter",), "S": ("f_number",)}[view.program]
+        if present.exposing != "triangle" or self._metered is not None and any(
+                getattr(present, name) != getattr(self._metered, name) for name in by_hand) \
+                and present.lens == self._metered.lens:
+            view.program, self._metered = "", None
+            return
+        update = self.presenter.update
+        if update is not None and not update.raw and update.generation == self.worker.generation \
+                and not imgui.is_mouse_down(imgui.MouseButton_.left):
+            chosen = metered(present, update.image, view.program)
+            if chosen != present:
+                self.history.correct(chosen)
+                self.edited = chosen
+        self._metered = self.history.present
 
     @staticmethod
     def _steer_lists() -> None:

@@ -24,7 +24,6 @@ from lensbench.app.state.constraints import (
     with_layout,
     with_projection,
 )
-from lensbench.app.state.exposure import AppliedExposure
 from lensbench.app.state.lens_choice import FILM
 from lensbench.app.state.lens_shelf import film_name
 from lensbench.app.state.pose import at_home
@@ -48,7 +47,6 @@ class Chooser:
 
     film: tuple[float, float] = (36.0, 24.0)
     equivalent: bool = False                                # another film keeps field of view and depth of field
-    applied_exposure: AppliedExposure | None = None         # of the picture
     locked: set[str] = field(default_factory=set)           # LOCKS that another lens leaves as they are
     requests: set[Request] = field(default_factory=set)     # of the window
 
@@ -78,8 +76,8 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
     parts: list[tuple[str, str, bool, Callable[[Settings], Settings]]] = [
         ("Motion", "Shutter, keyframes of the camera, rolling shutter", shutter_popup.in_use(settings),
          shutter_popup.motion_popup),
-        ("Sensor", "Exposure by f-number, time and ISO; noise", sensor_popup.in_use(settings),
-         lambda given: sensor_popup.sensor_popup(given, chooser.applied_exposure))]
+        ("Sensor", "The sensor that records the picture, and its noise", sensor_popup.in_use(settings),
+         sensor_popup.sensor_popup)]
     if settings.has_stop:
         parts.append(("Stop", "The shape of the iris, and the coating for the T-stop", iris_popup.in_use(settings),
                       iris_popup.stop_popup))

@@ -11,6 +11,7 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.display.frame import Picture, View
+from lensbench.app.panels.image.camera_strip import camera_strip
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
 from lensbench.app.panels.image.magnifier import STEPS, draw_magnifier
 from lensbench.app.panels.image.notices import draw_notices
@@ -68,6 +69,7 @@ def _ground(draw: imgui.ImDrawList, covered: tuple[float, float, float, float] |
 
 def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
     settings = picture_tools(settings, picture, view)
+    settings = camera_strip(settings, view, picture.applied, picture.off_meter)
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     view.links.hover = None
     if room.x < theme.em(2.0) or room.y < theme.em(2.0):

@@ -104,9 +104,12 @@ def test_sensor_and_stop_are_set_by_hand_and_only_the_stop_renders_anew(drive):
     def use(hand):
         hand.picture()
         generation = hand.session.worker.generation
-        hand.ctx.item_click("**/Sensor")
-        hand.ctx.item_click("//$FOCUSED/Mode triangle")
+        hand.ctx.item_click("**/Mode M")
+        hand.ctx.item_click("**/###Strip ISO")
+        hand.ctx.yield_(2)
         hand.drag(hand.at("**/ISO", 0.2, 0.5), hand.at("**/ISO", 0.5, 0.5))
+        hand.press(imgui.Key.escape)
+        hand.ctx.item_click("//Controls/Sensor")
         hand.ctx.item_click("//$FOCUSED/Sensor with noise")
         hand.ctx.yield_(2)
         hand.ctx.item_click("//$FOCUSED/Bits 8")
@@ -116,10 +119,10 @@ def test_sensor_and_stop_are_set_by_hand_and_only_the_stop_renders_anew(drive):
         presenter = hand.session.presenter
         np.testing.assert_array_equal(presenter.light, exposed(settings, presenter.update.image))
         assert hand.session.worker.generation == generation
-        hand.ctx.item_click("//$FOCUSED/Mode automatic")
+        hand.press(imgui.Key.escape)
+        hand.ctx.item_click("**/Mode I")
         hand.ctx.yield_(2)
         assert hand.session.presenter.applied_exposure(hand.settings).iso != settings.iso
-        hand.press(imgui.Key.escape)
         hand.ctx.item_click("**/Stop")
         hand.ctx.item_click("//$FOCUSED/Blades 6")
         hand.picture()

@@ -1,0 +1,203 @@
+"""The camera strip above the picture: mode, f-number, time, ISO, exposure correction and the meter, always there.
+
+Each value answers the wheel by third stops; a click opens its dial.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from imgui_bundle import ImVec2, ImVec4, imgui
+
+from lensbench.app.display.frame import View
+from lensbench.app.state import dial_scales
+from lensbench.app.state.auto_exposure import METERED, MODES, mode_of, with_mode
+from lensbench.app.state.exposure import AppliedExposure, exposure_text
+from lensbench.app.state.figures import readings
+from lensbench.app.state.scales import Scale
+from lensbench.app.state.settings import METERINGS, Settings
+from lensbench.app.state.text_values import format_exposure
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.dial import dial
+from lensbench.app.widgets.toggles import toggles
+
+DEFAULT = Settings()
+METER = 3.0                     # stops to either side
+METER_WIDTH = 8.5               # em
+METERING_TIPS = {
+    "mean": "The mean of the picture becomes a middle grey",
+    "highlights": "All but a thousandth of the picture stays below white",
+}
+
+
+@dataclass(frozen=True)
+class Value:
+    """One value of the strip: name, dial, present value, setter, tooltip; follows: the meter or nothing sets it."""
+
+    name: str
+    scale: Scale
+    value: float
+    taken: Callable[[Settings, float], Settings]
+    tip: str
+    follows: bool = False
+    idle: bool = False          # it does not change the brightness in this mode
+
+
+def strip_height() -> float:
+    """Height of the strip in pixels."""
+    return round(theme.em(1.75))
+
+
+def camera_strip(settings: Settings, view: View, found: AppliedExposure | None, off: float | None) -> Settings:
+    """Draw the strip in the rest of the line; returns the settings after its changes.
+
+    found: the exposure of the picture. off: stops by which the picture is brighter than the meter would have it.
+    """
+    corner, width, height = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x, strip_height()
+    imgui.set_cursor_screen_pos(ImVec2(corner.x + 8.0 * theme.scale(),
+                                       corner.y + round(0.5 * (height - imgui.get_frame_height()))))
+    imgui.push_style_color(imgui.Col_.button, ImVec4(0.0, 0.0, 0.0, 0.0))
+    mode = mode_of(settings, view.program)
+    chosen = _modes(mode, width)
+    if chosen != mode:
+        view.program = chosen if chosen in METERED else ""
+        settings = with_mode(settings, chosen)
+    imgui.same_line(0.0, theme.em(0.7))
+    for value in _values(settings, mode, found):
+        settings = _shown(settings, value)
+        imgui.same_line(0.0, theme.em(0.15))
+    right = corner.x + width - theme.em(0.7)
+    if right - imgui.get_cursor_screen_pos().x > theme.em(METER_WIDTH):
+        settings = _meter(settings, mode, found, off, ImVec2(right - theme.em(METER_WIDTH), corner.y), height)
+    imgui.pop_style_color()
+    imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
+    imgui.dummy(ImVec2(0.0, 0.0))
+    imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
+    return settings
+
+
+def _modes(mode: str, width: float) -> str:
+    """The modes as a row of letters, or as a list where there is little room."""
+    names = {key: key for key in ("P", "A", "S", "M")}
+    names = {"off": MODES["off"][0], **names, "I": MODES["I"][0]}
+    tips = {key: f"{title}: {tip[0].lower()}{tip[1:]}" if key != "off" else tip for key, (title, tip) in MODES.items()}
+    if width > theme.em(44.0):
+        return toggles("Mode", names, mode, tips, 0.0)
+    if imgui.button(f"{MODES[mode][0] if mode in ('off', 'I') else mode}###Mode list"):
+        imgui.open_popup("Modes")
+    imgui.set_item_tooltip(tips[mode])
+    lower = imgui.get_item_rect_min().x, imgui.get_item_rect_max().y
+    imgui.set_next_window_pos(ImVec2(*lower), imgui.Cond_.appearing)
+    if imgui.begin_popup("Modes"):
+        for key, (title, _) in MODES.items():
+            letter = key if key in names and key not in ("off", "I") else " "
+            if imgui.selectable(f"{letter}  {title}###Mode {key}", key == mode)[0]:
+                mode = key
+            imgui.set_item_tooltip(tips[key])
+        imgui.end_popup()
+    return mode
+
+
+def _values(settings: Settings, mode: str, found: AppliedExposure | None) -> list[Value]:
+    got, off = readings(settings), mode == "off"
+    values = []
+    if settings.has_stop and settings.f_number is not None or got.f_number is not None:
+        widest = got.widest_f_number or 1.0
+        shown = settings.f_number if settings.f_number is not None else widest
+
+        def aperture(given: Settings, value: float) -> Settings:
+            return replace(given, f_number=None if given.has_lens and value <= widest else value)
+
+        values.append(Value("f-number", dial_scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
+                            shown, aperture, "f-number N: focal length over the diameter of the entrance pupil",
+                            mode in ("P", "S")))
+    triangle = found is None or found.triangle is not None
+
+    def time(given: Settings, value: float) -> Settings:
+        return replace(given, shutter=value)
+
+    def iso(given: Settings, value: float) -> Settings:
+        return replace(given, iso=value, exposing="triangle" if given.exposing == "automatic" else given.exposing)
+
+    values.append(Value("Time", dial_scales.shutter_scale(DEFAULT.shutter), settings.shutter, time,
+                        "Exposure time t: what moves blurs; it brightens the picture in the modes P A S M",
+                        mode in ("P", "A"), off))
+    if triangle:
+        automatic = mode == "I" and found is not None
+        values.append(Value("ISO", dial_scales.iso_scale(), found.iso if automatic and found else settings.iso, iso,
+                            "Speed: the gain behind the sensor, of signal and noise alike", automatic, off))
+
+    def correction(given: Settings, value: float) -> Settings:
+        return replace(given, exposure=value)
+
+    values.append(Value("Correction", dial_scales.exposure_scale(), settings.exposure, correction,
+                        "Exposure correction: stops by which the picture is brightened, over the mode's choice"))
+    return values
+
+
+def _shown(settings: Settings, value: Value) -> Settings:
+    """One value as a flat button; the wheel steps it, a click opens its dial."""
+    colour = theme.colours()
+    text = format_exposure(value.value) if value.name == "Correction" else value.scale.format(value.value)
+    ink = colour.dim if value.idle or value.follows else colour.strong
+    imgui.push_style_color(imgui.Col_.text, ImVec4(*ink))
+    if imgui.button(f"{text}###Strip {value.name}"):
+        imgui.open_popup(f"Dial {value.name}")
+    imgui.pop_style_color()
+    notes = ["Click for its dial, wheel for the next third stop"]
+    if value.follows:
+        notes = ["The meter sets it in this mode; setting it by hand changes to M"]
+    elif value.idle:
+        notes.append("In the mode “As it is” it does not change the brightness")
+    imgui.set_item_tooltip("\n".join([value.tip, *notes]))
+    turned = value.value
+    if imgui.is_item_hovered():
+        imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
+        wheel = imgui.get_io().mouse_wheel
+        if wheel:
+            turned = value.scale.stepped(value.value, int(math.copysign(max(1.0, abs(wheel)), wheel)))
+    lower = imgui.get_item_rect_min().x, imgui.get_item_rect_max().y + 3.0 * theme.scale()
+    imgui.set_next_window_pos(ImVec2(*lower), imgui.Cond_.appearing)
+    imgui.set_next_window_size(ImVec2(theme.em(18.0), 0.0))
+    if imgui.begin_popup(f"Dial {value.name}"):
+        turned = dial(f"{value.name}", value.value, value.scale, value.tip)
+        imgui.end_popup()
+    return value.taken(settings, turned) if turned != value.value else settings
+
+
+def _meter(settings: Settings, mode: str, found: AppliedExposure | None, off: float | None, at: ImVec2,
+           height: float) -> Settings:
+    """The needle on a scale of ±METER stops; a click opens the choice of the metering."""
+    colour, pixel, draw = theme.colours(), theme.scale(), imgui.get_window_draw_list()
+    wide = theme.em(METER_WIDTH)
+    imgui.set_cursor_screen_pos(at)
+    if imgui.invisible_button("Meter", ImVec2(wide, height)):
+        imgui.open_popup("Metering")
+    lines = ["Meter: stops by which the picture is brighter or darker than the meter would have it"]
+    if found is not None:
+        lines.append(exposure_text(found))
+    if off is not None and mode in METERED and abs(off - settings.exposure) > 0.3:
+        lines.append("The range of f-numbers or times ends before the meter's choice")
+    imgui.set_item_tooltip("\n".join(lines))
+    ev = f"EV {found.triangle.ev100:.1f}" if found is not None and found.triangle is not None else ""
+    theme.small()
+    room = imgui.calc_text_size("EV −10.0").x + theme.em(0.4)
+    line = imgui.get_text_line_height()
+    draw.add_text(ImVec2(round(at.x), round(at.y + 0.5 * (height - line))), theme.packed(colour.dim),
+                  ev.replace("-", "−"))
+    imgui.pop_font()
+    left, right, base = at.x + room + theme.em(0.3), at.x + wide - theme.em(0.3), round(at.y + 0.72 * height)
+    for i in range(int(-3 * METER), int(3 * METER) + 1):
+        x = round(left + (i / 3.0 + METER) / (2.0 * METER) * (right - left))
+        tall = 0.34 if i == 0 else 0.24 if i % 3 == 0 else 0.1
+        draw.add_rect_filled(ImVec2(x, base - round(tall * height)), ImVec2(x + max(pixel, 1.0), base),
+                             theme.packed(colour.text if i % 3 == 0 else colour.faint))
+    if off is not None and math.isfinite(off):
+        x = left + (min(max(off, -METER), METER) + METER) / (2.0 * METER) * (right - left)
+        draw.add_triangle_filled(ImVec2(x, base + pixel), ImVec2(x - 4.0 * pixel, base + 6.0 * pixel),
+                                 ImVec2(x + 4.0 * pixel, base + 6.0 * pixel), theme.packed(colour.strong))
+    imgui.set_next_window_pos(ImVec2(at.x + wide, at.y + height), imgui.Cond_.appearing, ImVec2(1.0, 0.0))
+    if imgui.begin_popup("Metering"):
+        settings = replace(settings, metering=toggles("Meter", METERINGS, settings.metering, METERING_TIPS))
+        imgui.end_popup()
+    return settings
