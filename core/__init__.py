@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from lensbench.analysis.falloff import Falloff, falloff
     from lensbench.analysis.model_choice import Choice, choose_model
     from lensbench.analysis.vignetting import Vignetting, vignetting
+    from lensbench.app.notebook.picture import Picture, develop, save
+    from lensbench.app.notebook.render import load_scene, render
+    from lensbench.app.notebook.show import show
     from lensbench.cameras.bare_sensor import BareSensor
     from lensbench.cameras.base import Camera
     from lensbench.cameras.custom import CustomCamera
@@ -87,7 +90,7 @@ if TYPE_CHECKING:
     from lensbench.pupils.region import ExitPupil, exit_pupil, open_region
     from lensbench.rendering.aovs import AOVS as VIEWS
     from lensbench.rendering.aovs import fate_colours
-    from lensbench.rendering.progressive import Rendering, depth_map, render
+    from lensbench.rendering.progressive import Rendering, depth_map
     from lensbench.scenery.builtin.library import SCENES, builtin_scene
     from lensbench.scenery.objects import (
         Disk,
@@ -107,6 +110,9 @@ if TYPE_CHECKING:
 
 _HOMES = {           # the imports above, as they are made at run time
     "analysis": "",
+    "app.notebook.picture": "Picture develop save",
+    "app.notebook.render": "load_scene render",
+    "app.notebook.show": "show",
     "analysis.aberrations": "ChiefRay Seidel astigmatic_foci chief_ray seidel",
     "analysis.distortion": "Distortion distortion distortion_grid",
     "analysis.falloff": "Falloff falloff",
@@ -150,7 +156,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "optics.zoom_positions": "Positions PositionsError",
     "pupils.region": "ExitPupil exit_pupil open_region",
     "rendering.aovs": "VIEWS=AOVS fate_colours",
-    "rendering.progressive": "Rendering depth_map render",
+    "rendering.progressive": "Rendering depth_map",
     "scenery.builtin.library": "SCENES builtin_scene",
     "scenery.objects": "Disk Floor Image ImageSky Material Pattern Rectangle SceneError Sky Sphere Sun",
     "scenery.scene": "Scene",
@@ -165,15 +171,16 @@ __all__ = [
     "FieldKind", "FieldPoint", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError", "Glass",
     "GlassError", "Image", "ImageSky", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
     "LensError", "LightField", "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "NovelView",
-    "OrthographicCamera", "Pattern", "PerspectiveCamera", "PinholeCamera", "Places", "PlenopticCamera", "Positions",
-    "PositionsError", "RawPicture", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky",
-    "Spaces", "Sphere", "Sun", "Surface", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting",
-    "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field",
-    "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion", "depth_map", "depth_of_field",
-    "depth_resolution", "distortion", "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours",
-    "field_of_view", "film_distance", "film_extent", "find_depth", "first_order", "focal_length", "focused",
-    "focused_distance", "hyperfocal", "irradiance", "light_field_bytes", "look_at", "lumigraph_pinhole", "luminance",
-    "metered_stops", "nearest_focus", "open_region", "picture_through", "pixel_energy", "radiant_exposure",
-    "real_circle_of_confusion", "render", "section_foci", "seidel", "stopped_down", "t_number",
-    "thick_circle_of_confusion", "trace", "transmission", "unit_disk", "vignetting", "working_f_number",
+    "OrthographicCamera", "Pattern", "PerspectiveCamera", "Picture", "PinholeCamera", "Places", "PlenopticCamera",
+    "Positions", "PositionsError", "RawPicture", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel",
+    "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "SystemData", "SystemDataError", "Trace", "TransformError",
+    "Vignetting", "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene",
+    "capture_light_field", "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion", "depth_map",
+    "depth_of_field", "depth_resolution", "develop", "distortion", "distortion_grid", "equivalent", "ev100",
+    "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent", "find_depth",
+    "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance", "light_field_bytes",
+    "load_scene", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus", "open_region",
+    "picture_through", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "save", "section_foci",
+    "seidel", "show", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "unit_disk",
+    "vignetting", "working_f_number",
 ]

@@ -62,10 +62,11 @@ def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
 
 
 def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: int = 8, text: bool = False,
-                 choice: lb.Choice | None = None) -> None:
+                 choice: lb.Choice | None = None, described: bool = True) -> None:
     """Write a linear picture (h, w, 3): tone-mapped to .png or .ppm of 8 or 16 bits, or as floats to .exr or .pfm.
 
-    text: a PPM with numbers as text (P3). choice: of the automatic model, recorded beside the settings.
+    text: a PPM with numbers as text (P3). choice: of the automatic model, recorded beside the settings. described:
+    whether the settings are those of the picture, and are written beside it.
     ExportError for another suffix or depth, for text in another kind of file, and for errors of the disk; an older
     file is then unchanged.
     """
@@ -75,10 +76,11 @@ def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: 
         raise ExportError(f"{bits} bits: choose 8 or 16")
     if suffix in (".png", ".ppm") and not settings.sample_view:
         image = exposed(settings, image)
-    note = _note(settings, choice)
+    note = _note(settings, choice) if described else ""
     with replacing(path) as part:
         if suffix == ".png":
-            _write_png(part, image, settings, bits, note)
+            with part.open("wb") as file:
+                write_png(file, image, settings, bits, note)
         elif suffix == ".ppm":
             _write_ppm(part, image, settings, bits, text, note)
         elif suffix == ".exr":
@@ -225,29 +227,32 @@ def _write_ppm(path: Path, image: np.ndarray, settings: Settings, bits: int, tex
     deepest = 2**bits - 1
     with path.open("wb") as file:
         netpbm.write_ppm(file, _codes(image, settings, deepest), (image.shape[1], image.shape[0]), deepest,
-                         f"{KEY} {note}", text)
+                         f"{KEY} {note}" if note else "made by lensbench", text)
 
 
-def _write_png(path: Path, image: np.ndarray, settings: Settings, bits: int, note: str) -> None:
-    """PNG (ISO/IEC 15948): RGB, sRGB, every row filtered as its difference from the row above."""
+def write_png(file: BinaryIO, image: np.ndarray, settings: Settings, bits: int = 8, note: str = "") -> None:
+    """PNG (ISO/IEC 15948): RGB, sRGB, every row filtered as its difference from the row above.
+
+    image: linear light, exposed, or the screen codes of the tone "raw". note: the settings as JSON, or nothing.
+    """
     height, width = image.shape[:2]
     packer = zlib.compressobj(6)
     above = np.zeros((1, 3 * width * bits // 8), np.uint8)
-    with path.open("wb") as file:
-        file.write(PNG_SIGNATURE)
-        _write_chunk(file, b"IHDR", struct.pack(">IIBBBBB", width, height, bits, 2, 0, 0, 0))
-        _write_chunk(file, b"sRGB", b"\0")
-        _write_chunk(file, b"tEXt", b"Software\0lensbench " + version("lensbench").encode("latin-1"))
+    file.write(PNG_SIGNATURE)
+    _write_chunk(file, b"IHDR", struct.pack(">IIBBBBB", width, height, bits, 2, 0, 0, 0))
+    _write_chunk(file, b"sRGB", b"\0")
+    _write_chunk(file, b"tEXt", b"Software\0lensbench " + version("lensbench").encode("latin-1"))
+    if note:
         _write_chunk(file, b"iTXt", KEY.encode() + b"\0\0\0\0\0" + note.encode())
-        for codes in _codes(image, settings, 2**bits - 1):
-            rows = codes.astype(f">u{bits // 8}").view(np.uint8).reshape(len(codes), -1)
-            lines = np.empty((len(rows), rows.shape[1] + 1), np.uint8)
-            lines[:, 0] = 2             # the filter "Up"
-            lines[:, 1:] = rows - np.concatenate([above, rows[:-1]])
-            above = rows[-1:]
-            _write_chunk(file, b"IDAT", packer.compress(lines.tobytes()))
-        _write_chunk(file, b"IDAT", packer.flush())
-        _write_chunk(file, b"IEND", b"")
+    for codes in _codes(image, settings, 2**bits - 1):
+        rows = codes.astype(f">u{bits // 8}").view(np.uint8).reshape(len(codes), -1)
+        lines = np.empty((len(rows), rows.shape[1] + 1), np.uint8)
+        lines[:, 0] = 2             # the filter "Up"
+        lines[:, 1:] = rows - np.concatenate([above, rows[:-1]])
+        above = rows[-1:]
+        _write_chunk(file, b"IDAT", packer.compress(lines.tobytes()))
+    _write_chunk(file, b"IDAT", packer.flush())
+    _write_chunk(file, b"IEND", b"")
 
 
 def _write_chunk(file: BinaryIO, kind: bytes, data: bytes) -> None:
@@ -278,7 +283,7 @@ def _write_exr(path: Path, image: np.ndarray, note: str) -> None:
     """OpenEXR: scan lines of linear RGB in float32."""
     import OpenEXR
 
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, KEY: note}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage} | ({KEY: note} if note else {})
     pixels = np.ascontiguousarray(image, np.float32)        # the library takes strides for granted
     try:
         OpenEXR.File(header, {"RGB": pixels}).write(str(path))

@@ -28,6 +28,7 @@ from lensbench.imaging.shutter import DIRECTIONS, shutter_step
 from lensbench.imaging.transform import checked_rigid, transform_steps
 from lensbench.kernels.block import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.figures import significant
+from lensbench.kernels.lazy_names import called
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import unit_square
 from lensbench.optics.glass import D_LINE
@@ -56,7 +57,8 @@ class Camera:
         Order of the rows in the upright picture: "down", "up", "left" or "right".
     weights : str
         "relative": the unvignetted axis point has weight 1 at every stop. "physical": cos⁴θ · area / z² · effective
-        time, and radiance falls by the squared index when light leaves a medium.
+        time, and radiance falls by the squared index when light leaves a medium. "radiance", or "one": every ray of
+        an ideal camera has weight 1, without cos⁴θ, so that a pixel shows the mean radiance that it sees.
     medium : Medium or None
         Medium between the camera and the scene; None is clear air. A flat window at the camera's foremost point
         separates air from a medium of another index. The camera is focused and weighted as in air, so objects in
@@ -88,8 +90,10 @@ class Camera:
             _ = self.world_from_camera.scales               # raises where the transform does not scale evenly
         else:
             object.__setattr__(self, "world_from_camera", checked_rigid(self.world_from_camera))
-        if self.weights not in ("relative", "physical"):
-            raise CameraError(f"weights {self.weights!r}: choose relative or physical")
+        if self.weights == "one":
+            object.__setattr__(self, "weights", "radiance")
+        if self.weights not in ("relative", "physical", "radiance"):
+            raise CameraError(f"weights {self.weights!r}: choose relative, physical or radiance")
         if not (math.isfinite(self.shutter_open) and math.isfinite(self.shutter_close)):
             raise CameraError("the shutter's times must be finite numbers of seconds")
         if self.shutter_close < self.shutter_open:
@@ -102,6 +106,10 @@ class Camera:
             raise CameraError(f"readout {significant(self.readout)} s: it must be 0 (a global shutter) or positive")
         if self.readout_direction not in DIRECTIONS:
             raise CameraError(f"readout direction {self.readout_direction!r}: choose one of {', '.join(DIRECTIONS)}")
+
+    def _repr_html_(self) -> str:
+        """Section and figures, for a notebook."""
+        return called("app.notebook.cards", "camera_card", self)
 
     # Shutter and placement
 
@@ -297,7 +305,19 @@ class Camera:
         wavelength : float
             Wavelength of the light (µm); has no effect on a camera that does not disperse.
         """
-        return self.gaussian.steps(self.gain)
+        return self._weighted_gaussian.steps(self._weighted_gain)
+
+    @property
+    def _weighted_gaussian(self) -> Gaussian:
+        """`gaussian` with the slopes whose cos⁴θ weighs the rays: none where all weights are 1."""
+        if self.weights == "radiance":
+            return self.gaussian._replace(approach_film=0.0, approach_pupil=0.0)
+        return self.gaussian
+
+    @property
+    def _weighted_gain(self) -> float:
+        """`gain`, or 1 where all weights are 1."""
+        return 1.0 if self.weights == "radiance" else self.gain
 
     def lens_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """Steps from a ray aimed at an exit-pupil region to the ray in front of the lens, for cameras that aim.
@@ -378,7 +398,7 @@ class Camera:
 
     def _normaliser(self, on_axis: float, z: float) -> float:
         """Divisor of cos⁴θ · area; on_axis: ∫ cos⁴θ dA (mm²) seen from the film's centre, z: film distance (mm)."""
-        if self.weights == "relative":
+        if self.weights != "physical":
             return on_axis
         return z * z * self.dilution / self.effective_time if self.effective_time > 0.0 else math.inf
 
@@ -622,7 +642,7 @@ class Camera:
         -------
         FilmImportance
         """
-        return gaussian_importance(self.gaussian, self.gain, self._film_area, origins, directions)
+        return gaussian_importance(self._weighted_gaussian, self._weighted_gain, self._film_area, origins, directions)
 
     @property
     def _film_area(self) -> float:

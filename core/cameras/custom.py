@@ -61,7 +61,7 @@ class CustomCamera(Camera):
         if not callable(self.rays):
             raise CameraError("a custom camera needs a function: CustomCamera(film, rays), with "
                               "rays(raster, uv, time) -> origins, directions, weights")
-        if self.weights == "physical":
+        if self.weights != "relative":
             raise CameraError("the weights of a custom camera are those that its function returns: leave weights out")
         if self.has_port:
             raise CameraError("a custom camera has no known front, where a window to a medium could lie: "

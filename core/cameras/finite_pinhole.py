@@ -104,7 +104,7 @@ class PinholeCamera(Camera):
 
     def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """Film landing in closed form, the same for every wavelength; see `Camera.film_landing`."""
-        return ideal_film_landing(self.gaussian, self.film_step, self.gain)
+        return ideal_film_landing(self._weighted_gaussian, self.film_step, self._weighted_gain)
 
     @property
     def gain(self) -> float:

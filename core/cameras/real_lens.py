@@ -1,8 +1,9 @@
 """Camera with a real lens: the full trace, a fitted polynomial, or an ideal lens of the same first order."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, wraps
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
 from lensbench.optics.block_trace import trace_steps
-from lensbench.optics.focus import METHODS, FocusError, film_distance, focused, nearest_focus
+from lensbench.optics.focus import METHODS, FocusError, film_distance, focused, focused_distance, nearest_focus
 from lensbench.optics.glass import D_LINE, GlassError
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
 from lensbench.optics.prescription import Lens
@@ -64,6 +65,9 @@ class LensCamera(Camera):
     focus_method : str
         Position of the film, for every model: "paraxial", or "real" for the least blur of real rays at this aperture
         (see `film_distance`). At the latter an ideal model is out of focus.
+    film_distance : float
+        Keyword, in place of a focus distance: where the film stands, in mm behind the last vertex. The lens stays as it
+        is, and `focus_distance` becomes the plane that is then in focus, math.inf where there is none.
     **placement
         Keyword arguments of `Camera`: transform, shutter, weights and medium.
 
@@ -87,11 +91,18 @@ class LensCamera(Camera):
     degree: int = 9
     dispersion: bool | None = None
     focus_method: str = "paraxial"
+    film_at: float | None = None
 
     def __post_init__(self):
         super().__post_init__()
+        if self.film_at is not None and not (math.isfinite(self.film_at) and self.film_at > 0.0):
+            raise FocusError(f"film distance {significant(self.film_at)} mm: it must be a positive number, from the "
+                             "last vertex to the film")
         if self.model not in MODELS:
             raise CameraError(f"camera model {self.model!r}: choose one of {', '.join(MODELS)}")
+        if self.weights == "radiance" and self.follows_rays:
+            raise CameraError(f"weights {self.weights!r} are for ideal cameras, whose pupil is the same for every film "
+                              "point: choose relative or physical weights, or the model thick, thin or pinhole")
         if self.focus_method not in METHODS:
             raise CameraError(f"focus method {self.focus_method!r}: choose {' or '.join(METHODS)}")
         if self.model == "polynomial" and self.degree not in DEGREES:
@@ -108,7 +119,10 @@ class LensCamera(Camera):
             raise CameraError(f"this lens is immersed in a medium of index {significant(lens.front_index)}, and "
                               f"the camera in "
                               f"one of {significant(self.medium.index)}: give both the same")
-        object.__setattr__(self, "lens", focused(lens, self.focus_distance, self.focus_method))
+        if self.film_at is None:
+            object.__setattr__(self, "lens", focused(lens, self.focus_distance, self.focus_method))
+        else:
+            self._focus_by_film(lens)
         if not self.film_distance > 0.0:            # evaluated here, so that a lens without focus raises
             raise FocusError(f"this lens forms its image {significant(-self.film_distance, 4)} mm before its "
                              f"last vertex, "
@@ -117,6 +131,19 @@ class LensCamera(Camera):
             _ = self.gaussian                       # evaluated here, so that an impossible ideal lens raises
         if self.dispersion and not self.disperses and missing_dispersion(self.lens):
             raise CameraError(f"no dispersion: {missing_dispersion(self.lens)}")
+
+    def _focus_by_film(self, lens: Lens) -> None:
+        """Take the lens as it stands, with the focus distance that its film distance gives."""
+        assert self.film_at is not None
+        try:
+            found = focused_distance(lens, self.film_at)
+        except FocusError:
+            found = math.inf                            # the film lies before the rear focus: nothing is in focus
+        if math.isfinite(self.focus_distance) and not math.isclose(self.focus_distance, found, rel_tol=1e-9):
+            raise FocusError(f"film distance {significant(self.film_at)} mm focuses at {significant(found)} mm, and "
+                             f"not at {significant(self.focus_distance)} mm: give one of the two")
+        object.__setattr__(self, "lens", lens)
+        object.__setattr__(self, "focus_distance", found)
 
     @property
     def follows_rays(self) -> bool:
@@ -137,6 +164,8 @@ class LensCamera(Camera):
     @cached_property
     def film_distance(self) -> float:
         """Distance (mm) from the last vertex to the film."""
+        if self.film_at is not None:
+            return self.film_at
         return film_distance(self.lens, self.focus_distance, self.focus_method)
 
     @cached_property
@@ -279,7 +308,7 @@ class LensCamera(Camera):
 
     def _new_steps(self, wavelength: float) -> list[Step]:
         if not self.follows_rays:
-            return self.gaussian.steps(self.gain)
+            return self._weighted_gaussian.steps(self._weighted_gain)
         table, normaliser = self._sampled(wavelength)
         if self.is_traced or isinstance(table, PupilGrid):
             return [table.step(normaliser), *self.lens_steps(wavelength)]
@@ -308,7 +337,7 @@ class LensCamera(Camera):
     def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """Film landing by the trace, for a polynomial as well; in closed form for the ideal models."""
         if not self.follows_rays:
-            return ideal_film_landing(self.gaussian, self.film_step, self.gain)
+            return ideal_film_landing(self._weighted_gaussian, self.film_step, self._weighted_gain)
         lens = self.lens
         gain = lens.front_index**2 * self.film_distance**2 / self._ray_normaliser(wavelength)
         arriving = landing_step(self.film, gain)
@@ -366,6 +395,20 @@ class LensCamera(Camera):
         position_pdf = np.ones(len(passes)) / self._film_area
         we = position_pdf * (lens.front_index**2 * self.film_distance**2 / normaliser)
         return FilmImportance(film, we, position_pdf, direction_pdf, passes & (area > 0.0))
+
+
+def _taking_film_distance(init: Callable[..., None]) -> Callable[..., None]:
+    """`LensCamera.__init__` with the keyword film_distance, which a field cannot have beside the property."""
+    @wraps(init)
+    def __init__(self, *arguments, film_distance: float | None = None, **named):    # noqa: N807
+        if film_distance is not None:
+            named["film_at"] = film_distance
+        init(self, *arguments, **named)
+
+    return __init__
+
+
+LensCamera.__init__ = _taking_film_distance(LensCamera.__init__)        # type: ignore[method-assign]
 
 
 def missing_dispersion(lens: Lens) -> str:

@@ -8,6 +8,11 @@ from typing import Any
 ROOT = __name__.split(".")[0]
 
 
+def called(module: str, name: str, *arguments: Any) -> Any:
+    """Result of a function of another module of lensbench, imported now; for what core shows and does not import."""
+    return getattr(import_module(f"{ROOT}.{module}"), name)(*arguments)
+
+
 def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """`__getattr__` and `__dir__` of a package whose names live in other modules.
 

@@ -55,6 +55,8 @@ def pupil_reach(camera: Camera) -> float:
     LightFieldError for a camera without an aperture, and for an ideal lens whose film points share no bladed pupil.
     """
     lens = camera.gaussian
+    if camera.weights == "radiance":
+        raise LightFieldError("light fields know the weights relative and physical: leave out weights=\"radiance\"")
     if lens.is_hole:
         raise LightFieldError("a pinhole sees from one place alone: record a light field through a lens")
     if not camera.follows_rays:

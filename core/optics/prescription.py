@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.lazy_names import called
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import AIR, D_LINE, Glass
 from lensbench.optics.iris import Iris, IrisError
@@ -36,7 +37,7 @@ class Surface:
     Parameters
     ----------
     curvature : float
-        c = 1/R in 1/mm, positive if the centre of curvature lies at +z; 0 for a plane.
+        c = 1/R in 1/mm, positive if the centre of curvature lies at +z; 0 for a plane. Or give `radius`.
     thickness : float
         Gap to the next vertex (mm).
     semi_diameter : float
@@ -50,6 +51,9 @@ class Surface:
     curvature_x : float or None
         None for rotational symmetry. Otherwise the curvature (1/mm) of the section x–z, and `curvature` is that of
         y–z: a cylinder or toroid, which has neither conic nor aspheric terms.
+    radius : float
+        Keyword alone, in place of the curvature: R in mm, positive if the centre of curvature lies at +z; math.inf for
+        a plane.
 
     Raises
     ------
@@ -65,7 +69,24 @@ class Surface:
     aspheric: tuple[tuple[int, float], ...] = ()
     curvature_x: float | None = None
 
-    def __post_init__(self):
+    def __init__(self, curvature: float | None = None, thickness: float = 0.0, semi_diameter: float | None = None,
+                 glass: Glass = AIR, conic: float = 0.0, aspheric: Iterable[tuple[int, float]] = (),
+                 curvature_x: float | None = None, *, radius: float | None = None):
+        if semi_diameter is None:
+            raise TypeError("a surface needs its semi_diameter, the radius of its rim in mm")
+        if (curvature is None) == (radius is None):
+            raise TypeError("a surface needs either its curvature or its radius of curvature")
+        if radius is not None:
+            if radius != radius or radius == 0.0:
+                raise LensError(f"radius of curvature {radius}: it must be a number of mm, or math.inf for a plane")
+            curvature = 1.0 / radius
+        given = {"curvature": curvature, "thickness": thickness, "semi_diameter": semi_diameter, "glass": glass,
+                 "conic": conic, "aspheric": aspheric, "curvature_x": curvature_x}
+        for name, value in given.items():
+            object.__setattr__(self, name, value)
+        self._check()
+
+    def _check(self) -> None:
         for name in ("curvature", "thickness", "semi_diameter", "conic"):
             if not isfinite(getattr(self, name)):
                 raise LensError(f"{name} is {getattr(self, name)}: it must be a finite number")
@@ -80,6 +101,11 @@ class Surface:
             raise LensError("a surface with curvature_x can have neither a conic nor aspheric terms")
         if self.curvature_x == self.curvature:
             object.__setattr__(self, "curvature_x", None)       # both sections alike: a sphere
+
+    @property
+    def radius(self) -> float:
+        """Radius of curvature R = 1/c (mm); inf for a plane."""
+        return 1.0 / self.curvature if self.curvature != 0.0 else inf
 
     @property
     def is_spherical(self) -> bool:
@@ -252,6 +278,10 @@ class Lens:
     def sections(self) -> tuple["Lens", ...]:
         """The lenses of the sections x–z and y–z; a rotationally symmetric lens itself alone."""
         return (self,) if self.is_rotationally_symmetric else (self.section("x"), self.section("y"))
+
+    def _repr_html_(self) -> str:
+        """Section and figures, for a notebook."""
+        return called("app.notebook.cards", "lens_card", self)
 
     @cached_property
     def vertices(self) -> tuple[float, ...]:

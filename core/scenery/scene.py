@@ -12,9 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.kernels.block import Step
+from lensbench.kernels.block import BLUE, GREEN, RED, TIME, V0, V1, WEIGHT, L, M, N, Step, X, Y, Z
+from lensbench.kernels.program import Program
 from lensbench.scenery import scene_steps
-from lensbench.scenery.objects import Floor, ImageSky, Shape, Sky, Sphere, Sun, Triple, check, unit
+from lensbench.scenery.objects import Floor, ImageSky, SceneError, Shape, Sky, Sphere, Sun, Triple, check, unit
 from lensbench.scenery.objects.planar import Planar
 from lensbench.scenery.objects.shape import rest_frame
 from lensbench.scenery.shading.participating_medium import Medium
@@ -35,9 +36,9 @@ class Scene:
         Distant disk of light.
     floor : Floor, optional
         Endless checkered plane.
-    spheres : tuple of Sphere
+    spheres : tuple or list of Sphere
         Spheres, at rest or moving.
-    plates : tuple of Rectangle or Disk
+    plates : tuple or list of Rectangle or Disk
         Planar shapes, at rest or moving.
     ambient : (r, g, b)
         Radiance from all directions in addition to the sky's, as between walls.
@@ -52,7 +53,7 @@ class Scene:
         If a number is not finite.
     """
 
-    name: str
+    name: str = "scene"
     sky: Sky | ImageSky = Sky()
     sun: Sun | None = None
     floor: Floor | None = None
@@ -63,6 +64,12 @@ class Scene:
     depth_range: tuple[float, float] = (400.0, 8000.0)
 
     def __post_init__(self):
+        for field, kind in (("spheres", Sphere), ("plates", Planar)):
+            shapes = tuple(getattr(self, field))
+            for shape in shapes:
+                if not isinstance(shape, kind):
+                    raise SceneError(f"{field} of a scene: {type(shape).__name__} is none of them")
+            object.__setattr__(self, field, shapes)
         check(self)
 
     @property
@@ -141,6 +148,67 @@ class Scene:
             for t in self._distances(o, d, time):
                 nearest = np.where((t > 0.0) & (t < nearest), t, nearest)
         return nearest
+
+    def radiance(self, origins, directions=None, times=0.0, samples: int = 16, seed: int = 0,
+                 shadows: bool = True) -> np.ndarray:
+        """Radiance that arrives along rays of one's own, by the stages of pictures in double precision.
+
+        Patterns are seen at a point, not averaged over a pixel, and lights of every size are met by the rays.
+
+        Parameters
+        ----------
+        origins : array_like, shape (n, 3), or Rays
+            Points in mm, world frame; or the rays of `Camera.generate_rays`, with their directions and times. Their
+            weights are not applied; blocked rays, of weight 0, are black.
+        directions : array_like, shape (n, 3)
+            Of any length but 0, world frame.
+        times : float or array_like, shape (n,)
+            Seconds; matter where something moves.
+        samples : int
+            Points on each light that a ray's soft shadows are averaged over.
+        seed : int
+            Of these points.
+        shadows : bool
+            Whether light is hidden by objects.
+
+        Returns
+        -------
+        ndarray, shape (n, 3)
+            Linear red, green and blue; the value of a pixel is the mean of weight × radiance.
+
+        Raises
+        ------
+        ValueError
+            Arrays of other shapes, numbers that are not finite, directions of length 0, or fewer than one sample.
+        """
+        lit = None
+        if directions is None:
+            try:
+                origins, directions, weights, times = origins
+            except (TypeError, ValueError):
+                raise ValueError("radiance takes origins and directions (n, 3), or the rays of a camera") from None
+            lit = np.asarray(weights) > 0.0
+        o, d = np.atleast_2d(np.asarray(origins, float)), np.atleast_2d(np.asarray(directions, float))
+        if o.shape != d.shape or o.shape[1:] != (3,):
+            raise ValueError(f"origins {o.shape} and directions {d.shape} must both be (n, 3)")
+        if lit is not None:
+            o, d = np.where(lit[:, None], o, 0.0), np.where(lit[:, None], d, [0.0, 0.0, -1.0])
+        length = np.linalg.norm(d, axis=1)
+        if not (np.isfinite(o).all() and np.isfinite(d).all() and (length > 0.0).all()):
+            raise ValueError("rays must be finite, with no direction of length 0")
+        if samples < 1:
+            raise ValueError(f"{samples} samples: at least 1 is needed")
+        n = len(o)
+        seconds, (l, m, n_) = np.broadcast_to(np.asarray(times, float), (n,)), (d / length[:, None]).T
+        program, random = Program(self.steps(shadows), np.float64), np.random.default_rng(seed)
+        total = np.zeros((n, 3))
+        for _ in range(samples):
+            light = random.random((2, n))
+            given = {X: o[:, 0], Y: o[:, 1], Z: o[:, 2], L: l, M: m, N: n_, TIME: seconds, WEIGHT: np.ones(n),
+                     V0: light[0], V1: light[1]}
+            total += program.run(given, [RED, GREEN, BLUE], n).T
+        mean = total / samples
+        return mean if lit is None else np.where(lit[:, None], mean, 0.0)
 
     def _distances(self, o: np.ndarray, d: np.ndarray, time: float) -> Iterator[np.ndarray]:
         """Distance to each surface; nan where the ray misses it."""

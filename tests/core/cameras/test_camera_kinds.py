@@ -335,3 +335,47 @@ def test_a_new_camera_kind_needs_its_own_class_alone():
     found, visible = periscope.raster_from_point(points)
     assert visible.all()
     np.testing.assert_allclose(found, raster, atol=1e-6)
+
+
+# Weights of 1
+
+
+@pytest.mark.parametrize("camera", [
+    lb.PerspectiveCamera(FILM, 1.2, weights="one"), lb.PerspectiveCamera(FILM, 1.2, 9.0, 800.0, weights="radiance"),
+    lb.OrthographicCamera(FILM, 900.0, 20.0, 700.0, weights="one"), lb.PinholeCamera(FILM, 20.0, 2.0, weights="one"),
+    lb.FisheyeCamera(FILM, 1.0, fov_axis="diagonal", weights="one"), lb.EnvironmentCamera(FILM, weights="one"),
+    *(lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, 1500.0, 2.8, model=model, weights="one")
+      for model in ("thick", "thin", "pinhole"))])
+def test_with_weights_of_one_a_pixel_shows_radiance(camera):
+    raster, uv = samples(FILM, 200)
+    rays = camera.generate_rays(raster, uv)
+    np.testing.assert_allclose(rays.weights, 1.0, atol=1e-15)
+    found = camera.importance(rays.origins + 3.0 * rays.directions, rays.directions)
+    cosine = np.ones(200) if isinstance(camera, lb.FisheyeCamera | lb.EnvironmentCamera) else -rays.directions[:, 2]
+    np.testing.assert_allclose(found.we * cosine, found.position_pdf * found.direction_pdf, rtol=1e-6)
+
+
+def test_weights_of_one_are_for_ideal_cameras():
+    lens = lenses.load("pbrt-dgauss-50mm")
+    with pytest.raises(lb.CameraError, match="for ideal cameras"):
+        lb.LensCamera(lens, FILM, weights="one")
+    with pytest.raises(lb.CameraError, match="choose relative, physical or radiance"):
+        lb.PerspectiveCamera(FILM, weights="pbrt")
+    with pytest.raises(lb.LightFieldError, match="leave out"):
+        lb.capture_light_field(lb.PerspectiveCamera(FILM, lens_radius=5.0, weights="one"), lb.builtin_scene("room"))
+
+
+def test_a_film_distance_takes_the_place_of_the_focus():
+    lens = lenses.load("pbrt-dgauss-50mm")
+    focused = lb.LensCamera(lens, FILM, 1500.0, 4.0)
+    placed = lb.LensCamera(lens, FILM, f_number=4.0, film_distance=focused.film_distance)
+    assert placed.focus_distance == pytest.approx(1500.0) and placed.film_distance == focused.film_distance
+    raster, uv = samples(FILM, 100)
+    for a, b in zip(focused.generate_rays(raster, uv), placed.generate_rays(raster, uv), strict=True):
+        np.testing.assert_array_equal(a, b)
+    assert replace(placed, model="thin").film_distance == focused.film_distance
+    assert lb.LensCamera(lens, FILM, film_distance=20.0).focus_distance == math.inf     # before the rear focus
+    for wrong, message in (({"film_distance": -1.0}, "positive"), ({"film_distance": math.nan}, "positive"),
+                           ({"film_distance": 40.0, "focus_distance": 900.0}, "give one of the two")):
+        with pytest.raises(lb.FocusError, match=message):
+            lb.LensCamera(lens, FILM, **wrong)

@@ -1,9 +1,7 @@
 """Cameras of a Python function: equal to their built-in twins, laws of optics, and what they refuse."""
 
 import math
-import re
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -212,14 +210,3 @@ def test_a_camera_that_overrides_generate_rays_is_not_rendered_as_another():
     for use in (lb.render, lb.depth_map):
         with pytest.raises(lb.CameraError, match="Own overrides generate_rays.*CustomCamera"):
             use(Own(FILM), lb.builtin_scene("grid-wall"))
-
-
-@pytest.mark.slow
-def test_the_examples_of_the_page_of_own_cameras_run(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    page = (Path(__file__).parents[3] / "docs" / "own-cameras.md").read_text(encoding="utf-8")
-    examples = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    assert len(examples) >= 3
-    names = {"__name__": "__main__"}
-    for example in examples:
-        exec(compile(example, "own-cameras.md", "exec"), names)

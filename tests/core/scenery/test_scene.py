@@ -276,3 +276,33 @@ def test_a_wall_far_away_has_no_acne_and_no_light_comes_through_it():
         assert seen == pytest.approx(normal @ sun, abs=2e-4)
         behind = lb.Scene("wall", sky=dark, sun=lb.Sun((0.05, 0.3, -1.0), (1.0,) * 3, 1e-4), plates=(wall,))
         assert np.all(shoot(behind.steps(), o, d, v, np.float32) == 0.0)
+
+
+def test_radiance_along_own_rays_is_that_of_the_pictures():
+    scene = lb.builtin_scene("focus-ruler")
+    camera = lb.PerspectiveCamera(lb.Film(36.0, 24.0, 60, 40), 0.6, weights="one")
+    place, places = np.random.default_rng(0), np.stack(np.mgrid[0:60, 0:40], -1).reshape(-1, 2)
+    samples = [scene.radiance(camera.generate_rays(places + place.random(places.shape), np.full(places.shape, 0.5)),
+                              samples=1, seed=seed) for seed in range(8)]
+    rendering = lb.Rendering(camera, scene, light_tracing=False)
+    rendering.add(32)
+    assert np.mean(samples) == pytest.approx(rendering.image().mean(), rel=0.01)
+    sky = lb.Scene(sky=lb.Sky((1.0, 2.0, 3.0), (1.0, 2.0, 3.0), (1.0, 2.0, 3.0)))
+    np.testing.assert_allclose(sky.radiance([0, 0, 0], [0.0, 0.0, -7.0]), [[1.0, 2.0, 3.0]])
+    blocked = lb.Rays(np.full((1, 3), np.nan), np.zeros((1, 3)), np.zeros(1), np.zeros(1))
+    assert (sky.radiance(blocked) == 0.0).all()
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (([0, 0, 0], [0, 0, 0]), "length 0"), (([0, 0, math.nan], [0, 0, 1]), "finite"), (([0, 0], [0, 0]), "n, 3"),
+    ((5,), "rays of a camera"), (([0, 0, 0], [0, 0, 1], 0.0, 0), "at least 1")])
+def test_what_is_no_ray_has_no_radiance(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        lb.Scene().radiance(*arguments)
+
+
+def test_a_scene_takes_lists_of_its_shapes():
+    ball = lb.Sphere((0.0, 0.0, -500.0), 50.0)
+    assert lb.Scene(spheres=[ball]) == lb.Scene(spheres=(ball,)) and hash(lb.Scene(spheres=[ball]))
+    with pytest.raises(lb.SceneError, match="spheres of a scene: Rectangle"):
+        lb.Scene(spheres=[lb.Rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0))])

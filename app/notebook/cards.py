@@ -1,0 +1,136 @@
+"""Cards of lenses and cameras in HTML: the section of the lens with rays, and the figures that people ask for."""
+
+import html
+import math
+from dataclasses import fields
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.state.section_geometry import elements, surface_curves
+from lensbench.kernels.figures import fixed, significant
+
+WIDTH = 460                     # of a section, in pixels
+RAYS, TRIED = 7, 201            # of the axial fan, and heights on the first surface from which they are chosen
+BEFORE = 0.25                   # of the section's length that is shown of the rays before the lens
+GLASS, LINE, RAY, STOP, FILM = "#cfe3f3", "#4a6a85", "#d08a2c", "#222222", "#7a7a7a"
+
+
+def section(lens: lb.Lens, film_distance: float | None = None, film_height: float = 0.0,
+            focus_distance: float = math.inf) -> str:
+    """Section of a lens as SVG: glass, stop, film and the rays of an axial object point.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens as it stands.
+    film_distance : float or None
+        Last vertex to film (mm); None: the paraxial focus, or no film where there is none.
+    film_height : float
+        Half of the film's diagonal (mm).
+    focus_distance : float
+        From the film to the object point on the axis (mm).
+
+    Returns
+    -------
+    str
+        An element `svg`, upright, the scene on the left.
+    """
+    curves = surface_curves(lens)
+    behind = film_distance
+    if behind is None:
+        behind = lb.first_order(lens).bfl
+        behind = behind if math.isfinite(behind) and 0.0 < behind < 20.0 * max(lens.length, 1.0) else None
+    end = lens.length + (behind or 0.1 * max(lens.length, 1.0))
+    left = min(float(np.concatenate(curves)[:, 0].min()), 0.0)
+    before = BEFORE * (end - left)
+    left, right = left - before, end
+    tall = max([s.semi_diameter for s in lens.surfaces] + [film_height]) * 1.06
+    scale = WIDTH / (right - left)
+    parts = []
+
+    def path(points: np.ndarray, style: str) -> None:
+        where = " ".join(f"{fixed((z - left) * scale, 1)},{fixed((tall - y) * scale, 1)}" for z, y in points if z == z and y == y)
+        parts.append(f'<polyline points="{where}" {style}/>')
+
+    for element in elements(lens):
+        path(np.concatenate([element.outline, element.outline[:1]]), f'fill="{GLASS}" stroke="{LINE}"')
+    for i, curve in enumerate(curves):          # surfaces in air, such as mirrors of glass left out: thin lines
+        if i != lens.stop_index and all(lens.surfaces[k].glass.n_d == 1.0 for k in (i - 1, i) if k >= 0):
+            path(curve, f'fill="none" stroke="{LINE}" stroke-dasharray="2 2"')
+    path(np.array([[left, 0.0], [right, 0.0]]), f'stroke="{FILM}" stroke-width="0.5" stroke-dasharray="6 3"')
+    for ray in _axial_rays(lens, end, focus_distance, left):
+        path(ray, f'fill="none" stroke="{RAY}" stroke-width="0.8"')
+    stop, z = lens.stop.semi_diameter, lens.vertices[lens.stop_index]
+    for side in (1.0, -1.0):
+        path(np.array([[z, side * stop], [z, side * min(1.3 * stop + 1.0, tall)]]),
+             f'stroke="{STOP}" stroke-width="2"')
+    if behind is not None:
+        half = film_height or 0.6 * tall
+        path(np.array([[end, -half], [end, half]]), f'stroke="{FILM}" stroke-width="3"')
+    name = html.escape(lens.name or "lens")
+    return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{fixed(2.0 * tall * scale, 0)}" '
+            f'role="img" aria-label="Section of {name}">{"".join(parts)}</svg>')
+
+
+def _axial_rays(lens: lb.Lens, end: float, focus_distance: float, left: float) -> list[np.ndarray]:
+    """Paths (n, 2) of (z, y) of rays from the object point on the axis that the lens passes, from z = left to end."""
+    heights = np.linspace(-1.0, 1.0, TRIED) * lens.surfaces[0].semi_diameter
+    slopes = np.zeros(TRIED) if math.isinf(focus_distance) else heights / max(focus_distance - end, 1e-6)
+    zero = np.zeros(TRIED)
+    t = lb.trace(lens, np.stack([zero, heights + left * slopes, zero + left], 1),
+                 np.stack([zero, slopes, zero + 1.0], 1), record=True)
+    passed = np.flatnonzero(t.fate == lb.Fate.PASSED)
+    assert t.paths is not None
+    found = []
+    for k in passed[np.unique(np.linspace(0, len(passed) - 1, RAYS).round().astype(int))] if len(passed) else ():
+        (_, y, z), (_, m, n) = t.points[k], t.directions[k]
+        found.append(np.array([*t.paths[k][:, [2, 1]], [end, y + (end - z) * m / n]]))
+    return found
+
+
+def lens_card(lens: lb.Lens) -> str:
+    """Section and figures of a lens as HTML."""
+    fo = lb.first_order(lens)
+    glasses = sum(surface.glass.n_d != 1.0 for surface in lens.surfaces)
+    rows = [("Focal length", _length(fo.efl)), ("f-number", significant(fo.f_number, 3)),
+            ("Back focus", _length(fo.bfl)), ("Length", _length(lens.length)),
+            ("Surfaces", f"{len(lens.surfaces)}, {glasses} glasses")]
+    if lens.positions is not None:
+        rows.append(("Positions", "zoom or focus groups: lens.at(zoom, close)"))
+    return _card(lens.name or "Lens", section(lens), rows)
+
+
+def camera_card(camera: lb.Camera) -> str:
+    """Figures of a camera as HTML, with the section of its lens if it has one."""
+    film = camera.film
+    rows = [("Film", f"{significant(film.width)} × {significant(film.height)} mm, "
+             f"{film.pixels_x} × {film.pixels_y} pixels")]
+    picture, title = "", type(camera).__name__
+    if isinstance(camera, lb.LensCamera):
+        title = f"{camera.lens.name or 'Lens'}, model {camera.model}"
+        picture = section(camera.lens, camera.film_distance, 0.5 * film.diagonal, camera.focus_distance)
+        fo = camera.first_order
+        rows += [("Focal length", _length(fo.efl)), ("f-number", significant(fo.f_number, 3)),
+                 ("Focus", "infinity" if math.isinf(camera.focus_distance) else
+                  f"{significant(camera.focus_distance / 1000.0)} m from the film"),
+                 ("Film distance", _length(camera.film_distance))]
+    else:
+        known = [field.name for field in fields(camera)]
+        for name in ("fov", "width", "lens_radius", "focus_distance", "projection", "layout", "distance", "radius"):
+            if name in known:
+                value = getattr(camera, name)
+                text = value if isinstance(value, str) else (
+                    f"{significant(math.degrees(value))}°" if name == "fov" else _length(value))
+                rows.append((name.replace("_", " ").capitalize(), text))
+    rows.append(("Shutter", f"{significant(camera.exposure_time)} s, weights {camera.weights}"))
+    return _card(title, picture, rows)
+
+
+def _length(value: float) -> str:
+    return "infinity" if math.isinf(value) else f"{significant(value)} mm"
+
+
+def _card(title: str, picture: str, rows: list[tuple[str, str]]) -> str:
+    cells = "".join(f"<tr><td>{html.escape(name)}</td><td>{html.escape(text)}</td></tr>" for name, text in rows)
+    return f"<div><strong>{html.escape(title)}</strong><br>{picture}<table>{cells}</table></div>"

@@ -1,0 +1,114 @@
+"""`lb.render`: pictures of cameras and scenes, or of their names, with a progress bar in a notebook."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import lensbench as lb
+from lensbench.app.notebook.picture import Picture
+from lensbench.app.notebook.progress import shown_progress
+from lensbench.app.state.scene_file import find_scene
+from lensbench.rendering.progressive import Rendering
+
+MOST_BATCH = 16                 # samples between two steps of the progress bar
+
+
+def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str | os.PathLike[str]",
+           samples: int = 64, seed: int = 0, threads: int | None = None,
+           progress: bool | Callable[[float], object] | None = None) -> Picture:
+    """Picture of a scene.
+
+    Parameters
+    ----------
+    camera : Camera or str
+        Any camera; a LensCamera of the model "auto" takes the model that the scene needs. The name of a lens or the
+        path of its file stands for the lens at its best, as `lensbench render` takes it: wide open, on its own film,
+        in front of the scene's subject.
+    scene : Scene or str
+        The scene, world frame, mm; or the name of a built-in scene or the path of a scene file.
+    samples : int
+        Samples per pixel, at least 1.
+    seed : int
+        Sampler seed.
+    threads : int or None
+        Number of threads; None: one for each core. The picture is the same, bit for bit, for any number.
+    progress : bool, callable or None
+        Whether a progress bar is shown; None: in a notebook, for a picture that takes more than a second. A function
+        receives the part that is done, 0 to 1, between passes over the picture.
+
+    Returns
+    -------
+    Picture
+        float32 (h, w, 3), linear RGB, the top row first: an array that a notebook shows developed.
+
+    Raises
+    ------
+    ValueError
+        For fewer than one sample.
+    TypeError
+        For what is neither a camera nor the name of a lens, or neither a scene nor the name of one; and for the name of
+        a lens with a scene that has no name, in which its place is not known.
+    LensFileError, SceneFileError, CameraError
+        Names and files that are not found or cannot be read; cameras that cannot be rendered.
+    """
+    if samples < 1:
+        raise ValueError(f"{samples} samples a pixel: at least 1 is needed")
+    scene_name = os.fspath(scene) if isinstance(scene, str | Path) else None
+    found = find_scene(scene_name) if scene_name is not None else scene
+    if not isinstance(found, lb.Scene):
+        raise TypeError(f"{_kind(scene)} is no scene: give an lb.Scene, the name of a built-in scene "
+                        f"({', '.join(lb.SCENES)}) or the path of a scene file")
+    rendering = Rendering(_camera(camera, found, scene_name), found, seed)
+    with shown_progress(progress) as show:
+        if show is None:
+            rendering.add(samples, threads=threads)
+        while rendering.samples < samples:
+            rendering.add(min(max(rendering.samples, 1), MOST_BATCH, samples - rendering.samples), threads=threads)
+            assert show is not None
+            show(rendering.samples / samples)
+    return Picture(rendering.image())
+
+
+def _camera(camera: Any, scene: "lb.Scene", scene_name: str | None) -> "lb.Camera":
+    """The camera, or the one of a lens's name."""
+    if isinstance(camera, lb.Camera):
+        return camera
+    if isinstance(camera, lb.Lens):
+        raise TypeError("a lens is no camera yet: lb.LensCamera(lens, lb.Film(), focus_distance) puts it before a film")
+    if not isinstance(camera, str | Path):
+        raise TypeError(f"{_kind(camera)} is no camera: give a camera such as lb.LensCamera, the name of a lens or the "
+                        "path of its file")
+    from lensbench.app.state.build import camera as camera_of
+    from lensbench.app.state.lens_choice import with_lens
+    from lensbench.app.state.settings import Settings
+
+    name = scene_name or next((name for name in lb.SCENES if lb.builtin_scene(name) is scene), None)
+    if name is None:
+        raise TypeError("the name of a lens alone does not say where the camera stands in a scene of your own: give "
+                        "lb.LensCamera(lenses.load(name), lb.Film(), focus_distance)")
+    return camera_of(with_lens(Settings(scene=name), os.fspath(camera)))
+
+
+def _kind(value: Any) -> str:
+    return type(value).__name__
+
+
+def load_scene(name_or_path: str | os.PathLike[str]) -> "lb.Scene":
+    """Scene of a name or of a file.
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        A name of `SCENES`, or the path of a scene file (TOML).
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneFileError
+        An unknown name, or a file that cannot be read; it describes the fault in one line.
+    """
+    return find_scene(os.fspath(name_or_path))
