@@ -50,7 +50,8 @@ def section(lens: lb.Lens, film_distance: float | None = None, film_height: floa
     parts = []
 
     def path(points: np.ndarray, style: str) -> None:
-        where = " ".join(f"{fixed((z - left) * scale, 1)},{fixed((tall - y) * scale, 1)}" for z, y in points if z == z and y == y)
+        where = " ".join(f"{fixed((z - left) * scale, 1)},{fixed((tall - y) * scale, 1)}"
+                         for z, y in points[np.isfinite(points).all(1)])
         parts.append(f'<polyline points="{where}" {style}/>')
 
     for element in elements(lens):
