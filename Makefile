@@ -7,6 +7,7 @@
 #                 LENSBENCH_LENS_FILES=FOLDER adds files of your own); the tests run a short form
 # make abuse      4,000 random commands of odd and impossible values (a quarter of an hour); the tests run a short form
 # make numbers    trace 20,000 random lenses and cameras: finite numbers and unit directions, or a refusal
+# make soak       two hours of random use of the window by mouse and keyboard: does its memory grow? (MINUTES=10)
 # make mutants    put known kinds of one-line faults into the core, and list those that the nearest tests miss
 # make choices    choose the model of 400 random cameras: good enough, and the simplest that is? (ten minutes)
 # make peers      trace the same rays in rayoptics, Optiland and batoid, in an environment of its own
@@ -18,13 +19,14 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6
 
-.PHONY: run test test-slow wheel lint fuzz abuse numbers mutants choices peers needs clean
+.PHONY: run test test-slow wheel lint fuzz abuse numbers soak mutants choices peers needs clean
 
 run: $(VENV)/.installed
 	@$(BIN)/lensbench
 
 # Worksteal gives each process a run of neighbouring tests, which share fixtures and compiled kernels
 WORKERS ?= 2
+MINUTES ?= 120
 
 test: needs $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m "not slow" -n $(WORKERS) --dist worksteal
@@ -54,6 +56,9 @@ abuse: $(VENV)/.installed-test
 
 numbers: $(VENV)/.installed-test
 	$(BIN)/python -m pytest trials/test_numbers.py
+
+soak: $(VENV)/.installed-test
+	$(BIN)/python -m trials.soak --minutes $(MINUTES)
 
 mutants: $(VENV)/.installed-test
 	$(BIN)/python -m trials.mutants

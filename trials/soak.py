@@ -1,0 +1,235 @@
+"""Random use of the window by mouse and keyboard: does its memory grow, does anything fail, does a thread stay?
+
+python -m trials.soak --minutes 120 --seed 1
+
+The window stands on no display, in an empty folder. Between its frames come clicks, drags, wheel turns, keys and
+text, on every panel of every layout; now and then another lens, scene and camera. Printed once a minute: resident
+memory, frames, actions. At the end: growth after the first tenth of the time (least squares), exceptions, threads left.
+Ends with 1 for an exception or a thread.
+"""
+
+import argparse
+import gc
+import os
+import random
+import sys
+import tempfile
+import threading
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+KEYS = ("a b c d e f g h i j k l m n o p q r s t u v w x y z _0 _1 _2 _5 enter escape tab space backspace delete home "
+        "left_arrow right_arrow up_arrow down_arrow page_up page_down").split()
+MODIFIERS = ((), (), (), (), ("ctrl",), ("shift",), ("ctrl", "shift"), ("alt",))
+QUIT = {("q", "ctrl"), ("q", "ctrl", "shift")}          # would end the trial
+SIZE = (1280, 720)
+LEAVE = 0.1                                             # part of the time before growth is measured: caches fill
+REST = 120                                              # actions between two looks at another lens, scene or camera
+
+
+def memory() -> float:
+    """Resident memory of this process, MB."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def growth(samples: list[tuple[float, float]]) -> float:
+    """MB a minute, by least squares, of (minutes, MB) after the first part of the time."""
+    import numpy as np
+
+    times, sizes = np.array([each for each in samples if each[0] >= LEAVE * samples[-1][0]]).T
+    return float(np.polyfit(times, sizes, 1)[0]) if len(times) > 2 else float("nan")
+
+
+class Hand:
+    """Random events, as a person's hand makes them between two frames."""
+
+    def __init__(self, seed: int, size: tuple[int, int]):
+        self.random, self.size = random.Random(seed), size
+        self.place = (0.5 * size[0], 0.5 * size[1])
+        self.actions = 0
+
+    def script(self, session: Any) -> Iterator[None]:
+        """One action after the other; goes on once a frame."""
+        choices = (self.click, self.drag, self.wheel, self.key, self.text, self.wander)
+        while True:
+            self.actions += 1
+            if self.actions % REST == 0:
+                self.elsewhere(session)
+                yield
+            yield from self.random.choices(choices, (5, 5, 2, 3, 1, 3))[0]()
+
+    def move(self, x: float, y: float) -> None:
+        """Put the mouse there."""
+        from tests.app.conftest import mouse_to
+
+        self.place = min(max(x, 0.0), self.size[0] - 1.0), min(max(y, 0.0), self.size[1] - 1.0)
+        mouse_to(*self.place)
+
+    def wander(self) -> Iterator[None]:
+        """Hover over things."""
+        self.move(*(self.random.uniform(0.0, side) for side in self.size))
+        for _ in range(self.random.randint(1, 25)):
+            yield
+
+    def click(self) -> Iterator[None]:
+        """Click somewhere, twice now and then."""
+        from imgui_bundle import imgui
+
+        yield from self.wander()
+        button = self.random.choices((0, 1, 2), (8, 2, 1))[0]
+        for _ in range(self.random.choices((1, 2), (6, 1))[0]):
+            imgui.get_io().add_mouse_button_event(button, True)
+            yield
+            imgui.get_io().add_mouse_button_event(button, False)
+            yield
+
+    def drag(self) -> Iterator[None]:
+        """Press, move, release."""
+        from imgui_bundle import imgui
+
+        yield from self.wander()
+        button = self.random.choices((0, 1), (4, 1))[0]
+        imgui.get_io().add_mouse_button_event(button, True)
+        yield
+        (x, y), steps = self.place, self.random.randint(2, 20)
+        dx, dy = self.random.gauss(0, 120), self.random.gauss(0, 60)
+        for i in range(steps):
+            self.move(x + dx * (i + 1) / steps, y + dy * (i + 1) / steps)
+            yield
+        imgui.get_io().add_mouse_button_event(button, False)
+        yield
+
+    def wheel(self) -> Iterator[None]:
+        """Turn the wheel."""
+        from imgui_bundle import imgui
+
+        yield from self.wander()
+        for _ in range(self.random.randint(1, 5)):
+            imgui.get_io().add_mouse_wheel_event(0.0, self.random.choice((-1.0, 1.0)))
+            yield
+
+    def key(self) -> Iterator[None]:
+        """Press a key, with its modifiers."""
+        from imgui_bundle import imgui
+
+        name, held = self.random.choice(KEYS), self.random.choice(MODIFIERS)
+        if (name, *held) in QUIT:
+            return
+        io, keys = imgui.get_io(), [getattr(imgui.Key, f"mod_{each}") for each in held]
+        for each in (*keys, getattr(imgui.Key, name)):
+            io.add_key_event(each, True)
+        yield
+        for each in (getattr(imgui.Key, name), *keys):
+            io.add_key_event(each, False)
+        yield
+
+    def text(self) -> Iterator[None]:
+        """Type some characters, as into a dial or a search, and Enter."""
+        from imgui_bundle import imgui
+
+        io = imgui.get_io()
+        io.add_input_characters_utf8("".join(self.random.choices("0123456789.,-e f/mm∞abcxyz", k=6)))
+        yield
+        for down in (True, False):
+            io.add_key_event(imgui.Key.enter, down)
+            yield
+
+    def elsewhere(self, session: Any) -> None:
+        """Close what stands over the panels, and take another lens, scene, camera or layout."""
+        from dataclasses import replace
+
+        from imgui_bundle import hello_imgui, imgui
+
+        import lensbench as lb
+        from lensbench import lenses
+        from lensbench.app.state.camera_kinds import CAMERA_KINDS
+        from lensbench.app.state.constraints import with_camera
+        from lensbench.app.state.lens_choice import with_lens
+        from lensbench.app.window.layouts import LAYOUTS
+
+        imgui.get_io().add_key_event(imgui.Key.escape, True)
+        imgui.get_io().add_key_event(imgui.Key.escape, False)
+        settings, what = session.history.present, self.random.randrange(5)
+        if what == 0:
+            settings = with_lens(settings, self.random.choice(lenses.names()))
+        elif what == 1:
+            settings = replace(settings, scene=self.random.choice(list(lb.SCENES)))
+        elif what == 2:
+            settings = with_camera(settings, self.random.choice(list(CAMERA_KINDS)))
+        elif what == 3:
+            session.layout = self.random.choice(list(LAYOUTS))
+        else:
+            for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
+                panel.is_visible = self.random.random() < 0.6
+        small = replace(settings, pixels_x=min(settings.pixels_x, 480), pixels_y=min(settings.pixels_y, 480))
+        session.take(small)
+
+
+def soak(minutes: float, seed: int) -> tuple[list[tuple[float, float]], list[str]]:
+    """(minutes, MB) once a minute, and what failed."""
+    from imgui_bundle import immapp
+
+    from lensbench.app.window import window
+
+    failures: list[str] = []
+
+    def failed(*error: Any) -> None:
+        failures.append("".join(traceback.format_exception(*error[-3:] if len(error) > 1 else error)))
+        print(failures[-1], flush=True)
+
+    sys.excepthook = failed
+    threading.excepthook = lambda given: failed(given.exc_type, given.exc_value, given.exc_traceback)
+    traceback.print_exception = failed                  # type: ignore[assignment]     # the window shows it and goes on
+    before = set(threading.enumerate())
+    session = window.Session(window.Settings(pixels_x=480, pixels_y=320, samples=64), remember=False, threads=2)
+    window.without_display()
+    runner = window.parameters(session, SIZE)
+    runner.fps_idling.enable_idling = False
+    hand, start = Hand(seed, SIZE), monotonic()
+    steps, samples, frames = hand.script(session), [(0.0, memory())], [0]
+
+    def step() -> None:
+        frames[0] += 1
+        now = (monotonic() - start) / 60.0
+        if now >= samples[-1][0] + min(1.0, minutes / 20.0):
+            samples.append((now, memory()))
+            print(f"{now:6.1f} min {samples[-1][1]:7.1f} MB {frames[0]} frames {hand.actions} actions "
+                  f"{len(failures)} exceptions", flush=True)
+        if now >= minutes:
+            runner.app_shall_exit = True
+        elif session.presenter.update is not None:      # from the first picture on
+            next(steps)
+
+    runner.callbacks.after_swap = step
+    try:
+        immapp.run(runner, immapp.AddOnsParams(with_implot=True))
+    except Exception as error:
+        failed(error)
+    gc.collect()
+    left = [thread.name for thread in set(threading.enumerate()) - before if not thread.name.startswith("pymp")]
+    return samples, failures + [f"a thread is left: {name}" for name in left]
+
+
+def main() -> None:
+    """Run the trial and print its figures."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--minutes", type=float, default=120.0)
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    os.environ.setdefault("XDG_CACHE_HOME", str(Path.home() / ".cache"))        # the kernels
+    with tempfile.TemporaryDirectory() as home:
+        os.environ["HOME"] = os.environ["XDG_CONFIG_HOME"] = home
+        os.chdir(home)
+        samples, failures = soak(asked.minutes, asked.seed)
+    print(f"seed {asked.seed}: {samples[-1][1]:.0f} MB after {samples[-1][0]:.0f} minutes, growth "
+          f"{growth(samples):.3f} MB a minute, {len(failures)} failures")
+    print("\n".join(failures))
+    sys.exit(bool(failures))
+
+
+if __name__ == "__main__":
+    main()
