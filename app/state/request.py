@@ -41,3 +41,4 @@ class Request(Enum):
     BROWSE_LENSES = auto()
     RESET_LAYOUT = auto()
     SHOW_HELP = auto()
+    SHOW_PALETTE = auto()

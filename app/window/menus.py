@@ -1,42 +1,22 @@
-"""The menus, the keys, and the help on both."""
+"""The menus, and the sheet of keys and gestures."""
 
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 
-from imgui_bundle import hello_imgui, imgui
+from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from lensbench.app.panels.image.magnifier import toggle_magnifier
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
-from lensbench.app.state.settings import VIEWS, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.window.analyses import PANELS
+from lensbench.app.window.commands import COMMANDS, GESTURES, quit_window, redo, reset_all, toggle_pin, undo
 from lensbench.app.window.dialogs import centre_next
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.state import WindowState
 from lensbench.lenses import WRITERS
 
-KEYS = (
-    ("Click in the picture", "focus there"),
-    ("Drag · wheel", "orbit about the point in focus · dolly"),
-    ("Shift + drag, right drag", "pan"),
-    ("Ctrl + wheel · Ctrl + drag", "zoom the picture · move it"),
-    ("F · 1 · Home", "whole picture · 100 % · camera back to its start"),
-    ("I · Alt + click · Escape", "pin the pixel under the mouse, to follow its rays · unpin it"),
-    ("M · Alt + wheel", "magnifier with pixel values · its magnification"),
-    ("P · C · Z · H · V", "peaking · circles of confusion · clipping · histogram · next view"),
-    ("A · S · W · D", "pin the picture as A · compare side by side · by a wipe · their difference"),
-    ("K", "lock the dials of A to those of B"),
-    ("Space · R", "pause · restart the render"),
-    ("Ctrl + Z · Ctrl + Shift + Z", "undo · redo"),
-    ("L", "lens browser: click or arrows try, Enter keeps, Escape returns"),
-    ("Ctrl + O · Ctrl + E · Ctrl + S", "open a lens · export · save the picture"),
-    ("On a dial", "drag, click, wheel; Ctrl + click types, double click resets"),
-    ("In a plot", "drag to pan, wheel to zoom, double click to fit"),
-)
-NOTHING_PINNED = "Nothing to compare with yet: pin a picture as A first (A)"
-CTRL, SHIFT, KEY = imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key
-MODIFIERS = int(imgui.Key.mod_mask_)
+SHEET = "Keys and mouse"
 
 
 def menus(state: WindowState) -> None:
@@ -77,7 +57,7 @@ def _file_menu(state: WindowState) -> None:
         state.requests.add(Request.SAVE_WINDOW)
     imgui.separator()
     if _item("Quit", "Ctrl+Q"):
-        hello_imgui.get_runner_params().app_shall_exit = True
+        quit_window(state)
 
 
 def _edit_menu(state: WindowState) -> None:
@@ -87,10 +67,10 @@ def _edit_menu(state: WindowState) -> None:
     if _item("Redo", "Ctrl+Shift+Z", history.can_redo):
         redo(state)
     imgui.separator()
+    if _item("Command palette…", "Ctrl+K"):
+        state.requests.add(Request.SHOW_PALETTE)
     if _item("Reset all"):
-        state.edited = replace(Settings(), lens=history.present.lens, scene=history.present.scene)
-        state.edited = _reachable(state.edited)
-        state.history.edit(state.edited, False, 0.0)
+        reset_all(state)
 
 
 def _view_menu(state: WindowState) -> None:
@@ -149,134 +129,43 @@ def _short(path: Path) -> str:
     return path.name if len(path.name) <= 40 else f"{path.name[:20]}…{path.name[-18:]}"
 
 
-def _reachable(settings: Settings) -> Settings:
-    from lensbench.app.state.constraints import constrained
-
-    try:
-        return constrained(settings)
-    except (ValueError, OSError):
-        return Settings()
-
-
-def undo(state: WindowState) -> None:
-    """Take back the latest change, unless a mouse button is held."""
-    if not any(imgui.is_mouse_down(button) for button in range(3)) or imgui.is_popup_open(
-            "", imgui.PopupFlags_.any_popup_id):
-        state.edited = state.history.undo()
-
-
-def redo(state: WindowState) -> None:
-    """Bring back the change that `undo` took back."""
-    state.edited = state.history.redo()
-
-
-def toggle_pin(state: WindowState) -> None:
-    """Unpin the pinned pixel, or pin the one under the mouse, or the one that the mouse was on last."""
-    at, film = state.view.links.hover or state.view.pointed, state.history.present.film
-    if state.view.links.pinned is not None or at is not None:
-        state.view.links.toggle_pin((at[0] / film.pixels_x, at[1] / film.pixels_y) if at is not None else (0.0, 0.0))
-
-
-class Keyboard:
-    """The keys pressed in a frame, with the modifiers that were held at any time since the frame before.
-
-    On slow frames Ctrl may be released in the frame in which Z is pressed: imgui then reports Z alone.
-    """
-
-    def __init__(self) -> None:
-        self._before = self._held = 0
-
-    def advance(self) -> None:
-        """Call it once a frame."""
-        now = int(imgui.get_io().key_mods)
-        self._held, self._before = now | self._before, now
-
-    def pressed(self, chord: int) -> bool:
-        """Whether this key was pressed with exactly these modifiers."""
-        modifiers = int(chord) & MODIFIERS
-        return modifiers == self._held and imgui.is_key_pressed(KEY(int(chord) & ~MODIFIERS), False)
-
-
-def shortcuts(state: WindowState, keyboard: Keyboard) -> None:
-    """The keys, unless text is being typed."""
-    io = imgui.get_io()
-    keyboard.advance()
-    if imgui.is_key_pressed(KEY.escape) and imgui.internal.get_top_most_popup_modal() is None:
-        imgui.internal.close_popups_except_modals()
-    if io.want_text_input or imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id):
-        return
-    held = any(imgui.is_mouse_down(button) for button in range(3))
-
-    pressed = keyboard.pressed
-    if not held and pressed(CTRL | KEY.z):
-        undo(state)
-    if not held and (pressed(CTRL | SHIFT | KEY.z) or pressed(CTRL | KEY.y)):
-        redo(state)
-    view = state.view
-    for chord, request in ((KEY.space, Request.PAUSE), (KEY.r, Request.RESTART), (CTRL | KEY.s, Request.SAVE_RENDER),
-                           (CTRL | KEY.e, Request.EXPORT), (CTRL | KEY.o, Request.OPEN_LENS), (KEY.a, Request.PIN),
-                           (KEY.l, Request.BROWSE_LENSES)):
-        if pressed(chord):
-            state.requests.add(request)
-    if pressed(KEY.f):
-        view.zoom, view.centre = None, (0.5, 0.5)
-    if pressed(KEY._1):
-        view.zoom = 1.0
-    if pressed(KEY.home):
-        state.edited = at_home(state.edited)
-    if pressed(KEY.h):
-        view.histogram = not view.histogram
-    for chord, overlay in ((KEY.p, "peaking"), (KEY.c, "coc"), (KEY.z, "clipping")):
-        if pressed(chord):
-            state.edited = replace(state.edited, overlay="none" if state.edited.overlay == overlay else overlay)
-    for chord, comparison in ((KEY.s, "side"), (KEY.w, "wipe"), (KEY.d, "difference")):
-        if pressed(chord) and view.pinned is None:
-            view.say(NOTHING_PINNED, note=True)
-        elif pressed(chord):
-            state.edited = replace(state.edited, compare="off" if state.edited.compare == comparison else comparison)
-    if pressed(KEY.v):
-        views = list(VIEWS)
-        state.edited = replace(state.edited, view=views[(views.index(state.edited.view) + 1) % len(views)])
-    if pressed(KEY.k) and view.pinned is None:
-        view.say(NOTHING_PINNED, note=True)
-    elif pressed(KEY.k):
-        view.locked = not view.locked
-    if pressed(KEY.m):
-        toggle_magnifier(view)
-    if pressed(KEY.i):
-        toggle_pin(state)
-    if pressed(KEY.f1):
-        state.requests.add(Request.SHOW_HELP)
-    if pressed(CTRL | KEY.q):
-        hello_imgui.get_runner_params().app_shall_exit = True
-
-
 class Help:
-    """The dialog of keys and mouse."""
+    """The sheet of keys and mouse."""
 
     def __init__(self) -> None:
         self._open = False
 
     def open(self) -> None:
-        """Show the dialog from the next `draw` on."""
+        """Show the sheet from the next `draw` on."""
         self._open = True
 
     def draw(self, drawn_by: str = "") -> None:
         """Call it in every frame. drawn_by: a sentence about what draws the window."""
         if self._open:
-            imgui.open_popup("Keys and mouse")
+            imgui.open_popup(SHEET)
             self._open = False
-        column = max(imgui.calc_text_size(key).x for key, _ in KEYS) + theme.em(2.0)
-        words = max(imgui.calc_text_size(what).x for _, what in KEYS)
-        centre_next((column + words) / theme.em(1.0) + 1.5)
-        shown, _ = imgui.begin_popup_modal("Keys and mouse", True, imgui.WindowFlags_.no_saved_settings
+        viewport = imgui.get_main_viewport()
+        wide = viewport.work_size.x > theme.em(62.0)
+        centre_next(60.0 if wide else 32.0)
+        imgui.set_next_window_size_constraints(ImVec2(0.0, 0.0), ImVec2(viewport.work_size.x, 0.94 * viewport.size.y))
+        shown, _ = imgui.begin_popup_modal(SHEET, True, imgui.WindowFlags_.no_saved_settings
                                            | imgui.WindowFlags_.no_resize)
         if not shown:
             return
-        for key, what in KEYS:
-            imgui.text_disabled(key)
-            imgui.same_line(column)
-            imgui.text_unformatted(what)
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for command in COMMANDS:
+            if command.group:
+                groups.setdefault(command.group, []).append((command.keys, command.name))
+        names = list(groups)
+        columns = ([[("Mouse", list(GESTURES)), *((name, groups[name]) for name in names[1:3])],
+                    [(name, groups[name]) for name in names if name not in names[1:3]]] if wide else
+                   [[("Mouse", list(GESTURES)), *groups.items()]])
+        if imgui.begin_table("Keys", len(columns)):
+            for column in columns:
+                imgui.table_next_column()
+                for title, rows in column:
+                    _keys(title, rows)
+            imgui.end_table()
         imgui.separator()
         from importlib.metadata import version
 
@@ -286,3 +175,15 @@ class Help:
         if imgui.is_key_pressed(imgui.Key.escape):
             imgui.close_current_popup()
         imgui.end_popup()
+
+
+def _keys(title: str, rows: Sequence[tuple[str, str]]) -> None:
+    """One group of the sheet."""
+    imgui.text_colored(imgui.ImVec4(*theme.colours().strong), title)
+    for keys, what in rows:
+        imgui.text_disabled(keys)
+        imgui.same_line(theme.em(11.0))
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_unformatted(what[0].lower() + what[1:] if what[1:2].islower() else what)
+        imgui.pop_text_wrap_pos()
+    imgui.dummy(ImVec2(0.0, theme.em(0.4)))

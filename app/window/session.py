@@ -30,13 +30,15 @@ from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import use_dials
 from lensbench.app.window.analyses import Analyses
+from lensbench.app.window.commands import NOTHING_PINNED, Keyboard, shortcuts
 from lensbench.app.window.comparing import Comparing
 from lensbench.app.window.docking import Panels
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.file_watch import FileWatch, forget_derived, is_about
 from lensbench.app.window.layouts import LAYOUTS, placed, splits
 from lensbench.app.window.lens_browsing import LensBrowsing
-from lensbench.app.window.menus import NOTHING_PINNED, Help, Keyboard, shortcuts
+from lensbench.app.window.menus import Help
+from lensbench.app.window.palette import Palette
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.task import Task
 from lensbench.kernels.cache import NotCompiledError
@@ -49,7 +51,7 @@ class Session(WindowState):
 
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
         super().__init__(settings, remember, threads)
-        self.help, self.watch = Help(), FileWatch()
+        self.help, self.palette, self.watch = Help(), Palette(), FileWatch()
         self.browsing = LensBrowsing(self)
         self.comparing = Comparing(self, threads)
         self.analyses = Analyses(self)
@@ -177,6 +179,7 @@ class Session(WindowState):
             self.export.wants_path = False
             self.requests.add(Request.CHOOSE_EXPORT_PATH)
         self.help.draw(self.presenter.drawn_by)
+        self.palette.draw(self)
 
     def end(self) -> None:
         """After the panels: the changes go to the history and to the worker."""
@@ -257,6 +260,8 @@ class Session(WindowState):
             self._lay_out()
         if Request.SHOW_HELP in wanted:
             self.help.open()
+        if Request.SHOW_PALETTE in wanted:
+            self.palette.open()
         self.light_field.answer(wanted, self.history.present)
         for request in wanted & set(QUESTIONS):
             self.files.ask(request)

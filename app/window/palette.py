@@ -1,0 +1,234 @@
+"""The command palette: type a few letters of any action, panel, lens, scene or setting, and press Enter.
+
+A setting takes its value in the same line: “f-number 4”, “iso 800”, “focus 2 m”.
+"""
+
+from collections.abc import Callable
+from dataclasses import Field, dataclass, fields, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from imgui_bundle import ImVec2, hello_imgui, imgui
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.panels.controls.controls import scene_title
+from lensbench.app.state.constraints import constrained, field_of_view, with_camera, with_field_of_view
+from lensbench.app.state.fuzzy import ranked, score
+from lensbench.app.state.lens_choice import with_lens
+from lensbench.app.state.pose import at_home
+from lensbench.app.state.setting import spec, titles, words
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import read_angle, read_aperture
+from lensbench.app.widgets import theme
+from lensbench.app.window.commands import COMMANDS
+from lensbench.app.window.state import WindowState
+
+NAME = "Command palette"
+ROWS = 11
+WIDTH = 34.0                    # em
+HIDDEN = ("lens", "scene", "film_width", "film_height", "crop", "fov", "fisheye_fov", "pixels_x", "pixels_y", "wipe",
+          "zoom", "compare", "overlay", "exposing", "end_position", "end_yaw", "end_pitch")
+READERS: dict[str, Callable[[str], Any]] = {"f_number": read_aperture}      # of settings whose option lies elsewhere
+TITLES = {"fov_axis": "side of the field of view", "bits": "bits of the sensor", "layout": "layout of a panorama",
+          "limit": "sharp up to", "degree": "degree of the polynomial", "view": "view of the samples"}
+VIEW = "Field of view"          # of whatever camera it is: not one field
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A row: its text, what stands at its right, and what Enter does. fills: text that it puts into the query."""
+
+    text: str
+    kind: str
+    run: Callable[[WindowState], None] | None = None
+    fills: str = ""
+
+
+class Palette:
+    """State of the palette between frames."""
+
+    def __init__(self) -> None:
+        self._opens, self._query, self._chosen = False, "", 0
+        self._focus, self._at_end = False, True         # of the text that is typed: the caret goes behind it
+
+    def open(self) -> None:
+        """Show it from the next `draw` on."""
+        self._opens = True
+
+    def draw(self, state: WindowState) -> None:
+        """Call it in every frame."""
+        if self._opens:
+            self._opens, self._query, self._chosen, self._focus = False, "", 0, True
+            imgui.open_popup(NAME)
+        viewport = imgui.get_main_viewport()
+        width = min(theme.em(WIDTH), 0.94 * viewport.work_size.x)
+        imgui.set_next_window_pos(ImVec2(viewport.get_center().x, viewport.work_pos.y + theme.em(3.0)),
+                                  imgui.Cond_.always, ImVec2(0.5, 0.0))
+        imgui.set_next_window_size(ImVec2(width, 0.0))
+        if not imgui.begin_popup(NAME, imgui.WindowFlags_.no_nav):
+            return
+        entry = self._line(state)
+        imgui.end_popup()
+        if entry is not None and entry.run is not None:
+            entry.run(state)
+
+    def _caret(self, data: imgui.InputTextCallbackData) -> int:
+        """Put the caret behind a name that the palette has filled in: imgui selects it, and typing would replace it."""
+        if not self._at_end and data.buf_text_len == len(self._query.encode()):
+            data.clear_selection()
+            data.cursor_pos, self._at_end = data.buf_text_len, True
+        return 0
+
+    def _line(self, state: WindowState) -> Entry | None:
+        """The query and its answers; the entry that is chosen."""
+        if self._focus:
+            imgui.set_keyboard_focus_here()
+            self._focus = False
+        imgui.set_next_item_width(-1.0)
+        entered, query = imgui.input_text_with_hint(
+            "##Query", "An action, a lens, a scene, or a setting with its value", self._query,
+            imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.callback_always, self._caret)
+        if query != self._query:
+            self._query, self._chosen = query, 0
+        if imgui.is_key_pressed(imgui.Key.escape):
+            imgui.close_current_popup()
+            return None
+        found = answers(self._query, state)
+        step = int(imgui.is_key_pressed(imgui.Key.down_arrow)) - int(imgui.is_key_pressed(imgui.Key.up_arrow))
+        self._chosen = min(max(self._chosen + step, 0), max(len(found) - 1, 0))
+        if not found:
+            imgui.text_disabled("Nothing has this name")
+        taken = None
+        for i, entry in enumerate(found):
+            if imgui.selectable(f"{theme.shortened(entry.text, 0.75 * imgui.get_content_region_avail().x)}###Row {i}",
+                                i == self._chosen, imgui.SelectableFlags_.no_auto_close_popups)[0]:
+                taken = entry
+            size = imgui.calc_text_size(entry.kind)
+            place = ImVec2(imgui.get_item_rect_max().x - size.x - theme.em(0.4), imgui.get_item_rect_min().y
+                           + 0.5 * imgui.get_style().item_spacing.y)
+            imgui.get_window_draw_list().add_text(place, theme.packed(theme.colours().dim), entry.kind)
+        if entered and found:
+            taken = found[self._chosen]
+        if taken is None:
+            return None
+        if taken.fills:
+            self._query, self._chosen, self._focus, self._at_end = taken.fills, 0, True, False
+            imgui.internal.clear_active_id()        # the text being typed is that of the item until then
+            return None
+        imgui.close_current_popup()
+        return taken
+
+
+def answers(query: str, state: WindowState) -> list[Entry]:
+    """The best rows for a query: a setting with its typed value first, then the fuzzy matches."""
+    given = _given(query, state)
+    found = _entries(state)
+    return [*given, *(found[i] for i in ranked(query, [entry.text for entry in found], ROWS - len(given)))]
+
+
+def _entries(state: WindowState) -> list[Entry]:
+    present = state.edited
+    entries = [Entry(command.name, command.keys, command.run) for command in COMMANDS]
+    for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
+        if panel.label != "Render":
+            entries.append(Entry(f"Panel: {panel.label}", "shown" if panel.is_visible else "", partial(_panel, panel)))
+    for scene in lb.SCENES:
+        entries.append(Entry(f"Scene: {scene_title(scene)}", "", _sets(partial(_with_scene, scene))))
+    for path in state.recent:
+        entries.append(Entry(f"Open again: {path.name}", "", partial(_reopen, path)))
+    for field in fields(Settings):
+        if field.name not in HIDDEN:
+            entries += _of_field(field, present)
+    if present.has_lens or present.kind.view is not None:
+        entries.append(Entry(VIEW, f"{57.29578 * field_of_view(present):.3g}°", fills=f"{VIEW} "))
+    for card in lenses.describe():
+        entries.append(Entry(f"Lens: {card.title}", "", _sets(
+            partial(with_lens, lens=card.name, locked=state.chooser.locked))))
+    return entries
+
+
+def _of_field(field: Field, present: Settings) -> list[Entry]:
+    """The rows of a setting: one for each choice, or one that asks for a value."""
+    name, value, about = _title(field), getattr(present, field.name), spec(field)
+    if field.type is bool:
+        return [Entry(f"{name}: {'off' if value else 'on'}", f"now {'on' if value else 'off'}",
+                      _sets(_changed(field.name, not value)))]
+    if about.choices and about.read is None:
+        return [Entry(f"{name}: {title}", "now" if key == value else "", _sets(_changed(field.name, key)))
+                for key, title in titles(field).items()]
+    if about.read is None and field.name not in READERS:
+        return []
+    shown = about.none or "open" if value is None else about.shown(value) if isinstance(value, int | float) else ""
+    return [Entry(name, shown, fills=f"{name} ")]
+
+
+def _changed(name: str, value: Any) -> Callable[[Settings], Settings]:
+    """The change of one field."""
+    def change(settings: Settings) -> Settings:
+        return with_camera(settings, value) if name == "camera" else replace(settings, **{name: value})
+    return change
+
+
+def _title(field: Field) -> str:
+    text = TITLES.get(field.name) or words(field)
+    return text if text[:2].isupper() else text[0].upper() + text[1:]
+
+
+def _given(query: str, state: WindowState) -> list[Entry]:
+    """A row for a setting whose value is typed after its name, or for what is wrong with it; at most one."""
+    parts = query.split()
+    best: tuple[float, Entry] | None = None
+    for cut in range(1, len(parts)):
+        head, tail = " ".join(parts[:cut]), " ".join(parts[cut:])
+        for field in fields(Settings):
+            read = READERS.get(field.name) or spec(field).read
+            if field.name in HIDDEN or read is None:
+                continue
+            rank = score(head, _title(field))
+            if rank is not None and (best is None or rank > best[0]):
+                entry = _value(field, read, tail)
+                best = (rank, entry) if entry is not None else best
+        rank = score(head, VIEW)
+        if rank is not None and (best is None or rank > best[0]):
+            try:
+                angle = read_angle(tail)
+            except ValueError:
+                continue
+            best = (rank, Entry(f"{VIEW}: {tail}", "Enter", _sets(partial(with_field_of_view, fov=angle))))
+    return [] if best is None else [best[1]]
+
+
+def _value(field: Field, read: Callable[[str], Any], text: str) -> Entry | None:
+    try:
+        value = read(text)
+        _changed(field.name, value)(Settings()).checked()
+    except ValueError as error:
+        if not any(character.isdigit() for character in text):
+            return None                     # a part of a name
+        return Entry(f"{_title(field)}: {error}", "")
+    shown = spec(field).shown(value) if isinstance(value, int | float) else text
+    return Entry(f"{_title(field)}: {shown}", "Enter", _sets(_changed(field.name, value)))
+
+
+def _sets(change: Callable[[Settings], Settings]) -> Callable[[WindowState], None]:
+    """Take the changed settings, within the range of the camera, as one step of undo."""
+    def run(state: WindowState) -> None:
+        try:
+            state.take(state.showable(constrained(change(state.edited).checked())))
+        except (ValueError, OSError) as error:
+            state.view.say(str(error))
+    return run
+
+
+def _with_scene(scene: str, settings: Settings) -> Settings:
+    return at_home(replace(settings, scene=scene))
+
+
+def _panel(panel: hello_imgui.DockableWindow, state: WindowState) -> None:
+    panel.is_visible = panel.focus_window_at_next_frame = True
+
+
+def _reopen(path: Path, state: WindowState) -> None:
+    state.reopened = path

@@ -1,0 +1,92 @@
+"""The command palette and the sheet of keys, by a real keyboard."""
+
+import pytest
+from imgui_bundle import imgui
+
+from lensbench.app.window import palette
+from lensbench.app.window.commands import COMMANDS
+from tests.app.conftest import SMALL
+
+KEY = imgui.Key
+
+
+def ask(hand, text):
+    hand.press(KEY.mod_ctrl | KEY.k)
+    hand.ctx.yield_(2)
+    hand.ctx.key_chars(text)
+    hand.ctx.yield_(2)
+    hand.press(KEY.enter)
+    hand.ctx.yield_(2)
+
+
+def test_no_two_commands_have_the_same_name_or_keys():
+    names, chords = [command.name for command in COMMANDS], [c for command in COMMANDS for c in command.chords]
+    assert len(set(names)) == len(names) and len(set(map(int, chords))) == len(chords)
+
+
+@pytest.mark.slow
+def test_the_palette_reaches_actions_lenses_scenes_and_settings(drive):
+    def use(hand):
+        hand.picture()
+        ask(hand, "peak")
+        assert hand.settings.overlay == "peaking"
+        ask(hand, "tessar 50 2.8")
+        assert hand.settings.lens.startswith("lv-czj-tessar-50")
+        ask(hand, "scene night")
+        assert hand.settings.scene == "night-lights"
+        ask(hand, "f-number 8")
+        assert hand.settings.f_number == 8.0
+        ask(hand, "iso 800")
+        assert hand.settings.iso == 800.0
+        ask(hand, "tone agx")
+        assert hand.settings.tone == "agx"
+        ask(hand, "mode aper")
+        assert hand.session.view.program == "A" and hand.settings.exposing == "triangle"
+        ask(hand, "panel falloff")
+        hand.ctx.yield_(3)
+        assert not imgui.internal.find_window_by_name("Falloff").hidden
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_arrows_choose_a_name_is_filled_in_a_wrong_value_is_said_and_escape_changes_nothing(drive):
+    def use(hand):
+        hand.picture()
+        ask(hand, "shutter")                    # asks for its value
+        assert imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+        hand.ctx.key_chars("1/30")
+        hand.ctx.yield_(2)
+        hand.press(KEY.enter)
+        assert hand.settings.shutter == pytest.approx(1.0 / 30.0)
+        before = hand.settings
+        wrong = palette.answers("iso 4e", hand.session)[0]
+        assert "ISO" in wrong.text and wrong.run is None
+        hand.press(KEY.mod_ctrl | KEY.k)
+        hand.ctx.key_chars("theme")
+        hand.ctx.yield_(2)
+        hand.press(KEY.down_arrow)
+        rows = [entry.text for entry in palette.answers("theme", hand.session)[:2]]
+        hand.press(KEY.enter)
+        assert hand.session.dark is (rows[1] == "Dark theme")
+        hand.press(KEY.mod_ctrl | KEY.k)
+        hand.ctx.key_chars("reset all")
+        hand.ctx.yield_(2)
+        hand.press(KEY.escape)
+        assert hand.settings == before and not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+    assert drive(use, SMALL).view.messages == []
+
+
+@pytest.mark.slow
+def test_f1_and_the_question_mark_show_the_sheet_of_keys(drive):
+    def use(hand):
+        hand.picture()
+        for show in (lambda: hand.press(KEY.f1), lambda: hand.ctx.key_chars("?")):
+            show()
+            hand.ctx.yield_(3)
+            assert imgui.is_popup_open("Keys and mouse", imgui.PopupFlags_.any_popup)
+            hand.press(KEY.escape)
+            assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+    drive(use)
