@@ -33,6 +33,12 @@ def unit(v) -> np.ndarray:
     return v / math.sqrt(v @ v)
 
 
+def cross(a, b) -> np.ndarray:
+    """Cross product of two vectors, without the overhead of numpy's for arrays of them."""
+    (x, y, z), (u, v, w) = a, b
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
+
+
 def triple(v) -> Triple:
     """Three numbers of an array as a tuple of floats."""
     return (float(v[0]), float(v[1]), float(v[2]))
@@ -44,5 +50,5 @@ def across(direction) -> tuple[np.ndarray, np.ndarray]:
     right × up points along the direction; right is horizontal (y = 0) unless the direction is nearly vertical.
     """
     axis = unit(direction)
-    right = unit(np.cross((0.0, 1.0, 0.0) if abs(axis[1]) < 0.999 else (0.0, 0.0, -1.0), axis))
-    return right, np.cross(axis, right)
+    right = unit(cross((0.0, 1.0, 0.0) if abs(axis[1]) < 0.999 else (0.0, 0.0, -1.0), axis))
+    return right, cross(axis, right)

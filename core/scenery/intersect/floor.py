@@ -31,6 +31,7 @@ from lensbench.kernels.block import (
 from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, pack, vector
 from lensbench.scenery.shading.pattern_filter import checker_contrast, footprint_stretch, parity
+from lensbench.scenery.values import cross
 
 # AXIS_A, AXIS_B: unit axes along the tiles over the tile's edge (1/mm); SHIFT in tiles; COLOUR: mean of the two
 # colours; HALF_DIFFERENCE: of the light colour and the dark; PER_TILE: 1 / the tile's edge (1/mm)
@@ -42,9 +43,9 @@ def floor_axes(floor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Unit normal, and the two unit axes along the tiles."""
     normal = np.asarray(floor.normal, np.float64)
     normal = normal / math.sqrt(normal @ normal)
-    along = np.cross(normal, (0.0, 0.0, 1.0) if abs(normal[2]) < 0.9 else (1.0, 0.0, 0.0))
+    along = cross(normal, (0.0, 0.0, 1.0) if abs(normal[2]) < 0.9 else (1.0, 0.0, 0.0))
     along /= math.sqrt(along @ along)
-    across = np.cross(along, normal)
+    across = cross(along, normal)
     c, s = math.cos(floor.turn), math.sin(floor.turn)
     return normal, c * along + s * across, c * across - s * along
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ from lensbench.scenery.objects.material import Material
 from lensbench.scenery.objects.shape import Moving
 from lensbench.scenery.shading.clearcoat import planar_reflection
 from lensbench.scenery.shading.soft_shadows import planar_lamp, planar_occluder
-from lensbench.scenery.values import SceneError, Triple, across, check, triple
+from lensbench.scenery.values import SceneError, Triple, across, check, cross, triple
 
 
 class Frame(NamedTuple):
@@ -43,11 +44,11 @@ class Planar(Moving):
         """Half-axes right and up, mm."""
         return self.right, self.up
 
-    @property
+    @cached_property
     def frame(self) -> Frame:
         """Centre, half-axes and unit normal."""
         a, b = np.asarray(self.right, np.float64), np.asarray(self.up, np.float64)
-        normal = np.cross(a, b)
+        normal = cross(a, b)
         return Frame(np.asarray(self.centre, np.float64), a, b, normal / math.sqrt(normal @ normal))
 
     @property
