@@ -113,7 +113,8 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         from lensbench.app.files.settings_file import load_settings
         settings = load_settings(arguments.settings, say)
         if lens is not None:
-            settings = constrained(replace(settings, lens=_name_or_file(lens), focal_length=arguments.focal_length))
+            settings = constrained(replace(settings, lens=_name_or_file(lens), edited="",
+                                           focal_length=arguments.focal_length))
     elif lens is not None and Path(lens).suffix.lower() in PICTURES:
         from lensbench.app.files.settings_file import load_settings
         settings = load_settings(lens, say)

@@ -178,11 +178,11 @@ def _clear(folder: Path) -> None:
     """Remove the temporary files of processes that have ended, or that are a day old."""
     for part in folder.glob(".lensbench-*.part"):
         with suppress(OSError, ValueError):     # another process has removed it; a name of an earlier version
-            if time() - part.lstat().st_mtime > DAY or not _runs(int(part.name.split("-")[1])):
+            if time() - part.lstat().st_mtime > DAY or not runs(int(part.name.split("-")[1])):
                 part.unlink()
 
 
-def _runs(process: int) -> bool:
+def runs(process: int) -> bool:
     """Whether a process runs on this machine; True where the system cannot tell."""
     if os.name != "posix":
         return True

@@ -83,6 +83,18 @@ def _load(lens: str, stamp: Stamp) -> lb.Lens:
     return lenses.load(lens).at(zoom=0.0, close=0.0)
 
 
+@lru_cache(maxsize=64)
+def _edited(text: str) -> lb.Lens:
+    from lensbench.lenses.editing.document_text import from_text
+
+    return from_text(text).lens.at(zoom=0.0, close=0.0)
+
+
+def prescription(settings: "Settings") -> lb.Lens:
+    """The lens as its file, or the user's edits of it, state it: wide open, in its first positions, not scaled."""
+    return _edited(settings.edited) if settings.edited else _load(settings.lens, file_stamp(settings.lens))
+
+
 def design(settings: "Settings") -> lb.Lens:
     """The lens of `published` as pictures and figures see it: at one wavelength where `picture_wavelength` says so.
 
@@ -118,7 +130,7 @@ def published(settings: "Settings") -> lb.Lens:
 
     LensError if the settings zoom a lens that cannot zoom.
     """
-    lens = _load(settings.lens, file_stamp(settings.lens))
+    lens = prescription(settings)
     if settings.blades is not None:
         lens = replace(lens, blades=settings.blades, blade_rotation=settings.blade_rotation,
                        roundness=settings.roundness)

@@ -21,6 +21,7 @@ class Request(Enum):
 
     # Files to save
     SAVE_LENS = auto()
+    SAVE_EDITED = auto()                # the edited lens, in its own file
     SAVE_SETTINGS = auto()
     SAVE_INTRINSICS = auto()
     SAVE_RENDER = auto()

@@ -54,6 +54,10 @@ class History:
         self._held, self._time = held, time
         self.present = settings
 
+    def part(self) -> None:
+        """Let the next edit begin an entry of its own, however soon it follows."""
+        self._close()
+
     def undo(self) -> Settings:
         """Take back the latest gesture, if any."""
         if self._past:

@@ -11,6 +11,7 @@ from imgui_bundle import hello_imgui, imgui
 from lensbench.app.panels.image.magnifier import toggle_magnifier
 from lensbench.app.state.auto_exposure import METERED, MODES, with_mode
 from lensbench.app.state.constraints import constrained
+from lensbench.app.state.lens_edit.editing import reverted
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import VIEWS, Settings
@@ -53,7 +54,8 @@ def reset_all(state: WindowState) -> None:
     """All settings at their defaults, but lens and scene."""
     present = state.history.present
     try:
-        state.edited = constrained(replace(Settings(), lens=present.lens, scene=present.scene))
+        state.edited = constrained(replace(Settings(), lens=present.lens, edited=present.edited,
+                                           scene=present.scene))
     except (ValueError, OSError):
         state.edited = Settings()
     state.history.edit(state.edited, False, 0.0)
@@ -122,6 +124,10 @@ def _mode(mode: str) -> Callable[[WindowState], None]:
     return run
 
 
+def _revert(state: WindowState) -> None:
+    state.edited = reverted(state.edited)
+
+
 def _theme(dark: bool) -> Callable[[WindowState], None]:
     return lambda state: state.choose_theme(dark)
 
@@ -155,6 +161,8 @@ COMMANDS: tuple[Command, ...] = (
     Command("Keys and mouse", _asks(Request.SHOW_HELP), "F1 · ?", (KEY.f1,), FILES),
     Command("Lens browser", _asks(Request.BROWSE_LENSES), "L", (KEY.l,), FILES),
     Command("Open a lens", _asks(Request.OPEN_LENS), "Ctrl + O", (CTRL | KEY.o,), FILES),
+    Command("Save the edits of the lens", _asks(Request.SAVE_EDITED), "Ctrl + Shift + S", (CTRL | SHIFT | KEY.s,),
+            FILES),
     Command("Export", _asks(Request.EXPORT), "Ctrl + E", (CTRL | KEY.e,), FILES),
     Command("Save the picture as it is now", _asks(Request.SAVE_RENDER), "Ctrl + S", (CTRL | KEY.s,), FILES),
     Command("Quit", quit_window, "Ctrl + Q", (CTRL | KEY.q,), FILES),
@@ -166,6 +174,7 @@ COMMANDS: tuple[Command, ...] = (
     Command("Save the settings", _asks(Request.SAVE_SETTINGS)),
     Command("Save a picture of the window", _asks(Request.SAVE_WINDOW)),
     Command("Save the camera's intrinsics", _asks(Request.SAVE_INTRINSICS)),
+    Command("Revert the edits of the lens", _revert),
     Command("Reset all settings", reset_all),
     *(Command(f"Exposure mode: {title if letter in ('off', 'I') else f'{letter}, {title}'}", _mode(letter))
       for letter, (title, _) in MODES.items()),
@@ -184,6 +193,7 @@ GESTURES = (                    # of the mouse, for the sheet of keys
     ("Alt + wheel", "magnification of the magnifier"),
     ("On a dial", "drag, click, wheel; Ctrl + click types, double click resets"),
     ("In a plot", "drag to pan, wheel to zoom, double click to fit"),
+    ("In the table of surfaces", "drag, click or Enter, Ctrl + arrows; Insert, Delete, Alt + arrows; right click"),
     ("In the lens browser", "click or arrows try, Enter keeps, Escape returns"),
 )
 

@@ -15,6 +15,8 @@ from lensbench.app.panels.falloff import FalloffState, falloff_panel
 from lensbench.app.panels.image.image_panel import image_panel
 from lensbench.app.panels.lens_card import LensCardState, lens_card_panel
 from lensbench.app.panels.lens_section.panel import SectionState, lens_section_panel
+from lensbench.app.panels.lens_table.panel import lens_table_panel
+from lensbench.app.panels.lens_table.state import LensTableState
 from lensbench.app.panels.light_field.panel import light_field_panel
 from lensbench.app.panels.models import ModelsState, models_panel
 from lensbench.app.panels.pixel import PixelState, pixel_panel
@@ -23,6 +25,7 @@ from lensbench.app.panels.readouts import Status, readouts_panel
 from lensbench.app.panels.spaces import spaces_panel
 from lensbench.app.panels.view_3d import View3DState, view_3d_panel
 from lensbench.app.state.figures import lit
+from lensbench.app.state.lens_edit.editing import reverted
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
@@ -47,6 +50,7 @@ class Panels:
         self._plan_state, self._pupil_state, self._section_state = PlanState(), PupilState(), SectionState()
         self._card_state, self._pixel_state = LensCardState(window.wake), PixelState()
         self._view_3d_state = View3DState()
+        self._table_state = LensTableState(window.requests)
         self._field = 0.7                   # the film point of the exit pupil, as a part of the illuminated film
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings at which they failed
@@ -59,6 +63,7 @@ class Panels:
             self._docked("Lens card", self._lens_card),
             self._docked("Spaces", self._spaces),
             self._docked("Section", self._section, padding=4.0),
+            self._docked("Surfaces", self._surfaces, padding=6.0),
             self._docked("3-D", self._view_3d),
             self._docked("Stability", self._stability),
             self._docked("Circle of confusion", self._confusion),
@@ -221,7 +226,22 @@ class Panels:
     def _section(self) -> None:
         self._beside_browser()
         self._following(lambda before: lens_section_panel(before, self._section_state, self._field * lit(before),
-                                                          self._state.view.links, self._other))
+                                                          self._state.view.links, self._under(before)))
+
+    def _under(self, settings: Settings) -> Settings | None:
+        """The settings whose lens is ghosted under the section: A, or the lens before its edits."""
+        if self._other is None and self._table_state.ghost and settings.edited:
+            return reverted(settings)
+        return self._other
+
+    def _surfaces(self) -> None:
+        window, state = self._state, self._table_state
+        window.edited = lens_table_panel(window.edited, state, window.view.links)
+        if state.parted:
+            window.history.part()
+        for sentence in state.said:
+            window.view.say(sentence, note=True)
+        state.said.clear()
 
     def _view_3d(self) -> None:
         window = self._state

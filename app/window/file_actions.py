@@ -12,9 +12,11 @@ from pathlib import Path
 from imgui_bundle import hello_imgui
 
 from lensbench import lenses
+from lensbench.app.files.edited_lens import save_document
 from lensbench.app.state.build import published
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.lens_choice import with_lens
+from lensbench.app.state.lens_edit.editing import can_save_in_place
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import RESTARTS_MOTION, RESTARTS_NOTHING, Settings
@@ -146,14 +148,39 @@ class Files:
         lenses.load(path)                       # raises if it cannot be read now
         return with_lens(present, str(path), self._state.chooser.locked)
 
+    def save_edited(self) -> None:
+        """Save the edited lens in its own file; one of the library has none, and is saved as another file."""
+        present = self._state.history.present
+        if not present.edited:
+            self._state.view.say("The lens has no edits to save")
+        elif can_save_in_place(present):
+            self.save_lens(Path(present.lens))
+        else:
+            self.ask(Request.SAVE_LENS)
+
     def save_lens(self, path: Path) -> None:
-        """Save the lens, scaled and zoomed, in the format of the suffix; messages name what the format cannot hold."""
-        say = self._state.view.say
+        """Save the lens in the format of the suffix; messages name what the format cannot hold.
+
+        A published lens is saved scaled and zoomed. Of an edited one the document is saved, and the file becomes the
+        lens; where the format cannot hold all of it, the edits stay marked as unsaved.
+        """
+        state = self._state
+        say, present = state.view.say, state.history.present
         try:
-            remarks = lenses.save(published(self._state.history.present), path)
+            if present.edited:
+                saved, remarks = save_document(present, path)
+            else:
+                saved, remarks = present, lenses.save(published(present), path)
         except (ValueError, OSError) as error:
             say(str(error))
             return
+        if saved is present and present.edited:
+            say(f"{path.name} does not hold the whole lens: the edits stay unsaved until a .toml file has them",
+                note=True)
+        elif saved is not present:
+            state.history.part()
+            state.lens_written(saved.lens, saved)
+            self._remember(path)
         say(f"The lens was saved as {path.name}", done=True)
         for remark in remarks:
             say(f"{path.name}: {remark}", note=True)

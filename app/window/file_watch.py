@@ -19,6 +19,10 @@ class FileWatch:
         self._stamps: dict[str, tuple] = {}
         self._next = 0.0
 
+    def note(self, name: str) -> None:
+        """The present content of a file is known, such as one that the window has written."""
+        self._stamps[name] = file_stamp(name)
+
     def changed(self, settings: Settings, now: float) -> tuple[list[str], list[str]]:
         """Names of the files that have changed and can be read, and messages about those that cannot; at most once a
         second. A file that the settings have not named before counts as unchanged.

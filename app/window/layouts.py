@@ -24,7 +24,8 @@ BENCH = "Bench"
 LAYOUTS = {
     BENCH: Layout(
         "Picture, section, blur and pupil", {
-            **LEFT, "Bottom": ("Section", "3-D", "Stability"), "Right": ("Circle of confusion", "Plan", "Pixel"),
+            **LEFT, "Bottom": ("Section", "Surfaces", "3-D", "Stability"),
+            "Right": ("Circle of confusion", "Plan", "Pixel"),
             "RightBottom": ("Exit pupil", "Falloff", "Models", "Light field")}),
     "Photographer": Layout(
         "Picture, section, and how sharp the lens draws", {
@@ -41,6 +42,11 @@ LAYOUTS = {
             **LEFT, "Bottom": ("Section", "3-D"), "BottomRight": ("Seidel", "Illumination"),
             "Right": ("Spots", "Wavefront", "Point spread", "Field curves"),
             "RightBottom": ("Ray fans", "MTF", "MTF map")}, (0.30, 22.0, 70.0), 0.36),
+    "Editor": Layout(
+        "Surfaces to edit, the section, and what an edit does to the picture", {
+            **LEFT, "Bottom": ("Section", "3-D"), "BottomRight": ("Surfaces",),
+            "Right": ("Spots", "MTF", "Field curves"), "RightBottom": ("Ray fans", "Wavefront", "Seidel")},
+        (0.26, 21.0, 60.0), 0.36),
 }
 
 

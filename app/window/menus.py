@@ -6,6 +6,7 @@ from pathlib import Path
 from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from lensbench.app.panels.image.magnifier import toggle_magnifier
+from lensbench.app.state.lens_edit.editing import reverted
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.widgets import theme
@@ -47,6 +48,12 @@ def _file_menu(state: WindowState) -> None:
     if _item("Save lens…", enabled=history.present.has_lens):
         state.requests.add(Request.SAVE_LENS)
     imgui.set_item_tooltip(f"The suffix sets the format: {' '.join(WRITERS)}")
+    if _item("Save edits of the lens", "Ctrl+Shift+S", bool(history.present.edited)):
+        state.requests.add(Request.SAVE_EDITED)
+    imgui.set_item_tooltip("Into the file that the lens was opened from; a lens of the library gets a file of its own")
+    if _item("Revert the lens", "", bool(history.present.edited)):
+        state.edited = reverted(state.edited)
+    imgui.set_item_tooltip("Take back all edits of its surfaces; Undo brings them back")
     if _item("Save settings…"):
         state.requests.add(Request.SAVE_SETTINGS)
     if _item("Export…", "Ctrl+E"):

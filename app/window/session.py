@@ -34,9 +34,10 @@ from lensbench.app.window.commands import NOTHING_PINNED, Keyboard, shortcuts
 from lensbench.app.window.comparing import Comparing
 from lensbench.app.window.docking import Panels
 from lensbench.app.window.file_actions import QUESTIONS, Files
-from lensbench.app.window.file_watch import FileWatch, forget_derived, is_about
+from lensbench.app.window.file_watch import forget_derived, is_about
 from lensbench.app.window.layouts import LAYOUTS, placed, splits
 from lensbench.app.window.lens_browsing import LensBrowsing
+from lensbench.app.window.lens_editing import LensEditing
 from lensbench.app.window.menus import Help
 from lensbench.app.window.palette import Palette
 from lensbench.app.window.state import WindowState
@@ -51,9 +52,10 @@ class Session(WindowState):
 
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
         super().__init__(settings, remember, threads)
-        self.help, self.palette, self.watch = Help(), Palette(), FileWatch()
+        self.help, self.palette = Help(), Palette()
         self.browsing = LensBrowsing(self)
         self.comparing = Comparing(self, threads)
+        self.editing = LensEditing(self)
         self.analyses = Analyses(self)
         self.files, self.panels = Files(self, self.export, self.analyses), Panels(self, self.browsing, self.analyses)
         self.shots_taken = 0                            # screenshots of the window that have been saved
@@ -67,6 +69,7 @@ class Session(WindowState):
         self._frames = 0
         self._pace: float | None = None                 # frames a second at most, once there is a picture
         self._locked: frozenset[str] = frozenset()      # what the preferences hold
+        self._impossible = ""                           # why there is no picture of the edited lens
         self._fresh = False                             # no layout was saved by an earlier session
 
     # The life of the window
@@ -103,6 +106,7 @@ class Session(WindowState):
         self.compilers.stop()                   # first: threads that wait for a kernel end with it
         self.export.cancel()
         self.browsing.closed()
+        self.editing.closed()
         self.analyses.stop()
         self.panels.closed()
         self.light_field.worker.stop()
@@ -180,6 +184,7 @@ class Session(WindowState):
             self.requests.add(Request.CHOOSE_EXPORT_PATH)
         self.help.draw(self.presenter.drawn_by)
         self.palette.draw(self)
+        self.editing.draw()
 
     def end(self) -> None:
         """After the panels: the changes go to the history and to the worker."""
@@ -191,6 +196,7 @@ class Session(WindowState):
         self.worker.hold(busy)
         self.apply()
         self.comparing.advance(busy)
+        self.editing.advance(held)
 
     def _keep_locks(self) -> None:
         """Remember what another lens leaves as it is, beyond this session."""
@@ -263,6 +269,8 @@ class Session(WindowState):
         if Request.SHOW_PALETTE in wanted:
             self.palette.open()
         self.light_field.answer(wanted, self.history.present)
+        if Request.SAVE_EDITED in wanted:
+            self.files.save_edited()
         for request in wanted & set(QUESTIONS):
             self.files.ask(request)
         if self.reopened is not None:
@@ -278,6 +286,8 @@ class Session(WindowState):
         if not changed:
             return
         forget_derived()
+        if present.edited and present.lens in changed:
+            self.editing.file_changed(present.lens)     # the edits stay until the user has answered
         for name in changed:
             self.view.notices.forget(partial(is_about, name=name))
             self.view.say(f"Reloaded {Path(name).name}", done=True)
@@ -291,9 +301,19 @@ class Session(WindowState):
     def _take_failure(self) -> None:
         """Say why settings cannot be rendered, and take them back."""
         failure = self.worker.error
+        update = self.presenter.update
         if failure is None:
+            if self._impossible and update is not None and update.generation == self.worker.generation:
+                self._forget_impossible()
             return
-        self.view.say(str(failure.error) or type(failure.error).__name__)
+        message = str(failure.error) or type(failure.error).__name__
+        if failure.settings.edited and isinstance(failure.error, ValueError | OSError):
+            if message != self._impossible:         # a lens that cannot be stays, to be edited on
+                self._forget_impossible()
+                self._impossible = message
+                self.view.say(message)
+            return
+        self.view.say(message)
         if not isinstance(failure.error, ValueError | OSError):
             traceback.print_exception(failure.error)
         good = self.presenter.update.settings if self.presenter.update is not None else Settings()
@@ -303,6 +323,11 @@ class Session(WindowState):
         self.edited = self.history.present
         if self.edited.picture != failure.settings.picture:
             self.apply()
+
+    def _forget_impossible(self) -> None:
+        """Dismiss the reason why there was no picture of the edited lens."""
+        said, self._impossible = self._impossible, ""
+        self.view.notices.forget(lambda notice: notice.text == said)
 
     # Screenshots
 

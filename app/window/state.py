@@ -25,6 +25,7 @@ from lensbench.app.state.undo import History
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import DialState
 from lensbench.app.window.dialogs import ExportDialog
+from lensbench.app.window.file_watch import FileWatch, forget_derived
 from lensbench.app.window.layouts import BENCH
 from lensbench.app.workers.chart_worker import ChartWorker
 from lensbench.app.workers.compilers import Compilers
@@ -49,6 +50,7 @@ class WindowState:
         self.presenter = Presenter(self.worker)
         self.charts = ChartWorker(self.wake)
         self.light_field = LightFieldController(self.view, self.presenter, settings, self.requests, self.wake)
+        self.watch = FileWatch()
         self.remember = remember                        # layout, theme and recent files, beyond this session
         self.export = ExportDialog(self.wake)
         self.dark = True
@@ -92,6 +94,14 @@ class WindowState:
         settings = self.history.present
         self.worker.restart(settings)
         self.worker.want_depth(settings.overlay in ("coc", "peaking") or self.view.pending is not None)
+
+    def lens_written(self, name: str, settings: Settings) -> None:
+        """The window itself has written the file of its lens: drop what was computed from the file before."""
+        self.watch.note(name)
+        forget_derived()
+        self.charts.forget()
+        self.take(settings)
+        self.worker.reload(settings)
 
     def hurry(self) -> None:
         """Start the render as soon as one panel has changed the picture; the others are drawn beside its first pass."""

@@ -5,7 +5,7 @@ import math
 from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from lensbench.app.display.frame import View
-from lensbench.app.panels.controls.controls import lens_title
+from lensbench.app.panels.controls.controls import lens_name
 from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.state.auto_model import choice_details, choice_summary
 from lensbench.app.state.build import design
@@ -90,8 +90,8 @@ def _lens(settings: Settings) -> str:
     try:
         surfaces = len(design(settings).surfaces)
     except (ValueError, OSError):
-        return lens_title(settings.lens)
-    return f"{lens_title(settings.lens)}: {surfaces} surfaces"
+        return lens_name(settings)
+    return f"{lens_name(settings)}: {surfaces} surfaces"
 
 
 def _pointed(settings: Settings, raster: tuple[float, float], update: RenderUpdate, pinned: bool) -> str:

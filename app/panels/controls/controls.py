@@ -25,6 +25,7 @@ from lensbench.app.state.constraints import (
     with_projection,
 )
 from lensbench.app.state.lens_choice import FILM
+from lensbench.app.state.lens_edit.editing import edit_mark
 from lensbench.app.state.lens_shelf import film_name
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
@@ -126,6 +127,11 @@ def lens_title(name: str) -> str:
     return next((card.title for card in lenses.describe() if card.name == name), Path(name).stem)
 
 
+def lens_name(settings: Settings) -> str:
+    """The title of the lens of these settings, with a mark where it has unsaved edits."""
+    return lens_title(settings.lens) + edit_mark(settings)
+
+
 def _lens(settings: Settings, chooser: Chooser) -> None:
     """The lens, on a button that looks like a list: it opens the browser."""
     colour, used = theme.colours(), settings.has_lens
@@ -134,7 +140,7 @@ def _lens(settings: Settings, chooser: Chooser) -> None:
     imgui.push_style_var(imgui.StyleVar_.button_text_align, ImVec2(0.0, 0.5))
     imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.text if used else colour.dim)))
     imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(*colour.frame))
-    if imgui.button(f"{theme.shortened(lens_title(settings.lens), room - theme.em(2.2))}###Lens", ImVec2(room, 0.0)):
+    if imgui.button(f"{theme.shortened(lens_name(settings), room - theme.em(2.2))}###Lens", ImVec2(room, 0.0)):
         chooser.requests.add(Request.BROWSE_LENSES)
     imgui.pop_style_color(2)
     imgui.pop_style_var()

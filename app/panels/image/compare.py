@@ -9,7 +9,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.display.frame import Pinned
-from lensbench.app.panels.controls.controls import lens_title, scene_title
+from lensbench.app.panels.controls.controls import lens_name, scene_title
 from lensbench.app.panels.image.overlays import draw_note
 from lensbench.app.state.lens_shelf import film_name
 from lensbench.app.state.picture_statistics import Difference
@@ -57,7 +57,7 @@ def differences(a: Settings, b: Settings) -> tuple[str, str]:
         return format_angle(readings(settings).fov_diagonal or 0.0)
 
     descriptions = (
-        (("lens",), lambda s: lens_title(s.lens)), (("scene",), lambda s: scene_title(s.scene)),
+        (("lens", "edited"), lens_name), (("scene",), lambda s: scene_title(s.scene)),
         (("film_width", "film_height"), lambda s: film_name((s.film_width, s.film_height))),
         (("camera", "lens_model"), lambda s: s.camera_title), (("crop", "fov", "fisheye_fov", "fov_axis"), angle),
         (("projection",), lambda s: s.projection), (("layout",), lambda s: LAYOUTS[s.layout]),

@@ -1,5 +1,6 @@
 """What the mouse points at, drawn in the section: the rays of a pixel, one ray of a plot, lit surfaces."""
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -17,6 +18,7 @@ from lensbench.app.panels.lens_section.draw import (
 from lensbench.app.state.ray_fans import Fan
 from lensbench.app.state.section_geometry import Sketch, elements, surface_curves
 from lensbench.app.widgets import theme
+from lensbench.optics.finding import Finding, Kind
 
 FADED = 0.25                    # opacity of the section's own rays under those of a pixel
 
@@ -66,6 +68,20 @@ def draw_lit_surfaces(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, li
             if ray.kind == "dead" and ray.surface in lit:
                 draw.add_polyline(path, theme.packed(colour.warning, 0.9), 1.4 * pixel, OPEN)
                 draw_cross(draw, path[-1], theme.packed(colour.warning))
+
+
+def draw_faults(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, faults: Sequence[Finding]) -> None:
+    """The surfaces of an edited lens that cannot be as they are; both of an element or a gap that crosses."""
+    if sketch.lens is None or not faults:
+        return
+    colour, pixel = theme.packed(theme.colours().warning), theme.scale()
+    curves = surface_curves(sketch.lens)
+    for fault in faults:
+        if fault.surface is None:
+            continue
+        both = fault.kind in (Kind.EDGE, Kind.CROSSING, Kind.THICKNESS)
+        for curve in curves[fault.surface:fault.surface + (2 if both else 1)]:
+            draw.add_polyline(canvas.points(curve), colour, 2.0 * pixel, OPEN)
 
 
 def surfaces_at(sketch: Sketch, canvas: Canvas, mouse: ImVec2, reach: float) -> tuple[int, ...]:

@@ -15,11 +15,19 @@ from lensbench.app.panels.lens_section import cardinal_points as marks
 from lensbench.app.panels.lens_section import draw as drawing
 from lensbench.app.panels.lens_section.draw import Canvas
 from lensbench.app.panels.lens_section.ghost import draw_ghost, front_of, ghost_of
-from lensbench.app.panels.lens_section.links import FADED, draw_lit_surfaces, draw_pixel_fan, draw_ray, surfaces_at
+from lensbench.app.panels.lens_section.links import (
+    FADED,
+    draw_faults,
+    draw_lit_surfaces,
+    draw_pixel_fan,
+    draw_ray,
+    surfaces_at,
+)
 from lensbench.app.panels.lens_section.viewport import View, fitted
 from lensbench.app.state.build import design
 from lensbench.app.state.exit_pupil_geometry import region
 from lensbench.app.state.figures import readings
+from lensbench.app.state.lens_edit.editing import lens_faults
 from lensbench.app.state.pixel.lens_rays import in_section, pixel_fan
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.ray_fans import Fan
@@ -30,6 +38,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.kernels.figures import fixed, significant, true_minus
 from lensbench.lenses.paraxial import index_of, is_d_line, reference_wavelength
+from lensbench.optics.finding import Finding
 
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
 FINE = 0.1
@@ -130,6 +139,7 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
     drawing.draw_rays(draw, shown, canvas, state.dead_rays, 1.0 if fan is None else FADED)
     drawing.draw_outlines(draw, shown, canvas)
     state.pixel_rays = 0 if fan is None else draw_pixel_fan(draw, fan, canvas, state.dead_rays, shown.ideal)
+    draw_faults(draw, shown, canvas, _faults(settings))
     draw_lit_surfaces(draw, shown, canvas, links.surfaces, fan)
     if links.ray is not None and shown.lens is not None and not shown.ideal:
         draw_ray(draw, in_section(settings, raster, links.ray), links.ray.surface >= 0, canvas)
@@ -147,6 +157,14 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
     drawing.draw_scale_bar(draw, shown, canvas)
     if shown.reason:
         _reason(draw, canvas.corner, ImVec2(canvas.width, 2.0 * imgui.get_text_line_height()), shown.reason)
+
+
+def _faults(settings: Settings) -> tuple[Finding, ...]:
+    """What cannot be of an edited lens; nothing where the sketch already says why there is no lens."""
+    try:
+        return lens_faults(settings)
+    except (ValueError, OSError):
+        return ()
 
 
 def _pixel_fan(settings: Settings, links: Pointed) -> Fan | None:

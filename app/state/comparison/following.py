@@ -9,7 +9,7 @@ from dataclasses import fields, replace
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.settings import Settings
 
-OWN = ("lens", "camera", "lens_model", "degree", "focal_length")        # a change of these leaves A as it is
+OWN = ("lens", "edited", "camera", "lens_model", "degree", "focal_length")        # a change of these leaves A as it is
 NEVER = ("compare", "wipe", "overlay", "limit")                         # these are of the window, not of a picture
 
 

@@ -1,0 +1,1 @@
+"""The surfaces of the lens as a table that is edited."""

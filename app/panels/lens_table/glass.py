@@ -1,0 +1,150 @@
+"""The choice of a glass: a search over the catalogues, and a map of n_d over V_d to click."""
+
+from functools import lru_cache, partial
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui, implot
+
+from lensbench.app.panels.lens_table.state import LensTableState
+from lensbench.app.state.lens_edit.cells import glass_text
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS
+from lensbench.kernels.figures import fixed
+from lensbench.lenses import glass_catalogue
+from lensbench.lenses.editing.cells import with_glass
+from lensbench.lenses.editing.document import LensDocument
+from lensbench.lenses.glass_catalogue import Entry
+from lensbench.optics.glass import Glass
+
+POPUP = "Glass"
+WIDTH, HEIGHT = 30.0, 23.0      # em
+NEAR = 9.0                      # pixels from the mouse to a point of the map
+MOST = 300                      # rows of the list
+
+
+@lru_cache(maxsize=64)
+def found(text: str, maker: str, known: tuple[Entry, ...], current: Glass) -> tuple[Entry, ...]:
+    """Glasses whose name or maker holds every word, the current ones first, then the nearest to the present glass."""
+    words = [glass_catalogue.key(word) for word in text.split()]
+    shown = [entry for entry in known if (not maker or entry.maker == maker)
+             and all(word in glass_catalogue.key(entry.name) or entry.maker.startswith(word) for word in words)]
+    if words:
+        start = words[0]
+        shown.sort(key=lambda e: (glass_catalogue.key(e.name) != start, not glass_catalogue.key(e.name).endswith(start),
+                                  e.rank, e.name))
+    elif current.n_d > 1.0 and current.v_d:
+        shown.sort(key=lambda e: glass_catalogue.distance(e, current.n_d, current.v_d or 50.0))
+    return tuple(shown[:MOST])
+
+
+def glass_popup(settings: Settings, document: LensDocument, state: LensTableState) -> Settings:
+    """Draw the popup for the surface `state.glass_of`, opened by `open_popup(POPUP)`; the settings, changed or not."""
+    imgui.set_next_window_size(ImVec2(theme.em(WIDTH), 0.0))
+    if not imgui.begin_popup(POPUP):
+        return settings
+    surface = state.glass_of
+    if not 0 <= surface < len(document.surfaces):
+        imgui.close_current_popup()
+        imgui.end_popup()
+        return settings
+    current = document.surfaces[surface].glass
+    imgui.text_disabled(f"Medium behind surface {surface}")
+    imgui.same_line()
+    imgui.text_unformatted(glass_text(current) or "Air")
+    if imgui.is_window_appearing():
+        imgui.set_keyboard_focus_here()
+    imgui.set_next_item_width(theme.em(WIDTH) - theme.em(11.0))
+    entered, state.search = imgui.input_text_with_hint(
+        "##Search glass", "Name, code 517642, or n_d and V_d", state.search, imgui.InputTextFlags_.enter_returns_true)
+    imgui.same_line()
+    known = glass_catalogue.entries()
+    makers = list(dict.fromkeys(entry.maker for entry in known))
+    imgui.set_next_item_width(-1.0)
+    if imgui.begin_combo("##Maker", state.maker or "All makers"):
+        for maker in ("", *makers):
+            if imgui.selectable(f"{maker or 'All makers'}###maker {maker or 'all'}", maker == state.maker)[0]:
+                state.maker = maker
+        imgui.end_combo()
+    shown = found(state.search, state.maker, known, current)
+    chosen: Glass | str | None = None
+    if entered:
+        chosen = shown[0].make() if shown and state.search.strip() else state.search
+    if imgui.begin_child("Glass list", ImVec2(theme.em(13.5), theme.em(HEIGHT - 6.0))):
+        if imgui.selectable("Air###no glass", current.n_d == 1.0)[0]:
+            chosen = ""
+        clipper = imgui.ListClipper()
+        clipper.begin(len(shown))
+        while clipper.step():
+            for entry in shown[clipper.display_start:clipper.display_end]:
+                chosen = _line(entry, current, chosen)
+    imgui.end_child()
+    imgui.same_line()
+    on_map = _map(shown if state.search.strip() or state.maker else known, current)
+    if on_map is not None:
+        chosen = on_map.make()
+    if state.problem:
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_colored(imgui.ImVec4(*theme.colours().warning), state.problem)
+        imgui.pop_text_wrap_pos()
+    if chosen is not None:
+        settings = state.apply(settings, partial(with_glass, surface=surface, glass=chosen))
+        if not state.problem:
+            imgui.close_current_popup()
+    imgui.end_popup()
+    return settings
+
+
+def _line(entry: Entry, current: Glass, chosen: Glass | str | None) -> Glass | str | None:
+    """One glass of the list; it, where it is clicked."""
+    label = f"{entry.name}###{entry.maker} {entry.name}"
+    flags = imgui.SelectableFlags_.no_auto_close_popups
+    dim = entry.obsolete
+    if dim:
+        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*theme.colours().dim))
+    clicked = imgui.selectable(label, entry.name == current.name and entry.n_d == current.n_d, flags)[0]
+    if dim:
+        imgui.pop_style_color()
+    imgui.set_item_tooltip(f"{entry}{', no longer made' if entry.obsolete else ''}")
+    if entry.n_d and entry.v_d:
+        figures = f"{fixed(entry.n_d, 3)}  {fixed(entry.v_d, 1)}"
+        box = imgui.get_item_rect_max()
+        imgui.get_window_draw_list().add_text(
+            ImVec2(box.x - imgui.calc_text_size(figures).x - theme.em(0.2), imgui.get_item_rect_min().y + 1.0),
+            theme.packed(theme.colours().dim), figures)
+    return entry.make() if clicked else chosen
+
+
+def _map(shown: tuple[Entry, ...], current: Glass) -> Entry | None:
+    """The map; the glass that is clicked."""
+    known = [entry for entry in shown if entry.n_d and entry.v_d]
+    if not implot.begin_plot("##Glass map", ImVec2(-1.0, theme.em(HEIGHT - 6.0)), PLOT_FLAGS):
+        return None
+    implot.setup_axes("V_d", "n_d", AXIS_FLAGS | implot.AxisFlags_.invert, AXIS_FLAGS)
+    implot.setup_axes_limits(18.0, 97.0, 1.42, 2.06, implot.Cond_.once)
+    v = np.array([entry.v_d or 0.0 for entry in known])
+    n = np.array([entry.n_d or 0.0 for entry in known])
+    colour, pixel, draw = theme.colours(), theme.scale(), implot.get_plot_draw_list()
+    near: tuple[float, Entry] | None = None
+    mouse, hovered = imgui.get_mouse_pos(), implot.is_plot_hovered()
+    implot.push_plot_clip_rect()
+    for entry, abbe, index in zip(known, v.tolist(), n.tolist(), strict=True):
+        at = implot.plot_to_pixels(abbe, index)
+        fill = colour.glass(index, abbe)
+        draw.add_circle_filled(at, 2.6 * pixel, theme.packed((*fill[:3], 0.35 if entry.obsolete else 0.9)))
+        away = abs(at.x - mouse.x) + abs(at.y - mouse.y)
+        if hovered and away < NEAR * pixel and (near is None or (away, entry.rank) < (near[0], near[1].rank)):
+            near = away, entry
+    if current.v_d:
+        at = implot.plot_to_pixels(current.v_d, current.n_d)
+        draw.add_circle(at, 5.5 * pixel, theme.packed(colour.strong), 0, 2.0 * pixel)
+    if near is not None:
+        at = implot.plot_to_pixels(near[1].v_d or 0.0, near[1].n_d or 0.0)
+        draw.add_circle(at, 4.5 * pixel, theme.packed(colour.text), 0, 1.5 * pixel)
+    implot.pop_plot_clip_rect()
+    implot.end_plot()
+    if near is None:
+        return None
+    imgui.set_tooltip(str(near[1]))
+    released = imgui.is_mouse_released(imgui.MouseButton_.left)
+    return near[1] if released and not imgui.is_mouse_drag_past_threshold(imgui.MouseButton_.left) else None

@@ -1,0 +1,214 @@
+"""The surface table: every number of the lens, to type or to drag; what cannot be is marked where it is.
+
+Everything else of the window follows within a frame. Arrow keys go from cell to cell, Enter types, Ctrl with an arrow
+key steps the number; a right click has solves and pickups, and the edits of rows.
+"""
+
+from functools import partial
+
+from imgui_bundle import icons_fontawesome_6 as fa
+from imgui_bundle import imgui
+
+from lensbench.app.panels.lens_table.cell import cell_item, number_cell, text_entry
+from lensbench.app.panels.lens_table.glass import POPUP, glass_popup
+from lensbench.app.panels.lens_table.menu import cell_menu, has_keyboard, keys, row_menu, toolbar
+from lensbench.app.panels.lens_table.paste import paste_dialog
+from lensbench.app.panels.lens_table.state import Entry, LensTableState
+from lensbench.app.state.lens_edit import cells
+from lensbench.app.state.lens_edit.editing import document_of, faults_of
+from lensbench.app.state.pixel.pointed import Pointed
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
+from lensbench.lenses.editing.cells import with_comment
+from lensbench.lenses.editing.document import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS, LensDocument
+from lensbench.optics.finding import Finding, Kind
+
+COLUMNS = (("row", "#", 2.6), (CURVATURE, "Radius", 4.7), (THICKNESS, "Thickness", 4.7), ("glass", "Glass", 4.4),
+           (SEMI_DIAMETER, "Semi-ø", 4.2), (CONIC, "Conic", 3.8), ("asphere", "Asphere", 3.8),
+           ("comment", "Comment", 9.0))      # widths in em
+MARKED = {Kind.HEMISPHERE: SEMI_DIAMETER, Kind.EDGE: THICKNESS, Kind.CROSSING: THICKNESS, Kind.THICKNESS: THICKNESS,
+          Kind.RAY: CURVATURE}
+ASPHERE = "Asphere"
+
+
+def lens_table_panel(settings: Settings, state: LensTableState, links: Pointed | None = None) -> Settings:
+    """Draw the table into the current window; returns the settings, changed or not.
+
+    links: what the mouse points at in all panels; the row under the mouse is lit in the section, and the other way.
+    """
+    state.parted = False
+    if not settings.has_lens:
+        paragraph("This camera has no lens")
+        return settings
+    try:
+        document = document_of(settings)
+    except (ValueError, OSError) as error:
+        paragraph(str(error))
+        return settings
+    last = len(document.surfaces) - 1
+    state.first, state.last = min(state.first, last), min(state.last, last)
+    found = faults_of(document) if settings.edited else ()
+    settings = toolbar(settings, document, state)
+    _fault_line(found, state)
+    state.keyed = has_keyboard(state)
+    settings = _table(settings, document, found, state, links)
+    settings = keys(settings, document, state)
+    return paste_dialog(settings, document, state)
+
+
+def walk(state: LensTableState, rows: int) -> bool:
+    """Move the keyboard's cell by an arrow key; whether it moved."""
+    io, key = imgui.get_io(), imgui.Key
+    if not state.keyed or state.at is None or io.key_ctrl or io.key_alt:
+        return False
+    names = [name for name, _, _ in COLUMNS]
+    row, column = state.at[0], names.index(state.at[1]) if state.at[1] in names else 1
+    for pressed, down, right in ((key.up_arrow, -1, 0), (key.down_arrow, 1, 0), (key.left_arrow, 0, -1),
+                                 (key.right_arrow, 0, 1)):
+        if imgui.is_key_pressed(pressed):
+            row, column = row + down, column + right
+    row, column = min(max(row, 0), rows - 1), min(max(column, 0), len(names) - 1)
+    if (row, names[column]) == state.at:
+        return False
+    state.at = row, names[column]
+    state.select(row)
+    return True
+
+
+def _fault_line(found: tuple[Finding, ...], state: LensTableState) -> None:
+    """Why the latest edit was refused, or the first fault of the lens, in one line; all of them in its tooltip."""
+    lines = [state.problem] if state.problem else [str(finding) for finding in found]
+    if not lines:
+        imgui.new_line()
+        return
+    imgui.same_line(0.0, theme.em(0.8))
+    room = imgui.get_content_region_avail().x
+    if room < theme.em(8.0):
+        imgui.new_line()
+        room = imgui.get_content_region_avail().x
+    more = f" (+{len(lines) - 1})" if len(lines) > 1 else ""
+    text = theme.shortened(f"{fa.ICON_FA_TRIANGLE_EXCLAMATION}  {lines[0]}", room - imgui.calc_text_size(more).x)
+    imgui.align_text_to_frame_padding()
+    imgui.text_colored(imgui.ImVec4(*theme.colours().warning), text + more)
+    if imgui.is_item_hovered() and imgui.begin_tooltip():
+        imgui.push_text_wrap_pos(theme.em(30.0))
+        for line in lines:
+            imgui.text_unformatted(line)
+        imgui.pop_text_wrap_pos()
+        imgui.end_tooltip()
+
+
+def _table(settings: Settings, document: LensDocument, found: tuple[Finding, ...], state: LensTableState,
+           links: Pointed | None) -> Settings:
+    flags = (imgui.TableFlags_.scroll_x | imgui.TableFlags_.scroll_y | imgui.TableFlags_.borders_inner_h
+             | imgui.TableFlags_.resizable | imgui.TableFlags_.no_saved_settings)
+    if not imgui.begin_table("Surfaces", len(COLUMNS), flags):
+        return settings
+    imgui.table_setup_scroll_freeze(1, 1)
+    for _, title, width in COLUMNS:
+        kind = imgui.TableColumnFlags_.width_fixed
+        imgui.table_setup_column(title, kind, theme.em(width))
+    imgui.table_headers_row()
+    faulty = {(f.surface, MARKED[f.kind]): f for f in found if f.surface is not None and f.kind in MARKED}
+    wrong = {f.surface for f in found if f.surface is not None}
+    moved = walk(state, len(document.surfaces))
+    opened = False
+    pointed: int | None = None
+    for i in range(len(document.surfaces)):
+        imgui.table_next_row()
+        if links is not None and i in links.surfaces:
+            imgui.table_set_bg_color(imgui.TableBgTarget_.row_bg0, theme.packed(theme.colours().frame_active))
+        elif state.selected(i):
+            imgui.table_set_bg_color(imgui.TableBgTarget_.row_bg0, theme.packed(theme.colours().frame))
+        for quantity, _, _ in COLUMNS:
+            imgui.table_next_column()
+            settings, opens = _cell(settings, document, i, quantity, state, (i, quantity) in faulty, i in wrong)
+            opened = opened or opens
+            if imgui.is_item_hovered():
+                pointed = i
+            if moved and state.at == (i, quantity):
+                imgui.set_scroll_here_y()
+    imgui.end_table()
+    if links is not None and pointed is not None:
+        links.point_at_surfaces((pointed,))
+    if opened:
+        state.search, state.problem = "", ""
+        imgui.open_popup(POPUP)
+    return glass_popup(settings, document, state)
+
+
+def _cell(settings: Settings, document: LensDocument, i: int, quantity: str, state: LensTableState, faulty: bool,
+          wrong: bool) -> tuple[Settings, bool]:
+    """One cell; the settings, and whether the popup of glasses opens."""
+    opens = False
+    surface = document.surfaces[i]
+    if quantity == "row":
+        stop = f"{fa.ICON_FA_CIRCLE_STOP} " if i == document.lens.stop_index else ""
+        warn = f"{fa.ICON_FA_TRIANGLE_EXCLAMATION} " if wrong else ""
+        _, hovered = cell_item(f"{i} row", f"{warn or stop}{i}", state, (i, "row"), faulty=wrong, dim=not stop)
+        if hovered:
+            imgui.set_item_tooltip("The aperture stop" if stop else
+                                   "Click selects, Shift + click selects up to here, right click edits")
+    elif quantity == "glass":
+        pressed, hovered = cell_item(f"{i} glass", cells.glass_text(surface.glass), state, (i, "glass"), right=False)
+        if hovered and surface.glass.n_d > 1.0:
+            abbe = f", V_d {surface.glass.v_d:.2f}" if surface.glass.v_d else ""
+            imgui.set_item_tooltip(f"{surface.glass.name or 'Glass'}: n_d {surface.glass.n_d:.5f}{abbe}")
+        if pressed:
+            state.glass_of, opens = i, True
+    elif quantity == "comment":
+        settings = _comment(settings, document, i, state)
+    elif quantity == "asphere":
+        settings = _asphere(settings, document, i, state)
+    else:
+        settings = number_cell(settings, document, (i, quantity), state, faulty)
+    if quantity != "asphere" and imgui.begin_popup_context_item(f"menu {i} {quantity}"):
+        if quantity in (CURVATURE, THICKNESS, SEMI_DIAMETER, CONIC):
+            settings = cell_menu(settings, document, quantity, state)
+            imgui.separator()
+        settings = row_menu(settings, document, state)
+        imgui.end_popup()
+    return settings, opens
+
+
+def _comment(settings: Settings, document: LensDocument, i: int, state: LensTableState) -> Settings:
+    cell = (i, "comment")
+    if state.entry is not None and state.entry.cell == cell:
+        text = text_entry(state, cell)
+        if text is not None:
+            settings = state.apply(settings, partial(with_comment, surface=i, comment=text))
+            state.entry = None
+        return settings
+    pressed, _ = cell_item(f"{i} comment", document.comment(i), state, cell, right=False, dim=True)
+    if pressed:
+        state.entry = Entry(cell, document.comment(i))
+    return settings
+
+
+def _asphere(settings: Settings, document: LensDocument, i: int, state: LensTableState) -> Settings:
+    """The cell of an asphere: a click opens its coefficients."""
+    surface = document.surfaces[i]
+    toroid = surface.curvature_x is not None
+    text = "toroid" if toroid else cells.asphere_text(surface)
+    pressed, hovered = cell_item(f"{i} asphere", text, state, (i, "asphere"), right=False)
+    if hovered:
+        what = "radius of the section x–z" if toroid else "coefficients"
+        imgui.set_item_tooltip(f"Click for the {what}")
+    name = f"{ASPHERE} {i}"
+    if pressed:
+        imgui.open_popup(name)
+    imgui.set_next_window_size(imgui.ImVec2(theme.em(16.0), 0.0))
+    if imgui.begin_popup(name):
+        powers = [power for power, _ in surface.aspheric]
+        shown = sorted({4, 6, 8, 10, *powers, min((powers or [8])[-1] + 2, 20)})
+        rows = [CURVATURE_X] if toroid else [f"r{power}" for power in shown]
+        what = "section x–z" if toroid else "coefficients of r^p, mm^(1 − p)"
+        imgui.text_disabled(f"Surface {i}: {what}")
+        for quantity in rows:
+            imgui.align_text_to_frame_padding()
+            imgui.text_disabled("Radius" if toroid else f"r^{quantity[1:]}")
+            imgui.same_line(theme.em(3.5))
+            settings = number_cell(settings, document, (i, quantity), state)
+        imgui.end_popup()
+    return settings

@@ -1,0 +1,84 @@
+"""State of the surface table between frames, and the way of every edit into the settings."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from lensbench.app.state.lens_edit.editing import edited
+from lensbench.app.state.request import Request
+from lensbench.app.state.settings import Settings
+from lensbench.lenses.editing.document import EditError, LensDocument
+
+Cell = tuple[int, str]          # surface, and quantity or "glass", "comment", "asphere"
+
+
+@dataclass
+class Entry:
+    """The text that a user types into a cell."""
+
+    cell: Cell
+    text: str
+    fresh: bool = True
+    error: str = ""
+
+
+@dataclass
+class Scrub:
+    """A press on a cell: the value at its start, the pixels dragged since, and the last x of the mouse."""
+
+    cell: Cell
+    value: float
+    mouse: float
+    pixels: float = 0.0
+    dragged: bool = False
+
+
+@dataclass
+class LensTableState:
+    """State of the panel of one window.
+
+    requests: of the window. said: sentences for the user about the latest edits. parted: whether the change of this
+    frame begins a step of undo of its own. ghost: whether the original lens lies under the section.
+    """
+
+    requests: set[Request] = field(default_factory=set)
+    first: int = 0                      # selected surfaces, first and last
+    last: int = 0
+    entry: Entry | None = None
+    scrub: Scrub | None = None
+    glass_of: int = -1                  # surface whose glass is chosen
+    search: str = ""
+    maker: str = ""
+    pasting: str | None = None          # the text of the paste dialog
+    problem: str = ""                   # why the latest edit was refused
+    said: list[str] = field(default_factory=list)
+    parted: bool = False
+    ghost: bool = False
+    number: float = 0.0                 # typed in a menu
+    at: Cell | None = None              # the cell that has the keyboard
+    keyed: bool = False                 # the table has the keyboard in this frame
+
+    def selected(self, surface: int) -> bool:
+        """Whether a row is selected."""
+        return self.first <= surface <= self.last
+
+    def select(self, surface: int, extend: bool = False) -> None:
+        """Select a row, or the rows up to it."""
+        if extend:
+            self.first, self.last = min(self.first, surface), max(self.last, surface)
+        else:
+            self.first = self.last = surface
+
+    def apply(self, settings: Settings, edit: Callable[[LensDocument], LensDocument], part: bool = True) -> Settings:
+        """The settings after an edit; the same ones, and a reason in `problem`, where it is refused.
+
+        part: it is a step of undo of its own.
+        """
+        try:
+            changed, found = edited(settings, edit)
+        except EditError as error:
+            self.problem = str(error)
+            return settings
+        self.problem = ""
+        self.said += [str(finding) for finding in found]
+        self.parted = self.parted or part and changed is not settings
+        return changed

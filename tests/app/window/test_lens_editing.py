@@ -1,0 +1,303 @@
+"""The surface table with a real mouse and keyboard: every gesture changes its number, is one undo, and can be saved."""
+
+import os
+from dataclasses import replace
+
+import pytest
+from imgui_bundle import ImVec2, imgui
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.files.unsaved_lens import Autosave, left_behind
+from lensbench.app.state.build import design
+from lensbench.app.state.lens_edit.editing import document_of, original
+from lensbench.app.window.lens_editing import LensEditing
+from lensbench.lenses.editing.document import Solve
+from tests.app.conftest import SMALL
+
+pytestmark = pytest.mark.slow
+KEY = imgui.Key
+TRIPLET = replace(SMALL, lens="lenshh-cooke-triplet-50", f_number=None)
+
+
+def table(hand):
+    """Bring the table to the front."""
+    hand.picture()
+    hand.ctx.window_focus("//Surfaces")
+    hand.ctx.yield_(3)
+    return hand.session.panels._table_state
+
+
+def surfaces(hand):
+    return document_of(hand.settings).surfaces
+
+
+def changed(hand, before):
+    return [(i, name) for i, (a, b) in enumerate(zip(before, surfaces(hand), strict=True))
+            for name in ("curvature", "thickness", "semi_diameter", "conic", "glass", "aspheric")
+            if getattr(a, name) != getattr(b, name)]
+
+
+def scrub(hand, cell, pixels, shift=False):
+    start = hand.at(f"**/{cell}", 0.5, 0.5)
+    if shift:
+        hand.ctx.key_down(KEY.mod_shift)
+    hand.drag(start, ImVec2(start.x + pixels, start.y))
+    if shift:
+        hand.ctx.key_up(KEY.mod_shift)
+
+
+def enter(hand, text):
+    hand.ctx.yield_(2)
+    hand.ctx.key_chars_replace_enter(text)
+    hand.ctx.yield_(3)
+
+
+def test_numbers_are_dragged_and_typed_and_each_gesture_is_one_undo(drive):
+    def use(hand):
+        state = table(hand)
+        start, settings = surfaces(hand), hand.settings
+        scrub(hand, "0 curvature", 40)
+        assert changed(hand, start) == [(0, "curvature")] and 0.0 < surfaces(hand)[0].curvature < start[0].curvature
+        coarse = surfaces(hand)[0].curvature
+        assert design(hand.settings).surfaces == surfaces(hand)
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings == settings and surfaces(hand) == start        # to the last bit
+        scrub(hand, "0 curvature", 40, shift=True)
+        fine = surfaces(hand)[0].curvature
+        assert (start[0].curvature - fine) / (start[0].curvature - coarse) == pytest.approx(0.1)
+        hand.press(KEY.mod_ctrl | KEY.z)
+
+        hand.ctx.item_click("**/1 thickness")
+        enter(hand, "6,5")
+        assert surfaces(hand)[1].thickness == 6.5 and changed(hand, start) == [(1, "thickness")]
+        hand.ctx.item_click("**/1 curvature")
+        enter(hand, "abc")
+        assert state.entry is not None and "type a radius" in state.entry.error
+        enter(hand, "inf")
+        assert state.entry is None and surfaces(hand)[1].curvature == 0.0
+        hand.ctx.item_click("**/2 semi_diameter")
+        enter(hand, "-3")
+        assert state.entry is not None and "must be positive" in state.entry.error
+        hand.press(KEY.escape)
+        assert changed(hand, start) == [(1, "curvature"), (1, "thickness")]
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert changed(hand, start) == [(1, "thickness")]
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings == settings
+        hand.press(KEY.mod_ctrl | KEY.z)                                     # past the start
+        assert hand.settings == settings
+        hand.press(KEY.mod_ctrl | KEY.mod_shift | KEY.z)
+        assert changed(hand, start) == [(1, "thickness")]
+
+    assert drive(use, TRIPLET).view.messages == []
+
+
+def test_keys_walk_and_step_and_edit_rows(drive):
+    def use(hand):
+        state = table(hand)
+        start = surfaces(hand)
+        hand.ctx.item_click("**/2 row")
+        assert (state.first, state.last) == (2, 2)
+        hand.press(KEY.insert)
+        assert len(surfaces(hand)) == 7 and surfaces(hand)[2].curvature == 0.0
+        hand.press(KEY.delete)
+        assert surfaces(hand) == start
+        hand.press(KEY.mod_ctrl | KEY.d)
+        assert len(surfaces(hand)) == 7 and surfaces(hand)[2].thickness == 0.5 * start[2].thickness
+        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(KEY.mod_ctrl | KEY.f)
+        assert surfaces(hand)[2].curvature == -start[3].curvature
+        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(KEY.mod_alt | KEY.down_arrow)
+        assert surfaces(hand)[4:] == start[2:4] and (state.first, state.last) == (4, 4)
+        hand.wait(lambda: any("no room for a film" in text for text in hand.session.view.messages), "the reason")
+        hand.press(KEY.mod_alt | KEY.up_arrow)
+        assert surfaces(hand) == start
+        hand.picture()
+        assert hand.session.view.messages == []
+        hand.ctx.item_click("**/0 conic")
+        hand.press(KEY.escape)
+        assert state.entry is None
+        hand.ctx.item_click("**/0 conic")
+        enter(hand, "-0.5")
+        hand.press(KEY.mod_ctrl | KEY.up_arrow)
+        assert surfaces(hand)[0].conic == pytest.approx(-0.45)
+        hand.press(KEY.down_arrow)
+        hand.press(KEY.mod_ctrl | KEY.up_arrow)
+        assert surfaces(hand)[1].conic == pytest.approx(0.05)
+
+    assert drive(use, TRIPLET).view.messages == []
+
+
+def test_a_glass_is_searched_and_clicked(drive):
+    def use(hand):
+        table(hand)
+        hand.ctx.item_click("**/0 glass")
+        hand.ctx.yield_(3)
+        hand.ctx.item_input_value("**/##Search glass", "lak9")
+        hand.ctx.yield_(3)
+        assert surfaces(hand)[0].glass.name.endswith("LAK9")
+        hand.ctx.item_click("**/2 glass")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("**/###no glass")
+        assert surfaces(hand)[2].glass == lb.AIR
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert surfaces(hand)[2].glass == original(hand.settings).surfaces[2].glass
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings.edited == ""
+
+    assert drive(use, TRIPLET).view.messages == []
+
+
+def test_solves_and_pickups_are_set_by_the_menu_of_a_cell(drive):
+    def use(hand):
+        state = table(hand)
+        hand.ctx.mouse_move("**/5 curvature")
+        hand.ctx.mouse_click(1)
+        hand.ctx.yield_(3)
+        hand.ctx.mouse_move("**/###solve efl")
+        hand.ctx.yield_(10)
+        hand.ctx.item_click("**/###Set solve")
+        hand.ctx.yield_(3)
+        document = document_of(hand.settings)
+        assert document.solves == (Solve(5, "efl", 50.0213),)
+        scrub(hand, "0 thickness", 30)
+        assert lb.first_order(document_of(hand.settings).lens).efl == pytest.approx(50.0213, rel=1e-12)
+        before = hand.settings
+        scrub(hand, "5 curvature", 30)
+        assert hand.settings == before and "remove it first" in state.problem
+
+    assert drive(use, TRIPLET).view.messages == []
+
+
+def test_a_lens_that_cannot_be_is_marked_and_edited_on(drive, tmp_path):
+    def use(hand):
+        state = table(hand)
+        hand.ctx.item_click("**/5 curvature")
+        enter(hand, "inf")
+        hand.ctx.item_click("**/4 curvature")
+        enter(hand, "inf")                          # a negative lens alone is left behind the first
+        hand.ctx.item_click("**/0 curvature")
+        enter(hand, "-30")
+        hand.ctx.yield_(30)
+        edited = hand.settings
+        assert edited.edited and surfaces(hand)[0].curvature == -1.0 / 30.0
+        hand.photograph(tmp_path / "fault.png")
+        hand.ctx.yield_(30)
+        assert hand.settings == edited and state.problem == ""
+        for _ in range(3):
+            hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings == TRIPLET
+        hand.picture()
+
+    drive(use, TRIPLET)
+
+
+def test_a_table_is_pasted_and_a_bad_cell_is_named(drive):
+    def use(hand):
+        state = table(hand)
+        state.pasting = "r\td\tnd\tvd\tdia\n50,5\t3\t1,5168\t64,17\t20\n-50,5\tx\t\t\t20\n"
+        hand.ctx.yield_(5)
+        hand.ctx.item_click("**/Cancel###Cancel paste")
+        assert hand.settings == TRIPLET
+        state.pasting = "r\td\tnd\tvd\tdia\n50,5\t3\t1,5168\t64,17\t20\n-50,5\t48\t\t\t20\n"
+        hand.ctx.yield_(5)
+        hand.ctx.item_click("**/Replace the lens")
+        hand.ctx.yield_(3)
+        assert [s.semi_diameter for s in surfaces(hand)] == [10.0, 10.0]
+        hand.picture()
+
+    session = drive(use, TRIPLET)
+    assert all("stop" in message for message in session.view.messages)
+
+
+def test_edits_are_saved_in_their_file_and_in_others_with_what_is_lost(drive, tmp_path):
+    path = tmp_path / "mine.toml"
+    lenses.save(lenses.load("lenshh-cooke-triplet-50"), path)
+
+    def use(hand):
+        session = hand.session
+        session.take(replace(TRIPLET, lens=str(path)))
+        table(hand)
+        hand.ctx.item_click("**/1 thickness")
+        enter(hand, "6.5")
+        hand.ctx.item_click("**/0 comment")
+        enter(hand, "front")
+        assert hand.settings.edited
+        zemax = tmp_path / "mine.zmx"
+        session.files.save_lens(zemax)
+        hand.ctx.yield_(3)
+        assert hand.settings.edited and hand.settings.lens == str(path)
+        assert any("left out: comments" in message for message in session.view.messages)
+        assert lenses.load(zemax).surfaces[1].thickness == 6.5
+        hand.press(KEY.mod_ctrl | KEY.mod_shift | KEY.s)
+        hand.ctx.yield_(3)
+        assert hand.settings == replace(TRIPLET, lens=str(path))
+        assert document_of(hand.settings).comment(0) == "front" and surfaces(hand)[1].thickness == 6.5
+        assert design(hand.settings).surfaces[1].thickness == 6.5
+        hand.picture()
+        hand.press(KEY.mod_ctrl | KEY.z)                        # the file stays, the edit is marked again
+        assert surfaces(hand)[1].thickness == 6.5
+
+    drive(use, TRIPLET)
+
+
+def test_a_file_that_changes_meanwhile_never_replaces_edits_without_a_question(drive, tmp_path):
+    path = tmp_path / "mine.toml"
+    lens = lenses.load("lenshh-cooke-triplet-50")
+    lenses.save(lens, path)
+
+    def rewrite(factor):
+        lenses.save(lens.scaled(factor), path)
+        later = path.stat().st_mtime_ns + int(2e9 * factor)
+        os.utime(path, ns=(later, later))
+
+    def use(hand):
+        hand.session.take(replace(TRIPLET, lens=str(path)))
+        table(hand)
+        hand.ctx.item_click("**/1 thickness")
+        enter(hand, "6.5")
+        edited = hand.settings
+        rewrite(2.0)
+        hand.wait(lambda: imgui.is_popup_open("", imgui.PopupFlags_.any_popup),
+                  "the question")
+        hand.ctx.item_click("**/Keep my edits")
+        assert hand.settings == edited and surfaces(hand)[1].thickness == 6.5
+        rewrite(3.0)
+        hand.wait(lambda: imgui.is_popup_open("", imgui.PopupFlags_.any_popup),
+                  "the question")
+        hand.ctx.item_click("**/Load the file")
+        hand.ctx.yield_(3)
+        assert hand.settings.edited == "" and surfaces(hand)[1].thickness == pytest.approx(3.0 * 6.00755)
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert surfaces(hand)[1].thickness == 6.5
+
+    drive(use, TRIPLET)
+
+
+def test_unsaved_edits_are_offered_at_the_next_start(drive, tmp_path, monkeypatch):
+    saved = Autosave(tmp_path)
+    spoiled = original(TRIPLET)
+    from lensbench.app.state.lens_edit.editing import with_document
+    from lensbench.lenses.editing.cells import with_value
+
+    edited = with_document(TRIPLET, with_value(spoiled, 1, "thickness", 6.5))
+    saved.keep(edited)
+    assert left_behind(tmp_path) == []                          # this process still runs
+    monkeypatch.setattr("lensbench.app.files.unsaved_lens.runs", lambda process: False)
+    assert [each.settings for each in left_behind(tmp_path)] == [edited]
+
+    def use(hand):
+        hand.picture()
+        hand.session.editing = LensEditing(hand.session, tmp_path)
+        hand.ctx.yield_(5)
+        hand.ctx.item_click("**/Restore")
+        hand.ctx.yield_(5)
+        assert hand.settings == edited and hand.session.editing.offers == 0
+        hand.picture()
+        hand.wait(lambda: len(list(tmp_path.glob("*.toml"))) == 1, "the autosave")
+        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.wait(lambda: not list(tmp_path.glob("*.toml")), "the end of the autosave")
+
+    drive(use, SMALL)
