@@ -1,8 +1,8 @@
 """Scenes of users, from a TOML file: docs/scenes.md shows one.
 
 Lengths are mm, or text with a unit ("1.2 m"); angles are degrees; colours are linear numbers, or "#rrggbb" as in sRGB;
-speeds are mm/s, or text ("50 km/h"); rotations are degrees a second. A texture is a file beside or below the scene
-file, never elsewhere.
+speeds are mm/s, or text ("50 km/h"); rotations are degrees a second. A texture, mesh or sky is a file beside or
+below the scene file, never elsewhere.
 """
 
 import difflib
@@ -19,6 +19,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.app.state.scene_assets.mesh_file import MM, Pose, read_mesh, rotation
 from lensbench.app.state.scene_assets.sky_picture import read_sky
 from lensbench.app.state.scene_texture import read_texture
 from lensbench.app.state.tone import linear
@@ -128,14 +129,16 @@ def load_scene(path: str | Path) -> lb.Scene:
 
 def _scene(table: Table, path: Path) -> lb.Scene:
     folder = path.resolve().parent
-    _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "material", *_SURROUNDINGS, *_SHAPES))
+    _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "material", *_SURROUNDINGS, *_SHAPES,
+                              "mesh"))
     materials = {name: _within(f"material {cut(name)}", _material, _table(value, f"material {cut(name)}"), folder)
                  for name, value in _table(table.get("material", {}), "material").items()}
     lists = {kind: _tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) > MOST_OBJECTS:
         raise lb.SceneError(f"has more than {MOST_OBJECTS} objects")
-    if not any(lists.values()) and "floor" not in table and "image" not in _table(table.get("sky", {}), "sky"):
-        known = ", ".join(f"[[{kind}]]" for kind in _SHAPES)
+    pictured = "image" in _table(table.get("sky", {}), "sky")
+    if not (any(lists.values()) or table.get("mesh") or "floor" in table or pictured):
+        known = ", ".join(f"[[{kind}]]" for kind in (*_SHAPES, "mesh"))
         raise lb.SceneError(f"shows nothing: give it a [floor], a [sky] with an image or one of {known}")
 
     def material(value: Any, name: str) -> lb.Material:
@@ -146,13 +149,16 @@ def _scene(table: Table, path: Path) -> lb.Scene:
             raise lb.SceneError(f"material {excerpt(value)} is not in the file: write a table [material.{cut(value)}]")
         return materials[value]
 
+    meshes = [mesh for k, value in enumerate(_tables(table, "mesh"))
+              for mesh in _within(f"mesh {k + 1}", _mesh, value, material, folder)]
     shapes = [_within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
               for kind, entries in lists.items() for k, value in enumerate(entries)]
     spheres, planar = by_family(shapes)
     values = {kind: _within(kind, read, _table(table[kind], kind), folder)
               for kind, read in _SURROUNDINGS.items() if kind in table}
     values |= _given(table, {"name": _text, "ambient": _light, "enclosed": _truth, "depth_range": _depth_range})
-    return lb.Scene(**{"name": path.stem, "spheres": tuple(spheres), "plates": tuple(planar), **values})
+    return lb.Scene(**{"name": path.stem, "spheres": tuple(spheres), "plates": tuple(planar), "meshes": tuple(meshes),
+                       **values})
 
 
 def _depth_range(value: Any, name: str) -> tuple[float, ...]:
@@ -216,6 +222,31 @@ def _rectangle(t: Table, common: dict[str, Reader]) -> lb.Rectangle:
 def _disk(t: Table, common: dict[str, Reader]) -> lb.Disk:
     return lb.Disk(**_read(t, "a disk", {"centre": _point, "normal": _vector, "radius": _length, **common},
                            ("centre", "normal", "radius")))
+
+
+def _mesh(t: Table, material: Reader, folder: Path) -> list[lb.Mesh]:
+    found = _read(t, "a mesh", {"file": _text, "position": _point, "rotation": partial(_numbers, read=_angle),
+                                "scale": _number, "unit": _unit, "size": _length, "smooth": _truth,
+                                "material": material}, ("file",))
+    if "size" in found and ("scale" in found or "unit" in found):
+        raise lb.SceneError("a mesh has a size, or a unit and a scale, not both")
+    for name in ("size", "scale"):
+        if name in found and not found[name] > 0.0:
+            raise lb.SceneError(f"{name} must be positive")
+    scale = None
+    if "unit" in found:
+        scale = found["unit"] * found.get("scale", 1.0)
+    elif "scale" in found:
+        scale = found["scale"] * MM.get(Path(found["file"]).suffix[1:].lower(), 1.0)
+    pose = Pose(rotation(*found.get("rotation", (0.0, 0.0, 0.0))), scale, found.get("size"),
+                found.get("position", (0.0, 0.0, 0.0)))
+    return read_mesh(found["file"], folder, pose, found.get("material"), found.get("smooth", False))
+
+
+def _unit(value: Any, name: str) -> float:
+    if value not in UNITS or not value:
+        raise lb.SceneError(f"{name} {excerpt(value)}: choose one of mm, cm, m, km")
+    return UNITS[value]
 
 
 # The reader of each table that a scene file may hold. A new shape is one row

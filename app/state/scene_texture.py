@@ -1,6 +1,7 @@
 """Textures of scene files: pictures beside the file or below its folder, as linear light."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,18 +28,25 @@ def read_texture(name: str, folder: Path) -> lb.Image:
                 raise lb.SceneError(f"texture {excerpt(name)} has more than {MOST_TEXELS // 1_000_000} million pixels")
             if picture.width < 2 or picture.height < 2:
                 raise lb.SceneError(f"texture {excerpt(name)} is smaller than 2 × 2 pixels")
-            side = max(picture.size)
-            if picture.mode.startswith("I"):
-                levels = np.asarray(picture)[..., None]
-                deepest = 65535.0
-            else:
-                levels = np.asarray(picture.convert("RGB"))
-                deepest = 255.0
+            return image_of(picture)
     except lb.SceneError:
         raise
     except (OSError, SyntaxError, ValueError, MemoryError, Picture.DecompressionBombError) as error:
         raise lb.SceneError(f"texture {excerpt(name)} is not a picture that can be read "
                             f"({', '.join(FORMATS)})") from error
+
+
+def image_of(picture: Any) -> lb.Image:
+    """A picture of PIL, linear, at most TEXTURE_SIDE texels long."""
+    from PIL import Image as Picture
+
+    side = max(picture.size)
+    if picture.mode.startswith("I"):
+        levels = np.asarray(picture)[..., None]
+        deepest = 65535.0
+    else:
+        levels = np.asarray(picture.convert("RGB"))
+        deepest = 255.0
     shrink = min(TEXTURE_SIDE / side, 1.0)
     size = tuple(max(2, round(length * shrink)) for length in levels.shape[1::-1])
     # One colour after another: of 67 million pixels each takes 270 MB as floats

@@ -26,6 +26,23 @@ def concentric_disk(real, u, v):
     return far * x, far * y
 
 
+@njit(inline="always")
+def cosine_direction(real, u, v, nx, ny, nz):
+    """Unit direction for (u, v) in [0, 1]² about a unit normal, in proportion to the cosine of the angle between both.
+
+    Malley's method: a point of the disk, raised to the hemisphere. The axes across the normal are those of Duff et al.
+    (2017), without a branch.
+    """
+    a, b = concentric_disk(real, u, v)
+    rest = real(1) - a * a - b * b
+    c = math.sqrt(rest if rest > real(0) else real(0))
+    sign = real(1) if nz >= real(0) else real(-1)
+    e = real(-1) / (sign + nz)
+    f = nx * ny * e
+    return (c * nx + a * (real(1) + sign * nx * nx * e) + b * f, c * ny + a * sign * f + b * (sign + ny * ny * e),
+            c * nz - a * sign * nx - b * ny)
+
+
 def unit_disk(uv) -> np.ndarray:
     """Points of the unit disk of pupil samples, by the map of every camera: (0.5, 0.5) is the centre.
 

@@ -15,7 +15,7 @@ import numpy as np
 from lensbench.kernels.block import BLUE, GREEN, RED, TIME, V0, V1, WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.scenery import scene_steps
-from lensbench.scenery.objects import Floor, ImageSky, SceneError, Shape, Sky, Sphere, Sun, Triple, check, unit
+from lensbench.scenery.objects import Floor, ImageSky, Mesh, SceneError, Shape, Sky, Sphere, Sun, Triple, check, unit
 from lensbench.scenery.objects.planar import Planar
 from lensbench.scenery.objects.shape import rest_frame
 from lensbench.scenery.shading.participating_medium import Medium
@@ -47,6 +47,9 @@ class Scene:
     depth_range : (near, far)
         Distances of interest from the origin, mm, for scales and charts.
 
+    meshes : tuple of Mesh
+        Triangle meshes, at rest.
+
     Raises
     ------
     SceneError
@@ -62,9 +65,10 @@ class Scene:
     ambient: Triple = (0.0, 0.0, 0.0)
     enclosed: bool = False
     depth_range: tuple[float, float] = (400.0, 8000.0)
+    meshes: tuple[Mesh, ...] = ()
 
     def __post_init__(self):
-        for field, kind in (("spheres", Sphere), ("plates", Planar)):
+        for field, kind in (("spheres", Sphere), ("plates", Planar), ("meshes", Mesh)):
             shapes = tuple(getattr(self, field))
             for shape in shapes:
                 if not isinstance(shape, kind):
@@ -74,8 +78,8 @@ class Scene:
 
     @property
     def objects(self) -> tuple[Shape, ...]:
-        """All shapes: spheres, then planar ones."""
-        return (*self.spheres, *self.plates)
+        """All shapes: spheres, then planar ones, then meshes."""
+        return (*self.spheres, *self.plates, *self.meshes)
 
     @cached_property
     def moves(self) -> bool:

@@ -16,10 +16,11 @@ from lensbench.kernels.layout import Packed, join
 from lensbench.scenery.intersect.block_bounds import beam
 from lensbench.scenery.intersect.floor import floor, floor_parameters
 from lensbench.scenery.intersect.image_sky import image_sky_step
+from lensbench.scenery.intersect.meshes import mesh_steps
 from lensbench.scenery.intersect.moving_objects import motion_parameters, moving, moving_parameters
 from lensbench.scenery.intersect.pictured import is_large, pictured_floor_step, pictured_step
 from lensbench.scenery.intersect.planar import planar, planar_parameters
-from lensbench.scenery.intersect.sky import SKY_DISTANCE, sky, sky_parameters, sun_disk, sun_disk_parameters
+from lensbench.scenery.intersect.sky import SKY_DISTANCE, UP, sky, sky_parameters, sun_disk, sun_disk_parameters
 from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
 from lensbench.scenery.objects import ImageSky, Shape, Sky, by_family, displaced, unit
 from lensbench.scenery.shading.clearcoat import SHARP, clearcoat, clearcoat_parameters
@@ -36,6 +37,7 @@ from lensbench.scenery.shading.illumination import (
 )
 from lensbench.scenery.shading.image_clearcoat import image_clearcoat_step
 from lensbench.scenery.shading.image_sky_light import add_tinted, sky_cells, sky_rays_step
+from lensbench.scenery.shading.mesh_shadows import gradient_rays, mesh_shadow_steps
 from lensbench.scenery.shading.moving_clearcoat import (
     moving_clearcoat,
     moving_highlights,
@@ -60,13 +62,21 @@ from lensbench.scenery.shading.soft_shadows import (
     sun,
     sun_parameters,
 )
+from lensbench.scenery.shading.solid_bounce import solid_bend, solid_leave
 from lensbench.scenery.shading.specular_bounce import bounce_pupil_part, specular_bounce
-from lensbench.scenery.shading.split_light import moving_shadows
-from lensbench.scenery.shading.split_light import shadows as shadows_
+from lensbench.scenery.shading.split_light import (
+    add_lit,
+    lamp_rays,
+    moving_lamp_rays,
+    moving_shadows,
+    shadow_stage,
+    sun_rays,
+)
 from lensbench.scenery.small_lights import ExcludedLight
 
 Scene = Any
 BOUNCES = 3             # specular bounces of a path
+SOLID_BOUNCES = 7       # where a mesh of glass takes two for each time that it is crossed
 MOST_HIGHLIGHTS = 64    # lights that a rough coat reflects: those that are brightest from the origin
 HIGHLIGHT_RADIUS = math.radians(1.5)    # least radius of the sun in mirrors and coats, its light unchanged
 
@@ -96,9 +106,13 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
         emission = [SMALL if o != other and o.material.pattern is None else float(o.material.shines)
                     for o, other in zip(scene.objects, excluded.later, strict=True)]
         part = [Step(bounce_pupil_part)] if is_rough(scene) else []
+        solids = any(o.material.kind == "glass" for o in scene.meshes)
+        bend, leave = ([Step(solid_bend)], [Step(solid_leave)]) if solids else ([], [])
+        bounces = SOLID_BOUNCES if solids else BOUNCES
         met = _intersection(scene, opening, reflected=True, emission=emission, specular=excluded.later)
-        for k in range(BOUNCES):
-            onward = [*part, Step(specular_bounce), *met, *fog, *_coats(scene, k == BOUNCES - 1, opening),
+        for k in range(bounces):
+            onward = [*bend, *part, Step(specular_bounce), *leave, *met, *fog,
+                      *_coats(scene, k == bounces - 1, opening),
                       Step(gather_emission), *light]
             steps += [step._replace(gated=True) for step in onward]
     return (*steps, Step(finish_path))
@@ -156,13 +170,16 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
     if scene.floor is not None:
         pictured = scene.floor.image is not None
         steps.append(pictured_floor_step(scene.floor) if pictured else Step(floor, floor_parameters(scene.floor)))
-    if balls or flat or scene.moves:
+    meshes = [one for one in seen if one[0].family == "mesh"]
+    if balls or flat or meshes or scene.moves:
         steps.append(Step(beam))
     if balls:
         steps.append(Step(spheres, *sphere_parameters(*list(zip(*balls, strict=True))[:2])))
     if flat:
         steps.append(Step(planar, *planar_parameters(*zip(*flat, strict=True))))
     steps += [pictured_step(o, emits) for o, emits, _ in seen if is_large(o)]
+    if meshes:
+        steps += mesh_steps(*list(zip(*meshes, strict=True))[:2])
     if scene.moves:
         steps.append(Step(moving, *moving_parameters(_moving(scene.objects), opening)))
     return steps
@@ -207,26 +224,48 @@ def _light(scene: Scene, shadows: bool, opening: float) -> list[Step]:
         occluders = occluder_parameters(_still(balls), _still(flat))
         moved = moving_occluders(_moving(scene.objects), opening)
     lamps = _lamps(scene)
+    shade = list(mesh_shadow_steps(scene.meshes)) if shadows else []
+    hidden = [Step(shadow_stage, *occluders)] if occluders.parameters.size else []
+    hidden += [Step(moving_shadows, *moved)] if moved.parameters.size else []
+    hidden += shade
+
+    # Sky and ambient light
     if not shadows:
         steps = [Step(open_light, np.concatenate([around, *(point_parameters(o) for o in _still(lamps))]))]
+    elif shade:
+        steps = _sky_between(scene, around, held, opening, shade)
     else:
         steps = [_step(ambient, moving_ambient, join(Packed(around), sky_occluders(_still(held))),
                        moving_sky_occluders(_moving(held), opening))]
     if shadows and _lights_by_picture(scene):
-        hidden = [Step(shadows_, *occluders)]
-        hidden += [Step(moving_shadows, *moved)] if moved.parameters.size else []
         steps += [sky_rays_step(scene.sky), *hidden, Step(add_tinted)]
+
+    # Sun and lamps
     if scene.sun is not None:
-        steps.append(_step(sun, moving_sun, join(Packed(sun_parameters(scene.sun)), occluders), moved))
+        sunlight = Packed(sun_parameters(scene.sun))
+        steps += [Step(sun_rays, *sunlight), *hidden, Step(add_lit, scene.sun.colour)] if shade else [
+            _step(sun, moving_sun, join(sunlight, occluders), moved)]
     for o in lamps if shadows else _moving(lamps):
         here = displaced(o, opening)
-        shining = join(here.lamp_parameters(), occluders)
-        if o.moves or moved.parameters.size:
-            motion = Packed(motion_parameters([here], opening))
-            steps.append(Step(moving_lamp, *after(join(motion, shining), moved)))
+        shining, motion = here.lamp_parameters(), Packed(motion_parameters([here], opening))
+        if shade:
+            rays = Step(moving_lamp_rays, *join(motion, shining)) if o.moves else Step(lamp_rays, *shining)
+            steps += [rays, *hidden, Step(add_lit, o.material.colour)]
+        elif o.moves or moved.parameters.size:
+            steps.append(Step(moving_lamp, *after(join(motion, shining, occluders), moved)))
         else:
-            steps.append(Step(lamp, *shining))
+            steps.append(Step(lamp, *join(shining, occluders)))
     return steps
+
+
+def _sky_between(scene: Scene, around: np.ndarray, held: list[Shape], opening: float, shade: list[Step]) -> list[Step]:
+    """Stages of the light of sky and ambient light that spheres and meshes leave, by a ray for each sample."""
+    if not around[:UP].any() and not any(scene.ambient):
+        return []
+    balls, moved = occluder_parameters(_still(held), []), moving_occluders(_moving(held), opening)
+    hidden = [Step(shadow_stage, *balls)] if balls.parameters.size else []
+    hidden += [Step(moving_shadows, *moved)] if moved.parameters.size else []
+    return [Step(gradient_rays, around), *hidden, *shade, Step(add_tinted)]
 
 
 def _step(kernel: Any, moving_kernel: Any, still: Packed, moved: Packed) -> Step:

@@ -53,7 +53,7 @@ def small_lights(objects: tuple[Shape, ...], place=BLACK) -> list[SmallLight]:
 def _all(objects: tuple[Shape, ...]) -> tuple[SmallLight, ...]:
     lights: list[SmallLight] = []
     for j, o in enumerate(objects):
-        if not o.material.shines or o.moves:
+        if not o.material.shines or o.moves or o.family == "mesh":
             continue
         if o.material.pattern is None:
             right, up = o.half_axes

@@ -13,6 +13,7 @@ from lensbench.app.state.solid.shapes import Part, Rgb, Strokes, flat_part, grid
 from lensbench.scenery.objects import Shape, displaced
 
 RINGS, AROUND = 13, 25          # points of a sphere from pole to pole, and about it
+MOST_TRIANGLES = 20_000         # of a mesh that is drawn: of more, every second, third, …
 LONGEST = 20_000.0              # mm: larger things are skies
 WALL, SMALL_WALL = 0.6, 900.0   # radius of a planar thing about the camera, of its distance and in mm: it is a wall
 TILE, FLOOR_TILES = 250.0, 16   # mm of a drawn tile of the floor, and how many each way
@@ -75,6 +76,9 @@ def _solid(shape: Shape) -> Part:
         away = np.stack([np.sin(down) * np.cos(turn), np.cos(down) + 0.0 * turn, np.sin(down) * np.sin(turn)], -1)
         part = grid_part(kind, centre + shape.bounding_radius * away, tint=tint)
         return Part(kind, part.points, (part.points - centre) / shape.bounding_radius, None, tint)
+    if isinstance(shape, lb.Mesh):
+        chosen = shape.triangles[::-(-len(shape.triangles) // MOST_TRIANGLES)]
+        return flat_part(kind, shape.points[chosen].astype(float), tint=tint)
     edge = _edge(shape)[:-1]
     triangles = np.stack([np.broadcast_to(edge[0], (len(edge) - 2, 3)), edge[1:-1], edge[2:]], axis=1)
     return flat_part(kind, triangles, tint=tint)

@@ -62,7 +62,8 @@ def is_large(shape: Any) -> bool:
     pattern = shape.material.pattern
     if pattern is None or pattern.image is None or shape.moves:
         return False
-    return shape.family == "sphere" or pattern.image.width * pattern.image.height > LARGE
+    large = pattern.image.width * pattern.image.height > LARGE
+    return shape.family == "sphere" or (shape.family == "planar" and large)
 
 
 def pictured_step(shape: Any, emission: float) -> Step:

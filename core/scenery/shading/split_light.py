@@ -33,7 +33,7 @@ def moving_lamp_rays(lanes, p, ints, key):
 
 
 @stage
-def shadows(lanes, p, ints, key):
+def shadow_stage(lanes, p, ints, key):
     """Shadows of spheres and planar shapes.  p, ints: occluder_parameters."""
     if count_lit(lanes) > 0:
         shadow(lanes, p, ints)

@@ -1,0 +1,164 @@
+"""Eight boxes or eight triangles against one ray, as vector instructions that numba does not find by itself.
+
+Nodes and triangles lie in float32; a ray of float64 lanes is compared in float64. An arrangement of eight numbers side
+by side is a *row* here: a node has a row for each side of its boxes, a leaf a row for each coordinate of its corners.
+"""
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+WIDTH = 8               # boxes of a node, triangles of a leaf
+# Rows of a node: least x, greatest x, least y, … of its boxes, then their links. Rows of a leaf: x, y, z of the first,
+# second and third corners, then the numbers of the triangles
+NODE_ROWS, LINKS = 8, 6
+LEAF_ROWS, NUMBERS = 10, 9
+SLACK = 1e-6            # of the sum of a triangle's weights: rays through a corner, where several edges round apart
+WIDER = 1.0 + 4e-7      # of the far side of a box: more than rounding may take from it
+
+
+class _Eights:
+    """Vector arithmetic of eight numbers in the type of a ray."""
+
+    def __init__(self, context, builder, kind):
+        self.context, self.builder = context, builder
+        self.scalar = context.get_value_type(kind)
+        self.vector = ir.VectorType(self.scalar, WIDTH)
+        self.stored = ir.VectorType(ir.FloatType(), WIDTH)
+
+    def spread(self, scalar) -> ir.Value:
+        one = self.builder.insert_element(ir.Constant(self.vector, ir.Undefined), scalar,
+                                          ir.Constant(ir.IntType(32), 0))
+        return self.builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
+
+    def load(self, data, place) -> ir.Value:
+        there = self.builder.bitcast(self.builder.gep(data, [place]), self.stored.as_pointer())
+        found = self.builder.load(there, align=4)
+        return found if self.vector == self.stored else self.builder.fpext(found, self.vector)
+
+    def store(self, value, data, place) -> None:
+        there = self.builder.bitcast(self.builder.gep(data, [place]), self.vector.as_pointer())
+        self.builder.store(value, there, align=4)
+
+    def add(self, a, b) -> ir.Value:
+        return self.builder.fadd(a, b, flags=("contract",))
+
+    def sub(self, a, b) -> ir.Value:
+        return self.builder.fsub(a, b, flags=("contract",))
+
+    def mul(self, a, b) -> ir.Value:
+        return self.builder.fmul(a, b, flags=("contract",))
+
+    def larger(self, a, b) -> ir.Value:
+        return self.builder.select(self.builder.fcmp_ordered(">", a, b), a, b)
+
+    def smaller(self, a, b) -> ir.Value:
+        return self.builder.select(self.builder.fcmp_ordered("<", a, b), a, b)
+
+    def constant(self, number) -> ir.Value:
+        return ir.Constant(self.vector, [number] * WIDTH)
+
+    def dot(self, a, b) -> ir.Value:
+        x, y, z = (self.mul(p, q) for p, q in zip(a, b, strict=True))
+        return self.add(self.add(x, y), z)
+
+    def cross(self, a, b) -> list[ir.Value]:
+        return [self.sub(self.mul(a[i], b[j]), self.mul(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1))]
+
+    def mask(self, flags) -> ir.Value:
+        """Bits of eight flags, int32."""
+        return self.builder.zext(self.builder.bitcast(flags, ir.IntType(WIDTH)), ir.IntType(32))
+
+
+def _data(context, builder, kind, value) -> ir.Value:
+    return context.make_array(kind)(context, builder, value).data
+
+
+@intrinsic
+def boxes_met(typing, nodes, first, near, origin, inverse, most, found):
+    """Bits of the boxes of a node that a ray enters before `most`; found[0 … 7]: where it enters them, at least 0.
+
+    nodes: float32; first: of the numbers of the node; near: offsets of the sides that the ray meets first, 0 or WIDTH
+    each; origin, inverse: of the ray, inverse components of its direction; three numbers each.
+    """
+    real = most
+
+    def build(context, builder, signature, arguments):
+        table, place, near_, origin_, inverse_, most_, found_ = arguments
+        data = _data(context, builder, signature.args[0], table)
+        out = _data(context, builder, signature.args[6], found_)
+        of = _Eights(context, builder, real)
+        begin, end = of.constant(0.0), of.spread(most_)
+        for axis in range(3):
+            start, per = (of.spread(builder.extract_value(three, axis)) for three in (origin_, inverse_))
+            offset = builder.extract_value(near_, axis)
+            word = offset.type
+            row = builder.add(place, ir.Constant(word, 2 * WIDTH * axis))
+            close = of.load(data, builder.add(row, offset))
+            far = of.load(data, builder.add(row, builder.sub(ir.Constant(word, WIDTH), offset)))
+            begin = of.larger(of.mul(of.sub(close, start), per), begin)
+            end = of.smaller(of.mul(of.sub(far, start), per), end)
+        of.store(begin, out, ir.Constant(ir.IntType(64), 0))
+        return of.mask(builder.fcmp_ordered("<=", begin, of.mul(end, of.constant(WIDER))))
+
+    three = types.UniTuple(real, 3)
+    return types.int32(nodes, types.intp, types.UniTuple(types.intp, 3), three, three, real, found), build
+
+
+@intrinsic
+def triangles_met(typing, leaves, first, origin, direction, least, most, found):
+    """Bits of the triangles of a leaf that a ray meets between `least` and `most`, from either side.
+
+    found: distances, then the weights of the second and the third corners, eight each. A ray through an edge meets one
+    of the two triangles there: each compares the ray with the edge by the same products (Plücker coordinates, as
+    Embree's; Davis 2013, watertight for one order of corners).
+    """
+    real = most
+
+    def build(context, builder, signature, arguments):
+        table, place, origin_, direction_, least_, most_, found_ = arguments
+        data = _data(context, builder, signature.args[0], table)
+        out = _data(context, builder, signature.args[6], found_)
+        of = _Eights(context, builder, real)
+        start = [of.spread(builder.extract_value(origin_, axis)) for axis in range(3)]
+        way = [of.spread(builder.extract_value(direction_, axis)) for axis in range(3)]
+        a, b, c = ([of.sub(of.load(data, builder.add(place, ir.Constant(ir.IntType(64), WIDTH * (3 * corner + axis)))),
+                           start[axis]) for axis in range(3)] for corner in range(3))
+
+        def edge(p, q) -> ir.Value:
+            """The side of the edge from p to q on which the ray passes."""
+            along = [of.sub(i, j) for i, j in zip(q, p, strict=True)]
+            middle = [of.add(i, j) for i, j in zip(q, p, strict=True)]
+            return of.dot(of.cross(along, middle), way)
+
+        first_weight, second_weight, third_weight = edge(b, c), edge(c, a), edge(a, b)
+        low = of.smaller(of.smaller(first_weight, second_weight), third_weight)
+        high = of.larger(of.larger(first_weight, second_weight), third_weight)
+        zero = of.constant(0.0)
+        total = of.add(of.add(first_weight, second_weight), third_weight)
+        slack = of.mul(of.larger(total, builder.fneg(total)), of.constant(SLACK))
+        inside = builder.or_(builder.fcmp_ordered(">=", low, builder.fneg(slack)),
+                             builder.fcmp_ordered("<=", high, slack))
+        normal = of.cross([of.sub(i, j) for i, j in zip(b, a, strict=True)],
+                          [of.sub(i, j) for i, j in zip(c, a, strict=True)])
+        distance = builder.fdiv(of.dot(normal, a), of.dot(normal, way))
+        inside = builder.and_(inside, builder.fcmp_unordered("!=", total, zero))
+        inside = builder.and_(inside, builder.fcmp_ordered(">", distance, of.spread(least_)))
+        inside = builder.and_(inside, builder.fcmp_ordered("<", distance, of.spread(most_)))
+        for k, value in enumerate((distance, builder.fdiv(second_weight, total), builder.fdiv(third_weight, total))):
+            of.store(value, out, ir.Constant(ir.IntType(64), WIDTH * k))
+        return of.mask(inside)
+
+    three = types.UniTuple(real, 3)
+    return types.int32(leaves, types.intp, three, three, real, real, found), build
+
+
+@intrinsic
+def lowest_bit(typing, mask):
+    """Number of the lowest bit of a mask that is not 0."""
+    def build(context, builder, signature, arguments):
+        found = builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
+        return builder.zext(found, cgutils.intp_t)
+
+    return types.intp(types.int32), build

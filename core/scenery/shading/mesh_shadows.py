@@ -1,0 +1,108 @@
+"""Shadows of meshes, and light of the sky between them."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from lensbench.kernels.block import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    A6,
+    A7,
+    A8,
+    A9,
+    A10,
+    BLUE,
+    DEPTH,
+    GREEN,
+    NX,
+    NY,
+    NZ,
+    RED,
+    V0,
+    V1,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    rows,
+    stage,
+)
+from lensbench.kernels.borrowed_array import borrowed
+from lensbench.kernels.concentric_map import cosine_direction
+from lensbench.kernels.layout import vector
+from lensbench.scenery.intersect.meshes import LEAF_COUNT, LEAVES, NODE_COUNT, NODES, STACK, surfaces
+from lensbench.scenery.intersect.sky import gradient
+from lensbench.scenery.intersect.tree_search import search
+from lensbench.scenery.shading.illumination import AMBIENT, count_lit
+
+LIFT = 2e-5             # offset of a shadow ray from its surface, as a fraction of the coordinates of the point
+
+
+@lru_cache(maxsize=8)
+def mesh_shadow_steps(meshes: tuple) -> tuple[Step, ...]:
+    """The stage `mesh_shadows` for the meshes that hide light: neither glass nor lights. None of them: no stage."""
+    opaque = tuple(o for o in meshes if o.material.kind != "glass" and not o.material.shines)
+    if not opaque:
+        return ()
+    found = surfaces(opaque)
+    return (Step(mesh_shadows, (), found.tree_integers, kept=found),)
+
+
+@stage
+def mesh_shadows(lanes, p, ints, key):
+    """Darken A7, the light at A0 A1 A2 from A3 A4 A5 at the distance A6, where a mesh hides it.  ints: the tree's."""
+    if count_lit(lanes) == 0:
+        return
+    real = lanes.dtype.type
+    row = rows(lanes)
+    hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
+    nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
+    nodes = borrowed(ints[NODES], ints[NODE_COUNT], np.float32)
+    leaves = borrowed(ints[LEAVES], ints[LEAF_COUNT], np.float32)
+    links, entries, found = np.empty(ints[STACK], np.int32), np.empty(ints[STACK], real), np.empty(24, real)
+    for i in range(B):
+        if not ((light[i] > real(0)) & (red[i] + green[i] + blue[i] > real(0))):
+            continue
+        lift = real(LIFT) * (abs(hx[i]) + abs(hy[i]) + abs(hz[i]))
+        x, y, z = hx[i] + lift * nx[i], hy[i] + lift * ny[i], hz[i] + lift * nz[i]
+        number, _, _, _ = search(real, nodes, leaves, (x, y, z), (wx[i], wy[i], wz[i]), far[i] - real(2) * lift, True,
+                                 links, entries, found)
+        if number >= 0:
+            light[i] = real(0)
+
+
+@stage
+def gradient_rays(lanes, p, ints, key):
+    """Sample a direction of sky and ambient light by the cosine: A0 … A7 as `shadow` reads them, radiance A8 A9 A10.
+
+    p: SURROUND numbers of `ambient`.
+    """
+    if count_lit(lanes) == 0:
+        return
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    depth, nx, ny, nz, hx, hy, hz = row[DEPTH], row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
+    wx, wy, wz, far, light = row[A3], row[A4], row[A5], row[A6], row[A7]
+    r, g, b, v0, v1 = row[A8], row[A9], row[A10], row[V0], row[V1]
+    (er, eg, eb), (dr, dg, db), (gr, gg, gb), (ux, uy, uz) = gradient(p, 0)
+    ar, ag, ab = vector(p, AMBIENT)
+    for i in range(B):
+        t = depth[i]
+        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
+        px, py, pz = cosine_direction(real, v0[i], v1[i], nx[i], ny[i], nz[i])
+        up = ux * px + uy * py + uz * pz
+        above = up >= real(0)
+        wx[i], wy[i], wz[i], far[i], light[i] = px, py, pz, real(np.inf), real(1)
+        r[i] = ar + (er + up * dr if above else gr)
+        g[i] = ag + (eg + up * dg if above else gg)
+        b[i] = ab + (eb + up * db if above else gb)

@@ -1,0 +1,95 @@
+"""Meshes of glass: rays bend at each of their surfaces, where balls and panes are crossed in one step.
+
+`solid_bend` finds where a path goes on before `specular_bounce`, for which the surface then is a mirror, and
+`solid_leave` sends it there. Total reflection goes on as a mirror's.
+"""
+
+import math
+
+from lensbench.kernels.block import (
+    DEPTH,
+    GLOSS,
+    H0,
+    H1,
+    H2,
+    H3,
+    H4,
+    H5,
+    H6,
+    METAL,
+    NX,
+    NY,
+    NZ,
+    TB,
+    TG,
+    TR,
+    B,
+    L,
+    M,
+    N,
+    X,
+    Y,
+    Z,
+    rows,
+    stage,
+)
+from lensbench.scenery.intersect.meshes import INSIDE, SOLID
+from lensbench.scenery.shading.illumination import F0, INDEX, schlick_edge
+
+LIFT = 2e-5             # offset of the new ray from the surface, as a fraction of the coordinates of its origin
+
+
+@stage
+def solid_bend(lanes, p, ints, key):
+    """H0 … H5: where paths that met a mesh of glass go on; H6: 1 for these, whose GLOSS becomes METAL.
+
+    GLOSS is GLASS + SOLID where the surface was met from outside, INSIDE from inside (`mesh_surfaces`).
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    depth, gloss, nx, ny, nz, tr, tg, tb = (row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ], row[TR], row[TG],
+                                            row[TB])
+    px, py, pz, qx, qy, qz, on = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6]
+    for i in range(B):
+        inside = gloss[i] == real(INSIDE)
+        solid = inside | (gloss[i] > real(0.5 * SOLID))
+        t = depth[i]
+        u, v, w, ux, uy, uz = dx[i], dy[i], dz[i], nx[i], ny[i], nz[i]
+        hx, hy, hz = x[i] + t * u, y[i] + t * v, z[i] + t * w
+        cosine = -(u * ux + v * uy + w * uz)
+        ratio = real(INDEX) if inside else real(1 / INDEX)
+        square = real(1) - ratio * ratio * (real(1) - cosine * cosine)
+        total = square < real(0)
+        inner = math.sqrt(square if square > real(0) else real(0))
+        bend = ratio * cosine - inner
+        a, b, c = ratio * u + bend * ux, ratio * v + bend * uy, ratio * w + bend * uz
+        mirror = real(2) * cosine
+        a, b, c = (u + mirror * ux if total else a, v + mirror * uy if total else b, w + mirror * uz if total else c)
+        lift = real(LIFT) * (abs(hx) + abs(hy) + abs(hz))
+        lift = lift if total else -lift
+        px[i], py[i], pz[i] = hx + lift * ux, hy + lift * uy, hz + lift * uz
+        size = real(1) / math.sqrt(a * a + b * b + c * c)
+        qx[i], qy[i], qz[i] = a * size, b * size, c * size
+
+        # From outside `gather_emission` took the light of two surfaces, from inside of none
+        f = real(F0) + real(1 - F0) * schlick_edge(real, inner if inside else cosine)
+        left = real(1) - f if f < real(0.95) else real(0.05)
+        clear = (real(1) if total else left) if inside else real(1) / left
+        on[i] = real(1) if solid else real(0)
+        tr[i], tg[i], tb[i] = (tr[i] * clear if solid else tr[i], tg[i] * clear if solid else tg[i],
+                               tb[i] * clear if solid else tb[i])
+        gloss[i] = real(METAL) if solid else gloss[i]
+
+
+@stage
+def solid_leave(lanes, p, ints, key):
+    """Send the paths that met a mesh of glass where `solid_bend` found, after `specular_bounce`."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz, tr, tg, tb = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TR], row[TG], row[TB]
+    px, py, pz, qx, qy, qz, on = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6]
+    for i in range(B):
+        solid = (on[i] > real(0.5)) & (tr[i] + tg[i] + tb[i] > real(0))
+        x[i], y[i], z[i] = px[i] if solid else x[i], py[i] if solid else y[i], pz[i] if solid else z[i]
+        dx[i], dy[i], dz[i] = qx[i] if solid else dx[i], qy[i] if solid else dy[i], qz[i] if solid else dz[i]

@@ -1,0 +1,269 @@
+"""Triangle meshes: rays against brute force and Embree, spheres of triangles against spheres, shadows, light."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench.kernels.block import GREEN, NX, NY, NZ, PIXEL_SPREAD, RED, L, M, N, X, Y, Z
+from lensbench.kernels.program import Program
+from lensbench.scenery.intersect.meshes import nearest_distances, surfaces
+from lensbench.scenery.intersect.triangle_tree import triangle_tree
+from tests.core.scenery.test_scene import shoot, square_lights
+
+slow = pytest.mark.slow
+DARK = lb.Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)
+
+
+def sphere_mesh(rings, radius, centre, bumps=0.0, **others):
+    """Triangles of a sphere (with bumps), their corners on it, anticlockwise from outside."""
+    theta, phi = np.linspace(0.0, np.pi, rings)[:, None], np.linspace(0.0, 2.0 * np.pi, 2 * rings)[None]
+    phi[:, -1] = 0.0                                # no seam
+    r = 1.0 + bumps * np.sin(9 * theta) * np.cos(11 * phi)
+    theta[-1] = np.pi
+    away = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta) + 0.0 * phi, np.sin(theta) * np.sin(phi)], -1)
+    k = np.arange(rings - 1)[:, None] * 2 * rings + np.arange(2 * rings - 1)
+    faces = np.concatenate([np.stack([k, k + 1, k + 2 * rings], -1).reshape(-1, 3),
+                            np.stack([k + 1, k + 2 * rings + 1, k + 2 * rings], -1).reshape(-1, 3)])
+    points = (r[..., None] * away).reshape(-1, 3) * radius + np.asarray(centre)
+    normals = None if bumps else away.reshape(-1, 3)
+    return lb.Mesh.of(points, faces, normals=normals, **others)
+
+
+def soup(count, seed=0, size=30.0):
+    """Random triangles within 300 mm of the point 800 mm ahead."""
+    random = np.random.default_rng(seed)
+    corners = random.uniform(-300.0, 300.0, (count, 1, 3)) + random.normal(0.0, size, (count, 3, 3))
+    return lb.Mesh.of(corners.reshape(-1, 3) + [0.0, 0.0, -800.0], np.arange(3 * count).reshape(-1, 3))
+
+
+def moller_trumbore(corners, origins, directions):
+    """Nearest distance of each ray (n,) to all triangles (m, 3, 3), inf for none (Möller and Trumbore 1997)."""
+    nearest = np.full(len(origins), np.inf)
+    a, e, f = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    for k, (o, d) in enumerate(zip(origins, directions, strict=True)):
+        p = np.cross(d, f)
+        with np.errstate(all="ignore"):
+            inverse = 1.0 / np.einsum("ij,ij->i", e, p)
+            s = o - a
+            u = np.einsum("ij,ij->i", s, p) * inverse
+            q = np.cross(s, e)
+            v = q @ d * inverse
+            t = np.einsum("ij,ij->i", f, q) * inverse
+        t = t[(u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 0.0)]
+        nearest[k] = t.min(initial=np.inf)
+    return nearest
+
+
+def random_rays(count, seed=1):
+    random = np.random.default_rng(seed)
+    origins = random.normal(0.0, 100.0, (count, 3))
+    ways = random.uniform(-300.0, 300.0, (count, 3)) + [0.0, 0.0, -800.0] - origins
+    return origins, ways / np.linalg.norm(ways, axis=1)[:, None]
+
+
+@slow
+@pytest.mark.parametrize("count", [1, 7, 8, 9, 65, 3000])
+def test_the_tree_finds_what_brute_force_finds(count):
+    mesh = soup(count, count, size=30.0 if count > 9 else 400.0)
+    origins, ways = random_rays(1500)
+    corners = mesh.points[mesh.triangles].astype(float)
+    expected = moller_trumbore(corners, origins, ways)
+    found = nearest_distances((mesh,), origins, ways)
+    np.testing.assert_array_equal(np.isnan(found), np.isinf(expected))
+    met = np.isfinite(expected)
+    assert met.sum() > (0 if count == 1 else 20)
+    np.testing.assert_allclose(found[met], expected[met], rtol=1e-9)
+
+
+@slow
+def test_equal_and_flat_triangles_make_a_tree():
+    # A thousand copies of one triangle, and a sheet without a depth: nothing to choose between by area
+    same = np.tile(np.float32([[[0, 0, -9], [1, 0, -9], [0, 1, -9]]]), (1000, 1, 1))
+    sheet = np.random.default_rng(4).uniform(-1, 1, (1000, 3, 3)).astype(np.float32) * np.float32([1, 1, 0])
+    for corners in (same, sheet):
+        tree = triangle_tree(corners)
+        assert np.isin(np.arange(1000), tree.leaves[:, 72:].ravel()).all()
+    rows = np.arange(3000).reshape(-1, 3)
+    mesh = lb.Mesh.of(same.reshape(-1, 3), rows)
+    assert nearest_distances((mesh,), np.array([[0.2, 0.2, 0.0]]), np.array([[0.0, 0.0, -1.0]])) == pytest.approx(9.0)
+
+
+@slow
+def test_a_closed_surface_has_no_holes_in_single_precision():
+    # Rays from inside at the edges of 45,000 triangles, where none may pass, and just at their corners
+    mesh = sphere_mesh(151, 400.0, (0.0, 0.0, 0.0))
+    random = np.random.default_rng(5)
+    rows = mesh.triangles[random.integers(0, len(mesh.triangles), 200_000)]
+    part = random.uniform(0.0, 1.0, 200_000)[:, None]
+    part[:40_000] = 0.0
+    aim = mesh.points[rows[:, 0]] * (1.0 - part) + mesh.points[rows[:, 1]] * part
+    origins = random.normal(0.0, 60.0, (200_000, 3))
+    ways = aim - origins
+    scene = lb.Scene("ball", meshes=(mesh,))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    given = {X: origins[:, 0], Y: origins[:, 1], Z: origins[:, 2], L: ways[:, 0], M: ways[:, 1], N: ways[:, 2]}
+    away, met = Program(scene.depth_steps(), np.float32).run(given, [RED, GREEN], len(ways))
+    assert (met[40_000:] == 1.0).all() and (met[:40_000] == 0.0).sum() < 12
+    away, origins, ways = away[met > 0.0], origins[met > 0.0], ways[met > 0.0]
+    place = np.linalg.norm(origins + away[:, None] * ways, axis=1)
+    assert place.max() < 400.1 and place.min() > 400.0 * math.cos(math.pi / 150) - 0.1
+
+
+@slow
+def test_embree_agrees_on_a_million_rays():
+    scene_module = pytest.importorskip("embreex.rtcore_scene")
+    rtcore, mesh_module = pytest.importorskip("embreex.rtcore"), pytest.importorskip("embreex.mesh_construction")
+    mesh = sphere_mesh(145, 300.0, (0.0, 0.0, -800.0), bumps=0.1)
+    assert len(mesh.triangles) > 82_000
+    device = rtcore.EmbreeDevice()
+    embree = scene_module.EmbreeScene(device)
+    mesh_module.TriangleMesh(embree, mesh.points[mesh.triangles])
+    count = 1_000_000
+    origins, ways = (a.astype(np.float32) for a in random_rays(count))
+    expected = embree.run(origins, ways, query="DISTANCE")
+    scene = lb.Scene("ball", meshes=(mesh,))
+    given = {X: origins[:, 0], Y: origins[:, 1], Z: origins[:, 2], L: ways[:, 0], M: ways[:, 1], N: ways[:, 2]}
+    found, met = Program(scene.depth_steps(), np.float32).run(given, [RED, GREEN], count)
+    hit = expected < 1e6
+    assert 0.2 < hit.mean() < 0.999
+    assert (hit != (met > 0.0)).sum() <= 3               # silhouettes, within rounding
+    both = hit & (met > 0.0)
+    off = np.abs(found[both] - expected[both])
+    assert (off > 1e-3 * expected[both]).mean() < 1e-5 and np.median(off) < 1e-3
+
+
+@slow
+@pytest.mark.parametrize("kind", ["matte", "metal", "glass"])
+def test_a_sphere_of_triangles_becomes_a_sphere(kind):
+    # matte and metal: the depth and the light differ by the square of the width of a triangle
+    sky = lb.Sky((0.3, 0.5, 0.9), (0.8, 0.85, 0.9), (0.3, 0.28, 0.25))
+    base = lb.Scene("ball", sky=sky, floor=lb.Floor(-300.0, 150.0))
+    material = lb.Material((0.9, 0.8, 0.7), kind)
+    random = np.random.default_rng(8)
+    aim = np.column_stack([random.uniform(-0.14, 0.14, (1500, 2)), -np.ones(1500)])
+    aim = aim[np.hypot(aim[:, 0], aim[:, 1]) < 0.14]
+    steps = replace(base, spheres=(lb.Sphere((0.0, 0.0, -1000.0), 150.0, material),)).steps(shadows=False)
+    expected = shoot(steps, np.zeros(3), aim)
+    errors = []
+    for rings in (20, 60, 180):
+        mesh = sphere_mesh(rings, 150.0, (0.0, 0.0, -1000.0), material=material)
+        found = shoot(replace(base, meshes=(mesh,)).steps(shadows=False), np.zeros(3), aim)
+        errors.append(np.median(np.abs(found - expected)))
+    assert errors[2] < 0.25 * errors[1] < 0.25 * errors[0] or errors[2] < 2e-4
+    assert errors[2] < (0.02 if kind == "glass" else 2e-3)
+
+
+@slow
+def test_a_mesh_of_two_triangles_is_a_rectangle_in_light_and_shadow():
+    corners = np.array([[-150.0, 0.0, -850.0], [150.0, 0.0, -850.0], [150.0, 0.0, -1150.0], [-150.0, 0.0, -1150.0]])
+    lid = lb.Mesh.of(corners, [[0, 1, 2], [0, 2, 3]], lb.Material((0.4, 0.5, 0.6)))
+    plate = lb.Rectangle((0.0, 0.0, -1000.0), (150.0, 0.0, 0.0), (0.0, 0.0, -150.0), lb.Material((0.4, 0.5, 0.6)))
+    shining = lb.Material((9.0, 8.0, 7.0), "lamp")
+    lamp = lb.Rectangle((60.0, 600.0, -900.0), (120.0, 0.0, 0.0), (0.0, 0.0, 120.0), shining)
+    base = lb.Scene("lid", sky=DARK, floor=lb.Floor(-250.0), plates=(lamp,), sun=lb.Sun((0.3, 0.8, 0.2)))
+    random = np.random.default_rng(9)
+    n = 4000
+    origins = np.tile([0.0, 300.0, 300.0], (n, 1))
+    ways = np.column_stack([random.uniform(-300, 300, n), np.full(n, -250.0), random.uniform(-1400, -700, n)]) - origins
+    lights = random.uniform(0.0, 1.0, (2, n))
+    found = shoot(replace(base, meshes=(lid,)).steps(), origins, ways, lights, np.float32)
+    expected = shoot(replace(base, plates=(lamp, plate)).steps(), origins, ways, lights, np.float32)
+    close = np.isclose(found, expected, rtol=2e-4, atol=2e-5).all(1)
+    assert close.mean() > 0.999                          # edges within rounding
+    assert (expected.sum(1) == 0.0).sum() > 20           # full shadow
+
+
+@slow
+def test_a_uniform_sky_is_hidden_by_a_mesh_as_by_a_sphere():
+    # r² cos θ / d² of the light of a uniform sky (exact for a sphere above the horizon)
+    ball = sphere_mesh(80, 300.0, (0.0, 0.0, -1000.0))
+    floor = lb.Disk((0.0, -500.0, 0.0), (0.0, 1.0, 0.0), 5000.0, lb.Material((1.0, 1.0, 1.0)))
+    scene = lb.Scene("ball", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3), plates=(floor,), meshes=(ball,))
+    v0, v1 = square_lights(192)
+    lit = np.array([100.0, -500.0, -400.0])
+    seen = shoot(scene.steps(), np.zeros((len(v0), 3)), lit, (v0, v1)).mean(0)
+    to = np.array([0.0, 0.0, -1000.0]) - lit
+    np.testing.assert_allclose(seen, 1.0 - 300.0**2 * to[1] / np.linalg.norm(to) ** 3, rtol=3e-3)
+
+
+@slow
+def test_images_colours_and_normals_are_those_of_the_corners():
+    values = np.random.default_rng(3).uniform(0.1, 1.0, (8, 8, 3))
+    points = [[-100.0, -100.0, -500.0], [100.0, -100.0, -500.0], [100.0, 100.0, -500.0], [-100.0, 100.0, -500.0]]
+    faces, uv = [[0, 1, 2], [0, 2, 3]], [[0, 0], [2, 0], [2, 1], [0, 1]]
+    tints = [[1.0, 0.5, 0.2]] * 4
+    normals = np.tile([0.3, 0.0, 0.95394], (4, 1))
+    shiny = lb.Mesh.of(points, faces, lb.Material((0.5, 1.0, 2.0), "light", pattern=lb.Pattern(
+        "image", image=lb.Image.of(values))), uv=uv, colours=tints, normals=normals)
+    behind = np.array(points) * [8.0, 8.0, 1.0] - [0.0, 0.0, 100.0]
+    plain = lb.Mesh.of(behind, faces, lb.Material((0.3, 0.2, 0.1), "light"))
+    scene = lb.Scene("wall", meshes=(shiny, plain))
+    line, column = np.divmod(np.arange(128), 16)
+    x, y = -100.0 + 200.0 * (column + 0.5) / 16, 100.0 - 200.0 * (line + 0.5) / 8
+    ways = np.column_stack([x, y, np.full(128, -500.0)])
+    seen = shoot(scene.steps(shadows=False), 0.0, ways)
+    expected = values[line, column % 8] * [0.5, 1.0, 2.0] * tints[0]
+    np.testing.assert_allclose(seen, expected, rtol=2e-4, atol=1e-4)
+    np.testing.assert_allclose(shoot(scene.steps(shadows=False), 0.0, [(150.0, 0.0, -500.0)])[0], (0.3, 0.2, 0.1))
+    ways = ways / np.linalg.norm(ways, axis=1)[:, None]
+    rows = Program(scene.steps(shadows=False), np.float64).run(
+        {L: ways[:, 0], M: ways[:, 1], N: ways[:, 2], PIXEL_SPREAD: np.zeros(128)}, [NX, NY, NZ], 128)
+    np.testing.assert_allclose(rows.T, np.tile([0.3, 0.0, 0.95394], (128, 1)), atol=1e-5)
+
+
+@slow
+def test_meshes_hide_lights_that_are_traced_to_the_film():
+    # a small light, half hidden behind a mesh: traced from the light and seen by the camera alike
+    light = lb.Sphere((0.0, 0.0, -2000.0), 6.0, lb.Material((800.0, 700.0, 500.0), "light"))
+    screen = lb.Mesh.of([[0.0, -400.0, -1500.0], [400.0, -400.0, -1500.0], [400.0, 400.0, -1500.0],
+                         [0.0, 400.0, -1500.0]], [[0, 1, 2], [0, 2, 3]], lb.Material((0.2, 0.2, 0.2)))
+    scene = lb.Scene("half", sky=DARK, spheres=(light,), meshes=(screen,))
+    camera = lb.PerspectiveCamera(lb.Film(36.0, 24.0, 96, 64), fov=0.2, lens_radius=20.0, focus_distance=1000.0)
+    traced = lb.Rendering(camera, scene)
+    traced.add(64)
+    seen = lb.Rendering(camera, scene, light_tracing=False)
+    seen.add(1024)
+    assert traced.light_traced == {0}
+    assert traced.image().sum() == pytest.approx(seen.image().sum(), rel=0.04)
+    dark = replace(scene, meshes=())
+    full = lb.Rendering(camera, dark)
+    full.add(16)
+    assert traced.image().sum() == pytest.approx(0.5 * full.image().sum(), rel=0.05)
+
+
+def test_a_scene_without_meshes_has_the_stages_it_had():
+    scene = lb.builtin_scene("still-life")
+    names = {step.kernel.__name__ for step in (*scene.steps(), *scene.depth_steps())}
+    assert not names & {"find_meshes", "mesh_surfaces", "mesh_shadows", "sun_rays", "lamp_rays", "gradient_rays"}
+
+
+@pytest.mark.parametrize(("change", "reason"), [
+    ({"faces": np.zeros((0, 3), int)}, "without triangles"), ({"faces": [[0, 1, 3]]}, "does not exist"),
+    ({"faces": [[0, 1, -1]]}, "does not exist"), ({"faces": [[0, 1, 1]]}, "has an area"),
+    ({"faces": [[0.0, 1.0, 2.0]]}, "whole numbers"), ({"faces": [[0, 1]]}, "whole numbers"),
+    ({"vertices": [[0, 0, 0], [1, 0, math.nan], [0, 1, 0]]}, "not finite"),
+    ({"vertices": [[0, 0, 0], [1e300, 0, 0], [0, 1, 0]]}, "not finite"),
+    ({"vertices": [[0, 0, 0], [1e12, 0, 0], [0, 1, 0]]}, "100 km"),
+    ({"vertices": [[0, 0], [1, 0], [0, 1]]}, "shape"), ({"normals": [[0, 0, 1]]}, "as many as"),
+    ({"material": lb.Material(kind="lamp")}, "lamp"),
+    ({"material": lb.Material(pattern=lb.Pattern("star"))}, "no pattern but"),
+    ({"material": lb.Material(pattern=lb.Pattern("image", image=lb.Image.of(np.ones((2, 2, 3)))))}, "uv"),
+])
+def test_what_no_mesh_can_be_is_one_clear_line(change, reason):
+    given = {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]], **change}
+    with pytest.raises(lb.SceneError, match=reason) as caught:
+        lb.Mesh.of(**given)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_mesh_is_a_value_with_a_place():
+    mesh = lb.Mesh.of([[0, 0, -10], [4, 0, -10], [0, 2, -10], [9, 9, 9]], [[0, 1, 2], [0, 0, 1]], name="sail")
+    assert mesh == lb.Mesh.of(mesh.points, mesh.triangles, name="sail") and hash(mesh) == hash(replace(mesh))
+    assert mesh.centre == (2.0, 1.0, -10.0) and len(mesh.triangles) == 1
+    assert mesh.locate(np.array([1.0, 0.5, -10.0]), 1e-3) == pytest.approx((-1.0, -0.5, 0.0))
+    assert mesh.locate(np.array([3.0, 1.5, -10.0]), 1e-3) is None
+    assert mesh.label == "sail of 4.47 mm" and len(surfaces((mesh,)).corners) == 1
+    assert mesh.outline(8)[:, 0].max() == 9.0
