@@ -143,6 +143,7 @@ def _add_view_options(parser: argparse.ArgumentParser) -> None:
 
 def _view(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.options import settings_from
+    from lensbench.app.state.settings import PICTURES
 
     settings = settings_from(arguments)
     missing = [name for name in LIBRARIES if not _loads(name)] if sys.platform == "linux" else []
@@ -150,12 +151,14 @@ def _view(arguments: argparse.Namespace) -> int:
         raise UsageError(f"the window needs {', '.join(missing)}: on Debian or Ubuntu, apt-get install {PACKAGES}")
     from lensbench.app.window import window
 
+    kept = arguments.settings is not None or Path(arguments.lens or "").suffix.lower() in PICTURES
+    follows = arguments.size is None and not kept       # the pixels of a size or a file that was asked for stay
     screenshot = arguments.screenshot or (None if _has_display() else SCREENSHOT)
     if screenshot is None:
-        window.run(settings)
+        window.run(settings, follows=follows)
         return 0
     try:
-        is_early = window.run(settings, screenshot=Path(screenshot))
+        is_early = window.run(settings, screenshot=Path(screenshot), follows=follows)
     except OSError as error:
         raise UsageError(f"{screenshot}: {error.strerror}" if error.strerror else str(error)) from error
     why = "" if arguments.screenshot else "no display: "

@@ -25,7 +25,12 @@ class Mark:
 
     def holds(self, settings: Settings) -> bool:
         """Whether the camera still aims and focuses at this point."""
-        return settings.focuses and self.distance == settings.focus_distance and self.aim == settings.aim
+        return settings.focuses and self.distance == settings.focus_distance and _any_size(self.aim) == _any_size(
+            settings.aim)
+
+
+def _any_size(settings: Settings) -> Settings:
+    return settings.plain("pixels_x", "pixels_y")
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +102,8 @@ class View:
     covered: tuple[float, float, float, float] | None = None    # by the picture on the screen: left, top, right, bottom
     pinned: Settings | None = None                  # those of the picture A
     program: str = ""                               # the mode P, A or S that the meter serves; "": none of them
+    follows: bool = False                           # the render has as many pixels as the window shows of it
+    room: tuple[float, float] = (0.0, 0.0)          # for the picture, in pixels of the screen
     locked: bool = False                            # A follows the dials that are turned in B
     dragged: bool = False
     requests: set[Request] = field(default_factory=set)     # to the window

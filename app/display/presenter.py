@@ -169,7 +169,8 @@ class Presenter:
                 a, b = self.pinned.image, self.light
                 difference = self._difference.of((self._pins, of), lambda: Difference.of(a, b))
                 texture = screen.apart(self._pinned_screen, difference.scale)
-        screen.draw_at(view.scale)
+        texels = settings.pixels_x / screen.size[0] if self.field_picture is None else 1.0     # a coarse one: 2, 3, …
+        screen.draw_at(view.scale * texels)
         light = Light(self.light, settings.exposure, "raw" if update.raw else settings.tone, settings.noise)
         if difference is not None and self.pinned is not None:
             apart = self._apart.of((self._pins, of), partial(_apart, self.pinned.image, self.light))

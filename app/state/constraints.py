@@ -15,6 +15,8 @@ from lensbench.kernels.cache import resumable
 SMALLEST_CROP = 0.05
 WIDEST_FISHEYE = math.radians(350.0)
 LONGEST_SHOWN = 8192            # pixels: the smallest texture limit of graphics cards with OpenGL 3.3 in use
+SMALLEST_SHOWN = 160            # pixels of the longer side of a picture that follows its window
+COARSE = 0.85                   # a picture is not made coarser for less than this
 MARGIN = 1.0 + 1e-4             # of a clamped focus distance over the nearest, which is rounded
 
 
@@ -158,6 +160,22 @@ def showable(settings: Settings) -> Settings:
         return settings
     across, down = (max(1, round(pixels * LONGEST_SHOWN / longer)) for pixels in (settings.pixels_x, settings.pixels_y))
     return replace(settings, pixels_x=across, pixels_y=down)
+
+
+def longer_side_within(settings: Settings, room: tuple[float, float]) -> int:
+    """Pixels along the longer side of a picture that just fits into a room of so many pixels across and down."""
+    width, height = settings.picture_shape
+    scale = min(room[0] / width, room[1] / height)
+    return min(max(int(scale * max(width, height)), SMALLEST_SHOWN), LONGEST_SHOWN)
+
+
+def coarser(settings: Settings, pixels: float) -> Settings:
+    """The settings with about so many pixels in all, if they have notably more; at least SMALLEST_SHOWN in a row."""
+    part = math.sqrt(max(pixels, 1.0) / (settings.pixels_x * settings.pixels_y))
+    if part > COARSE:
+        return settings
+    longer = max(settings.pixels_x, settings.pixels_y)
+    return with_longer_side(settings, max(int(part * longer), min(SMALLEST_SHOWN, longer)))
 
 
 def with_longer_side(settings: Settings, pixels: int) -> Settings:

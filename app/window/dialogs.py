@@ -33,6 +33,7 @@ FORMATS = {                     # suffix, bits, tooltip
     "EXR, linear": (".exr", 16, "Linear light, without exposure and tone curve, with its settings"),
     "PFM, linear": (".pfm", 16, "Linear light, for simple programs; holds no settings"),
 }
+USUAL = 1920                    # pixels of the longer side, offered where the window has fewer
 LONGEST = 20_000                # pixels of an exported picture's longer side
 
 
@@ -224,8 +225,10 @@ class ExportDialog:
         """Whether an export is under way."""
         return self._task is not None and not self._task.done
 
-    def open(self, settings: Settings) -> None:
-        """Show the dialog for these settings."""
+    def open(self, settings: Settings, follows: bool = False) -> None:
+        """Show the dialog for these settings. follows: their pixels are those of the window, often too few to keep."""
+        if follows and max(settings.pixels_x, settings.pixels_y) < USUAL:
+            settings = with_longer_side(settings, USUAL)
         self._settings, self._open = settings, True
 
     def take_path(self, path: Path) -> None:

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from imgui_bundle import ImVec2, hello_imgui, imgui, implot
+from numpy.typing import NDArray
 
 from lensbench.app.panels.circle_of_confusion import CocState, circle_of_confusion_panel
 from lensbench.app.panels.controls.controls import controls_panel
@@ -192,10 +194,10 @@ class Panels:
 
     def _spaces(self) -> None:
         window, film = self._state, self._state.edited.film
-        update, view = window.presenter.update, window.view
+        view = window.view
         at = view.pointed or (film.pixels_x / 2.0, film.pixels_y / 2.0)
         at = (min(at[0], float(film.pixels_x)), min(at[1], float(film.pixels_y)))
-        if spaces_panel(window.edited, at, window.presenter.depth(window.edited), update.image if update else None):
+        if spaces_panel(window.edited, at, window.presenter.depth(window.edited), self._image):
             window.requests.add(Request.SAVE_INTRINSICS)
 
     def _plan(self) -> None:
@@ -203,9 +205,14 @@ class Panels:
 
     def _pixel(self) -> None:
         window = self._state
-        update = window.presenter.update
-        pixel_panel(window.history.present, window.view.links, update.image if update is not None else None,
-                    self._pixel_state)
+        pixel_panel(window.history.present, window.view.links, self._image, self._pixel_state)
+
+    @property
+    def _image(self) -> NDArray[np.float32] | None:
+        """The picture, unless it is a coarse one of a drag."""
+        update, present = self._state.presenter.update, self._state.history.present
+        fine = update is not None and update.image.shape[:2] == (present.pixels_y, present.pixels_x)
+        return update.image if fine and update is not None else None
 
     def _beside_browser(self) -> None:
         """Begin right of the lens browser, so that what changes with the lens stays in sight."""

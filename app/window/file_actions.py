@@ -109,6 +109,8 @@ class Files:
             text = str(error) if not isinstance(error, OSError) else f"{path}: {error.strerror or error}"
             state.view.say(text)
             return
+        if (kind or self._kind(path)) in ("picture", "settings"):
+            state.view.follows = False                  # its pixels are the file's
         if settings.lens != state.history.present.lens:
             state.say_findings(settings)
         state.take(state.showable(settings))

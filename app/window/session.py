@@ -23,7 +23,7 @@ import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.display.presenter import save_window
 from lensbench.app.state.auto_exposure import METERED, metered
-from lensbench.app.state.constraints import constrained
+from lensbench.app.state.constraints import constrained, longer_side_within
 from lensbench.app.state.lens_choice import LOCKS
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings, differences
@@ -190,6 +190,7 @@ class Session(WindowState):
         """After the panels: the changes go to the history and to the worker."""
         held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
         self.keep(held)
+        self.follow_window(monotonic())
         self._keep_locks()
         self.view.notices.follow(self.history.present.lens)
         busy = self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor
@@ -259,7 +260,7 @@ class Session(WindowState):
         if Request.PIN in wanted and self.comparing.pin():
             self.view.notices.forget(lambda notice: notice.text == NOTHING_PINNED)
         if Request.EXPORT in wanted:
-            self.export.open(self.history.present)
+            self.export.open(self.history.present, self.view.follows)
         if Request.BROWSE_LENSES in wanted:
             self.browsing.toggle()
         if Request.RESET_LAYOUT in wanted:
@@ -357,11 +358,20 @@ class Session(WindowState):
             self.shot_problem = f"{path}: {error.strerror or error}"
             self.view.say(self.shot_problem)
 
+    def _fills(self) -> bool:
+        """Whether the picture has the pixels that the window shows of it."""
+        present = self.history.present
+        if present.compare != "off" or self.view.zoom is not None:
+            return True
+        return max(present.pixels_x, present.pixels_y) == longer_side_within(present, self.view.room)
+
     def settled(self, samples: int) -> bool:
         """Whether the picture of the present settings is on the screen with this many samples."""
         update = self.presenter.update
         if (update is None or update.generation != self.worker.generation or update.depth is None
                 or update.is_provisional):
+            return False
+        if self.view.follows and not self._fills():
             return False
         ready = self.prepared and not self.analyses.worker.busy
         return ready and update.samples >= min(samples, update.settings.samples)

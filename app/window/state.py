@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 
-from imgui_bundle import hello_imgui
+from imgui_bundle import hello_imgui, imgui
 
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
@@ -18,7 +18,7 @@ from lensbench.app.display.presenter import Presenter
 from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.panels.light_field.controller import LightFieldController
 from lensbench.app.state.build import published, wavelength_remark
-from lensbench.app.state.constraints import showable
+from lensbench.app.state.constraints import coarser, longer_side_within, showable, with_longer_side
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.undo import History
@@ -31,6 +31,9 @@ from lensbench.app.workers.chart_worker import ChartWorker
 from lensbench.app.workers.compilers import Compilers
 from lensbench.app.workers.render_worker import RenderWorker
 from lensbench.kernels.cache import NotCompiledError
+
+DRAG_SECONDS = 0.1              # that a first pass may take during a drag, if the picture follows the window
+STILL_SECONDS = 0.25            # that the room for the picture stays the same before the picture takes its pixels
 
 
 class WindowState:
@@ -59,6 +62,8 @@ class WindowState:
         self.reopened: Path | None = None               # a recent file that is to be opened
         self.screenshot: Path | None = None             # where a picture of the window is to be saved
         self._postponed: tuple[Settings, Callable[[], Settings]] | None = None      # present settings, and a change
+        self._drags = False                             # the picture changes while a mouse button or an item is held
+        self._room = (0.0, 0.0), 0.0                    # for the picture, and since when
         self.prepared = False                           # the panels can be drawn without waiting for a compiler
 
     def wake(self) -> None:
@@ -92,7 +97,7 @@ class WindowState:
     def apply(self) -> None:
         """Let the render worker follow the present settings."""
         settings = self.history.present
-        self.worker.restart(settings)
+        self.worker.restart(self._rendered(settings))
         self.worker.want_depth(settings.overlay in ("coc", "peaking") or self.view.pending is not None)
 
     def lens_written(self, name: str, settings: Settings) -> None:
@@ -107,11 +112,33 @@ class WindowState:
         """Start the render as soon as one panel has changed the picture; the others are drawn beside its first pass."""
         if self.edited.picture != self.history.present.picture:
             with suppress(ValueError):
-                self.worker.restart(self.edited.checked())
+                self._drags = self._drags or imgui.is_any_item_active()
+                self.worker.restart(self._rendered(self.edited.checked()))
                 self.worker.await_set_up()
+
+    def _rendered(self, settings: Settings) -> Settings:
+        """The settings as they are rendered now: with fewer pixels during a drag whose pictures would be slow."""
+        update = self.worker.newest()
+        if not self.view.follows or not self._drags or update is None or not update.rate > 0.0:
+            return settings
+        return coarser(settings, DRAG_SECONDS * update.rate)
+
+    def follow_window(self, now: float) -> None:
+        """Give the picture as many pixels as the window shows of it, once its room has been the same for a moment."""
+        view, present = self.view, self.history.present
+        if not view.follows or present.compare != "off" or view.zoom is not None or min(view.room) < 1.0:
+            return
+        if view.room != self._room[0]:
+            self._room = view.room, now
+        sized = with_longer_side(present, longer_side_within(present, view.room))
+        same = (sized.pixels_x, sized.pixels_y) == (present.pixels_x, present.pixels_y)
+        if not same and not self._drags and (now - self._room[1] >= STILL_SECONDS or self.worker.newest() is None):
+            self.history.correct(sized)
+            self.edited = sized
 
     def keep(self, held: bool) -> None:
         """Record the changes of this frame's panels in the history. held: a mouse button or an item is held."""
+        self._drags = held and (self._drags or self.edited.picture != self.history.present.picture)
         if self.edited != self.history.present:
             try:
                 self.edited = self.edited.checked()

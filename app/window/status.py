@@ -99,6 +99,8 @@ def _pointed(settings: Settings, raster: tuple[float, float], update: RenderUpda
     assert update.depth is not None
     x, y = int(raster[0]), int(raster[1])
     rows, columns = update.depth.shape
+    if (columns, rows) != (settings.pixels_x, settings.pixels_y):       # a coarse picture of a drag
+        return ""
     if not (0 <= y < rows and 0 <= x < columns):
         return ""
     depth = float(update.depth[y, x])

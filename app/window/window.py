@@ -70,12 +70,14 @@ def without_display() -> None:
     glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.EGL_CONTEXT_API)
 
 
-def run(settings: Settings, screenshot: Path | str | None = None) -> int:
+def run(settings: Settings, screenshot: Path | str | None = None, follows: bool = False) -> int:
     """Open the window, return when it is closed: 0, or 1 if the picture was not ready in time for the screenshot.
 
     screenshot: open it on no display, save a picture of it there, and return; OSError if it cannot be written.
+    follows: the picture has as many pixels as the window shows of it, and not those of the settings.
     """
     session = Session(settings, remember=screenshot is None)
+    session.view.follows = follows
     try:
         runner = parameters(session)
         if screenshot is not None:

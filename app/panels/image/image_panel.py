@@ -37,6 +37,7 @@ CLICK = 4.0                     # pixels at a scale of 1: a press that moves far
 TURN = math.radians(0.25)       # of an orbit, per such pixel
 DOLLY = 0.06                    # of the distance to the pivot, per click of the wheel
 ZOOMS = (0.1, 16.0)
+MARGIN = 6.0                    # pixels at a scale of 1, about a picture that fits
 SLOW = 0.5                      # seconds without a picture, after which a note appears
 
 
@@ -72,6 +73,7 @@ def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
     settings = camera_strip(settings, view, picture.applied, picture.off_meter)
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     view.links.hover = None
+    view.room = _room(room)
     if room.x < theme.em(2.0) or room.y < theme.em(2.0):
         return settings
     if picture.pinned is not None and settings.compare == "side":
@@ -87,16 +89,29 @@ def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
 # The picture
 
 
+def _room(room: ImVec2) -> tuple[float, float]:
+    """Pixels of the screen across and down for a picture in this room."""
+    density, margin = max(imgui.get_io().display_framebuffer_scale.x, 1.0), 2.0 * MARGIN * theme.scale()
+    return max(room.x - margin, 0.0) * density, max(room.y - margin, 0.0) * density
+
+
 def _frame(size: tuple[int, int], view: View, corner: ImVec2, room: ImVec2) -> tuple[float, ImVec2, ImVec2]:
     """The scale of a picture of this size in pixels, and its corners on the screen."""
     width, height = size
-    margin = 6.0 * theme.scale()
+    margin = MARGIN * theme.scale()
     fit = max(min((room.x - 2.0 * margin) / width, (room.y - 2.0 * margin) / height), 1e-3)
     density = max(imgui.get_io().display_framebuffer_scale.x, 1.0)
     scale = fit if view.zoom is None else view.zoom / density
     x0 = round(corner.x + 0.5 * room.x - view.centre[0] * scale * width)
     y0 = round(corner.y + 0.5 * room.y - view.centre[1] * scale * height)
     return scale * density, ImVec2(x0, y0), ImVec2(x0 + round(scale * width), y0 + round(scale * height))
+
+
+def _shown_size(settings: Settings, picture: Picture) -> tuple[int, int]:
+    """Pixels across and down of the settings: a coarse picture during a drag takes the same place as the full one."""
+    size = settings.pixels_x, settings.pixels_y
+    alike = abs(size[0] * picture.size[1] - size[1] * picture.size[0]) <= 0.02 * size[0] * picture.size[1]
+    return size if picture.recorded is None and alike else picture.size
 
 
 def _pinned_alone(picture: Picture, settings: Settings, view: View, corner: ImVec2, room: ImVec2) -> None:
@@ -125,8 +140,8 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
         return settings
 
     # Position of the picture
-    width, height = picture.size
-    view.scale, upper, lower = _frame(picture.size, view, corner, room)
+    width, height = size = _shown_size(settings, picture)
+    view.scale, upper, lower = _frame(size, view, corner, room)
     extent = ImVec2(max(lower.x - upper.x, 1.0), max(lower.y - upper.y, 1.0))
     x0, y0 = upper.x, upper.y
     end = ImVec2(corner.x + room.x, corner.y + room.y)
@@ -146,7 +161,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
 
     # The overlays
     if picture.recorded is None:
-        draw_pointed(draw, view.links, (x0, y0, extent.x / width, extent.y / height), (width, height))
+        draw_pointed(draw, view.links, (x0, y0, extent.x / width, extent.y / height), size)
     if view.mark is not None and view.mark.holds(settings) and not picture.recorded:
         draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
     if picture.recorded is not None and view.cross is not None:

@@ -33,15 +33,20 @@ COMPARISON_TIPS = {
 KEEP = imgui.SelectableFlags_.no_auto_close_popups
 
 
-def picture_menu(settings: Settings) -> Settings:
+def picture_menu(settings: Settings, view: View) -> Settings:
     """Draw the menu into the popup that is open; the settings as chosen."""
     chosen = settings
+    _label("Pixels", True, 0, 6.0)
+    if _choice("As the window shows", view.follows, 12.0):
+        view.follows = True
+    imgui.set_item_tooltip("One pixel of the picture for each of the screen; fewer while something is dragged,\n"
+                           "if a picture would take too long")
     for i, longer in enumerate(LONGER_SIDES):
-        _label("Pixels" if i == 0 else "", i % 3 == 0, i % 3, 6.0)
+        _label("", i % 3 == 0, i % 3, 6.0)
         sized = with_longer_side(settings, longer)
-        same = (sized.pixels_x, sized.pixels_y) == (settings.pixels_x, settings.pixels_y)
+        same = (sized.pixels_x, sized.pixels_y) == (settings.pixels_x, settings.pixels_y) and not view.follows
         if _choice(f"{sized.pixels_x} × {sized.pixels_y}", same, 5.6):
-            chosen = sized
+            chosen, view.follows = sized, False
     imgui.separator()
     for i, samples in enumerate(SAMPLES):
         _label("Samples", i == 0, i, 3.0)

@@ -27,7 +27,7 @@ def picture_tools(settings: Settings, picture: Picture, view: View) -> Settings:
     imgui.same_line(0.0, 2.0 * theme.scale())
     _gap()
     _render_tools(picture, view)
-    settings = _picture_size(settings, picture, corner, width, height)
+    settings = _picture_size(settings, picture, view, (corner, width, height))
     imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
     imgui.dummy(ImVec2(0.0, 0.0))
     imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
@@ -93,9 +93,12 @@ def _render_tools(picture: Picture, view: View) -> None:
         view.requests.add(Request.EXPORT)
 
 
-def _picture_size(settings: Settings, picture: Picture, corner: ImVec2, width: float, height: float) -> Settings:
-    """Size, samples and tone curve at the right, if there is room; a click opens their menu."""
-    pixel = theme.scale()
+def _picture_size(settings: Settings, picture: Picture, view: View, row: tuple[ImVec2, float, float]) -> Settings:
+    """Size, samples and tone curve at the right, as a list with an angle; a click opens their menu.
+
+    row: upper left corner, width and height of the row of tools.
+    """
+    (corner, width, height), pixel = row, theme.scale()
     left = imgui.get_item_rect_max().x + 12.0 * pixel
     theme.small()
     of = picture.recorded or settings
@@ -106,7 +109,8 @@ def _picture_size(settings: Settings, picture: Picture, corner: ImVec2, width: f
         if picture.texture:
             texts.insert(0, f"{texts[0]}     {_seconds(picture.seconds)}")
     room = corner.x + width - left - 2.0 * imgui.get_style().frame_padding.x
-    text = next((text for text in texts if imgui.calc_text_size(text).x <= room), fa.ICON_FA_ELLIPSIS)
+    mark = f"  {fa.ICON_FA_ANGLE_DOWN}"
+    text = next((text + mark for text in texts if imgui.calc_text_size(text + mark).x <= room), fa.ICON_FA_ELLIPSIS)
     extent = imgui.calc_text_size(text).x + 2.0 * imgui.get_style().frame_padding.x
     imgui.set_cursor_screen_pos(ImVec2(max(corner.x + width - extent - 5.0 * pixel, left),
                                        corner.y + round(0.5 * (height - imgui.get_frame_height()))))
@@ -118,7 +122,7 @@ def _picture_size(settings: Settings, picture: Picture, corner: ImVec2, width: f
     imgui.set_next_window_pos(ImVec2(lower.x, lower.y + 4.0 * pixel), imgui.Cond_.appearing, ImVec2(1.0, 0.0))
     imgui.set_next_window_size(ImVec2(theme.em(24.0), 0.0))
     if imgui.begin_popup("Picture menu"):
-        settings = picture_menu(settings)
+        settings = picture_menu(settings, view)
         imgui.end_popup()
     return settings
 
