@@ -21,12 +21,13 @@ if TYPE_CHECKING:
     from lensbench.analysis.field_beams import field_name
     from lensbench.analysis.field_conditions import Conditions, conditions
     from lensbench.analysis.focus_map import MtfMap, mtf_map
+    from lensbench.analysis.grid_trace import ray_grid
     from lensbench.analysis.meridional_curves import FieldCurves, field_curves
     from lensbench.analysis.onion_rings import rippled
     from lensbench.analysis.point_spread import PointSpread, encircled_energy, psf
     from lensbench.analysis.sensor_stack import with_sensor_stack
     from lensbench.analysis.spot_diagram import Spots, spots
-    from lensbench.analysis.traced_grid import RayGrid, ray_grid
+    from lensbench.analysis.traced_grid import RayGrid
     from lensbench.analysis.transfer_function import Mtf, mtf
     from lensbench.analysis.wavefront import Wavefront, wavefronts
     from lensbench.analysis.zernike import fringe_index, noll_indices, zernike_name, zernikes
@@ -39,13 +40,14 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
     "analysis.field_conditions": "Conditions conditions",
     "analysis.depth_over_field": "FieldDepth field_depth",
     "analysis.focus_map": "MtfMap mtf_map",
+    "analysis.grid_trace": "ray_grid",
     "analysis.meridional_curves": "FieldCurves field_curves",
     "analysis.onion_rings": "rippled",
     "analysis.point_spread": "PointSpread encircled_energy psf",
     "analysis.sensor_stack": "with_sensor_stack",
     "analysis.spot_diagram": "Spots spots",
     "analysis.blade_star": "Sunstar sunstar",
-    "analysis.traced_grid": "RayGrid ray_grid",
+    "analysis.traced_grid": "RayGrid",
     "analysis.transfer_function": "Mtf mtf",
     "analysis.wavefront": "Wavefront wavefronts",
     "analysis.zernike": "fringe_index noll_indices zernike_name zernikes",

@@ -13,7 +13,7 @@ from lensbench.analysis.chief_rays import find_chief_rays
 from lensbench.analysis.falloff import Falloff, falloff
 from lensbench.analysis.field_conditions import Conditions
 from lensbench.analysis.focus_map import best_places, through_focus
-from lensbench.analysis.traced_grid import ray_grid
+from lensbench.analysis.grid_trace import ray_grid
 from lensbench.imaging.film import Film
 from lensbench.kernels.figures import f_number_text, significant
 from lensbench.optics.finding import Finding, Kind

@@ -11,7 +11,7 @@ import numpy as np
 from lensbench.analysis.aberrations import check_symmetry
 from lensbench.analysis.fans import ray_fans
 from lensbench.analysis.field_conditions import Conditions
-from lensbench.analysis.traced_grid import ray_grid
+from lensbench.analysis.grid_trace import ray_grid
 from lensbench.optics.glass import GlassError
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError

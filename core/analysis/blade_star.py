@@ -13,20 +13,20 @@ References
 Lee and Mittra, IEEE Trans. Antennas Propag. 31 (1983): the Fourier transform of a polygon.
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, pi, sin
 
 import numpy as np
 
-from lensbench.analysis.traced_grid import THREADS
+from lensbench.analysis.field_threads import each_of
 from lensbench.kernels.cache import njit
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.pupils.region import open_region
 
 VISIBLE = 0.42, 0.68    # µm, evenly taken
 COLOURS = 24
+PARTS = 4               # of the directions, for the threads
 NEAREST, FARTHEST = 15.0, 150.0     # radii of the pattern, in Airy radii of the pupil
 RADII, AZIMUTHS = 48, 720
 FLAT = 5e-5             # of the pupil's size, by which its outline may miss an edge
@@ -123,9 +123,8 @@ def sunstar(lens: Lens, film_distance: float, film_xy=(0.0, 0.0), radii=None, az
     around = 2.0 * pi * np.arange(azimuths) / azimuths
     lines = 1e-3 * np.linspace(*VISIBLE, colours) if colours > 1 else np.array([0.55e-3])
     half = np.zeros((len(at), azimuths // 2))           # the pattern of an open pupil is the same on opposite sides
-    parts = [slice(k, None, THREADS) for k in range(THREADS)]
-    with ThreadPoolExecutor(THREADS) as pool:
-        list(pool.map(lambda part: add_pattern(pupil, at, around[:azimuths // 2][part], lines, half[:, part]), parts))
+    parts = [slice(k, None, PARTS) for k in range(PARTS)]
+    each_of(lambda part: add_pattern(pupil, at, around[:azimuths // 2][part], lines, half[:, part]), parts)
     density = np.concatenate([half, half], 1) / (area * colours)
     return Sunstar(at, around, density, airy, pupil)
 

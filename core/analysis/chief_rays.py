@@ -11,9 +11,10 @@ from math import inf, isinf, pi
 
 import numpy as np
 
+from lensbench.kernels.cache import njit
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import BACKWARD, PASSED, surface_table, trace_rays
+from lensbench.optics.scalar_trace import BACKWARD, PASSED, surface_table, trace_ray
 
 SAMPLES = 513           # directions at the stop, in which fields are bracketed
 STEEPEST = 0.4999 * pi  # of them, rad
@@ -53,31 +54,42 @@ class ChiefRays:
 
 def shoot(lens: Lens, film_distance: float, at_stop: np.ndarray, table: np.ndarray) -> ChiefRays:
     """The chief rays of these directions at the stop, x and y (n, 2) of unit vectors; table: of the scalar tracer."""
-    stop, count = lens.stop_index, len(at_stop)
-    square = 1.0 - (at_stop**2).sum(1)
-    inside = square > 0.0
-    directions, start = np.zeros((count, 3)), np.zeros((count, 3))
-    directions[:, :2] = np.where(inside[:, None], at_stop, 0.0)
-    directions[:, 2] = np.sqrt(np.where(inside, square, 1.0))
-    start[:, 2] = lens.vertices[stop]
+    made = np.empty((5, len(at_stop), 3))
+    _shoot(table, lens.stop_index, lens.vertices[lens.stop_index], lens.length + film_distance,
+           np.ascontiguousarray(at_stop), made)
+    start, points, directions, images, image_directions = made
+    return ChiefRays(start[:, :2].copy(), points, directions, images[:, :2].copy(), image_directions)
 
-    def traced(part: slice, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        points, after = start.copy(), order * directions
-        fate, surface = np.zeros((2, count), np.int32)
-        if len(table[part]):
-            points = np.empty_like(start)
-            trace_rays(table[part], False, start, order * directions, points, after, fate, surface, None, order)
-        # Light that reaches the first surface from beyond 90° runs backwards in the scene
-        return points, after, inside & ((fate == PASSED) | ((order < 0) & (fate == BACKWARD) & (surface == 0)))
 
-    points, outward, seen = traced(slice(stop), -1)
-    ends, image_directions, lit = traced(slice(stop, len(table)), 1)
-    good = (seen & lit)[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        away = (lens.length + film_distance - ends[:, 2]) / image_directions[:, 2]
-        images = ends[:, :2] + away[:, None] * image_directions[:, :2]
-    return ChiefRays(*(np.where(good, rays, np.nan)
-                       for rays in (at_stop, points, -outward, images, image_directions)))
+@njit(cache=True, nogil=True, error_model="numpy")
+def _shoot(table, stop, stop_z, film_z, at_stop, made):
+    """Chief rays of directions at the stop (n, 2) into made (5, n, 3): the fields of ChiefRays; NaN for a lost ray.
+
+    table: of the scalar tracer; stop: index of the stop; stop_z, film_z: places in the lens frame, mm.
+    """
+    before, behind = table[:stop], table[stop:]
+    for i in range(at_stop.shape[0]):
+        l, m = at_stop[i, 0], at_stop[i, 1]
+        square = 1.0 - l * l - m * m
+        good = square > 0.0
+        if good:
+            n = np.sqrt(square)
+            x, y, z, dx, dy, dz = 0.0, 0.0, stop_z, -l, -m, -n
+            if stop > 0:
+                x, y, z, dx, dy, dz, fate, surface = trace_ray(before, False, 0.0, 0.0, stop_z, -l, -m, -n, None, i, -1)
+                # Light that reaches the first surface from beyond 90° runs backwards in the scene
+                good = fate == PASSED or (fate == BACKWARD and surface == 0)
+            u, v, w, du, dv, dw, fate, surface = trace_ray(behind, False, 0.0, 0.0, stop_z, l, m, n, None, i, 1)
+            good = good and fate == PASSED
+        if not good:
+            made[:, i] = np.nan
+            continue
+        away = (film_z - w) / dw
+        made[0, i, 0], made[0, i, 1], made[0, i, 2] = l, m, n
+        made[1, i, 0], made[1, i, 1], made[1, i, 2] = x, y, z
+        made[2, i, 0], made[2, i, 1], made[2, i, 2] = -dx, -dy, -dz
+        made[3, i, 0], made[3, i, 1], made[3, i, 2] = u + away * du, v + away * dv, film_z
+        made[4, i, 0], made[4, i, 1], made[4, i, 2] = du, dv, dw
 
 
 def find_chief_rays(lens: Lens, film_distance: float, wanted: np.ndarray, object_distance: float = inf,

@@ -330,6 +330,22 @@ def _finish(out, of_field, images, axes, curvatures, values, victim):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def scatter(landed, victims, keep, c, rows, victim):
+    """Put the rows (9, n) and victims (n,) of rays into wavelength c of (9, F, C, N, N) and (F, C, N, N).
+
+    keep: (n,) cells of the rays, indices into F × N × N.
+    """
+    columns = rows.shape[4]
+    cells = rows.shape[3] * columns
+    for k in range(keep.size):
+        f, cell = keep[k] // cells, keep[k] % cells
+        i, j = cell // columns, cell % columns
+        for q in range(rows.shape[0]):
+            rows[q, f, c, i, j] = landed[q, k]
+        victim[f, c, i, j] = victims[k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def cell_slope(level, i, j, axis):
     """Change of a level per cell along an axis, from the neighbours that are finite; 0 where there is none."""
     di, dj = (1, 0) if axis == 0 else (0, 1)

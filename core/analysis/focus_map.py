@@ -4,15 +4,16 @@ Frequencies in cycles/mm, lengths in mm; a shift of the film is positive along +
 of `transfer_function`, for which a shift of the film by δ adds δ (cos θ_chief − cos θ) to W: exact at any aperture.
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import floor, sqrt
 
 import numpy as np
 
 from lensbench.analysis.field_conditions import Conditions
+from lensbench.analysis.field_threads import each_of
+from lensbench.analysis.grid_trace import ray_grid
 from lensbench.analysis.spot_diagram import light_shares
-from lensbench.analysis.traced_grid import THREADS, RayGrid, ray_grid
+from lensbench.analysis.traced_grid import RayGrid
 from lensbench.analysis.transfer_function import FAST, PAD, cosine_of_turns, pupil_functions, sine_of_turns
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
@@ -138,8 +139,7 @@ def through_focus(rays: RayGrid, frequency: float, shifts: np.ndarray) -> np.nda
                                real, imaginary)
                 otf[f, c, a] = real + 1j * imaginary
 
-    with ThreadPoolExecutor(THREADS) as pool:
-        list(pool.map(fill, np.flatnonzero(np.isfinite(rays.steps).all(1))))
+    each_of(fill, np.flatnonzero(np.isfinite(rays.steps).all(1)))
     return otf
 
 

@@ -14,15 +14,15 @@ References
 Goodman, "Introduction to Fourier Optics", ch. 6. L. I. Bluestein, IEEE Trans. Audio Electroacoust. 18 (1970).
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from math import floor
 
 import numpy as np
 
+from lensbench.analysis.field_threads import each_of
 from lensbench.analysis.spot_diagram import light_shares, spots
-from lensbench.analysis.traced_grid import THREADS, RayGrid
+from lensbench.analysis.traced_grid import RayGrid
 from lensbench.analysis.transfer_function import FAST, PAD, cosine_of_turns, pupil_functions, sine_of_turns
 from lensbench.kernels.cache import njit
 from lensbench.optics.finding import Finding, Kind
@@ -155,8 +155,7 @@ def psf(rays: RayGrid, samples: int = SAMPLES, window: float | None = None, pixe
 
     work = [(int(f), int(c)) for f in np.flatnonzero(rays.lit)
             for c in np.flatnonzero(rays.coverage[f].any((1, 2)))]
-    with ThreadPoolExecutor(THREADS) as pool:
-        list(pool.map(fill, work))
+    each_of(fill, work)
     return PointSpread(rays, shift, pitch, pixel, centres, density, share, _findings(share, method))
 
 

@@ -15,15 +15,15 @@ References
 H. H. Hopkins, "The numerical evaluation of the frequency response of optical systems", Proc. Phys. Soc. B 70 (1957).
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from math import floor
 
 import numpy as np
 
+from lensbench.analysis.field_threads import each_of
 from lensbench.analysis.spot_diagram import light_shares
-from lensbench.analysis.traced_grid import THREADS, RayGrid
+from lensbench.analysis.traced_grid import RayGrid
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
@@ -136,8 +136,7 @@ def mtf(rays: RayGrid, frequencies=PRINTED, method: str = "diffraction", shift: 
                     _phasors(share.ravel(), offset.ravel(), nu, real, imaginary)
                 otf[f, c, a] = real + 1j * imaginary
 
-    with ThreadPoolExecutor(THREADS) as pool:
-        list(pool.map(fill, np.flatnonzero(np.isfinite(rays.steps).all(1))))
+    each_of(fill, np.flatnonzero(np.isfinite(rays.steps).all(1)))
     return Mtf(rays, method, shift, nu, otf, _white(otf, rays), limit, _sampling(rays, nu, shift))
 
 
@@ -160,13 +159,36 @@ def _sampling(rays: RayGrid, nu: np.ndarray, shift: float) -> tuple[Finding, ...
 
 def neighbours_apart(rays: RayGrid, shift: float = 0.0) -> np.ndarray:
     """(F,) distance (mm) on the film between rays of neighbouring cells, which 98 % keep; NaN for a dark field."""
-    far = np.zeros(len(rays.opd))
-    for offset, slope, a in ((rays.offset_s, rays.slope_s, 3), (rays.offset_t, rays.slope_t, 2)):
-        at = np.where(rays.passed, offset + shift * slope, np.nan)
-        gap = np.abs(np.diff(at, axis=a))
-        known = [each[np.isfinite(each)] for each in gap]
-        far = np.maximum(far, [np.quantile(each, KEPT) if each.size else 0.0 for each in known])
+    far, gaps = np.zeros(len(rays.opd)), np.empty(rays.opd[0].size)
+    for f in np.flatnonzero(rays.lit).tolist():
+        for axis, (offset, slope) in enumerate(((rays.offset_t, rays.slope_t), (rays.offset_s, rays.slope_s))):
+            known = gaps[:_gaps(offset[f], slope[f], shift, rays.victim[f], axis, gaps)]
+            if known.size:
+                # The quantile by a straight line between the two nearest
+                at = KEPT * (known.size - 1)
+                low = min(int(at), known.size - 2) if known.size > 1 else 0
+                known.partition((low, min(low + 1, known.size - 1)))
+                near, next_ = known[low], known[min(low + 1, known.size - 1)]
+                far[f] = max(far[f], near + (at - low) * (next_ - near))
     return np.where(rays.lit, far, np.nan)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gaps(offset, slope, shift, victim, axis, out):
+    """Distances on the film between rays (C, N, N) of neighbouring cells along an axis into out; their number."""
+    colours, rows, columns = offset.shape
+    di, dj = (1, 0) if axis == 0 else (0, 1)
+    count = 0
+    for c in range(colours):
+        for i in range(rows - di):
+            for j in range(columns - dj):
+                if victim[c, i, j] == -1 and victim[c, i + di, j + dj] == -1:
+                    gap = abs(offset[c, i + di, j + dj] - offset[c, i, j]
+                              + shift * (slope[c, i + di, j + dj] - slope[c, i, j]))
+                    if gap < np.inf:
+                        out[count] = gap
+                        count += 1
+    return count
 
 
 def pupil_functions(rays: RayGrid, shift: float = 0.0) -> np.ndarray:

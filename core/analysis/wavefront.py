@@ -11,10 +11,11 @@ V. N. Mahajan, "Strehl ratio for primary aberrations", J. Opt. Soc. Am. 72 (1982
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import pi, sqrt
+from math import cos, pi, sin, sqrt
 
 import numpy as np
 
+from lensbench.analysis.field_threads import each_of
 from lensbench.analysis.traced_grid import RayGrid
 from lensbench.analysis.zernike import noll_indices, radial_coefficients, zernikes
 from lensbench.kernels.cache import njit
@@ -22,6 +23,7 @@ from lensbench.optics.prescription import LensError
 
 TERMS = 37              # Noll polynomials, complete to the seventh order with one of the eighth (37: spherical)
 ENOUGH = 2.0            # open cells for each term
+FAST = {"contract", "nsz", "arcp", "reassoc"}       # of fast arithmetic, what keeps NaN and infinity
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,22 +119,17 @@ def wavefronts(rays: RayGrid, terms: int = TERMS) -> Wavefront:
     residual, rms, range_, strehl = (np.full((fields, colours), np.nan) for _ in range(4))
     opd, light = rays.grid_opd, rays.coverage * rays.intensity[:, None]
     lines = 1e-3 * np.array(rays.conditions.wavelengths)
-    for f in np.flatnonzero(np.isfinite(radii)):
-        good = (rays.coverage[f] > 0.0) & np.isfinite(opd[f])
-        rows, columns = np.nonzero(good.any(0))
+    waves = 2.0 * pi / lines
+
+    def fill(f: int) -> None:
+        """The figures of one field."""
+        good = ((rays.coverage[f] > 0.0) & np.isfinite(opd[f])).any(0)
+        rows, columns = np.nonzero(good)
         basis = zernikes(terms, x[f][columns], y[f][rows])
-        share = np.where(good, rays.coverage[f], 0.0)[:, rows, columns]
-        w = np.where(good, opd[f], 0.0)[:, rows, columns]
-        counts = good.sum((1, 2))
-        for c in np.flatnonzero(counts >= 4):
-            part = share[c] / share[c].sum()
-            open_, bright = part > 0.0, light[f, c, rows, columns]
-            flat = w[c] - _sum(basis[:3], _fitted(basis[:3], w[c], part))
-            rms[f, c], range_[f, c] = np.sqrt((part * flat**2).sum()), np.ptp(flat[open_])
-            strehl[f, c] = np.abs((bright * np.exp(2j * pi / lines[c] * flat)).sum() / bright.sum()) ** 2
-            if counts[c] >= ENOUGH * terms:
-                noll[f, c] = _fitted(basis, w[c], part)
-                residual[f, c] = np.sqrt((part * (w[c] - _sum(basis, noll[f, c])) ** 2).sum())
+        _field(basis, opd[f], rays.coverage[f], light[f], rows, columns, waves, ENOUGH * terms, noll[f], residual[f],
+               rms[f], range_[f], strehl[f])
+
+    each_of(fill, np.flatnonzero(np.isfinite(radii)).tolist())
     return Wavefront(rays, centres, radii, noll, residual, rms, range_, strehl)
 
 
@@ -152,19 +149,7 @@ def open_extents(rays: RayGrid) -> np.ndarray:
     return np.where(rays.lit[:, None, None], ends, np.nan)
 
 
-def _sum(basis: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-    """(n,) the sum of the basis (k, n) with coefficients (k,)."""
-    return np.einsum("k,kn->n", coefficients, basis)
-
-
-def _fitted(basis: np.ndarray, w: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """(k,) coefficients of W (n,) by the basis (k, n), by least squares with weights (n,)."""
-    out = np.empty(len(basis))
-    _fit(basis, w, share, out)
-    return out
-
-
-@njit(fastmath={"contract", "nsz", "arcp", "reassoc"}, error_model="numpy", cache=True, nogil=True)
+@njit(fastmath=FAST, error_model="numpy", cache=True, nogil=True)
 def _fit(basis, w, share, out):
     """Coefficients of W (n,) by the basis (k, n) into out (k,): the normal equations, by Cholesky's factors.
 
@@ -196,3 +181,56 @@ def _fit(basis, w, share, out):
         for q in range(i + 1, k):
             out[i] -= normal[q, i] * out[q]
         out[i] /= normal[i, i]
+
+
+@njit(fastmath=FAST, error_model="numpy", cache=True, nogil=True)
+def _field(basis, opd, cover, light, rows, columns, waves, enough, noll, residual, rms, range_, strehl):
+    """Figures of one field in each wavelength, into the last five arguments: (C, k), and (C,) each.
+
+    basis: (k, n) polynomials at the cells rows, columns (n,) that are open in some wavelength. opd, cover, light:
+    (C, N, N). waves: (C,) radians a mm of path. enough: open cells that the fit of all polynomials needs.
+    """
+    k, n = basis.shape
+    w, part, flat, found = np.empty(n), np.empty(n), np.empty(n), np.empty(k)
+    for c in range(opd.shape[0]):
+        # The open cells, and their parts
+        count, total = 0, 0.0
+        for q in range(n):
+            value, share = opd[c, rows[q], columns[q]], cover[c, rows[q], columns[q]]
+            known = share > 0.0 and value == value
+            w[q], part[q] = (value, share) if known else (0.0, 0.0)
+            count += known
+            total += part[q]
+        if count < 4:
+            continue
+        for q in range(n):
+            part[q] /= total
+
+        # Without piston and tilt: rms, range and Strehl ratio
+        _fit(basis[:3], w, part, found[:3])
+        square, low, high, real, imaginary, bright = 0.0, np.inf, -np.inf, 0.0, 0.0, 0.0
+        for q in range(n):
+            flat[q] = w[q] - found[0] * basis[0, q] - found[1] * basis[1, q] - found[2] * basis[2, q]
+            square += part[q] * flat[q] * flat[q]
+            there = light[c, rows[q], columns[q]]
+            bright += there
+            real += there * cos(waves[c] * flat[q])
+            imaginary += there * sin(waves[c] * flat[q])
+            if part[q] > 0.0:
+                low, high = min(low, flat[q]), max(high, flat[q])
+        rms[c], range_[c] = sqrt(square), high - low
+        strehl[c] = (real * real + imaginary * imaginary) / (bright * bright)
+        if count < enough:
+            continue
+
+        # The coefficients, and what they leave
+        _fit(basis, w, part, found)
+        flat[:] = w
+        for j in range(k):
+            noll[c, j] = found[j]
+            for q in range(n):
+                flat[q] -= found[j] * basis[j, q]
+        square = 0.0
+        for q in range(n):
+            square += part[q] * flat[q] * flat[q]
+        residual[c] = sqrt(square)

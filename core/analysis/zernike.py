@@ -73,15 +73,25 @@ def _table(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _fill(x, y, orders, coefficients, out):
-    """Polynomials (k, n) at points x, y (n,), by Horner's rule in r²."""
-    for i in range(x.size):
-        r2 = x[i] * x[i] + y[i] * y[i]
-        for j in range(orders.shape[0]):
-            n, m = orders[j, 0], abs(orders[j, 1])
-            radial = 0.0
-            for k in range((n - m) // 2 + 1):
-                radial = radial * r2 + coefficients[j, k]
-            real, imaginary = 1.0, 0.0                  # (x + i y)^m
-            for _ in range(m):
-                real, imaginary = real * x[i] - imaginary * y[i], real * y[i] + imaginary * x[i]
-            out[j, i] = radial * (imaginary if orders[j, 1] < 0 else real)
+    """Polynomials (k, n) at points x, y (n,), by Horner's rule in r²: one compiled loop over the points for each."""
+    n, highest = x.size, 0
+    for j in range(orders.shape[0]):
+        highest = max(highest, abs(orders[j, 1]))
+    r2, powers = np.empty(n), np.empty((2, highest + 1, n))             # (x + i y)^m, real and imaginary
+    for i in range(n):
+        r2[i] = x[i] * x[i] + y[i] * y[i]
+        powers[0, 0, i], powers[1, 0, i] = 1.0, 0.0
+    for m in range(1, highest + 1):
+        for i in range(n):
+            powers[0, m, i] = powers[0, m - 1, i] * x[i] - powers[1, m - 1, i] * y[i]
+            powers[1, m, i] = powers[0, m - 1, i] * y[i] + powers[1, m - 1, i] * x[i]
+    for j in range(orders.shape[0]):
+        m = abs(orders[j, 1])
+        row, part = out[j], powers[1 if orders[j, 1] < 0 else 0, m]
+        row[:] = 0.0
+        for k in range((orders[j, 0] - m) // 2 + 1):
+            factor = coefficients[j, k]
+            for i in range(n):
+                row[i] = row[i] * r2[i] + factor
+        for i in range(n):
+            row[i] *= part[i]

@@ -12,7 +12,8 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.analysis.field_conditions import FIELDS, Conditions, conditions
-from lensbench.analysis.traced_grid import RayGrid, ray_grid
+from lensbench.analysis.grid_trace import ray_grid
+from lensbench.analysis.traced_grid import RayGrid
 from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.camera_kinds import LENS_MODELS
 from lensbench.app.state.ray_fans import lit_radius

@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
+from lensbench.analysis.grid_trace import ray_grid
 from lensbench.analysis.meridional_curves import FieldCurves, field_curves
 from lensbench.analysis.sensor_stack import with_sensor_stack
-from lensbench.analysis.traced_grid import RayGrid, ray_grid
+from lensbench.analysis.traced_grid import RayGrid
 from lensbench.analysis.transfer_function import mtf
 from lensbench.app.state.analysis.figure import DASHED, SOLID, Axis, Curve, Figure, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query

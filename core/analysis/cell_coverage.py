@@ -1,0 +1,91 @@
+"""Cells of the exit pupil: the part of each that rims leave open, and sums over these parts.
+
+Arrays of F fields × C wavelengths × N × N cells, the last axis sagittal and the one before it tangential.
+"""
+
+import numpy as np
+
+from lensbench.analysis.field_beams import cell_slope
+from lensbench.kernels.cache import njit
+
+
+def open_areas(open_cells: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    """(F,) areas in pupil coordinates of the open parts (F, N, N) of the cells of a grid (F, 2, N)."""
+    return np.asarray(open_cells.sum((1, 2)) * np.nan_to_num((grid[:, :, 1] - grid[:, :, 0]).prod(1)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def of_mean_1(beam, open_cells, first, weighed, out):
+    """Light of the cells (F, C, N, N) from that of a beam (F, N, N), scaled to a mean of 1 over the open cells.
+
+    open_cells: (F, …, N, N), from wavelength `first`. weighed: whether the light of a cell counts with its open part.
+    """
+    fields, colours, rows, columns = out.shape
+    for f in range(fields):
+        for c in range(colours):
+            count, total = 0, 0.0
+            for i in range(rows):
+                for j in range(columns):
+                    part = open_cells[f, first + c, i, j]
+                    light = beam[f, i, j] * part if weighed else beam[f, i, j]
+                    out[f, c, i, j] = light
+                    if part > 0.0:
+                        count += 1
+                        total += light
+            scale = count / total if total > 0.0 else 0.0
+            for i in range(rows):
+                for j in range(columns):
+                    out[f, c, i, j] *= scale
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cover(level, c, s, t, grid, out, centre):
+    """The part of each cell where the level is below 1, from its value and slopes, in wavelength c of (F, C, N, N).
+
+    s, t: (F, C, N, N), or (F, 1, N, N) for all wavelengths, pupil coordinates at which the level is known, near the
+    cells' middles grid (F, 2, N). out: (F, C, N, N). centre (2, F, C, N, N) receives the centroid of the open part from
+    the middle of the cell, in cells.
+    """
+    fields, _, rows, columns = level.shape
+    own = min(c, s.shape[1] - 1)
+    for f in range(fields):
+        per_s, per_t = 1.0 / (grid[f, 0, 1] - grid[f, 0, 0]), 1.0 / (grid[f, 1, 1] - grid[f, 1, 0])
+        for i in range(rows):
+            for j in range(columns):
+                here = level[f, c, i, j]
+                centre[0, f, c, i, j], centre[1, f, c, i, j] = 0.0, 0.0
+                if not here < np.inf:
+                    out[f, c, i, j] = 0.0
+                    continue
+                a, b = cell_slope(level[f, c], i, j, 0), cell_slope(level[f, c], i, j, 1)
+                here += a * (grid[f, 1, i] - t[f, own, i, j]) * per_t + b * (grid[f, 0, j] - s[f, own, i, j]) * per_s
+                up, right = a, b
+                a, b = max(abs(a), abs(b)), min(abs(a), abs(b))
+                d = 1.0 - here                          # a half-plane: d + slopes · offset > 0
+                half, flat = 0.5 * (a + b), 0.5 * (a - b)
+                if abs(d) >= half or a == 0.0:
+                    part = 1.0 if d >= 0.0 else 0.0
+                elif abs(d) <= flat:
+                    part = 0.5 + d / a
+                else:
+                    corner = (half - abs(d)) ** 2 / (2.0 * a * b)
+                    part = 1.0 - corner if d > 0.0 else corner
+                out[f, c, i, j] = part
+                if part < 1.0 and a > 0.0:
+                    centre[0, f, c, i, j] = -0.5 * (1.0 - part) * right / a
+                    centre[1, f, c, i, j] = -0.5 * (1.0 - part) * up / a
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def towards_centroids(values, weight, centre, out):
+    """Values (n, N, N) halfway to the centroids (2, n, N, N) of the cells' open parts; 0 where the weight is 0."""
+    for f in range(values.shape[0]):
+        for i in range(values.shape[1]):
+            for j in range(values.shape[2]):
+                ds, dt = centre[0, f, i, j], centre[1, f, i, j]
+                here = values[f, i, j]
+                if ds != 0.0 or dt != 0.0:
+                    here += 0.5 * (ds * cell_slope(values[f], i, j, 1) + dt * cell_slope(values[f], i, j, 0))
+                out[f, i, j] = here if weight[f, i, j] > 0.0 else 0.0
+
+

@@ -1,0 +1,174 @@
+"""The trace of a ray grid: chief rays, the open pupil found from the film, and the object's rays in each wavelength.
+
+Lengths in mm, lens frame. See `traced_grid` for the reference points, axes and pupil coordinates.
+"""
+
+from functools import lru_cache
+from math import inf, isinf, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from lensbench.analysis.cell_coverage import cover, of_mean_1, open_areas
+from lensbench.analysis.chief_rays import find_chief_rays
+from lensbench.analysis.field_beams import (
+    LANDED,
+    LEVEL,
+    OFFSET_S,
+    OFFSET_T,
+    OPD,
+    PUPIL_S,
+    PUPIL_T,
+    SHARE,
+    SLOPE_S,
+    SLOPE_T,
+    FieldBeams,
+    field_name,
+    scatter,
+)
+from lensbench.analysis.field_conditions import Conditions, wanted_chief_rays
+from lensbench.analysis.field_threads import each_of
+from lensbench.analysis.traced_grid import RayGrid
+from lensbench.kernels.figures import significant
+from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.paraxial import first_order
+from lensbench.optics.prescription import Lens, LensError
+
+PUPIL = 32              # grid points across the pupil of a field: about 800 rays
+BEYOND = 4.0            # cells beyond the rims, of which rays are traced too: half of them
+
+
+class _Cells(NamedTuple):
+    """The cells of the exit pupil, from the film.
+
+    grid (F, 2, N): their middles. s, t (F, N, N): the same as rays. places (F, N, N, 2): where their rays run in the
+    scene. open_ (F, N, N): their open parts. keep (n,): of those whose rays are traced, indices into F × N × N.
+    """
+
+    grid: np.ndarray
+    s: np.ndarray
+    t: np.ndarray
+    places: np.ndarray
+    open_: np.ndarray
+    keep: np.ndarray
+
+
+class _Landed(NamedTuple):
+    """The object's rays in each wavelength: rows LANDED (9, F, C, N, N), and what RayGrid holds of the same name."""
+
+    rows: np.ndarray
+    victim: np.ndarray
+    coverage: np.ndarray
+    weight: np.ndarray          # open part of the cell of the beam
+    open_centre: np.ndarray
+    chief: np.ndarray
+
+
+@lru_cache(maxsize=16)
+def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: int = PUPIL) -> RayGrid:
+    """The rays of an analysis; kept for the last sixteen lens states.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens, stopped down and focused.
+    film_distance : float
+        Last vertex → film, mm.
+    conditions : Conditions
+        Fields, wavelengths and object distance.
+    pupil : int
+        Points of the grid across the pupil of each field, at least 8. 32 suits spots and a picture that moves; 64
+        and 128 suit fine diffraction figures.
+
+    Returns
+    -------
+    RayGrid
+
+    Raises
+    ------
+    LensError
+        For a film that is not behind the lens or not in air, for an afocal lens, for fewer than 8 points, and where
+        no light of any field reaches the film.
+    """
+    _check(lens, film_distance, conditions, pupil)
+    line, distance = conditions.primary_wavelength, conditions.object_distance
+    wanted, by_image = wanted_chief_rays(lens, conditions)
+    chief = find_chief_rays(lens, film_distance, wanted, distance, by_image, line)
+    beams = FieldBeams.of(lens, film_distance, chief, distance, line)
+    boxes, findings = beams.open_boxes(conditions)
+    cells = _cells(beams, boxes, pupil)
+    landed = _landed(beams, cells, conditions.wavelengths)
+    beam = beams.beam_areas(cells.places)
+    weight = np.empty_like(landed.weight)
+    of_mean_1(beam, landed.weight, 0, True, weight)
+    coverage = landed.coverage
+    coverage[~weight.any((2, 3))] = 0.0                 # the rims end all rays that the object point sends
+    intensity = np.empty((len(beam), 1, pupil, pupil))
+    of_mean_1(beam, coverage, conditions.primary, False, intensity)
+    ended = np.flatnonzero(np.isfinite(cells.grid).all((1, 2)) & ~coverage[:, conditions.primary].any((1, 2)))
+    if ended.size:
+        names = ", ".join(field_name(conditions, int(i)) for i in ended)
+        findings.append(Finding(Kind.DARK, None, "rims end all rays of the object points whose chief rays meet "
+                                f"{names}: these fields are dark", figures={"fields": float(ended.size)}))
+    rows, victim = landed.rows, landed.victim
+    within = rows[SHARE] <= 1.0
+    made = RayGrid(
+        lens, film_distance, conditions, chief.angles, chief.images, beams.axes, landed.chief, beams.chief_pupil,
+        cells.grid, offset_s=rows[OFFSET_S], offset_t=rows[OFFSET_T], slope_s=rows[SLOPE_S], slope_t=rows[SLOPE_T],
+        pupil_s=rows[PUPIL_S], pupil_t=rows[PUPIL_T], opd=rows[OPD], weight=weight, open_centre=landed.open_centre,
+        coverage=coverage, intensity=intensity[:, 0], victim=victim, stop_share=rows[SHARE],
+        open_area=open_areas(cells.open_, cells.grid), beams=beams, sphere_curvatures=beams.sphere_curvatures,
+        launched=within.sum((2, 3)), lost=(within & (victim >= 0)).sum((2, 3)),
+        findings=(*conditions.findings, *findings))
+    if not made.lit.any():
+        raise LensError("no light of these fields reaches the film" + (f": {findings[-1]}" if findings else ""))
+    return made
+
+
+def _check(lens: Lens, film_distance: float, conditions: Conditions, pupil: int) -> None:
+    """LensError for what has no rays to trace."""
+    if not 0.0 < film_distance < inf:
+        raise LensError(f"film distance {significant(film_distance)} mm: the film must lie behind the last vertex")
+    if pupil < 8:
+        raise LensError(f"{pupil} points across the pupil: at least 8 are needed")
+    if lens.indices()[-1] != 1.0:
+        raise LensError("this lens ends in glass: its film must be in air")
+    if isinf(first_order(lens, conditions.primary_wavelength).efl) and isinf(conditions.object_distance):
+        raise LensError("an afocal lens forms no image of a far object: give the object a finite distance, or add a "
+                        "lens that focuses")
+
+
+def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int) -> _Cells:
+    """The cells of boxes (F, 2, 2) of the open region, and which of them rays of the object are traced for."""
+    share = (np.arange(pupil) + 0.5) / pupil
+    grid = boxes[..., :1] + share * (boxes[..., 1:] - boxes[..., :1])
+    s, t = (np.ascontiguousarray(np.broadcast_to(each, (len(grid), pupil, pupil)))
+            for each in (grid[:, 0, None, :], grid[:, 1, :, None]))
+    places, level = beams.towards_scene(s, t)
+    open_ = np.zeros((len(grid), 1, pupil, pupil))
+    cover(level[:, None], 0, s[:, None], t[:, None], grid, open_, np.empty((2, *open_.shape)))
+    near = (level <= 1.0 + BEYOND / pupil) | (beams.linear_stop_share(s, t) <= 1.0)
+    keep = np.flatnonzero((near & np.isfinite(places).all(-1)).ravel())
+    return _Cells(grid, s, t, places, open_[:, 0], keep)
+
+
+def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) -> _Landed:
+    """The object's rays through the cells that are kept, forward in each wavelength (µm)."""
+    count, pupil = cells.grid.shape[::2]
+    of_field = cells.keep // pupil**2
+    begun = beams.starts(of_field, cells.places.reshape(-1, 2)[cells.keep])
+    shape = count, len(wavelengths), pupil, pupil
+    made = _Landed(np.full((LANDED, *shape), nan), np.full(shape, -2, np.int16), np.zeros(shape), np.zeros(shape),
+                   np.zeros((2, *shape)), np.zeros((count, len(wavelengths), 2)))
+    s, t, unused = cells.s[:, None], cells.t[:, None], np.empty((2, *shape))
+
+    def trace_colour(c: int) -> None:
+        """Fill the arrays of one wavelength."""
+        made.chief[:, c] = beams.on_axes(beams.chief_of(wavelengths[c]).images - beams.chief.images)
+        landed, victim = beams.forward(wavelengths[c], of_field, begun)
+        scatter(landed, victim, cells.keep, c, made.rows, made.victim)
+        cover(made.rows[LEVEL], c, made.rows[PUPIL_S], made.rows[PUPIL_T], cells.grid, made.coverage, unused)
+        cover(made.rows[LEVEL], c, s, t, cells.grid, made.weight, made.open_centre)
+
+    each_of(trace_colour, range(len(wavelengths)))
+    return made
