@@ -59,6 +59,7 @@ class FieldBeams:
     to_stop: Program            # from the film to the stop
     sphere_curvatures: np.ndarray       # (F,) 1 / radius of the reference sphere, 1/mm
     colours: dict[float, ChiefRays] = field(default_factory=dict)       # chief rays of other wavelengths
+    programs: dict[float, Program] = field(default_factory=dict)        # of the wavelengths, from the scene to the film
 
     @classmethod
     def of(cls, lens: Lens, film_distance: float, chief: ChiefRays, object_distance: float,
@@ -102,11 +103,16 @@ class FieldBeams:
         own = self.chief_of(wavelength)
         places = self.across(own.points.T[:, :, None], own.directions.T[:, :, None])[:, 0]
         rays = np.concatenate([begun, self.starts(np.arange(count), places)], 1)
-        out = Program(path_steps(self.lens, self.film_distance, wavelength), np.float64).run(
-            dict(zip(_GIVEN, rays, strict=True)), _WANTED, n + count)
+        out = self.forward_program(wavelength).run(dict(zip(_GIVEN, rays, strict=True)), _WANTED, n + count)
         values, victim = np.empty((LANDED, n)), np.empty(n, np.int16)
         _finish(out, of_field, self.chief.images, self.axes, self.sphere_curvatures, values, victim)
         return values, victim
+
+    def forward_program(self, wavelength: float) -> Program:
+        """The steps of `forward` for a wavelength (µm)."""
+        if wavelength not in self.programs:
+            self.programs[wavelength] = Program(path_steps(self.lens, self.film_distance, wavelength), np.float64)
+        return self.programs[wavelength]
 
     def chief_of(self, wavelength: float) -> ChiefRays:
         """The chief rays of the same object points in another wavelength (µm)."""

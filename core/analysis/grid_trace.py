@@ -35,6 +35,7 @@ from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError
 
 PUPIL = 32              # grid points across the pupil of a field: about 800 rays
+MANY = 24               # fields, from which on a wavelength is divided among the threads
 BEYOND = 4.0            # cells beyond the rims, of which rays are traced too: half of them
 
 
@@ -162,13 +163,23 @@ def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) ->
                    np.zeros((2, *shape)), np.zeros((count, len(wavelengths), 2)))
     s, t, unused = cells.s[:, None], cells.t[:, None], np.empty((2, *shape))
 
-    def trace_colour(c: int) -> None:
-        """Fill the arrays of one wavelength."""
+    def find_chief(c: int) -> None:
+        """The chief rays of one wavelength, and the program of its rays."""
         made.chief[:, c] = beams.on_axes(beams.chief_of(wavelengths[c]).images - beams.chief.images)
-        landed, victim = beams.forward(wavelengths[c], of_field, begun)
-        scatter(landed, victim, cells.keep, c, made.rows, made.victim)
-        cover(made.rows[LEVEL], c, made.rows[PUPIL_S], made.rows[PUPIL_T], cells.grid, made.coverage, unused)
-        cover(made.rows[LEVEL], c, s, t, cells.grid, made.weight, made.open_centre)
+        beams.forward_program(wavelengths[c])
 
-    each_of(trace_colour, range(len(wavelengths)))
+    def trace(at: tuple[int, slice]) -> None:
+        """Fill the arrays of one wavelength for some fields."""
+        c, some = at
+        part = slice(*np.searchsorted(of_field, (some.start, some.stop)))
+        landed, victim = beams.forward(wavelengths[c], of_field[part], begun[:, part])
+        scatter(landed, victim, cells.keep[part], c, made.rows, made.victim)
+        level, own_s, own_t = (made.rows[k, some] for k in (LEVEL, PUPIL_S, PUPIL_T))
+        cover(level, c, own_s, own_t, cells.grid[some], made.coverage[some], unused[:, some])
+        cover(level, c, s[some], t[some], cells.grid[some], made.weight[some], made.open_centre[:, some])
+
+    colours, half = range(len(wavelengths)), count // 2
+    each_of(find_chief, colours)
+    parts = [slice(0, count)] if count < MANY else [slice(0, half), slice(half, count)]
+    each_of(trace, [(c, some) for c in colours for some in parts])
     return made

@@ -198,40 +198,52 @@ def pupil_functions(rays: RayGrid, shift: float = 0.0) -> np.ndarray:
     wavelengths, its change per cell along the rows, the open part of the cell, the square root of its light.
     """
     n = rays.opd.shape[-1]
-    step_s, step_t = (rays.steps[:, a, None, None, None] for a in (0, 1))
-    s, t = rays.pupil[:, 0][:, None, None, :], rays.pupil[:, 1][:, None, :, None]
-    with np.errstate(invalid="ignore"):
-        z = np.sqrt(1.0 - s * s - t * t)
-        chief_z = np.sqrt(1.0 - (rays.chief_pupil**2).sum(1))[:, None, None, None]
-        w = rays.grid_opd + shift * (chief_z - z)
-        slopes = np.stack([(rays.offset_s + shift * s / z) * step_s, (rays.offset_t + shift * t / z) * step_t])
-    fill_beyond(w.reshape(-1, n, n), slopes.reshape(2, -1, n, n))
-    waves = 1.0 / (1e-3 * np.array(rays.conditions.wavelengths)[:, None, None])
+    chief_z = np.sqrt(1.0 - (rays.chief_pupil**2).sum(1))
+    waves = 1e3 / np.array(rays.conditions.wavelengths)
+    root = np.sqrt(rays.intensity)
     made = np.zeros((2, *rays.opd.shape[:2], 4, n + 2 * PAD, n))
-    root = np.sqrt(rays.intensity)[:, None]
-    for a, each in enumerate(made[..., PAD:PAD + n, :]):
-        for k, array in enumerate((w * waves, slopes[a] * waves, rays.coverage, root)):
-            each[:, :, k] = np.swapaxes(array, -1, -2) if a == 0 else array
+    opd = rays.grid_opd
+
+    def fill(f: int) -> None:
+        """The functions of one field."""
+        _pupil_function(opd[f], rays.offset_s[f], rays.offset_t[f], rays.pupil[f], rays.steps[f], rays.coverage[f],
+                        root[f], chief_z[f], waves, shift, made[0, f], made[1, f])
+
+    each_of(fill, range(len(opd)))
     return made
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def fill_beyond(w, slopes):
-    """Continue W (m, N, N) and its slopes (2, m, N, N) from a neighbour into cells that are NaN; 0 far away."""
-    m, rows, columns = w.shape
-    for f in range(m):
-        known = w[f] == w[f]
+def _pupil_function(opd, offset_s, offset_t, grid, steps, coverage, root, chief_z, waves, shift, along_s, along_t):
+    """The functions of one field (C, 4, N + 2 PAD, N) for shifts along either axis, from its rays (C, N, N).
+
+    grid: (2, N) pupil coordinates. steps: (2,) their spacing. root: (N, N) square root of the light. chief_z: direction
+    cosine of the chief ray along the axis. waves: (C,) wavelengths a mm. Unknown cells continue a neighbour's slope.
+    """
+    colours, rows, columns = opd.shape
+    w, slope_s, slope_t = np.empty((rows, columns)), np.empty((rows, columns)), np.empty((rows, columns))
+    for c in range(colours):
         for i in range(rows):
             for j in range(columns):
-                if known[i, j]:
-                    continue
-                value, s, t = 0.0, 0.0, 0.0
-                for di, dj in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-                    a, b = i + di, j + dj
-                    if 0 <= a < rows and 0 <= b < columns and known[a, b]:
-                        s, t = slopes[0, f, a, b], slopes[1, f, a, b]
-                        value = w[f, a, b] - dj * s - di * t
-                w[f, i, j], slopes[0, f, i, j], slopes[1, f, i, j] = value, s, t
+                s, t = grid[0, j], grid[1, i]
+                z = np.sqrt(1.0 - s * s - t * t)
+                w[i, j] = (opd[c, i, j] + shift * (chief_z - z)) * waves[c]
+                slope_s[i, j] = (offset_s[c, i, j] + shift * s / z) * steps[0] * waves[c]
+                slope_t[i, j] = (offset_t[c, i, j] + shift * t / z) * steps[1] * waves[c]
+        for i in range(rows):
+            for j in range(columns):
+                value, s, t = w[i, j], slope_s[i, j], slope_t[i, j]
+                if not value == value:
+                    value, s, t = 0.0, 0.0, 0.0
+                    for di, dj in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+                        a, b = i + di, j + dj
+                        if 0 <= a < rows and 0 <= b < columns and w[a, b] == w[a, b]:
+                            s, t = slope_s[a, b], slope_t[a, b]
+                            value = w[a, b] - dj * s - di * t
+                part, light = coverage[c, i, j], root[i, j]
+                for row, column, slope, out in ((j, i, s, along_s), (i, j, t, along_t)):
+                    out[c, 0, PAD + row, column], out[c, 1, PAD + row, column] = value, slope
+                    out[c, 2, PAD + row, column], out[c, 3, PAD + row, column] = part, light
 
 
 @njit(fastmath=FAST, cache=True, nogil=True, error_model="numpy")
