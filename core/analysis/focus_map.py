@@ -139,7 +139,7 @@ def through_focus(rays: RayGrid, frequency: float, shifts: np.ndarray) -> np.nda
                                real, imaginary)
                 otf[f, c, a] = real + 1j * imaginary
 
-    each_of(fill, np.flatnonzero(np.isfinite(rays.steps).all(1)))
+    each_of(fill, np.flatnonzero(np.isfinite(rays.steps).all(1)).tolist())
     return otf
 
 

@@ -136,7 +136,7 @@ def mtf(rays: RayGrid, frequencies=PRINTED, method: str = "diffraction", shift: 
                     _phasors(share.ravel(), offset.ravel(), nu, real, imaginary)
                 otf[f, c, a] = real + 1j * imaginary
 
-    each_of(fill, np.flatnonzero(np.isfinite(rays.steps).all(1)))
+    each_of(fill, np.flatnonzero(np.isfinite(rays.steps).all(1)).tolist())
     return Mtf(rays, method, shift, nu, otf, _white(otf, rays), limit, _sampling(rays, nu, shift))
 
 
