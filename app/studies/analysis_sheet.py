@@ -29,6 +29,7 @@ WIDTH = 8.0                     # inches
 TINTS = {"strong": INK, "text": DIM, "dim": COLOURS["grey"], "faint": FAINT, "grid": GRID, "amber": AMBER,
          "field0": COLOURS["blue"], "field1": COLOURS["green"], "field2": COLOURS["vermilion"], "dead": FAINT}
 CHART = ("vermilion", "purple", "blue", "green", "olive", "sky", "black", "grey")
+GHOST = 0.45                    # opacity of the figure A
 SHAPES = {"triangle": "^", "square": "s", "diamond": "D"}
 
 
@@ -137,14 +138,17 @@ def _axes(axes: "Axes", each: Plot) -> None:
     if each.x.label is None:
         axes.set_axis_off()
     for layer in each.layers:
+        if getattr(layer, "surface", None) is not None:         # lit by the mouse alone
+            continue
         if isinstance(layer, Curve):
-            axes.plot(layer.x, layer.y, color=colour(layer.tint), linewidth=0.75 * layer.weight, **_dash(layer))
+            axes.plot(layer.x, layer.y, color=colour(layer.tint), linewidth=0.75 * layer.weight, alpha=_alpha(layer),
+                      **_dash(layer))
         elif isinstance(layer, Points):
             axes.plot(layer.x, layer.y, SHAPES[layer.shape], color=colour(layer.tint), markersize=1.0,
-                      markeredgewidth=0.0)
+                      markeredgewidth=0.0, alpha=_alpha(layer))
         elif isinstance(layer, Bars):
-            axes.bar(layer.x, layer.y, layer.width, color=colour(layer.tint))
-        elif isinstance(layer, Map):
+            axes.bar(layer.x, layer.y, layer.width, color=colour(layer.tint), alpha=_alpha(layer))
+        elif isinstance(layer, Map) and not layer.ghost:
             axes.imshow(np.where(np.isnan(layer.values), np.nan, layer.shades), cmap="bone", vmin=0.0, vmax=1.0,
                         origin="lower", aspect="auto", extent=(*layer.x, *layer.y), interpolation="nearest")
             x, y = (low + (np.arange(n) + 0.5) / n * (high - low) for n, (low, high)
@@ -157,6 +161,10 @@ def _axes(axes: "Axes", each: Plot) -> None:
             axes.text(layer.x, layer.y, layer.text, fontsize=7.0, color=colour(layer.tint), clip_on=False,
                       ha={"left": "right", "right": "left"}.get(first, "center"),
                       va={"above": "bottom", "below": "top"}.get(last, "center"))
+
+
+def _alpha(layer: Curve | Points | Bars) -> float:
+    return GHOST if layer.ghost else 1.0
 
 
 def _dash(curve: Curve) -> dict:

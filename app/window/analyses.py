@@ -62,6 +62,8 @@ class Analyses:
     def begin(self) -> None:
         """Call it at the beginning of each frame."""
         self.worker.advance()
+        window = self._window
+        self.sheet.other = window.view.pinned if window.history.present.compare != "off" else None
         if self._saving is not None and self._saving.done:
             task, self._saving = self._saving, None
             if task.error is None:

@@ -1,34 +1,24 @@
-"""Figures of analyses drawn in the window: axes, layers, legend, and the numbers under the cursor."""
+"""Figures of analyses drawn in the window: the legend, and plots with their axes."""
 
 import math
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from imgui_bundle import ImVec2, ImVec4, imgui, implot
 
-from lensbench.app.state.analysis.figure import (
-    Area,
-    Bars,
-    Curve,
-    Figure,
-    Label,
-    Map,
-    Plot,
-    Points,
-    Tint,
-    wavelength_colour,
+from lensbench.app.panels.analysis.layers import (
+    colour_of,
+    draw_bars,
+    draw_curve,
+    draw_label,
+    draw_map,
+    draw_points,
 )
+from lensbench.app.panels.analysis.under_cursor import draw_cursor, told, tooltip
+from lensbench.app.state.analysis.figure import Bars, Curve, Figure, Label, Map, Plot, Points
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, log_ticks, pieces, text
-from lensbench.kernels.figures import significant, true_minus
-
-MARKERS = {"triangle": implot.Marker_.up, "square": implot.Marker_.square, "diamond": implot.Marker_.diamond}
-DOT = 1.3                       # half a mark of a point, pixels
-SHADES = 64
-NAMED = 6                       # levels of a map, at most, that have their values on the contours
 
 
 @dataclass
@@ -65,19 +55,12 @@ class Under:
     y: float
 
 
-def colour_of(tint: Tint) -> theme.Colour:
-    """The colour of a tint in the theme in use."""
-    if isinstance(tint, float):
-        code = wavelength_colour(tint, theme.colours().dark)
-        return int(code[:2], 16) / 255.0, int(code[2:4], 16) / 255.0, int(code[4:], 16) / 255.0, 1.0
-    if tint.startswith("chart"):
-        return theme.tints()[int(tint[5:]) % 8]
-    colour: theme.Colour = getattr(theme.colours(), tint)
-    return colour
+def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Grip | None = None,
+                surfaces: tuple[int, ...] = ()) -> Under | None:
+    """Draw the legend and all plots into `size` pixels; what is under the cursor.
 
-
-def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Grip | None = None) -> Under | None:
-    """Draw the legend and all plots into `size` pixels; what is under the cursor. grip: a line in the first plot."""
+    grip: a line in the first plot. surfaces: those that are lit; layers of other surfaces are left out.
+    """
     top = imgui.get_cursor_screen_pos()
     _legend(figure, size.x)
     corner = imgui.get_cursor_screen_pos()
@@ -89,7 +72,7 @@ def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Gri
         for j, plot in enumerate(row):
             imgui.set_cursor_screen_pos(ImVec2(corner.x + j * room.x / len(row), y))
             cell = ImVec2(room.x / len(row), float(heights[i]))
-            at = _plot(f"{name} {i} {j}", plot, cell, state, grip if i == j == 0 else None)
+            at = _plot(f"{name} {i} {j}", plot, cell, state, grip if i == j == 0 else None, surfaces)
             if at is not None:
                 found = Under(plot, i, j, *at)
         y += float(heights[i])
@@ -145,7 +128,8 @@ def _sample(draw: imgui.ImDrawList, layer, at: ImVec2, width: float) -> None:
 # One pair of axes
 
 
-def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None = None) -> tuple[float, float] | None:
+def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None = None,
+          surfaces: tuple[int, ...] = ()) -> tuple[float, float] | None:
     """Draw one plot; the place under the cursor in its units."""
     if size.x < 40.0 or size.y < 40.0 or not implot.begin_plot(name, size, PLOT_FLAGS | implot.Flags_.no_frame):
         return None
@@ -156,19 +140,20 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None =
         shown = PlotMap.current(plot.x.log, plot.y.log)
     draw, at = implot.get_plot_draw_list(), None
     implot.push_plot_clip_rect()
-    for layer in plot.layers:
-        if isinstance(layer, Map):
-            _map(name, draw, shown, layer, state)
+    layers = [layer for layer in plot.layers if getattr(layer, "surface", None) in (None, *surfaces)]
+    for layer in layers:
+        if isinstance(layer, Map) and not layer.ghost:
+            draw_map(name, draw, shown, layer, state.memo)
         elif isinstance(layer, Points):
-            _points(layer)
+            draw_points(layer)
     implot.push_plot_clip_rect()
-    for index, layer in enumerate(plot.layers):
+    for index, layer in enumerate(layers):
         if isinstance(layer, Curve):
-            _curve(draw, shown, layer, (name, index), state)
+            draw_curve(draw, shown, layer, (name, index), state.memo)
         elif isinstance(layer, Bars):
-            _bars(draw, shown, layer)
+            draw_bars(draw, shown, layer)
         elif isinstance(layer, Label):
-            _label(draw, shown, layer)
+            draw_label(draw, shown, layer)
     if plot.title:
         text(draw, ImVec2(shown.left + 4.0 * theme.scale(), shown.top + 2.0 * theme.scale()), theme.colours().text,
              plot.title, plate=True)
@@ -180,11 +165,11 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None =
         at = float(mouse.x), float(mouse.y)
         if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
             state.fitted.pop(name, None)
-        _cursor(draw, shown, plot, at)
-        state.told = _told(plot, *at)
+        draw_cursor(draw, shown, plot, at)
+        state.told = told(plot, *at)
     implot.end_plot()
     if at is not None and state.told and not imgui.is_mouse_dragging(imgui.MouseButton_.left):
-        _tooltip(plot, state.told)
+        tooltip(plot, state.told)
     return at
 
 
@@ -218,103 +203,6 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
     implot.setup_finish()
 
 
-def _curve(draw: imgui.ImDrawList, shown: PlotMap, curve: Curve, key: tuple, state: Drawn) -> None:
-    pixel = theme.scale()
-    strokes = state.memo.of((key, curve, shown, pixel), lambda: pieces(
-        shown.pixels(curve.x, curve.y), *(each * pixel for each in curve.dash)))
-    tint = theme.packed(colour_of(curve.tint))
-    for stroke in strokes:
-        draw.add_polyline(stroke, tint, curve.weight * pixel, imgui.ImDrawFlags_.none)
-
-
-def _points(points: Points) -> None:
-    tint, pixel = ImVec4(*colour_of(points.tint)), theme.scale()
-    if points.x.size:
-        implot.plot_scatter(f"##{points.name}", np.ascontiguousarray(points.x, float),
-                            np.ascontiguousarray(points.y, float),
-                            implot.Spec(marker=MARKERS[points.shape], marker_size=DOT * pixel, marker_line_color=tint,
-                                        marker_fill_color=tint, line_weight=0.0))
-
-
-def _bars(draw: imgui.ImDrawList, shown: PlotMap, bars: Bars) -> None:
-    tint = theme.packed(colour_of(bars.tint))
-    low = shown.pixels(bars.x - 0.5 * bars.width, np.zeros_like(bars.y))
-    high = shown.pixels(bars.x + 0.5 * bars.width, bars.y)
-    for (x0, y0), (x1, y1) in zip(low.tolist(), high.tolist(), strict=True):
-        if y0 == y0 and y1 == y1:
-            draw.add_rect_filled(ImVec2(x0, min(y0, y1)), ImVec2(max(x1, x0 + 1.0), max(y0, y1)), tint)
-
-
-def _label(draw: imgui.ImDrawList, shown: PlotMap, label: Label) -> None:
-    at, size, pad = shown.at(label.x, label.y), imgui.calc_text_size(label.text), 2.0 * theme.scale()
-    x = {"right": at.x + pad, "left": at.x - size.x - pad}.get(label.side.split()[0], at.x - 0.5 * size.x)
-    upright = label.side.split()[-1]
-    y = {"above": at.y - size.y, "below": at.y}.get(upright, at.y - 0.5 * size.y)
-    tint = "amber_text" if label.tint == "amber" else label.tint
-    text(draw, ImVec2(x, y), colour_of(tint), label.text, plate=True)
-
-
-def _map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, state: Drawn) -> None:
-    """Shades from the ground to strong, and contours at the levels."""
-    implot.push_colormap(_shades(theme.colours().dark))
-    implot.plot_heatmap("##map", np.ascontiguousarray(shades.shades[::-1]), 0.0, 1.0, "",
-                        implot.Point(shades.x[0], shades.y[0]), implot.Point(shades.x[1], shades.y[1]))
-    implot.pop_colormap()
-    for x0, y0, x1, y1 in state.memo.of((name, "gaps", shades, shown), lambda: _gaps(shades, shown)):
-        draw.add_rect_filled(ImVec2(x0, y1), ImVec2(x1, y0), theme.packed(theme.colours().well))
-    strokes = state.memo.of((name, "contours", shades, shown), lambda: [
-        (level, [pieces(shown.pixels(*line.T)) for line in _contours(shades, level)]) for level in shades.levels])
-    tint = theme.packed(theme.colours().ground, 0.8)
-    for level, lines in strokes:
-        for line in lines:
-            for stroke in line:
-                draw.add_polyline(stroke, tint, theme.scale(), imgui.ImDrawFlags_.none)
-        if lines and lines[0] and len(shades.levels) <= NAMED:
-            middle = lines[0][0][len(lines[0][0]) // 2]
-            text(draw, ImVec2(middle.x, middle.y), theme.colours().text, significant(level, 2), plate=True)
-
-
-def _gaps(shades: Map, shown: PlotMap) -> list[list[float]]:
-    """Boxes in pixels of the runs of unknown values in each row: left, bottom, right, top."""
-    rows, columns = shades.values.shape
-    missing = np.pad(np.isnan(shades.values), ((0, 0), (1, 1))).astype(int)
-    found = []
-    for row in np.flatnonzero(missing.any(1)).tolist():
-        ends = np.flatnonzero(np.diff(missing[row]))
-        x = shades.x[0] + ends / columns * (shades.x[1] - shades.x[0])
-        y = shades.y[0] + np.array([row, row + 1]) / rows * (shades.y[1] - shades.y[0])
-        for a, b in zip(x[::2], x[1::2], strict=True):
-            (left, bottom), (right, top) = shown.pixels([a, b], y)
-            found.append([float(left), float(bottom), float(right), float(top)])
-    return found
-
-
-def _shades(dark: bool) -> int:
-    """The colormap from the well of the plot to its strong colour, through the blue of glass."""
-    name = f"shades {'dark' if dark else 'light'}"
-    known = implot.get_colormap_index(name)
-    if known >= 0:
-        return known
-    low, high = ((0.09, 0.10, 0.12), (0.93, 0.95, 0.97)) if dark else ((0.26, 0.30, 0.36), (0.98, 0.98, 0.98))
-    middle = (0.27, 0.45, 0.62) if dark else (0.42, 0.62, 0.80)
-    part = np.linspace(0.0, 1.0, SHADES)
-    rows = np.column_stack([np.interp(part, (0.0, 0.5, 1.0), ends) for ends in zip(low, middle, high, strict=True)])
-    packed = [imgui.color_convert_float4_to_u32(ImVec4(*row, 1.0)) for row in rows.tolist()]
-    return implot.add_colormap(name, np.array(packed, np.uint32), False)
-
-
-@lru_cache(maxsize=32)
-def _contours(shades: Map, level: float) -> tuple[np.ndarray, ...]:
-    """Polylines (n, 2) of one level."""
-    from contourpy import contour_generator
-
-    rows, columns = shades.values.shape
-    x = shades.x[0] + (np.arange(columns) + 0.5) / columns * (shades.x[1] - shades.x[0])
-    y = shades.y[0] + (np.arange(rows) + 0.5) / rows * (shades.y[1] - shades.y[0])
-    lines: Any = contour_generator(x, y, np.ma.masked_invalid(shades.values)).lines(level)
-    return tuple(lines)
-
-
 def _grip(draw: imgui.ImDrawList, shown: PlotMap, grip: Grip) -> bool:
     """Draw the line and let the mouse drag it; whether the mouse is on it."""
     colour, pixel, line = theme.colours(), theme.scale(), imgui.get_text_line_height()
@@ -331,81 +219,3 @@ def _grip(draw: imgui.ImDrawList, shown: PlotMap, grip: Grip) -> bool:
         imgui.text_unformatted(grip.tip)
         imgui.end_tooltip()
     return hovered or held
-
-
-# Under the cursor
-
-
-def _cursor(draw: imgui.ImDrawList, shown: PlotMap, plot: Plot, at: tuple[float, float]) -> None:
-    """A thin line where curves are read."""
-    if plot.x.label is None or not any(isinstance(layer, Curve) and layer.name for layer in plot.layers):
-        return
-    place, tint = shown.at(*at), theme.packed(theme.colours().faint)
-    ends = (ImVec2(shown.left, place.y), ImVec2(shown.right, place.y)) if plot.across else \
-        (ImVec2(place.x, shown.top), ImVec2(place.x, shown.bottom))
-    draw.add_line(*ends, tint, theme.scale())
-
-
-def _told(plot: Plot, x: float, y: float) -> str:
-    """The numbers at a place: what an area says, and each curve at this x (or this y), bars and maps."""
-    lines = [layer.text for layer in plot.layers
-             if isinstance(layer, Area) and layer.x[0] <= x < layer.x[1] and layer.y[0] <= y < layer.y[1]]
-    if lines:
-        return "\n".join(lines)
-    for layer in plot.layers:
-        if isinstance(layer, Map) and layer.name and layer.x[0] <= x < layer.x[1] and layer.y[0] <= y < layer.y[1]:
-            rows, columns = layer.values.shape
-            row = int((y - layer.y[0]) / (layer.y[1] - layer.y[0]) * rows)
-            column = int((x - layer.x[0]) / (layer.x[1] - layer.x[0]) * columns)
-            lines.append(f"{layer.name}   {_number(float(layer.values[row, column]))}")
-    key, axis = (y, plot.y) if plot.across else (x, plot.x)
-    for layer in plot.layers:
-        if isinstance(layer, Curve) and layer.name and (value := read(layer, key, plot.across)) is not None:
-            lines.append(f"{layer.name}   {_number(value)}")
-    if lines and axis.label:
-        head = f"{axis.label.split(' (')[0]} {_number(key)}{_unit(axis.label)}"
-        other = plot.x if plot.across else plot.y
-        if any(isinstance(layer, Map) for layer in plot.layers):
-            head += f", {(other.label or '').split(' (')[0].lower()} {_number(y)}{_unit(other.label)}"
-        elif other.label:
-            head += f": {other.label}"
-        lines.insert(0, head)
-    return "\n".join(lines)
-
-
-def read(curve: Curve, at: float, across: bool = False) -> float | None:
-    """A curve's value at an x (at a y if `across`), by a straight line between its points; None where it is none."""
-    keys, values = (curve.y, curve.x) if across else (curve.x, curve.y)
-    if keys.size < 2:
-        return None
-    a, b = keys[:-1], keys[1:]
-    held = np.flatnonzero((np.minimum(a, b) <= at) & (at <= np.maximum(a, b)) & np.isfinite(values[:-1] + values[1:]))
-    if not held.size:
-        return None
-    i = int(held[0])
-    part = 0.0 if b[i] == a[i] else (at - a[i]) / (b[i] - a[i])
-    return float(values[i] + part * (values[i + 1] - values[i]))
-
-
-def _number(value: float) -> str:
-    return true_minus(significant(value, 3)) if math.isfinite(value) else "–"
-
-
-def _unit(label: str | None) -> str:
-    """The unit of an axis, from the parenthesis of its label."""
-    unit = label.rsplit("(", 1)[1].rstrip(")") if label and "(" in label else ""
-    return unit if unit in ("°", "%", "") else f" {unit}"
-
-
-def _tooltip(plot: Plot, words: str) -> None:
-    tints = {layer.name: layer.tint for layer in plot.named()}
-    if imgui.begin_tooltip():
-        first, *rest = words.split("\n")
-        imgui.text_unformatted(first)
-        for line in rest:
-            tint = tints.get(line.split("   ")[0])
-            if tint is not None:
-                imgui.text_colored(ImVec4(*colour_of(tint)), line)
-            else:
-                imgui.text_disabled(line)
-        imgui.end_tooltip()

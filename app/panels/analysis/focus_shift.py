@@ -22,4 +22,5 @@ def focus_shift_panel(settings: Settings, state: AnalysisState, sheet: Sheet) ->
         analysis(NAME, settings, state, sheet, breathing_figure)
         return
     number = readings(settings).f_number if settings.has_lens else None
-    analysis(NAME, replace(settings, f_number=None), state, sheet, focus_shift_figure, (number,))
+    analysis(NAME, settings, state, sheet, focus_shift_figure, (number,),
+             adapted=lambda settings: replace(settings, f_number=None))

@@ -1,20 +1,21 @@
 """The frame that all analysis panels share: the figure or the reason for none, its conditions, and its menu."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 from lensbench.app.panels.analysis.drawing import Drawn, Grip, Under, draw_figure
 from lensbench.app.state.analysis.figure import Figure
+from lensbench.app.state.analysis.ghost import with_ghost
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.workers.analysis_worker import AnalysisWorker, Job
+from lensbench.app.workers.analysis_worker import AnalysisWorker, Answer, Job
 
 SAVES = {Request.SAVE_PLOT_CSV: "Save as CSV…", Request.SAVE_PLOT_SVG: "Save as SVG…",
          Request.SAVE_PLOT_PNG: "Save as PNG…"}
@@ -28,30 +29,34 @@ class AnalysisState:
     drawn: Drawn = field(default_factory=Drawn)
     figure: Figure | None = None            # as shown last; None: the panel says why there is none
     reason: str = ""                        # why there is none
+    merged: tuple[Answer, Answer, Figure] | None = None     # of B, of A, and the figure of both
 
 
 @dataclass
 class Sheet:
     """What all analysis panels of a window share: the worker, the requests, and the figure that is to be saved.
 
-    links: what the mouse points at in all panels.
+    links: what the mouse points at in all panels. other: the settings A, while they are compared.
     """
 
     worker: AnalysisWorker
     requests: set[Request]
     links: Pointed
     saving: Figure | None = None
+    other: Settings | None = None
 
 
 def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, make: Callable[..., Figure],
-             options: tuple = (), points: tuple[int, int] = (16, 32), grip: Grip | None = None) -> Under | None:
+             options: tuple = (), points: tuple[int, int] = (16, 32), grip: Grip | None = None,
+             adapted: Callable[[Settings], Settings] = lambda settings: settings) -> Under | None:
     """Draw the figure of an analysis in the rest of the window; what is under the cursor.
 
-    make, options, points: as `Job` takes them. grip: a line that is dragged through the first plot.
+    make, options, points: as `Job` takes them. grip: a line that is dragged through the first plot. adapted: the
+    settings whose figure is wanted, from those of the window, and from those of A.
     """
     state.figure, state.reason = None, ""
     try:
-        asked = query(settings)
+        asked = query(adapted(settings))
     except (ValueError, OSError) as error:
         state.reason = str(error)
         paragraph(state.reason)
@@ -64,16 +69,36 @@ def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, 
         state.reason = sentence(answer.message)
         paragraph(state.reason)
         return None
-    figure = state.figure = answer.figure
+    figure = answer.figure
+    if sheet.other is not None:
+        figure = _with_other(name, figure, answer, state, sheet, adapted)
+    state.figure = figure
     theme.small()
     size = imgui.get_content_region_avail()
     line = imgui.get_text_line_height_with_spacing()
     below = line * (2.0 if figure.remarks else 1.0)
-    under = draw_figure(name, figure, ImVec2(size.x, max(size.y - below, 1.0)), state.drawn, grip)
+    under = draw_figure(name, figure, ImVec2(size.x, max(size.y - below, 1.0)), state.drawn, grip,
+                        sheet.links.surfaces)
     _conditions(figure, size.x)
     imgui.pop_font()
     _menu(name, figure, sheet)
     return under
+
+
+def _with_other(name: str, figure: Figure, answer: Answer, state: AnalysisState, sheet: Sheet,
+                adapted: Callable[[Settings], Settings]) -> Figure:
+    """The figure with that of the settings A behind it; alone until the latter is there."""
+    assert sheet.other is not None
+    try:
+        asked = query(adapted(sheet.other))
+    except (ValueError, OSError) as error:
+        return with_ghost(figure, None, "no lens", str(error))
+    other = sheet.worker.want(f"{name} A", replace(answer.job, query=asked))
+    if other is None:
+        return figure
+    if state.merged is None or state.merged[:2] != (answer, other):
+        state.merged = answer, other, with_ghost(figure, other.figure, asked.lens.name, other.message)
+    return state.merged[2]
 
 
 def sentence(words: str) -> str:

@@ -42,6 +42,10 @@ def _plot(fans: Fans, values: np.ndarray, f: int, fan: int, limit: float, kind: 
     for c, line in enumerate(given.wavelengths):
         layers.append(Curve(wavelength_name(line), fans.heights, np.where(fans.passed[f, fan, c], values[f, fan, c],
                                                                           np.nan), line, dash_of(c, given.primary)))
+    ends = fans.victim[f, fan, given.primary]
+    for surface in np.unique(ends[ends >= 0]).tolist():
+        here = np.where(ends == surface, values[f, fan, given.primary], np.nan)
+        layers.append(Curve("", fans.heights, here, "dead", SOLID, 3.0, surface=surface))
     unit = "µm" if kind == "ray" else "waves"
     title = f"{field_label(rays, f)} {DIRECTIONS[fan][0].upper()}" + (f", {unit}" if rays.lit[f] else ": dark")
     ended = int((lost[given.primary] & (fans.victim[f, fan, given.primary] != rays.lens.stop_index)).sum())

@@ -26,7 +26,10 @@ _SPECTRUM = ((0.45, "a98bff", "6a3fc8"), (0.50, "6f9dff", "2458c4"), (0.55, "4fc
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A line through x and y (n,); NaN breaks it. dash: pixels on and off; name "" leaves it out of the legend."""
+    """A line through x and y (n,); NaN breaks it. dash: pixels on and off; name "" leaves it out of the legend.
+
+    ghost: of the figure A that is compared. surface: it is drawn only while this surface of the lens is lit.
+    """
 
     name: str
     x: np.ndarray
@@ -34,7 +37,8 @@ class Curve:
     tint: Tint = "strong"
     dash: tuple[float, float] = SOLID
     weight: float = 1.6
-
+    ghost: bool = False
+    surface: int | None = None
 
     @classmethod
     def through(cls, name: str, points: np.ndarray, tint: Tint = "strong", dash: tuple[float, float] = SOLID,
@@ -45,24 +49,32 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Marks at x and y (n,), of one `shape` for each wavelength or field: "triangle", "square" or "diamond"."""
+    """Marks at x and y (n,), of one `shape` for each wavelength or field: "triangle", "square" or "diamond".
+
+    rays: (n, 4) field, wavelength, row and column of the pupil of each ray, or None. ghost, surface: as of Curve.
+    """
 
     name: str
     x: np.ndarray
     y: np.ndarray
     tint: Tint = "strong"
     shape: str = "square"
+    rays: np.ndarray | None = None
+    ghost: bool = False
+    surface: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Bars:
-    """Upright bars of heights y about places x (n,), `width` wide, from 0."""
+    """Upright bars of heights y about places x (n,), `width` wide, from 0. ghost, surface: as of Curve."""
 
     name: str
     x: np.ndarray
     y: np.ndarray
     width: float
     tint: Tint = "strong"
+    ghost: bool = False
+    surface: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +82,8 @@ class Map:
     """Values (rows, columns) between low and high as shades, over x0 to x1 and y0 to y1; row 0 lies at y0.
 
     levels: values at which contours are drawn. name: of the value, for the cursor; "" leaves it out. decades: below
-    `high` that the shades span in equal steps of the logarithm, in place of the range from `low`; 0 for none.
+    `high` that the shades span in equal steps of the logarithm, in place of the range from `low`; 0 for none. ghost: of
+    the figure A: it is read, and not drawn.
     """
 
     name: str
@@ -81,6 +94,8 @@ class Map:
     high: float = 1.0
     levels: tuple[float, ...] = ()
     decades: float = 0.0
+    ghost: bool = False
+    surface: None = None
 
     @cached_property
     def shades(self) -> np.ndarray:
@@ -125,7 +140,10 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Plot:
-    """One pair of axes. equal: a unit is as long on either axis; across: the curves are read at a y, not at an x."""
+    """One pair of axes. equal: a unit is as long on either axis; across: the curves are read at a y, not at an x.
+
+    cell: width of a cell in mm on the film, where the plot holds cells 1 wide about whole numbers; else 0.
+    """
 
     x: Axis
     y: Axis
@@ -133,12 +151,13 @@ class Plot:
     title: str = ""
     equal: bool = False
     across: bool = False
+    cell: float = 0.0
 
     def named(self) -> list:
         """The curves, points and bars of the legend: one of each name."""
         found: dict[str, Curve | Points | Bars] = {}
         for layer in self.layers:
-            if isinstance(layer, Curve | Points | Bars) and layer.name:
+            if isinstance(layer, Curve | Points | Bars) and layer.name and not layer.ghost and layer.surface is None:
                 found.setdefault(layer.name, layer)
         return list(found.values())
 
@@ -165,7 +184,7 @@ class Figure:
     """What a panel shows: rows of plots, the line that states their conditions, and the numbers.
 
     title: for files. conditions: fields, wavelengths, object, rays and reference in one line. remarks: what is missing
-    or assumed, each a sentence. heights: of the rows, relative.
+    or assumed, each a sentence. heights: of the rows, relative. points: across the pupil, of its rays; 0 for none.
     """
 
     title: str
@@ -174,6 +193,7 @@ class Figure:
     conditions: str = ""
     remarks: tuple[str, ...] = ()
     heights: tuple[float, ...] = ()
+    points: int = 0
 
 
 def _cell(value) -> str:

@@ -39,6 +39,7 @@ def seidel_figure(query: Query, points: int) -> Figure:
     limit = 1.1 * reach(shown)
     layers: list = [Curve("", np.array([0.0, count + 2.2]), np.zeros(2), "faint", weight=1.0),
                     Curve("", np.full(2, count + 0.8), np.array([-limit, limit]), "faint", weight=1.0)]
+    layers += [Bars("", places[[i, i]], np.array([limit, -limit]), 0.96, "grid", surface=i) for i in range(count)]
     middle = 0.5 * (len(names) - 1)
     for k, name in enumerate(names):
         layers.append(Bars(name, places + BAR * (k - middle), shown[:, k], BAR, TINTS[k]))

@@ -50,7 +50,7 @@ def spots_figure(query: Query, points: int, columns: str = "focus", reference: s
     if beyond:
         remarks = (*remarks, f"{beyond} points lie outside their cells and are not drawn")
     words = query.words(rays, REFERENCES[reference], f"cell {significant(2000.0 * half, 3)} µm")
-    return Figure("Spots", ((plot,),), _table(found), words, remarks)
+    return Figure("Spots", ((plot,),), _table(found), words, remarks, points=rays.opd.shape[-1])
 
 
 def chosen_fields(count: int, rows: int) -> np.ndarray:
@@ -80,6 +80,8 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
     across = [[(c, k) for c in colours] for k in range(len(found.shifts))] if columns == "focus" else \
         [[(c, 0)] for c in colours]
     clouds: list[list[np.ndarray]] = [[] for _ in colours]
+    keys: list[list[np.ndarray]] = [[] for _ in colours]
+    ended: dict[int, list[np.ndarray]] = {}             # by surface
     airy, pixel, layers, beyond = [], [], [], 0
     nan = np.full((1, 2), math.nan)
     square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * 0.25 * np.array(
@@ -89,10 +91,14 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
         for column, group in enumerate(across):
             middle = np.array([column, -row])
             for c, k in group:
-                cloud = _thinned(found, f, c, k, stride) / (2.0 * half)
+                landed, cells, victims = _thinned(found, f, c, k, stride)
+                cloud, passed = landed / (2.0 * half), victims == -1
                 inside = (np.abs(cloud) < 0.5).all(1)
-                beyond += int((~inside).sum())
-                clouds[c].append(cloud[inside] + middle)
+                beyond += int((passed & ~inside).sum())
+                clouds[c].append(cloud[passed & inside] + middle)
+                keys[c].append(cells[passed & inside])
+                for surface in np.unique(victims[victims >= 0]).tolist():
+                    ended.setdefault(surface, []).append(cloud[(victims == surface) & inside] + middle)
             radius = found.airy_radius[f, group[len(group) // 2][0]] / (2.0 * half)
             airy += [middle + radius * np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)]), nan]
             pixel += [middle + square, nan]
@@ -104,23 +110,33 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
     marks = []
     for c, line in enumerate(given.wavelengths):
         x, y = np.concatenate(clouds[c]).T
-        marks.append(Points(wavelength_name(line), x, y, line, shape_of(c)))
+        marks.append(Points(wavelength_name(line), x, y, line, shape_of(c), np.concatenate(keys[c])))
+    for surface, places in ended.items():
+        x, y = np.concatenate(places).T
+        marks.append(Points("", x, y, "dead", "diamond", surface=surface))
     ends = [Curve.through("pixel", np.concatenate(pixel), "text", weight=1.0),
             Curve.through("Airy", np.concatenate(airy), "strong", DASHED, 1.0)]
     heads = [Label(x, 0.5, _head(found, group, columns),
                    "amber" if _in_focus(found, group, columns) else "dim", "above") for x, group in enumerate(across)]
     return Plot(Axis(None, -0.52, corner[0] + 0.02), Axis(None, corner[1] - 0.02, 0.74),
-                (*lines, *marks, *ends, *layers, *heads), equal=True), beyond
+                (*lines, *marks, *ends, *layers, *heads), equal=True, cell=2.0 * half), beyond
 
 
-def _thinned(found: Spots, f: int, c: int, k: int, stride: int) -> np.ndarray:
-    """Every `stride`-th ray in rows and columns of the pupil that passes: (n, 2) mm from the reference."""
+def _thinned(found: Spots, f: int, c: int, k: int, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Every `stride`-th ray in rows and columns of the pupil that lands.
+
+    Returns (n, 2) mm from the reference, (n, 4) field, wavelength, row and column, and (n,) the surface that ends it,
+    −1 for one that passes; a ray that a rim ends is where it would land without rims, known close to them.
+    """
     rays, shift = found.rays, found.shifts[k]
     some = (f, c, slice(None, None, stride), slice(None, None, stride))
-    passed = rays.passed[some]
-    return np.column_stack([(offset[some] + shift * slope[some])[passed] - middle for offset, slope, middle in
-                            ((rays.offset_s, rays.slope_s, found.references[f, k, 0]),
-                             (rays.offset_t, rays.slope_t, found.references[f, k, 1]))])
+    s, t = (offset[some] + shift * slope[some] - middle for offset, slope, middle in
+            ((rays.offset_s, rays.slope_s, found.references[f, k, 0]),
+             (rays.offset_t, rays.slope_t, found.references[f, k, 1])))
+    victims = rays.victim[some]
+    rows, columns = np.nonzero((victims >= -1) & np.isfinite(s))
+    cells = np.column_stack([np.full((len(rows), 2), (f, c)), rows * stride, columns * stride])
+    return np.column_stack([s[rows, columns], t[rows, columns]]), cells, victims[rows, columns]
 
 
 def _in_focus(found: Spots, group: list, columns: str) -> bool:

@@ -105,6 +105,11 @@ def path_of(lens: lb.Lens, trace: lb.Trace, i: int) -> np.ndarray:
     return np.vstack([trace.points[i] + beginning * trace.directions[i], path[::-1]])
 
 
+def path_before_lens(lens: lb.Lens, film_distance: float, point: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Where a ray towards the film begins far before the lens (3,), from a point of it and its direction there."""
+    return np.asarray(point - _beginning(lens, film_distance) * direction)
+
+
 def _beginning(lens: lb.Lens, film_distance: float) -> float:
     """How far before the lens (mm) its rays begin."""
     return 4.0 * (lens.length + film_distance) + 20.0 * lens.surfaces[0].semi_diameter

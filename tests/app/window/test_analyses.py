@@ -7,6 +7,7 @@ from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.window.analyses import PANELS
 from lensbench.app.window.layouts import BENCH, LAYOUTS
+from tests.app.conftest import SMALL
 
 
 def inside(panel: str, x: float, y: float) -> ImVec2:
@@ -71,7 +72,7 @@ def test_each_panel_shows_a_figure_whose_data_are_copied_and_says_why_there_is_n
             hand.ctx.yield_(3)
             assert states[name].figure is None and "no lens" in states[name].reason, name
 
-    assert drive(use).view.messages == []
+    assert drive(use, replace(SMALL, blades=7)).view.messages == []
 
 
 @pytest.mark.slow
@@ -139,3 +140,44 @@ def test_a_figure_is_saved_where_the_dialog_says(drive, tmp_path, monkeypatch):
 
     session = drive(use)
     assert session.view.messages == ["The figure was saved as analysis.csv"] and not session.view.notices.errors()
+
+
+@pytest.mark.slow
+def test_a_is_behind_b_in_the_plots_while_both_are_compared(drive):
+    def use(hand):
+        hand.picture()
+        show(hand, "MTF")
+        state = hand.session.analyses.states["MTF"]
+        alone = state.figure
+        hand.press(imgui.Key.a)
+        hand.press(imgui.Key.s)
+        hand.session.take(replace(hand.settings, f_number=8.0))
+        settle(hand)
+        names = [layer.name for layer in state.figure.rows[0][0].named()]
+        assert names == [*(layer.name for layer in alone.rows[0][0].named()), "A"]
+        hand.ctx.mouse_move_to_pos(inside("MTF", 0.5, 0.5))
+        hand.ctx.yield_(3)
+        assert "   A 0." in state.drawn.told
+        hand.session.take(replace(hand.settings, compare="off"))
+        settle(hand)
+        assert "A" not in [layer.name for layer in state.figure.rows[0][0].named()]
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
+def test_a_mark_of_the_spots_under_the_mouse_is_a_ray_in_the_section(drive):
+    def use(hand):
+        hand.picture()
+        show(hand, "Spots")
+        links, window = hand.session.view.links, imgui.internal.find_window_by_name("Spots")
+        for step in range(60):
+            hand.ctx.mouse_move_to_pos(ImVec2(window.pos.x + (0.4 + 0.003 * step) * window.size.x,
+                                              window.pos.y + 0.5 * window.size.y))
+            hand.ctx.yield_(2)
+            if links.ray is not None:
+                break
+        assert links.ray is not None and links.ray.surface == -1 and ": from" in links.ray.end
+        assert len(links.ray.path) == 13                    # 11 surfaces, far before them, and the film
+
+    assert drive(use).view.messages == []

@@ -85,7 +85,7 @@ def test_the_film_dragged_to_a_shift_of_the_map_is_focused_there():
 
 def test_seidel_bars_add_up_to_those_of_the_lens():
     figure = seidel_figure(ASKED, 16)
-    bars = {layer.name: layer for layer in figure.rows[0][0].layers if isinstance(layer, Bars)}
+    bars = {layer.name: layer for layer in figure.rows[0][0].layers if isinstance(layer, Bars) and layer.name}
     for name, bar in bars.items():
         assert bar.y[-1] == pytest.approx(bar.y[:-1].sum(), abs=1e-9), name
     assert len(bars) == 5 and len(figure.table.rows) == len(ASKED.lens.surfaces) + 1     # no colour without dispersion

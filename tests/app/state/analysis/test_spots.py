@@ -31,7 +31,7 @@ def test_every_drawn_point_is_a_ray_in_its_own_cell_and_the_table_holds_all_fiel
     asked = query(Settings())
     figure = spots_figure(asked, 16, rows=3)
     (plot,), = figure.rows
-    (cloud,) = (layer for layer in plot.layers if isinstance(layer, Points))
+    (cloud,) = (layer for layer in plot.layers if isinstance(layer, Points) and layer.surface is None)
     cells = [layer for layer in plot.layers if isinstance(layer, Area)]
     assert len(cells) == 3 * COLUMNS
     inside = [sum(cell.x[0] <= x < cell.x[1] and cell.y[0] <= y < cell.y[1] for cell in cells)

@@ -1,0 +1,132 @@
+"""Layers of a plot drawn in the window: curves, marks, bars, labels, maps with contours."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from imgui_bundle import ImVec2, ImVec4, imgui, implot
+
+from lensbench.app.state.analysis.figure import Bars, Curve, Label, Map, Points, Tint, wavelength_colour
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.memo import Memo
+from lensbench.app.widgets.plot_axes import PlotMap, pieces, text
+from lensbench.kernels.figures import significant
+
+MARKERS = {"triangle": implot.Marker_.up, "square": implot.Marker_.square, "diamond": implot.Marker_.diamond}
+DOT = 1.3                       # half a mark of a point, pixels
+SHADES = 64
+NAMED = 6                       # levels of a map, at most, that have their values on the contours
+GHOST = 0.5                     # opacity of the figure A
+
+
+def colour_of(tint: Tint) -> theme.Colour:
+    """The colour of a tint in the theme in use."""
+    if isinstance(tint, float):
+        code = wavelength_colour(tint, theme.colours().dark)
+        return int(code[:2], 16) / 255.0, int(code[2:4], 16) / 255.0, int(code[4:], 16) / 255.0, 1.0
+    if tint.startswith("chart"):
+        return theme.tints()[int(tint[5:]) % 8]
+    colour: theme.Colour = getattr(theme.colours(), tint)
+    return colour
+
+
+def draw_curve(draw: imgui.ImDrawList, shown: PlotMap, curve: Curve, key: tuple, memo: Memo) -> None:
+    """A line in strokes of pixels, kept in the memo while its place is the same."""
+    pixel = theme.scale()
+    strokes = memo.of((key, curve, shown, pixel), lambda: pieces(
+        shown.pixels(curve.x, curve.y), *(each * pixel for each in curve.dash)))
+    tint = theme.packed(colour_of(curve.tint), GHOST if curve.ghost else 1.0)
+    for stroke in strokes:
+        draw.add_polyline(stroke, tint, curve.weight * pixel, imgui.ImDrawFlags_.none)
+
+
+def draw_points(points: Points) -> None:
+    """Marks, all by one call."""
+    red, green, blue, alpha = colour_of(points.tint)
+    tint, pixel = ImVec4(red, green, blue, GHOST * alpha if points.ghost else alpha), theme.scale()
+    if points.x.size:
+        implot.plot_scatter(f"##{points.name} {points.ghost} {points.surface}", np.ascontiguousarray(points.x, float),
+                            np.ascontiguousarray(points.y, float),
+                            implot.Spec(marker=MARKERS[points.shape], marker_size=DOT * pixel, marker_line_color=tint,
+                                        marker_fill_color=tint, line_weight=0.0))
+
+
+def draw_bars(draw: imgui.ImDrawList, shown: PlotMap, bars: Bars) -> None:
+    """Bars; those of unknown height are left out."""
+    tint = theme.packed(colour_of(bars.tint), GHOST if bars.ghost else 1.0)
+    low = shown.pixels(bars.x - 0.5 * bars.width, np.zeros_like(bars.y))
+    high = shown.pixels(bars.x + 0.5 * bars.width, bars.y)
+    for (x0, y0), (x1, y1) in zip(low.tolist(), high.tolist(), strict=True):
+        if y0 == y0 and y1 == y1:
+            draw.add_rect_filled(ImVec2(x0, min(y0, y1)), ImVec2(max(x1, x0 + 1.0), max(y0, y1)), tint)
+
+
+def draw_label(draw: imgui.ImDrawList, shown: PlotMap, label: Label) -> None:
+    """Small text on a plate beside its place."""
+    at, size, pad = shown.at(label.x, label.y), imgui.calc_text_size(label.text), 2.0 * theme.scale()
+    x = {"right": at.x + pad, "left": at.x - size.x - pad}.get(label.side.split()[0], at.x - 0.5 * size.x)
+    upright = label.side.split()[-1]
+    y = {"above": at.y - size.y, "below": at.y}.get(upright, at.y - 0.5 * size.y)
+    tint = "amber_text" if label.tint == "amber" else label.tint
+    text(draw, ImVec2(x, y), colour_of(tint), label.text, plate=True)
+
+
+def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, memo: Memo) -> None:
+    """Shades from the ground to strong, and contours at the levels."""
+    implot.push_colormap(_shades(theme.colours().dark))
+    implot.plot_heatmap("##map", np.ascontiguousarray(shades.shades[::-1]), 0.0, 1.0, "",
+                        implot.Point(shades.x[0], shades.y[0]), implot.Point(shades.x[1], shades.y[1]))
+    implot.pop_colormap()
+    for x0, y0, x1, y1 in memo.of((name, "gaps", shades, shown), lambda: _gaps(shades, shown)):
+        draw.add_rect_filled(ImVec2(x0, y1), ImVec2(x1, y0), theme.packed(theme.colours().well))
+    strokes = memo.of((name, "contours", shades, shown), lambda: [
+        (level, [pieces(shown.pixels(*line.T)) for line in _contours(shades, level)]) for level in shades.levels])
+    tint = theme.packed(theme.colours().ground, 0.8)
+    for level, lines in strokes:
+        for line in lines:
+            for stroke in line:
+                draw.add_polyline(stroke, tint, theme.scale(), imgui.ImDrawFlags_.none)
+        if lines and lines[0] and len(shades.levels) <= NAMED:
+            middle = lines[0][0][len(lines[0][0]) // 2]
+            text(draw, ImVec2(middle.x, middle.y), theme.colours().text, significant(level, 2), plate=True)
+
+
+def _gaps(shades: Map, shown: PlotMap) -> list[list[float]]:
+    """Boxes in pixels of the runs of unknown values in each row: left, bottom, right, top."""
+    rows, columns = shades.values.shape
+    missing = np.pad(np.isnan(shades.values), ((0, 0), (1, 1))).astype(int)
+    found = []
+    for row in np.flatnonzero(missing.any(1)).tolist():
+        ends = np.flatnonzero(np.diff(missing[row]))
+        x = shades.x[0] + ends / columns * (shades.x[1] - shades.x[0])
+        y = shades.y[0] + np.array([row, row + 1]) / rows * (shades.y[1] - shades.y[0])
+        for a, b in zip(x[::2], x[1::2], strict=True):
+            (left, bottom), (right, top) = shown.pixels([a, b], y)
+            found.append([float(left), float(bottom), float(right), float(top)])
+    return found
+
+
+def _shades(dark: bool) -> int:
+    """The colormap from the well of the plot to its strong colour, through the blue of glass."""
+    name = f"shades {'dark' if dark else 'light'}"
+    known = implot.get_colormap_index(name)
+    if known >= 0:
+        return known
+    low, high = ((0.09, 0.10, 0.12), (0.93, 0.95, 0.97)) if dark else ((0.26, 0.30, 0.36), (0.98, 0.98, 0.98))
+    middle = (0.27, 0.45, 0.62) if dark else (0.42, 0.62, 0.80)
+    part = np.linspace(0.0, 1.0, SHADES)
+    rows = np.column_stack([np.interp(part, (0.0, 0.5, 1.0), ends) for ends in zip(low, middle, high, strict=True)])
+    packed = [imgui.color_convert_float4_to_u32(ImVec4(*row, 1.0)) for row in rows.tolist()]
+    return implot.add_colormap(name, np.array(packed, np.uint32), False)
+
+
+@lru_cache(maxsize=32)
+def _contours(shades: Map, level: float) -> tuple[np.ndarray, ...]:
+    """Polylines (n, 2) of one level."""
+    from contourpy import contour_generator
+
+    rows, columns = shades.values.shape
+    x = shades.x[0] + (np.arange(columns) + 0.5) / columns * (shades.x[1] - shades.x[0])
+    y = shades.y[0] + (np.arange(rows) + 0.5) / rows * (shades.y[1] - shades.y[0])
+    lines: Any = contour_generator(x, y, np.ma.masked_invalid(shades.values)).lines(level)
+    return tuple(lines)

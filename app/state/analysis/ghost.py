@@ -1,0 +1,81 @@
+"""A figure with that of another lens behind it: A as a ghost in every plot of B, and beside it in the numbers.
+
+Curves, bars and points of A are faint. Points of cells, such as spots, are brought to the scale of B. Maps of A are
+not drawn, but read under the cursor.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from lensbench.app.state.analysis.figure import Area, Axis, Bars, Curve, Figure, Map, Plot, Points, Table
+
+SKIPPED = ("amber", "faint", "grid")        # tints of what belongs to the axes, or is B's alone
+
+
+def with_ghost(b: Figure, a: Figure | None, name: str, reason: str = "") -> Figure:
+    """B with A behind it.
+
+    a: None where A has no such figure, for a reason. name: of A, for the remarks.
+    """
+    if a is None:
+        return replace(b, remarks=(*b.remarks, f"A ({name}) has no such figure: {reason}"))
+    same = [len(row) for row in a.rows] == [len(row) for row in b.rows]
+    if not same:
+        return replace(b, remarks=(*b.remarks, f"A ({name}) has other plots, which are not shown"))
+    rows = tuple(tuple(_plot(*pair) for pair in zip(*pairs, strict=True)) for pairs in zip(b.rows, a.rows, strict=True))
+    return replace(b, rows=rows, table=_table(b.table, a.table),
+                   remarks=(*b.remarks, f"faint, and A in the numbers: {name}", *(f"A: {each}" for each in a.remarks
+                                                                                 if each not in b.remarks)))
+
+
+def _plot(b: Plot, a: Plot) -> Plot:
+    """One plot with its ghost, its axes wide enough for both."""
+    ghosts = [found for layer in a.layers if (found := _ghost(layer, b, a)) is not None]
+    areas = {(layer.x, layer.y): layer.text for layer in a.layers if isinstance(layer, Area)}
+    own = [replace(layer, text=_both(layer.text, areas.get((layer.x, layer.y)))) if isinstance(layer, Area) else layer
+           for layer in b.layers]
+    maps = [layer for layer in own if isinstance(layer, Map)]
+    rest = [layer for layer in own if not isinstance(layer, Map)]
+    legend = [Curve("A", np.zeros(0), np.zeros(0), "dim", weight=1.0)] if any(
+        not isinstance(each, Map) for each in ghosts) else []
+    return replace(b, x=_axis(b.x, a.x), y=_axis(b.y, a.y), layers=(*maps, *ghosts, *rest, *legend))
+
+
+def _ghost(layer, b: Plot, a: Plot):
+    """A layer of A as a ghost in the plot of B, or None."""
+    if getattr(layer, "surface", None) is not None:
+        return None
+    if isinstance(layer, Curve):
+        shown = layer.name and layer.tint not in SKIPPED and not b.cell
+        return replace(layer, ghost=True, weight=1.0) if shown else None
+    if isinstance(layer, Bars):
+        lasting = [each.x for each in b.layers if isinstance(each, Bars) and each.name == layer.name]
+        same = any(each.shape == layer.x.shape for each in lasting)
+        return replace(layer, ghost=True, name="", width=1.6 * layer.width, tint="dim") if same else None
+    if isinstance(layer, Points):
+        if not (a.cell and b.cell):
+            return replace(layer, ghost=True, rays=None)
+        x, y = np.round(layer.x), np.round(layer.y)
+        moved = np.column_stack([layer.x - x, layer.y - y]) * (a.cell / b.cell)
+        inside = (np.abs(moved) < 0.5).all(1)
+        return replace(layer, x=x[inside] + moved[inside, 0], y=y[inside] + moved[inside, 1], ghost=True, rays=None,
+                       tint="dim")
+    return replace(layer, ghost=True) if isinstance(layer, Map) and layer.name else None
+
+
+def _axis(b: Axis, a: Axis) -> Axis:
+    return b if b.label is None else replace(b, low=min(a.low, b.low), high=max(a.high, b.high))
+
+
+def _both(b: str, a: str | None) -> str:
+    """What is said of a place in B, and below it of A."""
+    return b if a is None else "\n".join((b, *(f"A: {line}" for line in a.split("\n"))))
+
+
+def _table(b: Table, a: Table) -> Table:
+    """The numbers of both, B first; of B alone where the columns differ."""
+    if a.head != b.head:
+        return b
+    rows = [("B", *row) for row in b.rows] + [("A", *row) for row in a.rows]
+    return Table(("lens", *b.head), tuple(rows))
