@@ -1,6 +1,7 @@
 """The command `lensbench lightfield`: capture the light through each part of the pupil, refocus it, show its rays."""
 
 import argparse
+import math
 from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -81,8 +82,7 @@ def _capture(arguments: argparse.Namespace) -> int:
     save_light_field(path, recording)
     near, far = recording.field.clear_range
     print(f"{path}: {fixed(perf_counter() - begin, 1)} s; can be focused without gaps from "
-          f"{significant(near / 1000.0, 3)} m to "
-          f"{significant(far / 1000.0, 3)} m")
+          f"{_metres(near)} to {_metres(far)}")
     return 0
 
 
@@ -137,8 +137,13 @@ def _refocus(arguments: argparse.Namespace) -> int:
     note = "" if distance == wanted else f", the nearest distance in place of {significant(wanted / 1000.0, 4)} m"
     near, far = field.clear_range
     if not near <= distance <= far:
-        note += (f"; outside {significant(near / 1000.0, 3)} to {significant(far / 1000.0, 3)} m neighbouring views "
+        note += (f"; outside {_metres(near)} to {_metres(far)} neighbouring views "
                  f"differ by more than a "
                  "pixel: record more views")
     print(f"{arguments.output}: focused at {significant(distance / 1000.0, 4)} m{note}")
     return 0
+
+
+def _metres(distance: float) -> str:
+    """A distance (mm) in metres, or infinity."""
+    return "infinity" if math.isinf(distance) else f"{significant(distance / 1000.0, 3)} m"

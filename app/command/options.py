@@ -10,6 +10,7 @@ from dataclasses import fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 
+from lensbench.app.command.ignored_options import remarks
 from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
 from lensbench.app.state import former_settings
 from lensbench.app.state.build import design
@@ -149,6 +150,11 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         raise SettingsError(f"dispersion on: {colours(settings).why}")
     if not settings.has_lens and arguments.focus is None:  # its nearest focus follows from film and view
         settings = constrained(settings)
+    named = {field.name: spec(field).option or field.name.replace("_", "-") for field in fields(Settings)}
+    unnamed = arguments.settings is not None or lens is None or Path(lens).suffix.lower() in PICTURES
+    for remark in remarks(settings, set(asked) | ({"camera"} if arguments.camera else set()), named,
+                          None if unnamed else lens):
+        say(remark)
     return settings.checked()
 
 

@@ -169,8 +169,8 @@ def _pixels(of: lb.Camera) -> list[Row]:
     """The intrinsics as rows."""
     try:
         found = of.intrinsics
-    except lb.CameraError:
-        return [("Intrinsics", (NONE,), "", "Focal length and principal point: none, this camera is not projective")]
+    except lb.CameraError as error:
+        return [("Intrinsics", (NONE,), "", f"Focal length and principal point: none; {error}")]
     return [("fx, fy", (number(found.fx, 1), number(found.fy, 1)), "px",
              "Intrinsics: the focal length in pixels across and down; of a lens, that of its first order"),
             ("cx, cy", (number(found.cx, 1), number(found.cy, 1)), "px",

@@ -198,14 +198,15 @@ class Files:
 
     def save_intrinsics(self, path: Path) -> None:
         """Save the camera's intrinsics and pose as JSON."""
-        from lensbench.app.files.export import ExportError, replacing
+        from lensbench.app.files.export import replacing
         from lensbench.app.state.build import camera
         from lensbench.app.state.figures import intrinsics
 
         try:
-            text = intrinsics(camera(self._state.history.present))
-            if text is None:
-                raise ExportError("This camera has no intrinsics: it is not projective")
+            of = camera(self._state.history.present)
+            _ = of.intrinsics                           # raises where there are none, with the reason
+            text = intrinsics(of)
+            assert text is not None
             with replacing(path) as part:
                 part.write_text(text + "\n", encoding="utf-8")
         except (ValueError, OSError) as error:

@@ -35,6 +35,7 @@ class EnvironmentCamera(Camera):
         (sin θ sin φ, cos θ, −sin θ cos φ) and −z in the centre. "equal-area": an octahedron, on which each pixel has
         the same solid angle, with −z in the centre and +z in the corners. "cube-map": six faces in a cross of 4 × 3
         cells, left, front, right and back in the middle row, up and down above and below front; the rest stays dark.
+        Square pixels need a film of 2:1, 1:1 and 4:3.
     **placement
         Keyword arguments of `Camera`: transform, shutter, weights and medium.
 

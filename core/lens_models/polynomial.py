@@ -102,13 +102,16 @@ class Polynomial:
         Raises
         ------
         LensError
-            Another degree, a lens without rotational symmetry, too little light for a fit, or directions that are far
-            from unit vectors.
+            Another degree, a lens without rotational symmetry, regions of several pieces, too little light for a fit,
+            or directions that are far from unit vectors.
         """
         if degree not in DEGREES:
             raise LensError(f"polynomial degree {degree}: choose one of {', '.join(map(str, DEGREES))}")
         if not lens.is_rotationally_symmetric:
             raise LensError("a polynomial is fitted in rotation invariants, and this lens has a cylinder or toroid")
+        if table.splits:
+            raise LensError("no polynomial: near the edge of the light, this lens splits its exit-pupil regions, and "
+                            "only the trace finds the dark between the pieces: choose the trace, or a smaller film")
         n, low = degree // 2, _position_degree(degree // 2)
         places, shares = _sample_places(n)
         film, aim, drift = _aim_rays(table.outline, table.course, table.offsets, table.radius, table.end, table.scale,

@@ -58,6 +58,9 @@ def pupil_reach(camera: Camera) -> float:
     if camera.weights == "radiance":
         raise LightFieldError("light fields know the weights relative and physical: leave out weights=\"radiance\"")
     if lens.is_hole:
+        if lens.slope_film == 0.0:
+            raise LightFieldError("parallel rays see each point from one side alone: give the orthographic camera a "
+                                  "lens radius and a finite focus distance")
         raise LightFieldError("a pinhole sees from one place alone: record a light field through a lens")
     if not camera.follows_rays:
         if not lens.iris.is_round and lens.origin_film != 0.0:

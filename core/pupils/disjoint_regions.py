@@ -6,6 +6,7 @@ costs samples but no light. Lens frame, mm.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,35 +14,120 @@ from lensbench.kernels.cache import njit
 from lensbench.optics.clearance import ClearanceTracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.pupils.rim_solver import ROUGH, solve_rims
+from lensbench.pupils.rim_solver import REACH, ROUGH, rear_interval, solve_rims
 
 SCAN = 96               # points of the meridian in the search for pieces
 CELL_CENTRES = np.arange(SCAN) + 0.5
+SCAN_CLOSELY = 512      # points of the meridian in the search for a split, twice
+COLUMNS, ROWS = 1024, 160       # of the grid of rays that measures a split region; pieces are narrow across
 NEIGHBOURS = 4          # film radii to either side whose regions bound the search
 
 
 def enclose_disjoint_regions(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray,
-             tolerance: float, by: ClearanceTracer, wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
+                             tolerance: float, by: ClearanceTracer, wavelength: float = D_LINE
+                             ) -> tuple[np.ndarray, np.ndarray, bool]:
     """Centres (n,) and rims (n, m, 2) of `solve_rims` for rising radii, with outlines around disjoint regions.
+
+    Also returns whether there are any, whose outlines then contain more than light.
 
     The neighbouring radii get the outline around those pieces and their own region, so that interpolation between the
     radii loses no light.
     """
     pieces = _pieces(lens, film_distance, radii, centres, rims, tolerance, by, wavelength)
     if not pieces:
-        return centres, rims
+        return centres, rims, False
     centres, rims = centres.copy(), rims.copy()
     own = {k: pieces.get(k, rims[k] + [centres[k], 0.0]) for k in range(len(radii)) if k in pieces or rims[k].any()}
     for k in own:
         beside = [pieces[j] for j in (k - 1, k + 1) if j in pieces]
         if beside or k in pieces:
-            outline = _upper_hull(np.concatenate([own[k], *beside]))
-            along = np.append(0.0, np.cumsum(np.hypot(*np.diff(outline, axis=0).T)))
-            wanted = np.linspace(0.0, along[-1], rims.shape[1])
-            centres[k] = 0.5 * (outline[0, 0] + outline[-1, 0])
-            rims[k, :, 0] = np.interp(wanted, along, outline[:, 0]) - centres[k]
-            rims[k, :, 1] = np.interp(wanted, along, outline[:, 1])
-    return centres, rims
+            centres[k], rims[k] = _outline(np.concatenate([own[k], *beside]), rims.shape[1])
+    return centres, rims, True
+
+
+def _outline(points: np.ndarray, count: int) -> tuple[float, np.ndarray]:
+    """Centre x, and points (count, 2) from there, evenly along the upper half of the hull around points (p, 2)."""
+    outline = _upper_hull(points)
+    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(outline, axis=0).T)))
+    wanted = np.linspace(0.0, along[-1], count)
+    centre = 0.5 * (outline[0, 0] + outline[-1, 0])
+    return centre, np.stack([np.interp(wanted, along, outline[:, 0]) - centre,
+                             np.interp(wanted, along, outline[:, 1])], 1)
+
+
+class SplitRegion(NamedTuple):
+    """Region of several pieces, or with a hole: its light, and the convex outline around all of it."""
+
+    area: float                 # mm²
+    cos4_area: float            # ∫ cos⁴θ dA, mm²
+    centre: float               # x of the outline's middle, mm
+    rim: np.ndarray             # (points, 2) of the upper half of the outline, from there, mm
+
+
+def split_regions(lens: Lens, film_distance: float, radii: np.ndarray, rims: np.ndarray,
+                  by: ClearanceTracer) -> dict[int, SplitRegion]:
+    """Regions of film radii (n,) whose meridian begins to pass light more than once, by index.
+
+    Also those that pass light where `solve_rims` found none, with rims (n, points, 2) of 0: narrow ones. A grid of rays
+    over the lit part of the rear plane measures them; on its lines the edges are interpolated.
+    """
+    low, high = rear_interval(lens, film_distance, radii)
+    found = {}
+    for k, radius in enumerate(radii):
+        # Light on the meridian, then closer about what is lit
+        left, right = float(low[k]), float(high[k])
+        for _ in range(2):
+            step = (right - left) / SCAN_CLOSELY
+            lit = _levels(radius, left + step * (np.arange(SCAN_CLOSELY) + 0.5), np.zeros(1), film_distance, by)[0]
+            where = np.flatnonzero(lit <= 1.0)
+            if not len(where):
+                break
+            left, right = left + step * (where[0] - 1.0), left + step * (where[-1] + 2.0)
+        if len(where) and ((np.diff(where) > 1).any() or not rims[k].any()):
+            region = _measured(lens, film_distance, radius, left, right, rims.shape[1], by)
+            if region is not None:
+                found[k] = region
+    return found
+
+
+def _measured(lens: Lens, film_distance: float, radius: float, left: float, right: float, points: int,
+              by: ClearanceTracer) -> SplitRegion | None:
+    """A region that is lit on the meridian from about `left` to `right` (mm); None where the grid meets no light."""
+    wide = right - left
+    left, right, low, high = left - wide, right + wide, 0.0, REACH * lens.surfaces[-1].semi_diameter
+    for _ in range(3):                          # the box of the light, closer each time
+        x = np.linspace(left, right, COLUMNS + 1)
+        dx, dy = x[1] - x[0], (high - low) / ROWS
+        y = low + dy * (np.arange(ROWS) + 0.5)
+        level = _levels(radius, x, y, film_distance, by)
+        rows, columns = (np.flatnonzero((level <= 1.0).any(axis)) for axis in (1, 0))
+        if not len(rows):
+            return None
+        left, right = x[columns[0]] - 2.0 * dx, x[columns[-1]] + 2.0 * dx
+        high = y[rows[-1]] + 2.0 * dy
+    # Part of each cell that is lit, from the levels at its ends
+    a, b = level[:, :-1], level[:, 1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.nan_to_num((1.0 - np.minimum(a, b)) / np.abs(a - b), nan=0.5)
+    share = np.where(np.isfinite(a) & np.isfinite(b), share, 0.5)
+    lit = np.where((a <= 1.0) & (b <= 1.0), 1.0, np.where((a <= 1.0) | (b <= 1.0), share, 0.0))
+    middle = 0.5 * (x[1:] + x[:-1])
+    cos2 = film_distance**2 / (film_distance**2 + (middle - radius) ** 2 + y[:, None] ** 2)
+    # Ends of the light on each line
+    edges = []
+    for j in np.flatnonzero(lit.any(1)):
+        first, last = np.flatnonzero(lit[j])[[0, -1]]
+        edges += [(x[first + 1] - lit[j, first] * dx, y[j]), (x[last] + lit[j, last] * dx, y[j])]
+    centre, rim = _outline(np.array([*edges, (edges[0][0], 0.0), (edges[1][0], 0.0)]), points)
+    return SplitRegion(2.0 * dx * dy * float(lit.sum()), 2.0 * dx * dy * float((lit * cos2**2).sum()), centre, rim)
+
+
+def _levels(radius: float, x: np.ndarray, y: np.ndarray, film_distance: float, by: ClearanceTracer) -> np.ndarray:
+    """Clearances (len(y), len(x)) of rays from a film point to the points of a grid on the rear plane."""
+    px, py = (values.ravel() for values in np.meshgrid(x, y))
+    out = np.empty(px.size)
+    clearances(np.full(px.size, radius), np.zeros(px.size), px, py, film_distance, out, by, ROUGH)
+    return out.reshape(len(y), len(x))
 
 
 def _pieces(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray,

@@ -87,7 +87,7 @@ class PupilTable:
     (mm) beyond which no light falls. outline: (RINGS, SECTORS + 1, 2) corners in the upper half, in mm from the
     region's centre. The centre lies at x = (c₀ + c₁ t + c₂ t²) r + offset, t = (r / end)², with the numbers c of the
     `course` and the `offsets` (RINGS,) in mm. The course is 0 unless the regions of a small stop move by much of their
-    size from ring to ring.
+    size from ring to ring. splits: whether some region has several pieces, around which the outline has dark parts.
     """
 
     film_distance: float
@@ -97,6 +97,7 @@ class PupilTable:
     outline: np.ndarray
     course: np.ndarray
     offsets: np.ndarray
+    splits: bool = False
 
     @classmethod
     def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE,
@@ -116,10 +117,11 @@ class PupilTable:
         radii = _ring_radii(film_radius, end)
         centres, rims = solve_rims(lens, film_distance, radii, POINTS, tolerance, wavelength,
                                    project_rear_rim(radii, *rim), by)
-        centres, rims = enclose_disjoint_regions(lens, film_distance, radii, centres, rims, tolerance, by, wavelength)
+        centres, rims, splits = enclose_disjoint_regions(lens, film_distance, radii, centres, rims, tolerance, by,
+                                                         wavelength)
         course, offsets = _course(radii, end, dark, centres, rims)
         return cls(film_distance, film_radius, end, dark,
-                   _equal_areas(_widened(offsets, rims)) if widened else _filled(rims), course, offsets)
+                   _equal_areas(_widened(offsets, rims)) if widened else _filled(rims), course, offsets, splits)
 
     def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Inner ring (n,), below RINGS − 1, of film radii (n,) in mm, and the share (n,) of the next ring."""

@@ -1,7 +1,7 @@
 """Exit-pupil region: the part of the plane of the last vertex from which a film point receives light."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 
 import numpy as np
@@ -10,9 +10,11 @@ from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
 from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import unit_square
+from lensbench.optics.clearance import clearance_tracer
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.scalar_trace import Fate, trace
+from lensbench.pupils.disjoint_regions import SplitRegion, split_regions
 from lensbench.pupils.outline_solver import solve_outlines
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.rim_solver import solve_rims
@@ -40,7 +42,10 @@ class ExitPupil:
     centres : (n,) array
         x (mm) of the points on the meridian from which the rims are measured.
     rims : (n, m, 2) array
-        Points (mm) on the upper half of each rim, from its centre; 0 where no light passes.
+        Points (mm) on the upper half of each rim, from its centre; 0 where no light passes. A region of several pieces,
+        or with a hole, as at the edge of the light of some fisheyes, has the convex outline around all of it.
+    split : dict of int to SplitRegion
+        What such regions measure, by index; `area` and `cos4_area` are those of the light, not of the outline.
     """
 
     lens: Lens
@@ -48,6 +53,7 @@ class ExitPupil:
     film_radii: np.ndarray
     centres: np.ndarray
     rims: np.ndarray
+    split: dict[int, SplitRegion] = field(default_factory=dict)
 
     def boundary(self, i: int) -> np.ndarray:
         """Rim of one region.
@@ -68,7 +74,10 @@ class ExitPupil:
     @property
     def area(self) -> np.ndarray:
         """Areas (n,) in mm²: ∫ r²/2 over all directions, by the trapezium rule."""
-        return _integral(self.rims, lambda r2: r2)
+        total = _integral(self.rims, lambda r2: r2)
+        for k, region in self.split.items():
+            total[k] = region.area
+        return total
 
     @property
     def cos4_area(self) -> np.ndarray:
@@ -82,6 +91,8 @@ class ExitPupil:
             offset = t * self.rims + np.stack([self.centres - self.film_radii, 0.0 * self.centres], 1)[:, None, :]
             cos2 = self.film_distance**2 / (self.film_distance**2 + (offset**2).sum(2))
             total += w * _integral(self.rims, lambda r2, t=t, cos2=cos2: 2.0 * t * r2 * cos2**2)
+        for k, region in self.split.items():
+            total[k] = region.cos4_area
         return total
 
     @property
@@ -157,7 +168,7 @@ def _peak(values: np.ndarray) -> float:
 
 def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE,
                points: int = 257) -> ExitPupil:
-    """Exit-pupil regions of a rotationally symmetric lens, to 1e-10 of its rear semi-diameter.
+    """Exit-pupil regions of a rotationally symmetric lens, to 1e-10 of its rear semi-diameter; split ones to 1e-3.
 
     Parameters
     ----------
@@ -185,7 +196,12 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
     if not (np.isfinite(radii).all() and (radii >= 0.0).all() and math.isfinite(film_distance) and film_distance > 0.0):
         raise LensError("the exit pupil needs film radii of at least 0 mm and a film behind the lens")
     tolerance = 1e-10 * lens.surfaces[-1].semi_diameter
-    return ExitPupil(lens, film_distance, radii, *solve_rims(lens, film_distance, radii, points, tolerance, wavelength))
+    by = clearance_tracer(lens, film_distance, wavelength)
+    centres, rims = solve_rims(lens, film_distance, radii, points, tolerance, wavelength, by=by)
+    split = split_regions(lens, film_distance, radii, rims, by)
+    for k, region in split.items():
+        centres[k], rims[k] = region.centre, region.rim
+    return ExitPupil(lens, film_distance, radii, centres, rims, split)
 
 
 def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:

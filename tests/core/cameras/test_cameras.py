@@ -242,7 +242,7 @@ def test_single_precision_rays_are_the_double_ones_to_their_digits():
     (lambda: lb.PerspectiveCamera(FILM, lens_radius=-1.0), "lens radius"),
     (lambda: lb.PerspectiveCamera(FILM, focus_distance=0.0), "focus distance"),
     (lambda: lb.PerspectiveCamera(FILM, focus_distance=math.nan), "focus distance"),
-    (lambda: lb.PerspectiveCamera(FILM, weights="loud"), "relative or physical"),
+    (lambda: lb.PerspectiveCamera(FILM, weights="loud"), "relative, physical or radiance"),
     (lambda: lb.PerspectiveCamera(FILM, shutter_open=2.0), "before it opens"),
     (lambda: lb.PerspectiveCamera(FILM, world_from_camera=np.zeros((4, 4))), "last row"),
     (lambda: lb.PerspectiveCamera(FILM, world_from_camera=np.diag([1.0, 1.0, 0.0, 1.0])), "singular"),

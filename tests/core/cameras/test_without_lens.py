@@ -141,7 +141,7 @@ def test_the_sharpest_hole_is_rayleighs():
     (lambda: lb.PinholeCamera(FILM, radius=math.nan), "hole radius nan"),
     (lambda: lb.PinholeCamera(FILM).blur(0.0), "object distance"),
     (lambda: lb.best_pinhole(-1.0), "positive distances"),
-    (lambda: lb.BareSensor(FILM, weights="heavy"), "relative or physical"),
+    (lambda: lb.BareSensor(FILM, weights="heavy"), "relative, physical or radiance"),
 ])
 def test_invalid_settings_are_refused_in_one_line(make, says):
     with pytest.raises(lb.CameraError, match=says) as caught:

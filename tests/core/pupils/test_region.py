@@ -291,7 +291,8 @@ def test_a_coarse_and_a_fine_solution_agree_at_every_radius(name):
     _, rims = solve_rims(lens, distance, radii, 41, 2e-4 * lens.surfaces[-1].semi_diameter)
     x, y = rims[..., 0], rims[..., 1]
     area = (x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]).sum(1)
-    assert np.abs(area - close.area).max() < 0.01 * close.area.max()
+    whole = np.array([k not in close.split for k in range(len(radii))])
+    assert np.abs(area - close.area)[whole].max() < 0.01 * close.area.max()
 
 
 @pytest.mark.parametrize("name", ["pbrt-fisheye-10mm", "lv-zeiss-biogon-21-f45", "pbrt-wide-22mm", "lenshh-petzval"])

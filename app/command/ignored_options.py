@@ -1,0 +1,63 @@
+"""Options of a picture that were given and have no effect, with what to give instead."""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from lensbench.app.state.camera_kinds import LENS_MODELS
+from lensbench.app.state.settings import SHAPES, Settings
+
+
+class _Need(NamedTuple):
+    """When a setting has an effect, and what to do where it has none."""
+
+    has_effect: Callable[[Settings], bool]
+    instead: str = ""
+
+
+def _of_lens(settings: Settings) -> bool:
+    return settings.kind.has_lens
+
+
+def _of_camera(*cameras: str) -> Callable[[Settings], bool]:
+    return lambda settings: settings.camera in cameras
+
+
+_STOP = _Need(lambda settings: settings.kind.has_stop and (not settings.has_lens or settings.has_stop))
+_FOG = _Need(lambda settings: settings.medium != "air", "give --medium too")
+_END = _Need(lambda settings: settings.keyframed, "give --end-position too")
+_NEEDS = {
+    "lens_radius": _Need(lambda settings: settings.kind.lens_radius, "the aperture of a lens is --f-number"),
+    "f_number": _Need(lambda settings: settings.kind.f_number),
+    "focus_distance": _Need(lambda settings: settings.kind.focuses),
+    "blades": _STOP, "blade_rotation": _STOP, "roundness": _STOP,
+    "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens), "focus_position": _Need(_of_lens),
+    "immersed": _Need(lambda settings: settings.kind.has_lens and settings.medium == "water", "give --medium water"),
+    "degree": _Need(lambda settings: settings.kind.has_lens and LENS_MODELS[settings.lens_model].has_degree,
+                    "give --lens-model polynomial"),
+    "projection": _Need(_of_camera("fisheye")), "layout": _Need(_of_camera("environment")),
+    "scene_width": _Need(_of_camera("orthographic")), "hole_distance": _Need(_of_camera("finite-pinhole")),
+    "hole_diameter": _Need(_of_camera("finite-pinhole")),
+    "fov_axis": _Need(lambda settings: "fov_axis" in settings.kind.lists),
+    "visibility": _FOG, "fog_light": _FOG, "end_yaw": _END, "end_pitch": _END,
+}
+
+
+def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: str | None) -> Iterator[str]:
+    """A line for each option without an effect, and for an aperture that is none.
+
+    given: settings that options name. options: the option of each. lens: the LENS that was named.
+    """
+    if lens is not None and not settings.kind.has_lens:
+        yield f"{lens} has no effect: the camera {settings.camera} has no lens; give --camera lens"
+    for name, need in _NEEDS.items():
+        if name in given and not need.has_effect(settings):
+            yield f"--{options[name]} has no effect on the camera {settings.camera}" + (
+                f": {need.instead}" if need.instead else "")
+    if settings.camera == "environment":
+        across, down = SHAPES[settings.layout]
+        if settings.pixels_x * down != settings.pixels_y * across:
+            yield (f"the layout {settings.layout} has the shape {across}:{down}: {settings.pixels_x}x"
+                   f"{settings.pixels_y} stretches it; give --size {settings.pixels_y * across // down}x"
+                   f"{settings.pixels_y}")
+    if "f_number" in given and settings.f_number is None and settings.kind.ideal_lens:
+        yield "--f-number open makes this camera a pinhole, for an ideal lens has no widest stop: give a number"

@@ -1,0 +1,30 @@
+"""An option that changes nothing is named, and no other one."""
+
+import pytest
+
+from lensbench.app.command.main import main
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options, said", [
+    ("--camera perspective --f-number open --lens-radius 5mm", ["--lens-radius has no effect on the camera perspective",
+                                                                "--f-number open makes this camera a pinhole"]),
+    ("--camera perspective --f-number 2 --fov-axis diagonal --blades 6", []),
+    ("--camera orthographic --f-number 2 --lens-radius 5mm", ["--f-number has no effect on the camera orthographic"]),
+    ("--camera environment --layout equal-area --size 8x8", []),
+    ("--camera environment --layout equal-area --size 16x8 --focus 2m", ["has the shape 1:1: 16x8 stretches it",
+                                                                         "--focus has no effect"]),
+    ("--camera fisheye --degree 5 --visibility 3m",
+     ["--degree has no effect on the camera fisheye: give --lens-model",
+      "--visibility has no effect on the camera fisheye: give --medium"]),
+    ("pbrt-dgauss-50mm --camera bare-sensor", ["pbrt-dgauss-50mm has no effect: the camera bare-sensor has no lens"]),
+])
+def test_options_without_an_effect_are_named(options, said, tmp_path, capsys):
+    words = options.split()
+    if "--size" not in words:
+        words += ["--size", "12x8"]
+    assert main(["render", *words, "--scene", "white-wall", "--samples", "1", "-o", str(tmp_path / "x.png")]) == 0
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("lensbench: ")]
+    assert len(lines) == len(said)
+    for text in said:
+        assert any(text in line for line in lines)
