@@ -106,6 +106,7 @@ if TYPE_CHECKING:
         Sphere,
         Sun,
     )
+    from lensbench.scenery.photograph import photograph_scene
     from lensbench.scenery.scene import Scene
     from lensbench.scenery.shading.participating_medium import Medium, MediumError
 
@@ -160,6 +161,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "rendering.progressive": "Rendering depth_map",
     "scenery.builtin.library": "SCENES builtin_scene",
     "scenery.objects": "Disk Floor Image ImageSky Material Mesh Pattern Rectangle SceneError Sky Sphere Sun",
+    "scenery.photograph": "photograph_scene",
     "scenery.scene": "Scene",
     "scenery.shading.participating_medium": "Medium MediumError",
 }
@@ -181,7 +183,7 @@ __all__ = [
     "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent", "find_depth",
     "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance", "light_field_bytes",
     "load_scene", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus", "open_region",
-    "picture_through", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "save", "section_foci",
-    "seidel", "show", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "unit_disk",
-    "vignetting", "working_f_number",
+    "photograph_scene", "picture_through", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render",
+    "save", "section_foci", "seidel", "show", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
+    "transmission", "unit_disk", "vignetting", "working_f_number",
 ]

@@ -19,6 +19,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.app.state.scene_assets.depth_map import read_photograph
 from lensbench.app.state.scene_assets.mesh_file import MM, Pose, read_mesh, rotation
 from lensbench.app.state.scene_assets.sky_picture import read_sky
 from lensbench.app.state.scene_texture import read_texture
@@ -92,7 +93,7 @@ def _textures(path: str, stamp: Stamp) -> tuple[Path, ...]:
 
 def _texture_names(value: Any) -> Iterator[str]:
     if isinstance(value, dict):
-        yield from (value[key] for key in ("texture", "image", "file") if isinstance(value.get(key), str))
+        yield from (value[key] for key in ("texture", "image", "file", "depth") if isinstance(value.get(key), str))
     for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
         yield from _texture_names(part)
 
@@ -130,9 +131,11 @@ def load_scene(path: str | Path) -> lb.Scene:
 def _scene(table: Table, path: Path) -> lb.Scene:
     folder = path.resolve().parent
     _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "material", *_SURROUNDINGS, *_SHAPES,
-                              "mesh"))
+                              "mesh", "photograph"))
     materials = {name: _within(f"material {cut(name)}", _material, _table(value, f"material {cut(name)}"), folder)
                  for name, value in _table(table.get("material", {}), "material").items()}
+    if "photograph" in table:
+        return _within("photograph", _photograph, table, folder)
     lists = {kind: _tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) > MOST_OBJECTS:
         raise lb.SceneError(f"has more than {MOST_OBJECTS} objects")
@@ -241,6 +244,20 @@ def _mesh(t: Table, material: Reader, folder: Path) -> list[lb.Mesh]:
     pose = Pose(rotation(*found.get("rotation", (0.0, 0.0, 0.0))), scale, found.get("size"),
                 found.get("position", (0.0, 0.0, 0.0)))
     return read_mesh(found["file"], folder, pose, found.get("material"), found.get("smooth", False))
+
+
+def _photograph(table: Table, folder: Path) -> lb.Scene:
+    """The scene of a photograph, which has no other objects."""
+    others = sorted(set(table) - {"photograph", "name", "depth_range"})
+    if others:
+        raise lb.SceneError(f"a scene of a photograph has no {excerpt(others[0])}")
+    found = {"depth_is": "distance", "fill": "plain", "near": None, "far": None}
+    found |= _read(_table(table["photograph"], "photograph"), "a photograph", {
+        "image": _text, "depth": _text, "fov": _angle, "depth_is": _text, "near": _length, "far": _length,
+        "fill": _text}, ("image", "depth", "fov"))
+    scene = read_photograph(found["image"], found["depth"], folder, found["fov"], found["depth_is"], found["near"],
+                            found["far"], found["fill"])
+    return replace(scene, **_given(table, {"name": _text, "depth_range": _depth_range}))
 
 
 def _unit(value: Any, name: str) -> float:

@@ -24,7 +24,7 @@ def read_sky(name: str, folder: Path) -> lb.Image:
     if head[:4] != EXR and not is_hdr(head):
         return _checked(read_texture(name, folder), name)
     try:
-        values = _read_exr(path) if head[:4] == EXR else read_hdr(path, MOST_TEXELS)
+        values = read_exr(path) if head[:4] == EXR else read_hdr(path, MOST_TEXELS)
     except HdrError as error:
         raise lb.SceneError(f"sky {excerpt(name)} cannot be read: {error}") from error
     except (OSError, MemoryError) as error:
@@ -43,8 +43,8 @@ def _checked(image: lb.Image, name: str) -> lb.Image:
     return image
 
 
-def _read_exr(path: Path) -> np.ndarray:
-    """Red, green and blue (h, w, 3), float32, of the first part of an OpenEXR file; HdrError where it has none."""
+def read_exr(path: Path, channels: tuple[tuple[str, ...], ...] = CHANNELS) -> np.ndarray:
+    """The first of these sets of channels that an OpenEXR file has, (h, w, n), float32; HdrError where it has none."""
     import OpenEXR
 
     try:
@@ -52,7 +52,7 @@ def _read_exr(path: Path) -> np.ndarray:
             found = {key: np.asarray(channel.pixels) for key, channel in file.channels().items()}
     except Exception as error:      # the library raises its own kinds and Python's
         raise HdrError("it is no whole OpenEXR file") from error
-    for names in CHANNELS:
+    for names in channels:
         if all(key in found for key in names):
             parts = [found[key] for key in names]
             if len({part.shape for part in parts}) > 1 or parts[0].ndim != 2:
@@ -60,4 +60,5 @@ def _read_exr(path: Path) -> np.ndarray:
             if parts[0].size > MOST_TEXELS:
                 raise HdrError(f"it has more than {MOST_TEXELS // 1_000_000} million pixels")
             return np.stack(parts, -1).astype(np.float32)
-    raise HdrError("it has neither channels R, G, B nor Y")
+    sets = [", ".join(dict.fromkeys(names)) for names in channels]
+    raise HdrError(f"it has neither channels {' nor '.join(sets)}")

@@ -86,9 +86,10 @@ def test_bad_skies_are_one_clear_line(tmp_path, values):
     (tmp_path / "one.hdr").write_bytes(HEAD % (1, 1) + b"\1\2\3\x80")
     OpenEXR.File({}, {"Z": np.ones((4, 8), np.float32)}).write(str(tmp_path / "depth.exr"))
     (tmp_path / "words.hdr").write_text("no picture")
-    for name, reason in {"nan.exr": "not finite", "negative.exr": "negative", "one.exr": "smaller than 2",
+    for name, reason in {"nan.exr": "not finite", "negative.exr": "negative",
+                         "one.exr": "smaller than 2",
                          "one.hdr": "smaller than 2", "square.exr": "twice as wide", "half.exr": "no whole OpenEXR",
-                         "depth.exr": "neither channels", "words.hdr": "not a picture", "../a.hdr": "there is no such",
+                         "depth.exr": "neither channels R", "words.hdr": "not a picture", "../a.hdr": "there is no such",
                          "none.hdr": "no such file"}.items():
         with pytest.raises(lb.SceneError, match=reason) as caught:
             read_sky(name, tmp_path.resolve())
