@@ -89,7 +89,8 @@ def test_bad_skies_are_one_clear_line(tmp_path, values):
     for name, reason in {"nan.exr": "not finite", "negative.exr": "negative",
                          "one.exr": "smaller than 2",
                          "one.hdr": "smaller than 2", "square.exr": "twice as wide", "half.exr": "no whole OpenEXR",
-                         "depth.exr": "neither channels R", "words.hdr": "not a picture", "../a.hdr": "there is no such",
+                         "depth.exr": "neither channels R", "words.hdr": "not a picture",
+                         "../a.hdr": "there is no such",
                          "none.hdr": "no such file"}.items():
         with pytest.raises(lb.SceneError, match=reason) as caught:
             read_sky(name, tmp_path.resolve())
