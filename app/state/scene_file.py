@@ -251,7 +251,7 @@ def _photograph(table: Table, folder: Path) -> lb.Scene:
     others = sorted(set(table) - {"photograph", "name", "depth_range"})
     if others:
         raise lb.SceneError(f"a scene of a photograph has no {excerpt(others[0])}")
-    found = {"depth_is": "distance", "fill": "plain", "near": None, "far": None}
+    found: Table = {"depth_is": "distance", "fill": "plain", "near": None, "far": None}
     found |= _read(_table(table["photograph"], "photograph"), "a photograph", {
         "image": _text, "depth": _text, "fov": _angle, "depth_is": _text, "near": _length, "far": _length,
         "fill": _text}, ("image", "depth", "fov"))
