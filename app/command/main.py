@@ -101,7 +101,18 @@ def _mistakes() -> tuple[type[Exception], ...]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    from lensbench.app.command import analyse, chart, check, info, lens_files, library, light_field, render, stability
+    from lensbench.app.command import (
+        analyse,
+        chart,
+        check,
+        export,
+        info,
+        lens_files,
+        library,
+        light_field,
+        render,
+        stability,
+    )
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
                      "section. Without a command it opens the bench.")
@@ -116,6 +127,8 @@ def _parser() -> argparse.ArgumentParser:
             ("check", check.check, check.add_check_options, "Report what looks wrong in lens files."),
             ("convert", lens_files.convert, lens_files.add_convert_options,
              "Write a lens file in the format of another program."),
+            ("export", export.export, export.add_export_options,
+             "Write the camera of a picture for pbrt, Mitsuba or Blender."),
             ("trace", lens_files.trace, lens_files.add_trace_options, "Trace a table of rays through a lens."),
             ("analyse", analyse.analyse, analyse.add_analyse_options,
              "Draw spots, focus shift and other figures of a lens as a sheet, or write their numbers."),

@@ -1,0 +1,92 @@
+"""Exported cameras see what ours see: each file read by the conventions of its program, points projected by hand."""
+
+import math
+import re
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.files.camera_export import export_camera
+
+FILM = lb.Film(36.0, 24.0, 300, 200)
+WORLD = lb.look_at((300.0, 200.0, 100.0), (0.0, 0.0, -2000.0), up=(0.1, 1.0, 0.0))
+LENS = lenses.load("pbrt-dgauss-50mm")
+CAMERAS = {"perspective": lb.PerspectiveCamera(FILM, 0.7, 5.0, 900.0, world_from_camera=WORLD),
+           "thin": lb.LensCamera(LENS, FILM, 1500.0, 4.0, model="thin", world_from_camera=WORLD)}
+POINTS = np.array([[0.0, 0.0, -2000.0], [150.0, -90.0, -1500.0], [-300.0, 250.0, -2500.0], [40.0, 60.0, -900.0]])
+
+
+def pbrt(path):
+    """Camera from world, with y up, x to the right, z ahead; focal length in half short sides; depth in focus (m)."""
+    text = path.read_text(encoding="utf-8")
+    matrix = np.array(re.search(r"Transform \[ (.*?) \]", text)[1].split(), float).reshape(4, 4).T
+    fov = float(re.search(r'"float fov" (\S+)', text)[1])
+    return matrix, FILM.height / 2.0 / math.tan(math.radians(fov) / 2.0), float(
+        re.search(r'"float focaldistance" (\S+)', text)[1])
+
+
+def mitsuba(path):
+    text = path.read_text(encoding="utf-8")
+    world = np.array(re.search(r'matrix value="(.*?)"', text)[1].split(), float).reshape(4, 4)
+    fov = float(re.search(r'"fov" value="(.*?)"', text)[1])
+    assert np.linalg.det(world) == pytest.approx(1.0)           # x to the left
+    return np.diag([-1.0, 1.0, 1.0, 1.0]) @ np.linalg.inv(world), FILM.width / 2.0 / math.tan(
+        math.radians(fov) / 2.0), float(re.search(r'"focus_distance" value="(.*?)"', text)[1])
+
+
+def blender(path):
+    """Run the script with stand-ins for Blender's modules."""
+    data, thing = SimpleNamespace(dof=SimpleNamespace()), SimpleNamespace()
+    bpy = SimpleNamespace(data=SimpleNamespace(cameras=SimpleNamespace(new=lambda name: data),
+                                               objects=SimpleNamespace(new=lambda name, of: thing)),
+                          context=SimpleNamespace(collection=SimpleNamespace(objects=SimpleNamespace(link=id)),
+                                                  scene=SimpleNamespace(render=SimpleNamespace())))
+    kept = {name: sys.modules.get(name) for name in ("bpy", "mathutils")}
+    sys.modules.update({"bpy": bpy, "mathutils": SimpleNamespace(Matrix=np.array)})
+    try:
+        exec(path.read_text(encoding="utf-8"), {})
+    finally:
+        for name, module in kept.items():
+            sys.modules.pop(name) if module is None else sys.modules.update({name: module})
+    assert bpy.context.scene.camera is thing and data.sensor_width == FILM.width
+    return np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(thing.matrix_world), data.lens, data.dof.focus_distance
+
+
+@pytest.mark.parametrize("to, name", [("pbrt", "perspective"), *((to, name) for to in ("mitsuba", "blender")
+                                                                 for name in CAMERAS)])
+def test_an_exported_camera_projects_points_as_ours(to, name, tmp_path):
+    camera, path = CAMERAS[name], tmp_path / "camera"
+    remarks = export_camera(camera, to, path)
+    assert len(remarks) == (name == "thin")
+    matrix, focal, focus = {"pbrt": pbrt, "mitsuba": mitsuba, "blender": blender}[to](path)
+    x, y, z, _ = matrix @ np.vstack([POINTS.T / 1000.0, np.ones(len(POINTS))])
+    raster = np.stack([150.0 + focal * x / z * 300.0 / 36.0, 100.0 - focal * y / z * 200.0 / 24.0], 1)
+    np.testing.assert_allclose(raster, camera.raster_from_point(POINTS)[0], atol=1e-6)
+    rays = camera.generate_rays([[150.0, 100.0]], [[0.5, 0.5]])
+    sharp = rays.origins[0] + rays.directions[0] * focus * 1000.0
+    uv = np.random.default_rng(0).random((20, 2))
+    np.testing.assert_allclose(camera.raster_from_point(np.tile(sharp, (20, 1)), uv)[0], [[150.0, 100.0]] * 20,
+                               atol=1e-6)
+
+
+def test_a_realistic_camera_has_its_lens_beside_it(tmp_path):
+    camera = lb.LensCamera(LENS, FILM, 1500.0, 4.0, world_from_camera=WORLD)
+    export_camera(camera, "pbrt", tmp_path / "camera.pbrt")
+    text = (tmp_path / "camera.pbrt").read_text(encoding="utf-8")
+    again = lenses.load(tmp_path / "camera.dat")
+    assert '"float focusdistance" 1.5' in text and '"string lensfile" "camera.dat"' in text
+    assert float(re.search(r'"float aperturediameter" (\S+)', text)[1]) == 2.0 * camera.lens.stop.semi_diameter
+    assert [s.curvature for s in again.surfaces] == pytest.approx([s.curvature for s in camera.lens.surfaces])
+
+
+@pytest.mark.parametrize("camera, to, message", [
+    (lb.FisheyeCamera(FILM), "pbrt", "FisheyeCamera is none"), (lb.BareSensor(FILM), "mitsuba", "BareSensor is none"),
+    (CAMERAS["thin"], "povray", "choose one of"), (lb.PerspectiveCamera(FILM, window=(-1, 1, -1, 1)), "pbrt", "window"),
+    (lb.PerspectiveCamera(FILM, world_from_camera=lb.AnimatedTransform(np.eye(4), WORLD)), "blender", "moves")])
+def test_what_the_other_program_does_not_have_is_refused(camera, to, message, tmp_path):
+    with pytest.raises(lb.CameraError, match=message):
+        export_camera(camera, to, tmp_path / "camera")
