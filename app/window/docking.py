@@ -232,8 +232,12 @@ class Panels:
 
     def _section(self) -> None:
         self._beside_browser()
+        table = self._table_state
+        self._section_state.edit.selected = (table.first, table.last) if table.last > table.first else None
         self._following(lambda before: lens_section_panel(before, self._section_state, self._field * lit(before),
                                                           self._state.view.links, self._under(before)))
+        if self._section_state.edit.begun:
+            self._state.history.part()
 
     def _under(self, settings: Settings) -> Settings | None:
         """The settings whose lens is ghosted under the section: A, or the lens before its edits."""

@@ -20,10 +20,12 @@ from lensbench.app.state.constraints import (
 from lensbench.app.state.figures import readings
 from lensbench.app.state.lens_choice import APERTURE, FOCUS, LOCKS
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_length
 from lensbench.app.state.zoom import focal_length, zoom_of
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.padlock import padlock
+from lensbench.kernels.figures import true_minus
 
 DEFAULT = Settings()
 TITLES = {FOCUS: "Focus distance", APERTURE: "Aperture"}        # of the dials with a padlock
@@ -123,6 +125,10 @@ def _focal_length(settings: Settings) -> Settings:
         return _zoom(settings)
     efl = full_view(settings)[1]
     designed = readings(replace(settings, focal_length=None)).efl or efl
+    if designed <= 0.0:                                     # an edited lens may diverge
+        imgui.text_disabled(f"Focal length  {true_minus(format_length(designed))}")
+        imgui.set_item_tooltip("The lens diverges: it throws no image, and cannot be scaled to a focal length")
+        return settings
     length = dial("Focal length", efl, dial_scales.focal_length_scale(designed / OCTAVES, designed * OCTAVES, designed),
                   "Focal length f: scales the whole prescription, stop and rims included")
     if length == efl:

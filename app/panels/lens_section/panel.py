@@ -15,6 +15,7 @@ from lensbench.app.panels.lens_section import cardinal_points as marks
 from lensbench.app.panels.lens_section import draw as drawing
 from lensbench.app.panels.lens_section.draw import Canvas
 from lensbench.app.panels.lens_section.ghost import draw_ghost, front_of, ghost_of
+from lensbench.app.panels.lens_section.handles import HandleState, draw_handle, edit_by_handles, edit_switch
 from lensbench.app.panels.lens_section.links import (
     FADED,
     draw_faults,
@@ -58,6 +59,7 @@ class SectionState:
     mouse: float = 0.0
     memo: Memo = field(default_factory=lambda: Memo(64))   # glass, surfaces and rays in pixels
     pixel_rays: int = 0             # rays of the pointed pixel that are drawn
+    edit: HandleState = field(default_factory=HandleState)
 
 
 def lens_section_panel(settings: Settings, state: SectionState, film_radius: float | None = None,
@@ -87,11 +89,12 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
     imgui.set_next_item_allow_overlap()
     imgui.invisible_button("Section canvas", size, imgui.ButtonFlags_.mouse_button_left
                            | imgui.ButtonFlags_.mouse_button_middle)
+    hovered, held = imgui.is_item_hovered(), imgui.is_item_active()
+    edited = edit_by_handles(settings, shown, canvas, state.edit, hovered, held and imgui.is_mouse_down(0))
     canvas = _looked_around(canvas, state)
-    hovered = imgui.is_item_hovered()
 
     # The handles, over the canvas; then the drawing, which shows their effect in the next frame
-    changed, stop_lit, film_lit = settings, False, False
+    changed, stop_lit, film_lit = edited, False, False
     if stop_handle is not None:
         for name, at in (("Stop edge", stop_handle), ("Stop edge, lower", ImVec2(
                 stop_handle.x, 2.0 * canvas.at(0.0, 0.0).y - stop_handle.y))):
@@ -117,14 +120,18 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
         draw.add_text(ImVec2(corner.x + size.x - extent.x - theme.em(0.8), corner.y + theme.em(0.4)),
                       theme.packed(colour.dim), ONE_OF_TWO)
     over_toggle = not shown.ideal and _dead_ray_toggle(corner, size, state)
+    if shown.lens is not None and not shown.ideal and size.x > theme.em(16.0):
+        over_toggle = edit_switch(corner, theme.em(7.6), state.edit) or over_toggle
     imgui.pop_font()
     draw.pop_clip_rect()
     if hovered and not (film_lit or over_toggle) and not imgui.is_mouse_down(imgui.MouseButton_.left):
         lit = (shown.lens.stop_index,) if stop_lit and shown.lens is not None else \
             surfaces_at(shown, canvas, imgui.get_mouse_pos(), NEAR * theme.scale())
         links.point_at_surfaces(lit)
-        if not stop_lit:
+        if not stop_lit and state.edit.handle is None:
             _explain(shown, canvas, lit, state)
+    if not (stop_lit or film_lit or over_toggle):
+        draw_handle(draw, settings, canvas, state.edit)
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(size)
     return changed
@@ -218,7 +225,7 @@ def _looked_around(canvas: Canvas, state: SectionState) -> Canvas:
             state.view = state.view.zoomed(io.mouse_wheel, mouse.x - canvas.x, mouse.y - canvas.y)
         if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
             state.fitted_to = ()
-    if imgui.is_item_active() and (io.mouse_delta.x or io.mouse_delta.y):
+    if imgui.is_item_active() and not state.edit.dragging and (io.mouse_delta.x or io.mouse_delta.y):
         state.view = state.view.moved(io.mouse_delta.x, io.mouse_delta.y)
     return replace(canvas, view=state.view)
 

@@ -11,6 +11,7 @@ from lensbench import lenses
 from lensbench.app.files.unsaved_lens import Autosave, left_behind
 from lensbench.app.state.build import design
 from lensbench.app.state.lens_edit.editing import document_of, original
+from lensbench.app.state.section_geometry import surface_curves
 from lensbench.app.window.lens_editing import LensEditing
 from lensbench.lenses.editing.document import Solve
 from tests.app.conftest import SMALL
@@ -301,3 +302,56 @@ def test_unsaved_edits_are_offered_at_the_next_start(drive, tmp_path, monkeypatc
         hand.wait(lambda: not list(tmp_path.glob("*.toml")), "the end of the autosave")
 
     drive(use, SMALL)
+
+
+def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.window_focus("//Section")
+        hand.ctx.item_click("**/Edit section")
+        state, start = hand.session.panels._section_state, surfaces(hand)
+        lens, corner = design(hand.settings), hand.box("**/Section canvas").min
+
+        def place(z, y):
+            return state.view.to_screen(corner, z, y)
+
+        view = state.view
+        curve = lens.vertices[0] + float(lens.surfaces[0].sag(0.0, 5.0))
+        end = surface_curves(lens)[4][-1]
+        drags = [(place(lens.vertices[4], 0.0), 2, 0, {(3, "thickness"), (4, "thickness")}),
+                 (place(*end), 0, -3, {(4, "semi_diameter")}),
+                 (place(curve, 5.0), -1, 0, {(0, "curvature")}),
+                 (place(lens.vertices[0] + 1.6, 1.5), 2, 0, {(1, "thickness")})]
+        for at, dx, dy, numbers in drags:
+            state.view = view                                   # a far film has moved it
+            hand.ctx.mouse_move_to_pos(at)
+            hand.ctx.yield_(2)
+            hand.drag(at, ImVec2(at.x + dx, at.y + dy))
+            assert set(changed(hand, start)) == numbers
+            if at is drags[0][0]:
+                assert state.view == view                       # it edits, and does not pan
+            hand.press(KEY.mod_ctrl | KEY.z)
+            assert hand.settings == TRIPLET and surfaces(hand) == start
+        for _ in range(2):                                      # two quick drags are two steps
+            hand.drag(drags[0][0], ImVec2(drags[0][0].x + 1, drags[0][0].y))
+        once = hand.settings
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings not in (once, TRIPLET)
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings == TRIPLET
+        hand.ctx.item_click("**/Edit section")
+        state.view = view
+        hand.drag(drags[2][0], ImVec2(drags[2][0].x - 6, drags[2][0].y))
+        assert hand.settings == TRIPLET and state.view.x == pytest.approx(view.x - 6.0)
+
+        # A lens that diverges is drawn, and every panel stays
+        hand.session.panels._table_state.said.clear()
+        hand.ctx.window_focus("//Surfaces")
+        hand.ctx.item_click("**/0 curvature")
+        enter(hand, "-20")
+        hand.ctx.yield_(20)
+        assert lb.first_order(design(hand.settings)).efl < 0.0 and not hand.session.panels._failed
+        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.picture()
+
+    assert drive(use, TRIPLET).view.messages == []
