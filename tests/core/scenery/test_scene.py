@@ -12,7 +12,9 @@ import lensbench as lb
 from lensbench.kernels.block import BLUE, GREEN, RED, V0, V1, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 
-ALL = (*lb.SCENES, "benchmark")
+WITH_MESHES = ("portrait", "foliage", "dusk-street")        # their stages are compiled by slow tests alone
+ALL = (*(pytest.param(name, marks=pytest.mark.slow) if name in WITH_MESHES else name for name in lb.SCENES),
+       "benchmark")
 
 
 def shoot(steps, origins, directions, lights=None, real=np.float64):
