@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lensbench.analysis.focus_map import MtfMap, mtf_map
     from lensbench.analysis.grid_trace import ray_grid
     from lensbench.analysis.meridional_curves import FieldCurves, field_curves
+    from lensbench.analysis.narrow_beams import close_foci
     from lensbench.analysis.onion_rings import rippled
     from lensbench.analysis.point_spread import PointSpread, encircled_energy, psf
     from lensbench.analysis.sensor_stack import with_sensor_stack
@@ -38,6 +39,7 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
     "analysis.fans": "Fans ray_fans",
     "analysis.field_beams": "field_name",
     "analysis.field_conditions": "Conditions conditions",
+    "analysis.narrow_beams": "close_foci",
     "analysis.depth_over_field": "FieldDepth field_depth",
     "analysis.focus_map": "MtfMap mtf_map",
     "analysis.grid_trace": "ray_grid",
@@ -57,8 +59,8 @@ __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 __all__ = [
     "Breathing", "Conditions", "Fans", "FieldCurves", "FieldDepth", "FocalShift", "FocusShift", "Longitudinal",
     "Mtf", "MtfMap", "PointSpread", "RayGrid", "Spots", "Sunstar", "Wavefront", "breathing",
-    "chromatic_focal_shift", "conditions", "encircled_energy", "field_curves", "field_depth", "field_name",
-    "focus_shift", "fringe_index", "longitudinal_aberration", "mtf", "mtf_map", "noll_indices", "psf", "ray_fans",
-    "ray_grid", "relative_illumination", "rippled", "spots", "sunstar", "wavefronts", "with_sensor_stack",
-    "zernike_name", "zernikes",
+    "chromatic_focal_shift", "close_foci", "conditions", "encircled_energy", "field_curves", "field_depth",
+    "field_name", "focus_shift", "fringe_index", "longitudinal_aberration", "mtf", "mtf_map", "noll_indices", "psf",
+    "ray_fans", "ray_grid", "relative_illumination", "rippled", "spots", "sunstar", "wavefronts",
+    "with_sensor_stack", "zernike_name", "zernikes",
 ]

@@ -227,9 +227,11 @@ def relative_illumination(lens: Lens, film_distance: float, film: Film, f_number
     Raises
     ------
     LensError
-        As `falloff` and `stopped_down`.
+        For an afocal lens, and as `falloff` and `stopped_down`.
     """
     widest = first_order(lens.in_air).f_number
+    if not widest < inf:
+        raise LensError("this lens is afocal: it has no f-numbers to compare")
     numbers = widest * np.sqrt(2.0) ** np.arange(4) if f_numbers is None else f_numbers
     radii = np.linspace(0.0, 0.5 * film.diagonal, points)
     return tuple((f_number_text(float(number)), falloff(stopped_down(lens, float(number)), film_distance, radii))

@@ -20,6 +20,7 @@ from lensbench.app.state.analysis.figure import (
     wavelength_name,
 )
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.section_curves import section_figure
 from lensbench.kernels.figures import fixed
 
 SHOWN = ("curvature", "distortion", "colour")
@@ -28,7 +29,12 @@ MOST = 100.0                    # percent of distortion that an axis shows
 
 
 def field_figure(query: Query, points: int, shown: tuple[str, ...] = SHOWN) -> Figure:
-    """The plots of these names side by side; LensError for a lens without rotational symmetry, or without a focus."""
+    """The plots of these names side by side, of a lens with cylinders along both sides of the film.
+
+    LensError for a lens without a focus.
+    """
+    if not query.lens.is_rotationally_symmetric:
+        return section_figure(query, points, shown)
     rays = query.grid(16)
     found = field_curves(query.lens, query.setup.film_distance, query.conditions(), 2 * points + 1)
     dark = rays.image_heights[rays.lit]

@@ -58,10 +58,10 @@ class Query:
         """Image heights (mm) at these parts of the largest."""
         return tuple(part * self.largest_height for part in parts)
 
-    def grid(self, points: int, heights: tuple[float, ...] | None = None) -> RayGrid:
+    def grid(self, points: int, heights: tuple[float, ...] | tuple[tuple[float, float], ...] | None = None) -> RayGrid:
         """Rays with `points` across the pupil, of the fields that all analyses share, or of those at these heights.
 
-        LensError where there are none.
+        heights: of the film, or points (x, y) of it, mm. LensError where there are no rays.
         """
         given = self.conditions() if heights is None else _conditions(self.setup, self.object_distance, heights)
         return ray_grid(self.lens, self.setup.film_distance, given, points)
@@ -106,7 +106,8 @@ def query(settings: Settings) -> Query:
 
 
 @lru_cache(maxsize=64)
-def _conditions(built: Setup, object_distance: float, fields: tuple[float, ...]) -> Conditions:
+def _conditions(built: Setup, object_distance: float,
+                fields: tuple[float, ...] | tuple[tuple[float, float], ...]) -> Conditions:
     given = conditions(built.lens, built.film, fields=fields, object_distance=object_distance)
     if all(finding.kind is not Kind.GLASS for finding in given.findings):
         return given

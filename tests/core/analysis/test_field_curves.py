@@ -120,3 +120,16 @@ def test_the_chromatic_focal_shift_passes_the_foci_of_the_lines():
 def test_curves_that_cannot_be_drawn_are_refused(call):
     with pytest.raises(lb.LensError, match="at least 2|rotationally"):
         call()
+
+
+def test_foci_of_close_rays_of_the_grid_are_coddingtons():
+    stack = lenses.load("lib-tronnier-1953")
+    away = lb.film_distance(stack, inf)
+    rays = lb.analysis.ray_grid(stack, away, lb.analysis.conditions(stack, lb.Film(), [0.0, 8.0, 15.0]))
+    found = lb.analysis.close_foci(rays)
+    curves = lb.analysis.field_curves(stack, away, rays.conditions, 401)
+    for c in range(3):
+        for a, foci in enumerate((curves.sagittal, curves.tangential)):
+            wanted = np.interp(rays.image_heights, curves.heights, foci[:, c])
+            # Beams of other wavelengths are about the primary chief ray here, not about their own
+            np.testing.assert_allclose(found[:, c, a], wanted, rtol=0.0, atol=2e-6 if c == 1 else 4e-4)

@@ -39,15 +39,16 @@ def test_path_differences_are_those_that_rayoptics_prints(degrees, fan):
     found, _ = beams.forward(lb.D_LINE, of_field, beams.starts(of_field, places))
     # rayoptics takes infinity as 1e10 mm, whose image lies f² / 1e10 mm = 2.5e-7 mm behind the focus
     np.testing.assert_allclose(found[OFFSET_S if fan == 0 else OFFSET_T], landing, rtol=0.0, atol=4e-8)
-    # rayoptics goes to the sphere along equally inclined chords (Hopkins): the two paths differ by parts of the square of
-    # the landing point over the sphere's diameter, 0.02 waves here
+    # rayoptics goes to the sphere along equally inclined chords (Hopkins): the two paths differ by parts of the square
+    # of the landing point over the sphere's diameter, 0.02 waves here
     np.testing.assert_allclose(found[OPD] / (1e-3 * lb.D_LINE), waves, rtol=0.0, atol=4e-4)
 
 
 # Optiland 0.6.3, `OPDFan` of its sample CookeTriplet on the axis at 0.55 µm, 11 rays over the entrance pupil: radii and
 # gaps (mm), indices, and the path differences in waves
-TRIPLET = ((22.01359, 3.25896, 1.6226085614386923), (-435.76044, 6.00755, 1.0), (-22.21328, 0.99997, 1.6236551229276037),
-           (20.29192, 4.75041, 1.0), (79.68360, 2.95208, 1.6226085614386923), (-18.39533, 0.0, 1.0))
+CROWN, FLINT = 1.6226085614386923, 1.6236551229276037
+TRIPLET = ((22.01359, 3.25896, CROWN), (-435.76044, 6.00755, 1.0), (-22.21328, 0.99997, FLINT),
+           (20.29192, 4.75041, 1.0), (79.68360, 2.95208, CROWN), (-18.39533, 0.0, 1.0))
 FILM, ENTRANCE_RADIUS, LINE = 42.20778, 5.0, 0.55
 OPTILAND = {0.2: -0.0730971007, 0.4: -0.2630051276, 0.6: -0.4874846225, 0.8: -0.6315002254, 1.0: -0.5896609681}
 
