@@ -130,8 +130,8 @@ def load_scene(path: str | Path) -> lb.Scene:
 
 def _scene(table: Table, path: Path) -> lb.Scene:
     folder = path.resolve().parent
-    _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "material", *_SURROUNDINGS, *_SHAPES,
-                              "mesh", "photograph"))
+    _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "material", "mesh",
+                              "photograph", *_SURROUNDINGS, *_SHAPES))
     materials = {name: _within(f"material {cut(name)}", _material, _table(value, f"material {cut(name)}"), folder)
                  for name, value in _table(table.get("material", {}), "material").items()}
     if "photograph" in table:
@@ -159,7 +159,8 @@ def _scene(table: Table, path: Path) -> lb.Scene:
     spheres, planar = by_family(shapes)
     values = {kind: _within(kind, read, _table(table[kind], kind), folder)
               for kind, read in _SURROUNDINGS.items() if kind in table}
-    values |= _given(table, {"name": _text, "ambient": _light, "enclosed": _truth, "depth_range": _depth_range})
+    values |= _given(table, {"name": _text, "ambient": _light, "enclosed": _truth, "depth_range": _depth_range,
+                             "diffuse_bounce": _truth})
     return lb.Scene(**{"name": path.stem, "spheres": tuple(spheres), "plates": tuple(planar), "meshes": tuple(meshes),
                        **values})
 

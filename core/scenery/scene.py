@@ -49,6 +49,9 @@ class Scene:
 
     meshes : tuple of Mesh
         Triangle meshes, at rest.
+    diffuse_bounce : bool
+        True: matte surfaces light each other, by one bounce and with noise; the sky lights what it sees, past all
+        shapes, and `ambient` the surfaces at which the bounce ends.
 
     Raises
     ------
@@ -66,6 +69,7 @@ class Scene:
     enclosed: bool = False
     depth_range: tuple[float, float] = (400.0, 8000.0)
     meshes: tuple[Mesh, ...] = ()
+    diffuse_bounce: bool = False
 
     def __post_init__(self):
         for field, kind in (("spheres", Sphere), ("plates", Planar), ("meshes", Mesh)):

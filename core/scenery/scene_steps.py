@@ -24,6 +24,13 @@ from lensbench.scenery.intersect.sky import SKY_DISTANCE, UP, sky, sky_parameter
 from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
 from lensbench.scenery.objects import ImageSky, Shape, Sky, by_family, displaced, unit
 from lensbench.scenery.shading.clearcoat import SHARP, clearcoat, clearcoat_parameters
+from lensbench.scenery.shading.diffuse_bounce import (
+    SHINES,
+    diffuse_bend,
+    diffuse_end,
+    diffuse_leave,
+    diffuse_sky,
+)
 from lensbench.scenery.shading.illumination import (
     BENDS,
     SMALL,
@@ -92,29 +99,39 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
     mirrors = any(o.material.kind in ("metal", "glass") for o in scene.objects)
     occluders = any(not o.material.shines for o in scene.objects)
     pictured = shadows and _lights_by_picture(scene)
-    if not (mirrors or _glosses(scene) or _lamps(scene) or (shadows and occluders) or fog or pictured):
+    if not (mirrors or _glosses(scene) or _lamps(scene) or (shadows and occluders) or fog or pictured or (
+            shadows and scene.diffuse_bounce)):
         sunlight = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
         if scene.sun is not None:
             sunlight = np.array([*unit(scene.sun.direction), *scene.sun.colour])
         return (*_intersection(scene, opening, shapes=excluded.first),
                 Step(daylight, np.concatenate([_surround(scene), scene.ambient, sunlight])))
     light = _light(scene, shadows, opening)
+    bounce = shadows and scene.diffuse_bounce
     emission = [BENDS if j in excluded.bends else float(o.material.shines) for j, o in enumerate(excluded.first)]
     steps = [Step(begin_path), *_intersection(scene, opening, shapes=excluded.first, emission=emission), *fog,
-             *_coats(scene, False, opening), Step(gather_emission), *light]
-    if mirrors:
-        emission = [SMALL if o != other and o.material.pattern is None else float(o.material.shines)
+             *_coats(scene, False, opening), Step(gather_emission),
+             *(_light(scene, shadows, opening, sky_too=False) if bounce else light)]
+    if mirrors or bounce:
+        shining = SHINES if bounce else 1.0
+        emission = [SMALL if o != other and o.material.pattern is None else shining * o.material.shines
                     for o, other in zip(scene.objects, excluded.later, strict=True)]
         part = [Step(bounce_pupil_part)] if is_rough(scene) else []
         solids = any(o.material.kind == "glass" for o in scene.meshes)
         bend, leave = ([Step(solid_bend)], [Step(solid_leave)]) if solids else ([], [])
-        bounces = SOLID_BOUNCES if solids else BOUNCES
+        bounces = (SOLID_BOUNCES if solids else BOUNCES) if mirrors else 1
+        surround = np.concatenate([_surround(scene, shadows), np.multiply(scene.ambient, not scene.enclosed)])
         met = _intersection(scene, opening, reflected=True, emission=emission, specular=excluded.later)
         for k in range(bounces):
-            onward = [*bend, *part, Step(specular_bounce), *leave, *met, *fog,
-                      *_coats(scene, k == bounces - 1, opening),
-                      Step(gather_emission), *light]
+            matte = bounce and k == 0
+            onward = [*bend, *part, Step(specular_bounce), *leave]
+            steps += [Step(diffuse_bend)] if matte else []
             steps += [step._replace(gated=True) for step in onward]
+            steps += [Step(diffuse_leave)] if matte else []
+            seen = [*met, *([Step(diffuse_sky, surround)] if matte else []), *fog,
+                    *_coats(scene, k == bounces - 1, opening), Step(gather_emission),
+                    *([Step(diffuse_end)] if matte else []), *light]
+            steps += [step._replace(gated=True) for step in seen]
     return (*steps, Step(finish_path))
 
 
@@ -214,8 +231,11 @@ def _coats(scene: Scene, last: bool, opening: float) -> list[Step]:
     return steps
 
 
-def _light(scene: Scene, shadows: bool, opening: float) -> list[Step]:
-    """Stages of the light that falls on an albedo: sky, sun and lamps."""
+def _light(scene: Scene, shadows: bool, opening: float, sky_too: bool = True) -> list[Step]:
+    """Stages of the light that falls on an albedo: sky, sun and lamps.
+
+    sky_too: False leaves out ambient light and a sky of three colours, which a diffuse bounce meets.
+    """
     balls, flat = by_family(scene.objects)
     held = [s for s in balls if shadows and not s.material.shines]
     around = np.concatenate([_surround(scene, shadows), scene.ambient])
@@ -232,6 +252,8 @@ def _light(scene: Scene, shadows: bool, opening: float) -> list[Step]:
     # Sky and ambient light
     if not shadows:
         steps = [Step(open_light, np.concatenate([around, *(point_parameters(o) for o in _still(lamps))]))]
+    elif not sky_too:
+        steps = []
     elif shade:
         steps = _sky_between(scene, around, held, opening, shade)
     else:

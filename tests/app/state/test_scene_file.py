@@ -118,6 +118,7 @@ MISTAKES = {
     "depths the wrong way": ("depth_range = [5, 1]\n" + BALL, r"depth_range"),
     "nothing at all": ("", r"shows nothing"),
     "broken text": ("[[sphere]\n", r"not TOML: .*line 1"),
+    "diffuse_bounce = 1": ("diffuse_bounce = 1\n" + BALL, r"diffuse_bounce must be true or false"),
     "enclosed = 1": ("enclosed = 1\n" + BALL, r"enclosed must be true or false"),
 }
 
