@@ -106,6 +106,7 @@ def _parser() -> argparse.ArgumentParser:
         chart,
         check,
         export,
+        improve,
         info,
         lens_files,
         library,
@@ -134,6 +135,8 @@ def _parser() -> argparse.ArgumentParser:
              "Draw spots, focus shift and other figures of a lens as a sheet, or write their numbers."),
             ("lightfield", None, light_field.add_light_field_options,
              "Record a light field through a lens; focus it afterwards."),
+            ("improve", improve.improve, improve.add_improve_options,
+             "Improve a lens by damped least squares on its radii, thicknesses or other numbers."),
             ("chart", chart.chart, chart.add_chart_options, "Chart the speed of methods against their accuracy."),
             ("stability", stability.stability, stability.add_stability_options,
              "Show where each numerical method breaks down, and what it returns there.")):

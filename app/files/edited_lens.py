@@ -7,8 +7,18 @@ from lensbench import lenses
 from lensbench.app.files.export import replacing
 from lensbench.app.state.lens_edit.editing import document_of, original
 from lensbench.app.state.settings import Settings
+from lensbench.lenses.editing.document import LensDocument
 from lensbench.lenses.editing.document_text import lost_edits, to_text
 from lensbench.optics.finding import Finding
+
+
+def write_document(document: LensDocument, path: Path) -> tuple[Finding, ...]:
+    """Write a document in the format of the suffix; what the format could not hold. LensFileError, ExportError."""
+    if path.suffix.lower() != ".toml":
+        return (*lenses.save(document.lens, path), *lost_edits(document))
+    with replacing(path) as part:
+        part.write_text(to_text(document), encoding="utf-8")
+    return ()
 
 
 def save_document(settings: Settings, path: Path) -> tuple[Settings, tuple[Finding, ...]]:
@@ -33,12 +43,7 @@ def save_document(settings: Settings, path: Path) -> tuple[Settings, tuple[Findi
         Where the file cannot be written.
     """
     document = document_of(replace(settings, zoom=0.0))
-    if path.suffix.lower() == ".toml":
-        with replacing(path) as part:
-            part.write_text(to_text(document), encoding="utf-8")
-        remarks: tuple[Finding, ...] = ()
-    else:
-        remarks = (*lenses.save(document.lens, path), *lost_edits(document))
+    remarks = write_document(document, path)
     saved = replace(settings, lens=str(path.resolve()), edited="", focal_length=None)
     try:
         holds_all = original(saved) == document

@@ -41,6 +41,11 @@ def _original(name: str, stamp: Stamp) -> LensDocument:
     return settled(replace(document, lens=lens))
 
 
+def document_named(name: str) -> LensDocument:
+    """The document of a lens of the library, or of a file; errors are those of loading it."""
+    return _original(name, file_stamp(name))
+
+
 def original(settings: Settings) -> LensDocument:
     """The document as the file or the library has it; errors are those of loading the lens."""
     return _original(settings.lens, file_stamp(settings.lens))

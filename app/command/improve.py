@@ -1,0 +1,104 @@
+"""The command `lensbench improve LENS`: damped least squares on radii, thicknesses or single numbers of a lens."""
+
+import argparse
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lensbench.app.command.errors import UsageError
+
+if TYPE_CHECKING:
+    from lensbench.lenses.editing.document import LensDocument
+
+WORDS = {"radius": "curvature", "semi-diameter": "semi_diameter"}       # of --vary, for a quantity
+
+
+def add_improve_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench improve`."""
+    parser.add_argument("lens", metavar="LENS", help="a lens of the library, or a lens file")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the improved lens, in the format of the suffix")
+    parser.add_argument("--vary", metavar="CELLS", default="radii",
+                        help="what may change: radii (by default), thicknesses, all, or single numbers such as "
+                             "0.radius,1.thickness,3.conic,3.r4")
+    parser.add_argument("--image-height", type=float, metavar="MM",
+                        help="largest image height that counts; by default that of the lens's image circle")
+    parser.add_argument("--back-focus", action="store_true", help="hold the back focus as well as the focal length")
+    parser.add_argument("--edge", type=float, metavar="MM", help="least thickness of elements at their rims")
+    parser.add_argument("--centre", type=float, metavar="MM", help="least thickness of elements at their centre")
+    parser.add_argument("--json", action="store_true", help="print JSON: the spot of each step, and the numbers")
+
+
+def improve(arguments: argparse.Namespace) -> int:
+    """Improve a lens, print the spot of each step and the changed numbers, and write the lens."""
+    from lensbench.app.files.edited_lens import write_document
+    from lensbench.app.state.lens_choice import image_circle
+    from lensbench.app.state.lens_edit.cells import whole
+    from lensbench.app.state.lens_edit.editing import document_named
+    from lensbench.app.studies.improvement.improve import improved
+    from lensbench.app.studies.improvement.merit import MeritError, goal_of
+    from lensbench.kernels.figures import fixed
+    from lensbench.lenses.editing.document import value_of
+    from lensbench.lenses.paraxial import image_distance
+
+    document = document_named(arguments.lens)
+    height = arguments.image_height
+    if height is None:
+        circle = image_circle(arguments.lens, document.lens)
+        height = 0.5 * circle if circle is not None else 0.35 * (document.lens.stated_efl or 50.0)
+    try:
+        goal = goal_of(document, height)
+    except MeritError as error:
+        raise UsageError(f"{arguments.lens}: {error}") from error
+    if arguments.back_focus:
+        goal = replace(goal, back_focus=image_distance(document.surfaces, float("inf")))
+    for name in ("edge", "centre"):
+        if getattr(arguments, name) is not None:
+            goal = replace(goal, **{name: getattr(arguments, name)})
+    cells = vary(document, arguments.vary)
+    steps = []
+    try:
+        for step in improved(document, cells, goal):
+            steps.append(step)
+            if not arguments.json:
+                print(f"step {step.number:2}  spot {fixed(1000.0 * step.spot, 3)} µm rms", flush=True)
+    except MeritError as error:
+        raise UsageError(f"{arguments.lens}: {error}") from error
+    after = steps[-1].document
+    numbers = [{"surface": i, "quantity": quantity, "before": value_of(document.surfaces[i], quantity),
+                "after": value_of(after.surfaces[i], quantity)} for i, quantity in cells]
+    if arguments.json:
+        print(json.dumps({"image_height_mm": height, "spots_mm": [step.spot for step in steps], "numbers": numbers},
+                         indent=2))
+    else:
+        for i, quantity in cells:
+            name = "radius" if quantity == "curvature" else quantity
+            print(f"surface {i:2}  {name:14}  {whole(document.surfaces[i], quantity)[:12]} -> "
+                  f"{whole(after.surfaces[i], quantity)[:12]}")
+    if arguments.output is not None:
+        path = Path(arguments.output)
+        for remark in write_document(after, path):
+            print(f"Not kept: {remark}", file=sys.stderr)
+    return 0
+
+
+def vary(document: "LensDocument", text: str) -> tuple[tuple[int, str], ...]:
+    """The cells that --vary names; UsageError for a word that names none."""
+    from lensbench.app.studies.improvement.improve import radii
+    from lensbench.lenses.editing.document import QUANTITIES
+
+    gaps = tuple((i, "thickness") for i in range(len(document.surfaces) - 1)
+                 if document.rule(i, "thickness") is None)
+    known = {"radii": radii(document), "thicknesses": gaps, "all": (*radii(document), *gaps)}
+    if text in known:
+        return known[text]
+    cells = []
+    for word in text.split(","):
+        place, _, name = word.strip().partition(".")
+        quantity = WORDS.get(name, name)
+        if not place.isdecimal() or int(place) >= len(document.surfaces) or quantity not in QUANTITIES:
+            raise UsageError(f"--vary {word.strip()}: write radii, thicknesses, all, or numbers such as 0.radius, "
+                                f"1.thickness, 3.conic, 3.r4 of surfaces 0 to {len(document.surfaces) - 1}")
+        cells.append((int(place), quantity))
+    return tuple(cells)
