@@ -82,8 +82,7 @@ def improved(document: LensDocument, cells: Sequence[Cell], goal: Goal) -> Itera
     merit = Merit(document.lens, goal)
     scales = np.array([_scale(document, cell) for cell in free])
     values = np.array([value_of(document.surfaces[i], quantity) for i, quantity in free])
-    beams = merit.aimed(document.lens)
-    residuals = merit.residuals(document.lens, beams)
+    residuals = merit.residuals(document.lens)
     if not isfinite(residuals[0]):
         raise MeritError("rays are lost in this lens: it cannot be improved before they pass")
     total = float(residuals @ residuals)
@@ -92,22 +91,21 @@ def improved(document: LensDocument, cells: Sequence[Cell], goal: Goal) -> Itera
     for number in range(1, STEPS + 1):
         slopes = jacobian(document, free, scales, merit)
         square, gradient = slopes.T @ slopes, slopes.T @ residuals
-        taken = False
+        taken: LensDocument | None = None
         for _ in range(TRIES):
             step = np.linalg.lstsq(square + damping * np.diag(np.diag(square) + 1e-12 * np.trace(square)), -gradient,
                                    rcond=None)[0]
             after = moved(document, free, values + scales * np.clip(step, -0.5, 0.5))
             if after is not None:
-                new_beams = merit.aimed(after.lens)
-                new = merit.residuals(after.lens, new_beams)
+                new = merit.residuals(after.lens)
                 if isfinite(new[0]) and float(new @ new) < total:
-                    taken = True
+                    taken = after
                     break
             damping = min(damping * 5.0, 1e6)
-        if not taken:
+        if taken is None:
             return
         fall = 1.0 - float(new @ new) / total
-        document, beams, residuals, total = after, new_beams, new, float(new @ new)
+        document, residuals, total = taken, new, float(new @ new)
         values = np.array([value_of(document.surfaces[i], quantity) for i, quantity in free])
         damping = max(damping / 5.0, 1e-9)
         yield Step(document, merit.spot(document.lens), total, number)
