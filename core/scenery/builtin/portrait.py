@@ -5,7 +5,7 @@ import numpy as np
 from lensbench.scenery.objects import Floor, Material, Mesh, Rectangle, Sky, Sphere, Triple
 from lensbench.scenery.scene import Scene
 
-PLACE = (15.0, 25.0, -1500.0)       # mm: middle of the head
+PLACE = (15.0, 25.0, -1290.0)       # mm: middle of the head
 HEAD = np.array([76.0, 112.0, 96.0])    # half-axes: ear to ear, top to chin, nose to nape
 
 
@@ -87,7 +87,7 @@ def _torso(material: Material) -> Mesh:
 
 
 def portrait() -> Scene:
-    """Focus at 1.4 m on the nearer eye; 85 mm and f/1.4 dissolve the lamps behind."""
+    """Focus at 1.2 m on the nearer eye; 85 mm and f/1.4 dissolve the lamps behind."""
     plaster = Material((0.80, 0.745, 0.68))
     random = np.random.default_rng(4)
     lights = []

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import GREEN, NX, NY, NZ, PIXEL_SPREAD, RED, L, M, N, X, Y, Z
+from lensbench.kernels.block import BLUE, GREEN, NX, NY, NZ, PIXEL_SPREAD, RED, TIME, V0, V1, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.scenery.intersect.meshes import nearest_distances, surfaces
 from lensbench.scenery.intersect.triangle_tree import triangle_tree
@@ -174,6 +174,32 @@ def test_a_mesh_of_two_triangles_is_a_rectangle_in_light_and_shadow():
     close = np.isclose(found, expected, rtol=2e-4, atol=2e-5).all(1)
     assert close.mean() > 0.999                          # edges within rounding
     assert (expected.sum(1) == 0.0).sum() > 20           # full shadow
+
+
+@slow
+def test_moving_shapes_and_lamps_light_a_mesh_as_a_rectangle():
+    # a ball that flies through the light of a lamp that moves, above a wall of two triangles or of one rectangle
+    corners = [[-200.0, -250.0, -700.0], [200.0, -250.0, -700.0], [200.0, -250.0, -1300.0], [-200.0, -250.0, -1300.0]]
+    material = lb.Material((0.4, 0.5, 0.6))
+    mesh = lb.Mesh.of(corners, [[0, 1, 2], [0, 2, 3]], material)
+    plate = lb.Rectangle((0.0, -250.0, -1000.0), (200.0, 0.0, 0.0), (0.0, 0.0, -300.0), material)
+    far = lb.Mesh.of(np.array(corners) + [0.0, 0.0, -90_000.0], [[0, 1, 2]])        # both scenes have a mesh
+    ball = lb.Sphere((-60.0, -150.0, -1000.0), 70.0, velocity=(1000.0, 0.0, 0.0))
+    lamp = lb.Sphere((0.0, 500.0, -900.0), 60.0, lb.Material((40.0, 30.0, 20.0), "lamp"), velocity=(0.0, 0.0, -900.0))
+    base = lb.Scene("flight", sky=DARK, spheres=(ball, lamp), sun=lb.Sun((0.2, 0.9, 0.1)))
+    random = np.random.default_rng(10)
+    n = 4000
+    places = np.column_stack([random.uniform(-190, 190, n), np.full(n, -250.0), random.uniform(-1290, -710, n)])
+    origins = np.tile([0.0, 300.0, 300.0], (n, 1))
+    ways = places - origins
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    given = {X: origins[:, 0], Y: origins[:, 1], Z: origins[:, 2], L: ways[:, 0], M: ways[:, 1], N: ways[:, 2],
+             TIME: random.uniform(0.0, 0.1, n), V0: random.random(n), V1: random.random(n)}
+    found, expected = (Program(replace(base, **change).steps(), np.float64).run(given, [RED, GREEN, BLUE], n)
+                       for change in ({"meshes": (mesh, far)}, {"plates": (plate,), "meshes": (far,)}))
+    assert np.isclose(found, expected, rtol=1e-4, atol=1e-5).all(0).mean() > 0.998
+    lit, shaded = expected[0].max(), np.percentile(expected[0], 2)
+    assert shaded < 0.5 * lit                             # the ball has a shadow
 
 
 @slow
