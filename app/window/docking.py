@@ -322,10 +322,11 @@ def _in_the_dock(name: str) -> bool:
 
 
 def _recover(state: imgui.internal.ErrorRecoveryState) -> None:
-    """Close the imgui and implot scopes that a panel left open when its error occurred."""
+    """Close the imgui and implot scopes that a panel left open when its error occurred, without a word on stderr."""
     if implot.internal.get_current_plot() is not None:
         implot.end_plot()
     io = imgui.get_io()
     asserting, io.config_error_recovery_enable_assert = io.config_error_recovery_enable_assert, False
+    logging, io.config_error_recovery_enable_debug_log = io.config_error_recovery_enable_debug_log, False
     imgui.internal.error_recovery_try_to_recover_state(state)
-    io.config_error_recovery_enable_assert = asserting
+    io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log = asserting, logging
