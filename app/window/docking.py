@@ -17,6 +17,7 @@ from lensbench.app.panels.falloff import FalloffState, falloff_panel
 from lensbench.app.panels.image.image_panel import image_panel
 from lensbench.app.panels.lens_card import LensCardState, lens_card_panel
 from lensbench.app.panels.lens_section.panel import SectionState, lens_section_panel
+from lensbench.app.panels.lens_table.improvement import take_step
 from lensbench.app.panels.lens_table.panel import lens_table_panel
 from lensbench.app.panels.lens_table.state import LensTableState
 from lensbench.app.panels.light_field.panel import light_field_panel
@@ -36,6 +37,7 @@ from lensbench.app.window.layouts import placed
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
+from lensbench.app.workers.improvement_worker import ImprovementWorker
 from lensbench.kernels.cache import NotCompiledError
 
 RENDER = "Render"               # the panel in the middle: it needs none of the panels' kernels
@@ -52,7 +54,7 @@ class Panels:
         self._plan_state, self._pupil_state, self._section_state = PlanState(), PupilState(), SectionState()
         self._card_state, self._pixel_state = LensCardState(window.wake), PixelState()
         self._view_3d_state = View3DState()
-        self._table_state = LensTableState(window.requests)
+        self._table_state = LensTableState(window.requests, worker=ImprovementWorker(window.wake))
         self._field = 0.7                   # the film point of the exit pupil, as a part of the illuminated film
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings at which they failed
@@ -299,9 +301,23 @@ class Panels:
             self._stability_worker, self._stability_state = StabilityWorker(self._state.wake), StabilityState()
         stability_panel(self._stability_worker, self._stability_state)
 
+    def follow_improvement(self) -> None:
+        """Before the panels: the newest step of an improvement becomes the lens, whether or not the table is shown."""
+        self._state.edited = take_step(self._state.edited, self._table_state)
+        if self._table_state.begun:
+            self._table_state.begun = False
+            self._state.history.part()
+
+    @property
+    def improving(self) -> bool:
+        """Whether an improvement changes the lens step by step: all of it is one gesture."""
+        state = self._table_state
+        return state.worker.running or state.worker.pending or state.stepped
+
     def closed(self) -> None:
         """Cancel the running measurement; the window is about to close."""
         self._card_state.checks.stop()
+        self._table_state.worker.stop()
         if self._stability_worker is not None:
             self._stability_worker.stop()
 

@@ -163,6 +163,7 @@ class Session(WindowState):
         self._take_failure()
         self._meter()
         self.view.links.advance()
+        self.panels.follow_improvement()
         self.analyses.begin()
         self._unpin()
         self._steer_lists()
@@ -189,7 +190,7 @@ class Session(WindowState):
     def end(self) -> None:
         """After the panels: the changes go to the history and to the worker."""
         held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
-        self.keep(held)
+        self.keep(held or self.panels.improving)
         self.follow_window(monotonic())
         self._keep_locks()
         self.view.notices.follow(self.history.present.lens)

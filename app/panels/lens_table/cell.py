@@ -28,7 +28,8 @@ def number_cell(settings: Settings, document: LensDocument, cell: Cell, state: L
         return _typing(settings, state, cell)
     rule = document.rule(surface, quantity)
     pressed, hovered = cell_item(f"{surface} {quantity}", cells.shown(row, quantity), state, cell, faulty=faulty,
-                                 mark=cells.rule_mark(document, surface, quantity))
+                                 mark=cells.rule_mark(document, surface, quantity)
+                                 or ("V" if cell in state.ticked else ""))
     activated = imgui.is_item_activated()
     if hovered and state.scrub is None:
         lines = cells.tooltip(document, surface, quantity)

@@ -6,6 +6,7 @@ from functools import partial
 from imgui_bundle import icons_fontawesome_6 as fa
 from imgui_bundle import imgui
 
+from lensbench.app.panels.lens_table.improvement import improve_button
 from lensbench.app.panels.lens_table.state import LensTableState
 from lensbench.app.state.lens_edit.editing import can_save_in_place, reverted
 from lensbench.app.state.request import Request
@@ -97,6 +98,7 @@ def toolbar(settings: Settings, document: LensDocument, state: LensTableState) -
     settings = _scale_popup(settings, document, state)
     if _button(fa.ICON_FA_PASTE, "Paste table", "Paste a table of surfaces from a patent or a spreadsheet  (Ctrl+V)"):
         state.pasting = imgui.get_clipboard_text() or ""
+    improve_button(settings, document, state)
     imgui.same_line(0.0, theme.em(0.6))
     is_edited, in_place = bool(settings.edited), can_save_in_place(settings)
     about = "Save the edited lens" if in_place else "Save the edited lens as…"
@@ -172,6 +174,8 @@ def cell_menu(settings: Settings, document: LensDocument, quantity: str, state: 
             settings = state.apply(settings, partial(without_rule, surface=surface, quantity=quantity))
         imgui.set_item_tooltip(f"Now: {rule}")
         return settings
+    if imgui.menu_item("May change in Improve###tick", "", (surface, quantity) in state.ticked)[0]:
+        state.ticked ^= {(surface, quantity)}
     for kind, of in SOLVES.items():
         if of != quantity or (kind == "f-number" and surface != document.lens.stop_index) \
                 or (kind == "edge" and surface == len(document.surfaces) - 1):

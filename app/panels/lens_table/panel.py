@@ -11,6 +11,7 @@ from imgui_bundle import imgui
 
 from lensbench.app.panels.lens_table.cell import cell_item, number_cell, text_entry
 from lensbench.app.panels.lens_table.glass import POPUP, glass_popup
+from lensbench.app.panels.lens_table.improvement import progress
 from lensbench.app.panels.lens_table.menu import cell_menu, has_keyboard, keys, row_menu, toolbar
 from lensbench.app.panels.lens_table.paste import paste_dialog
 from lensbench.app.panels.lens_table.state import Entry, LensTableState
@@ -79,6 +80,16 @@ def walk(state: LensTableState, rows: int) -> bool:
 def _fault_line(found: tuple[Finding, ...], state: LensTableState) -> None:
     """Why the latest edit was refused, or the first fault of the lens, in one line; all of them in its tooltip."""
     lines = [state.problem] if state.problem else [str(finding) for finding in found]
+    said = progress(state)
+    if said and not state.problem and (state.worker.running or not lines):
+        imgui.same_line(0.0, theme.em(0.8))
+        room = imgui.get_content_region_avail().x
+        if room < theme.em(8.0):
+            imgui.new_line()
+            room = imgui.get_content_region_avail().x
+        imgui.align_text_to_frame_padding()
+        imgui.text_unformatted(theme.shortened(said, room))
+        return
     if not lines:
         imgui.new_line()
         return

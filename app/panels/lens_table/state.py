@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from lensbench.app.state.lens_edit.editing import edited
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
+from lensbench.app.workers.improvement_worker import ImprovementWorker
 from lensbench.lenses.editing.document import EditError, LensDocument
 
 Cell = tuple[int, str]          # surface, and quantity or "glass", "comment", "asphere"
@@ -54,6 +55,12 @@ class LensTableState:
     parted: bool = False
     ghost: bool = False
     number: float = 0.0                 # typed in a menu
+    worker: ImprovementWorker = field(default_factory=ImprovementWorker)
+    ticked: set[Cell] = field(default_factory=set)          # numbers that an improvement may change
+    hold_back_focus: bool = False
+    begun: bool = False                 # an improvement begins: its steps are one undo
+    stepped: bool = False               # the lens of this frame is a step of an improvement
+    expected: str = ""                  # the edited lens of the settings while an improvement runs
     at: Cell | None = None              # the cell that has the keyboard
     keyed: bool = False                 # the table has the keyboard in this frame
 

@@ -355,3 +355,36 @@ def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(dr
         hand.picture()
 
     assert drive(use, TRIPLET).view.messages == []
+
+
+def test_improve_runs_step_by_step_is_stopped_and_is_one_undo(drive):
+    def use(hand):
+        state = table(hand)
+        hand.ctx.item_click("**/0 curvature")
+        enter(hand, "23")
+        spoiled, start = hand.settings, surfaces(hand)
+        hand.ctx.item_click("**/###Improve")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/###Start improving")
+        hand.wait(lambda: not state.worker.running and state.worker.last is not None, "the improvement")
+        hand.ctx.yield_(3)
+        assert state.worker.message == "" and state.worker.last < state.worker.first
+        assert {name for _, name in changed(hand, start)} == {"curvature"}
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings == spoiled
+        state.ticked.add((1, "thickness"))
+        hand.ctx.item_click("**/###Improve")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/###Start improving")
+        hand.wait(lambda: not state.worker.running, "the improvement")
+        hand.ctx.yield_(3)
+        assert changed(hand, start) in ([(1, "thickness")], [])
+        hand.ctx.item_click("**/0 curvature")           # an edit by hand is kept
+        enter(hand, "-20")
+        hand.ctx.item_click("**/###Improve")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/###Start improving")
+        hand.wait(lambda: not state.worker.running, "the refusal")
+        assert "no image" in state.worker.message and surfaces(hand)[0].curvature == -0.05
+
+    drive(use, TRIPLET)

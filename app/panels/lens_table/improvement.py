@@ -1,0 +1,83 @@
+"""Improve in the table: what may change, start and stop, and the steps on their way into the lens."""
+
+import math
+
+from imgui_bundle import icons_fontawesome_6 as fa
+from imgui_bundle import imgui
+
+from lensbench.app.panels.lens_table.state import LensTableState
+from lensbench.app.state.lens_choice import image_circle
+from lensbench.app.state.lens_edit.editing import with_document
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.kernels.figures import significant
+from lensbench.lenses.editing.document import LensDocument
+
+TITLE = "Improve the lens"
+
+
+def improve_button(settings: Settings, document: LensDocument, state: LensTableState) -> None:
+    """The button, which stops an improvement that is under way; and its popup."""
+    if state.worker.running:
+        if imgui.button(f"{fa.ICON_FA_STOP}###Improve"):
+            state.worker.stop()
+        imgui.set_item_tooltip("Stop; the lens stays as it is now")
+    else:
+        if imgui.button(f"{fa.ICON_FA_WAND_MAGIC_SPARKLES}###Improve"):
+            imgui.open_popup(TITLE)
+        imgui.set_item_tooltip("Improve: smaller spots over the field by damped least squares")
+    imgui.same_line(0.0, theme.em(0.13))
+    if not imgui.begin_popup(TITLE):
+        return
+    cells = free_cells(document, state)
+    what = f"{len(cells)} ticked numbers" if state.ticked else f"all {len(cells)} radii (right click ticks others)"
+    imgui.text_unformatted(f"May change: {what}")
+    imgui.text_disabled("Spots on the axis, at 0.7 and at the edge of the image, in three colours.\n"
+                        "Focal length, solves and thinnest edges are held.")
+    _, state.hold_back_focus = imgui.checkbox("Hold the back focus", state.hold_back_focus)
+    if imgui.button("Improve###Start improving"):
+        circle = image_circle(settings.lens, document.lens) or math.inf
+        state.worker.start(document, cells, 0.5 * min(circle, settings.film.diagonal / settings.crop),
+                           state.hold_back_focus)
+        state.expected, state.begun = settings.edited, True
+        imgui.close_current_popup()
+    if state.ticked:
+        imgui.same_line()
+        if imgui.button("Untick all"):
+            state.ticked.clear()
+    imgui.end_popup()
+
+
+def free_cells(document: LensDocument, state: LensTableState) -> tuple[tuple[int, str], ...]:
+    """The numbers that may change: those that are ticked, or all radii."""
+    from lensbench.app.studies.improvement.improve import radii
+
+    count = len(document.surfaces)
+    ticked = tuple(sorted(cell for cell in state.ticked if cell[0] < count and document.rule(*cell) is None))
+    return ticked or radii(document)
+
+
+def take_step(settings: Settings, state: LensTableState) -> Settings:
+    """The settings with the newest step; an edit by hand meanwhile ends the improvement."""
+    state.stepped = False
+    if state.worker.running and settings.edited != state.expected:
+        state.worker.stop()
+        state.worker.take()
+        return settings
+    step = state.worker.take()
+    if step is None or settings.edited != state.expected:
+        return settings
+    changed = with_document(settings, step)
+    state.expected, state.stepped = changed.edited, True
+    return changed
+
+
+def progress(state: LensTableState) -> str:
+    """The spots of an improvement in a few words; "" before the first."""
+    worker = state.worker
+    if worker.message:
+        return worker.message
+    if worker.first is None or worker.last is None:
+        return ""
+    return (f"Spot {significant(1000.0 * worker.first, 3)} → {significant(1000.0 * worker.last, 3)} µm rms, "
+            f"step {worker.number}{' …' if worker.running else ''}")

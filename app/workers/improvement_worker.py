@@ -1,0 +1,70 @@
+"""An improvement of the lens in the background; the window takes each step as soon as it is there."""
+
+from collections.abc import Callable, Sequence
+
+from lensbench.app.workers.task import Task
+from lensbench.lenses.editing.document import LensDocument
+
+
+class ImprovementWorker:
+    """One improvement at a time. first, last: spots (mm rms) at its start and now; None before the first step."""
+
+    def __init__(self, wake: Callable[[], None] = lambda: None):
+        self.first: float | None = None
+        self.last: float | None = None
+        self.number = 0
+        self._wake = wake
+        self._task: Task[None] | None = None
+        self._newest: LensDocument | None = None
+
+    @property
+    def running(self) -> bool:
+        """Whether an improvement is under way."""
+        return self._task is not None and not self._task.done
+
+    @property
+    def pending(self) -> bool:
+        """Whether there is a step that has not been taken."""
+        return self._newest is not None
+
+    @property
+    def message(self) -> str:
+        """Why the latest improvement has ended; "" where it has come to its end, or goes on."""
+        return self._task.message if self._task is not None and self._task.done else ""
+
+    def start(self, document: LensDocument, cells: Sequence[tuple[int, str]], image_height: float,
+              hold_back_focus: bool = False) -> None:
+        """Begin; an improvement that is under way ends. image_height: mm."""
+        self.stop()
+        self.first = self.last = self._newest = None
+        self.number = 0
+
+        def work(task: Task[None]) -> None:
+            from dataclasses import replace
+            from math import inf
+
+            from lensbench.app.studies.improvement.improve import improved
+            from lensbench.app.studies.improvement.merit import goal_of
+            from lensbench.lenses.paraxial import image_distance
+
+            goal = goal_of(document, image_height)
+            if hold_back_focus:
+                goal = replace(goal, back_focus=image_distance(document.surfaces, inf))
+            for step in improved(document, cells, goal):
+                if task.cancelled:
+                    return
+                self.first = step.spot if self.first is None else self.first
+                self.last, self.number, self._newest = step.spot, step.number, step.document
+                self._wake()
+
+        self._task = Task("Improve", work, self._wake)
+
+    def take(self) -> LensDocument | None:
+        """The newest lens, once; None without a new one."""
+        newest, self._newest = self._newest, None
+        return newest
+
+    def stop(self) -> None:
+        """End; the lens stays at its latest step."""
+        if self._task is not None:
+            self._task.cancel()
