@@ -40,6 +40,7 @@ from lensbench.app.window.status import status_bar
 from lensbench.app.workers.improvement_worker import ImprovementWorker
 from lensbench.kernels.cache import NotCompiledError
 
+FRONT_FRAMES = 3                # a tab of a new dock is in front only after the last panel has come to it
 RENDER = "Render"               # the panel in the middle: it needs none of the panels' kernels
 
 
@@ -56,6 +57,7 @@ class Panels:
         self._view_3d_state = View3DState()
         self._table_state = LensTableState(window.requests, worker=ImprovementWorker(window.wake))
         self._field = 0.7                   # the film point of the exit pupil, as a part of the illuminated film
+        self._front: dict[str, int] = {}    # panels that come to the front, and in how many frames more
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings at which they failed
 
@@ -144,6 +146,9 @@ class Panels:
         panel = hello_imgui.get_runner_params().docking_params.dockable_window_of_name(name)
         if panel is not None and panel.focus_window_at_next_frame:      # hello_imgui does so in windows it begins alone
             panel.focus_window_at_next_frame = False
+            self._front[name] = FRONT_FRAMES
+        if self._front.get(name, 0) > 0:
+            self._front[name] -= 1
             imgui.set_next_window_focus()
         if name == RENDER:
             one = imgui.WindowClass()

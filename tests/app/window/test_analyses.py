@@ -46,7 +46,8 @@ def test_a_layout_is_chosen_and_the_bench_comes_back(drive):
             hand.ctx.yield_(8)
             assert hand.session.layout == name
             for panels in LAYOUTS[name].docks.values():
-                assert imgui.internal.find_window_by_name(panels[0]).active, (name, panels[0])
+                front = imgui.internal.find_window_by_name(panels[0]).dock_node.visible_window
+                assert front.name == panels[0], (name, panels[0])
         settle(hand)
 
     assert drive(use).view.messages == []
