@@ -150,14 +150,15 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         raise SettingsError(f"dispersion on: {colours(settings).why}")
     if not settings.has_lens and arguments.focus is None:  # its nearest focus follows from film and view
         settings = constrained(settings)
+    settings = settings.checked()                       # errors come alone, before remarks
     if not settings.has_lens:
-        settings.kind.maker(settings.checked())         # its errors come alone, before remarks
+        settings.kind.maker(settings)
     named = {field.name: spec(field).option or field.name.replace("_", "-") for field in fields(Settings)}
     unnamed = arguments.settings is not None or lens is None or Path(lens).suffix.lower() in PICTURES
     for remark in remarks(settings, set(asked) | ({"camera"} if arguments.camera else set()), named,
                           None if unnamed else lens):
         say(remark)
-    return settings.checked()
+    return settings
 
 
 def _locked(arguments: argparse.Namespace) -> set[str]:

@@ -18,7 +18,7 @@ from lensbench.pupils.rim_solver import REACH, ROUGH, rear_interval, solve_rims
 
 SCAN = 96               # points of the meridian in the search for pieces
 CELL_CENTRES = np.arange(SCAN) + 0.5
-SCAN_CLOSELY = 512      # points of the meridian in the search for a split, twice
+SCAN_CLOSELY = 256      # points of the meridian in the search for a split, twice
 COLUMNS, ROWS = 1024, 160       # of the grid of rays that measures a split region; pieces are narrow across
 NEIGHBOURS = 4          # film radii to either side whose regions bound the search
 
@@ -71,22 +71,25 @@ def split_regions(lens: Lens, film_distance: float, radii: np.ndarray, rims: np.
     Also those that pass light where `solve_rims` found none, with rims (n, points, 2) of 0: narrow ones. A grid of rays
     over the lit part of the rear plane measures them; on its lines the edges are interpolated.
     """
-    low, high = rear_interval(lens, film_distance, radii)
+    left, right = rear_interval(lens, film_distance, radii)
+    k = np.arange(len(radii))                   # radii with light on the meridian
+    for _ in range(2):                          # over all of it, then closer about what is lit
+        step = (right - left) / SCAN_CLOSELY
+        along = left[:, None] + step[:, None] * (np.arange(SCAN_CLOSELY) + 0.5)
+        film, zero, out = np.repeat(radii[k], SCAN_CLOSELY), np.zeros(along.size), np.empty(along.size)
+        clearances(film, zero, along.ravel(), zero, film_distance, out, by, ROUGH)
+        lit = out.reshape(along.shape) <= 1.0
+        any_lit = lit.any(1)
+        k, lit, step, start = k[any_lit], lit[any_lit], step[any_lit], left[any_lit]
+        first, last = lit.argmax(1), SCAN_CLOSELY - 1 - lit[:, ::-1].argmax(1)
+        left, right = start + step * (first - 1.0), start + step * (last + 2.0)
+    split = (lit[:, 1:] & ~lit[:, :-1]).sum(1) + lit[:, 0] > 1
     found = {}
-    for k, radius in enumerate(radii):
-        # Light on the meridian, then closer about what is lit
-        left, right = float(low[k]), float(high[k])
-        for _ in range(2):
-            step = (right - left) / SCAN_CLOSELY
-            lit = _levels(radius, left + step * (np.arange(SCAN_CLOSELY) + 0.5), np.zeros(1), film_distance, by)[0]
-            where = np.flatnonzero(lit <= 1.0)
-            if not len(where):
-                break
-            left, right = left + step * (where[0] - 1.0), left + step * (where[-1] + 2.0)
-        if len(where) and ((np.diff(where) > 1).any() or not rims[k].any()):
-            region = _measured(lens, film_distance, radius, left, right, rims.shape[1], by)
+    for number, a, b, several in zip(k, left, right, split, strict=True):
+        if several or not rims[number].any():
+            region = _measured(lens, film_distance, radii[number], a, b, rims.shape[1], by)
             if region is not None:
-                found[k] = region
+                found[int(number)] = region
     return found
 
 
