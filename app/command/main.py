@@ -11,10 +11,13 @@ import re
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from lensbench.app.command.errors import UsageError
 from lensbench.kernels.quotation import MOST, cut, escaped
+
+if TYPE_CHECKING:
+    from lensbench.app.state.settings import Settings
 
 SCREENSHOT = "lensbench-window.png"     # where there is no display
 LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libXext.so.6")
@@ -159,15 +162,20 @@ def _add_view_options(parser: argparse.ArgumentParser) -> None:
 
 def _view(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.options import settings_from
+    from lensbench.app.files.state_text import PREFIX as STATE
     from lensbench.app.state.settings import PICTURES
 
     settings = settings_from(arguments)
+    asked = {name for name, value in vars(arguments).items() if value is not None} - {"command"}
+    if not asked and _has_display():
+        settings = _last_session(settings)
     missing = [name for name in LIBRARIES if not _loads(name)] if sys.platform == "linux" else []
     if missing:
         raise UsageError(f"the window needs {', '.join(missing)}: on Debian or Ubuntu, apt-get install {PACKAGES}")
     from lensbench.app.window import window
 
-    kept = arguments.settings is not None or Path(arguments.lens or "").suffix.lower() in PICTURES
+    kept = arguments.settings is not None or Path(arguments.lens or "").suffix.lower() in PICTURES \
+        or (arguments.lens or "").startswith(STATE)
     follows = arguments.size is None and not kept       # the pixels of a size or a file that was asked for stay
     screenshot = arguments.screenshot or (None if _has_display() else SCREENSHOT)
     if screenshot is None:
@@ -184,6 +192,19 @@ def _view(arguments: argparse.Namespace) -> int:
               "run the command again, the kernels are compiled then", file=sys.stderr)
         return 1
     return 0
+
+
+def _last_session(otherwise: "Settings") -> "Settings":
+    """The settings of the last session, if its lens and scene are still there."""
+    from lensbench.app.files.session_file import last_session
+    from lensbench.app.state.constraints import constrained
+
+    last = last_session()
+    try:
+        return otherwise if last is None else constrained(last)
+    except (ValueError, OSError) as error:
+        print(f"lensbench: the last session is not opened again: {escaped(str(error))}", file=sys.stderr)
+        return otherwise
 
 
 def _has_display() -> bool:

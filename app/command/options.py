@@ -108,6 +108,9 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     not name is limited to the range of the lens. SettingsError,
     LensError, LensFileError, ExportError.
     """
+    from lensbench.app.files.state_text import PREFIX as STATE
+    from lensbench.app.files.state_text import settings_of_text
+
     lens = arguments.lens
     camera = arguments.camera or ("lens" if arguments.lens_model is not None else None)
     if arguments.settings is not None:
@@ -116,6 +119,8 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         if lens is not None:
             settings = constrained(replace(settings, lens=_name_or_file(lens), edited="",
                                            focal_length=arguments.focal_length))
+    elif lens is not None and lens.startswith(STATE):
+        settings = settings_of_text(lens, say)
     elif lens is not None and Path(lens).suffix.lower() in PICTURES:
         from lensbench.app.files.settings_file import load_settings
         settings = load_settings(lens, say)

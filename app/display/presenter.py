@@ -131,6 +131,10 @@ class Presenter:
         """Keep a picture of these settings as A."""
         self._keep(RenderUpdate(0, exposed(settings, image), settings.samples, 0.0, settings, 0.0))
 
+    def keep_codes(self, codes: NDArray[np.float32], settings: Settings) -> None:
+        """Keep a saved picture as A: codes of the screen (h, w, 3), from 0 to 1."""
+        self._keep(RenderUpdate(0, codes, 0, 0.0, settings, 0.0, coded=True))
+
     def _keep(self, update: RenderUpdate) -> None:
         self.pinned = update
         self._pins += 1

@@ -43,3 +43,10 @@ class Request(Enum):
     RESET_LAYOUT = auto()
     SHOW_HELP = auto()
     SHOW_PALETTE = auto()
+
+    # Moments
+    KEEP_MOMENT = auto()
+    COPY_PICTURE = auto()
+    COPY_STATE = auto()
+    PASTE = auto()
+    SAVE_CARD = auto()

@@ -6,6 +6,9 @@ that B stays as fast as it can be. A picture of a light field cannot be rendered
 
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lensbench.app.state.comparison.following import followed
 from lensbench.app.state.settings import Settings
 from lensbench.app.window.state import WindowState
@@ -31,6 +34,11 @@ class Comparing:
             return False
         window.view.pinned = presenter.pinned.settings
         return True
+
+    def pin_codes(self, codes: NDArray[np.float32], settings: Settings) -> None:
+        """Make a saved picture A; while it is shown, it is rendered again. codes: of the screen (h, w, 3), 0 to 1."""
+        self._window.presenter.keep_codes(codes, settings)
+        self._window.view.pinned = settings
 
     @property
     def is_live(self) -> bool:

@@ -35,6 +35,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.window.analyses import PANELS, Analyses
 from lensbench.app.window.layouts import placed
 from lensbench.app.window.lens_browsing import LensBrowsing
+from lensbench.app.window.moments import Moments
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
 from lensbench.app.workers.improvement_worker import ImprovementWorker
@@ -47,8 +48,8 @@ RENDER = "Render"               # the panel in the middle: it needs none of the 
 class Panels:
     """Draws the panels of a window; an error in one becomes a message, and never ends the window."""
 
-    def __init__(self, window: WindowState, browsing: LensBrowsing, analyses: Analyses):
-        self._state, self._browsing, self._analyses = window, browsing, analyses
+    def __init__(self, window: WindowState, browsing: LensBrowsing, analyses: Analyses, moments: Moments):
+        self._state, self._browsing, self._analyses, self._moments = window, browsing, analyses, moments
         self._stability_worker: Any = None              # from when the panel is first looked at
         self._stability_state: Any = None
         self._coc_state, self._falloff_state, self._models_state = CocState(), FalloffState(), ModelsState()
@@ -72,6 +73,7 @@ class Panels:
             self._docked("Surfaces", self._surfaces, padding=6.0),
             self._docked("3-D", self._view_3d),
             self._docked("Stability", self._stability),
+            self._docked("Moments", self._moments.draw, padding=8.0),
             self._docked("Circle of confusion", self._confusion),
             self._docked("Plan", self._plan),
             self._docked("Pixel", self._pixel),

@@ -19,7 +19,7 @@ from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.lens_edit.editing import can_save_in_place
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
-from lensbench.app.state.settings import RESTARTS_MOTION, RESTARTS_NOTHING, Settings
+from lensbench.app.state.settings import Settings
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
 from lensbench.app.window.state import WindowState
@@ -45,6 +45,7 @@ QUESTIONS = {
        for request, suffix, others in ((Request.SAVE_PLOT_CSV, ".csv", (".svg", ".png")),
                                        (Request.SAVE_PLOT_SVG, ".svg", (".png", ".csv")),
                                        (Request.SAVE_PLOT_PNG, ".png", (".svg", ".csv")))},
+    Request.SAVE_CARD: Question("Save the card", "PNG", (".png",), True, "card.png"),
     Request.CHOOSE_EXPORT_PATH: Question("Export to", "Pictures", SAVED, True, "lensbench.png"),
 }
 KINDS = {Request.OPEN_LENS: "lens", Request.OPEN_SCENE: "scene", Request.OPEN_PICTURE: "picture",
@@ -84,6 +85,8 @@ class Files:
             self._export.take_path(path)
         elif request is Request.SAVE_LENS:
             self.save_lens(path)
+        elif request is Request.SAVE_CARD:
+            self._state.card_path = path
         elif request is Request.SAVE_SETTINGS:
             self.save_settings(path)
         elif request is Request.SAVE_INTRINSICS:
@@ -216,16 +219,12 @@ class Files:
         """Save the picture with its present samples, and with its settings."""
         from lensbench.app.files.export import save_picture
 
-        update = self._state.worker.newest()
-        if update is None:
+        found = self._state.picture_now()
+        if found is None:
             self._state.view.say("There is no picture yet", note=True)
             return
-        present = self._state.history.present
-        later = {name: getattr(present, name) for name in (*RESTARTS_NOTHING, *RESTARTS_MOTION)}
-        settings = replace(update.settings, **{**later, "samples": update.samples})
         try:
-            save_picture(path, update.image if update.plain is None else update.plain, settings, bits,
-                         choice=None if update.is_provisional else update.choice)
+            save_picture(path, found[0], found[1], bits, choice=found[2])
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))
         else:

@@ -24,27 +24,27 @@ BENCH = "Bench"
 LAYOUTS = {
     BENCH: Layout(
         "Picture, section, blur and pupil", {
-            **LEFT, "Bottom": ("Section", "Surfaces", "3-D", "Stability"),
+            **LEFT, "Bottom": ("Section", "Surfaces", "3-D", "Stability", "Moments"),
             "Right": ("Circle of confusion", "Plan", "Pixel"),
             "RightBottom": ("Exit pupil", "Falloff", "Models", "Light field")}),
     "Photographer": Layout(
         "Picture, section, and how sharp the lens draws", {
-            **LEFT, "Bottom": ("Section", "3-D"),
+            **LEFT, "Bottom": ("Section", "3-D", "Moments"),
             "Right": ("MTF", "MTF map", "Focus shift", "Depth of field", "Illumination"),
             "RightBottom": ("Bokeh", "Sunstar", "Spots", "Pixel")}, (0.25, 19.4, 46.0)),
     "Student": Layout(
         "Coordinate spaces, stability of the formulas, models of the lens", {
             "Left": ("Controls",), "LeftBottom": ("Spaces", "Read-outs", "Lens card"),
-            "Bottom": ("Section", "3-D", "Stability"),
+            "Bottom": ("Section", "3-D", "Stability", "Moments"),
             "Right": ("Models", "Circle of confusion", "Plan"), "RightBottom": ("Exit pupil", "Pixel", "Falloff")}),
     "Designer": Layout(
         "Spots and the aberrations behind them", {
-            **LEFT, "Bottom": ("Section", "3-D"), "BottomRight": ("Seidel", "Illumination"),
+            **LEFT, "Bottom": ("Section", "3-D", "Moments"), "BottomRight": ("Seidel", "Illumination"),
             "Right": ("Spots", "Wavefront", "Point spread", "Field curves"),
             "RightBottom": ("Ray fans", "MTF", "MTF map")}, (0.30, 22.0, 70.0), 0.36),
     "Editor": Layout(
         "Surfaces to edit, the section, and what an edit does to the picture", {
-            **LEFT, "Bottom": ("Section", "3-D"), "BottomRight": ("Surfaces",),
+            **LEFT, "Bottom": ("Section", "3-D", "Moments"), "BottomRight": ("Surfaces",),
             "Right": ("Spots", "MTF", "Field curves"), "RightBottom": ("Ray fans", "Wavefront", "Seidel")},
         (0.26, 21.0, 60.0), 0.36),
 }

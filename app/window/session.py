@@ -22,6 +22,7 @@ from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.display.presenter import save_window
+from lensbench.app.files.session_file import save_session
 from lensbench.app.state.auto_exposure import METERED, metered
 from lensbench.app.state.constraints import constrained, longer_side_within
 from lensbench.app.state.lens_choice import LOCKS
@@ -39,6 +40,7 @@ from lensbench.app.window.layouts import LAYOUTS, placed, splits
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.lens_editing import LensEditing
 from lensbench.app.window.menus import Help
+from lensbench.app.window.moments import Moments
 from lensbench.app.window.palette import Palette
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.task import Task
@@ -57,7 +59,9 @@ class Session(WindowState):
         self.comparing = Comparing(self, threads)
         self.editing = LensEditing(self)
         self.analyses = Analyses(self)
-        self.files, self.panels = Files(self, self.export, self.analyses), Panels(self, self.browsing, self.analyses)
+        self.moments = Moments(self, self.comparing)
+        self.files = Files(self, self.export, self.analyses)
+        self.panels = Panels(self, self.browsing, self.analyses, self.moments)
         self.shots_taken = 0                            # screenshots of the window that have been saved
         self.shot_is_early = False                      # the screenshot was taken before the picture was ready
         self.shot_problem = ""                          # why the latest of them was not
@@ -103,6 +107,9 @@ class Session(WindowState):
 
     def closed(self) -> None:
         """The window is about to close."""
+        if self.remember:
+            with suppress(ValueError, OSError):         # the next session begins anew
+                save_session(self.history.present)
         self.compilers.stop()                   # first: threads that wait for a kernel end with it
         self.export.cancel()
         self.browsing.closed()
@@ -270,6 +277,10 @@ class Session(WindowState):
             self.help.open()
         if Request.SHOW_PALETTE in wanted:
             self.palette.open()
+        self.moments.answer(wanted)
+        if self.card_path is not None:
+            path, self.card_path = self.card_path, None
+            self.moments.save_card(path)
         self.light_field.answer(wanted, self.history.present)
         if Request.SAVE_EDITED in wanted:
             self.files.save_edited()

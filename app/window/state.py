@@ -6,13 +6,17 @@ adds the life of the window and its frames.
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 
+import numpy as np
 from imgui_bundle import hello_imgui, imgui
+from numpy.typing import NDArray
 
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
+import lensbench as lb
 from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
 from lensbench.app.panels.controls.controls import Chooser
@@ -20,7 +24,7 @@ from lensbench.app.panels.light_field.controller import LightFieldController
 from lensbench.app.state.build import published, wavelength_remark
 from lensbench.app.state.constraints import coarser, longer_side_within, showable, with_longer_side
 from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
+from lensbench.app.state.settings import RESTARTS_MOTION, RESTARTS_NOTHING, Settings
 from lensbench.app.state.undo import History
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import DialState
@@ -59,6 +63,7 @@ class WindowState:
         self.dark = True
         self.layout = BENCH                             # the chosen one of LAYOUTS
         self.recent: list[Path] = []                    # files that were opened, the newest first
+        self.card_path: Path | None = None              # where the card of a moment is to be saved
         self.reopened: Path | None = None               # a recent file that is to be opened
         self.screenshot: Path | None = None             # where a picture of the window is to be saved
         self._postponed: tuple[Settings, Callable[[], Settings]] | None = None      # present settings, and a change
@@ -122,6 +127,22 @@ class WindowState:
         if not self.view.follows or not self._drags or update is None or not update.rate > 0.0:
             return settings
         return coarser(settings, DRAG_SECONDS * update.rate)
+
+    def picture_now(self) -> tuple[NDArray[np.float32], Settings, lb.Choice | None] | None:
+        """The linear picture (h, w, 3) with its present samples, its settings and the choice of its model."""
+        update, present = self.worker.newest(), self.history.present
+        if update is None:
+            return None
+        later = {name: getattr(present, name) for name in (*RESTARTS_NOTHING, *RESTARTS_MOTION)}
+        settings = replace(update.settings, **{**later, "samples": update.samples})
+        image = update.image if update.plain is None else update.plain
+        return image, settings, None if update.is_provisional else update.choice
+
+    @staticmethod
+    def panel_shown(name: str) -> bool:
+        """Whether a panel is in front of its dock."""
+        window = imgui.internal.find_window_by_name(name)
+        return window is not None and (window.active or window.was_active) and not window.hidden
 
     def follow_window(self, now: float) -> None:
         """Give the picture as many pixels as the window shows of it, once its room has been the same for a moment."""

@@ -20,6 +20,8 @@ from lensbench.app.command import options
 from lensbench.app.command.main import main
 from lensbench.app.files import picture_render
 from lensbench.app.files.export import read_settings, save_picture
+from lensbench.app.files.session_file import save_session, session_path
+from lensbench.app.files.state_text import state_text
 from lensbench.app.state import text_values
 from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.settings import Settings
@@ -29,14 +31,15 @@ LENS = "pbrt-dgauss-50mm"
 
 
 @pytest.fixture
-def viewed(monkeypatch):
+def viewed(monkeypatch, tmp_path):
     """What `lensbench view` hands to the window, in place of a window; the machine has a display."""
     calls = []
     window = types.ModuleType("lensbench.app.window.window")
-    window.run = lambda settings, screenshot=None: calls.append((settings, screenshot))
+    window.run = lambda settings, screenshot=None, follows=False: calls.append((settings, screenshot))
     monkeypatch.setitem(sys.modules, "lensbench.app.window.window", window)
     monkeypatch.setattr("lensbench.app.window.window", window, raising=False)
     monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))          # no earlier session
     return calls
 
 
@@ -109,6 +112,21 @@ def test_a_value_that_makes_no_sense_is_answered_by_what_to_type(read, text, sai
 def test_without_a_command_the_bench_opens_as_it_is(viewed):
     assert main([]) == 0
     assert viewed == [(Settings(), None)]
+
+
+def test_the_bench_opens_as_it_was_closed_unless_something_is_asked_for(viewed, tmp_path):
+    last = replace(Settings(), f_number=8.0, scene="room")
+    save_session(last)
+    assert main([]) == 0 and main(["view", "--scene", "night-lights"]) == 0
+    assert viewed[0][0] == last and viewed[1][0].f_number == Settings().f_number
+    session_path().write_text("broken")
+    assert main([]) == 0 and viewed[2][0] == Settings()
+
+
+def test_a_state_text_opens_the_bench(viewed, capsys):
+    state = replace(Settings(), f_number=4.0, scene="room", pixels_x=300, pixels_y=200)
+    assert settings_of(viewed, state_text(state)) == state
+    assert main(["view", state_text(state)[:-6]]) == 2 and "damaged" in capsys.readouterr().err
 
 
 def test_every_option_arrives_in_the_settings(viewed):
@@ -192,13 +210,13 @@ def test_without_a_display_the_window_is_written_to_a_file(viewed, monkeypatch, 
 
 
 def test_a_screenshot_before_the_picture_is_ready_ends_with_1(viewed, monkeypatch, capsys):
-    monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", lambda settings, screenshot: 1)
+    monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", lambda settings, screenshot, follows: 1)
     assert main(["view", "--screenshot", "w.png"]) == 1
     assert "not ready in time" in capsys.readouterr().err
 
 
 def test_a_screenshot_that_cannot_be_written_ends_with_2(viewed, monkeypatch, capsys):
-    def run(settings, screenshot):
+    def run(settings, screenshot, follows):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", run)

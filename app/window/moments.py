@@ -1,0 +1,171 @@
+"""The moments of a window: what its panel and its keys ask for is done here."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from imgui_bundle import imgui
+from numpy.typing import NDArray
+
+from lensbench.app.display.small_textures import SmallTextures
+from lensbench.app.files.clipboard import copy_picture
+from lensbench.app.files.export import save_picture
+from lensbench.app.files.moment_shelf import Moment, MomentShelf, moments_folder
+from lensbench.app.files.state_text import is_state_text, left_behind, settings_of_text, state_text
+from lensbench.app.panels import moments as panel
+from lensbench.app.panels.controls.controls import lens_title, scene_title
+from lensbench.app.state.constraints import constrained
+from lensbench.app.state.figures import readings
+from lensbench.app.state.request import Request
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_f_number
+from lensbench.app.window.comparing import Comparing
+from lensbench.app.window.state import WindowState
+from lensbench.app.workers.task import Task
+
+
+class Moments:
+    """Lives as long as the window."""
+
+    def __init__(self, window: WindowState, comparing: Comparing, folder: Path | None = None):
+        self._window, self._comparing = window, comparing
+        self._temporary = None if folder is not None or window.remember else TemporaryDirectory()
+        self.shelf = MomentShelf(folder or (Path(self._temporary.name) if self._temporary else moments_folder()),
+                                 window.view.say)
+        self.state = panel.MomentsState()
+        self.card: tuple[Moment, Path] | None = None        # of this moment, to be written there
+        self._pictures: dict[str, NDArray[np.uint8]] = {}
+        self._textures = SmallTextures(self._pictures)
+        self._loading: Task[None] | None = None
+        self._carding: Moment | None = None
+        self._tasks: list[tuple[Task[None], str]] = []
+
+    def draw(self) -> None:
+        """The panel."""
+        if not self._load().done:
+            imgui.text_disabled("Reading the moments")
+            return
+        self._pictures.clear()
+        self._pictures.update({str(moment.path): moment.thumbnail for moment in self.shelf.moments})
+        panel.moments_panel(self.shelf.moments, self.state, lambda moment: self._textures.of(str(moment.path)))
+
+    def _load(self) -> Task[None]:
+        """Read the shelf, once."""
+        if self._loading is None:
+            self._loading = Task("Reading the moments", lambda _: self.shelf.load(), self._window.wake)
+        return self._loading
+
+    def answer(self, wanted: set[Request]) -> None:
+        """Do what the panel and the keys have asked for; call it once a frame."""
+        for task, success in list(self._tasks):
+            if task.done:
+                self._tasks.remove((task, success))
+                self._window.view.say(success if task.error is None else task.message, done=task.error is None)
+        action, self.state.action = self.state.action, None
+        renamed, self.state.new_name = self.state.new_name, None
+        try:
+            if renamed is not None:
+                self.shelf.rename(*renamed)
+            if Request.KEEP_MOMENT in wanted or action is not None and action[0] == panel.KEEP:
+                self._keep()
+            text = imgui.get_clipboard_text() or "" if Request.PASTE in wanted else ""
+            if is_state_text(text):                     # another text is for the panel that has the focus
+                self.paste(text)
+            if action is not None and action[0] == panel.PASTE:
+                self.paste(imgui.get_clipboard_text() or "")
+            if Request.COPY_PICTURE in wanted:
+                self._copy_present()
+            if Request.COPY_STATE in wanted:
+                self._copy_state(self._window.history.present)
+            if action is not None and action[1] is not None:
+                self._do(action[0], action[1])
+        except (ValueError, OSError) as error:
+            self._window.view.say(str(error))
+
+    def paste(self, text: str) -> None:
+        """Open the state of a text; a note says if it is none."""
+        if not is_state_text(text):
+            self._window.view.say("The clipboard holds no state of lensbench: such a text begins with lensbench:",
+                                  note=True)
+            return
+        self._take(settings_of_text(text, partial(self._window.view.say, note=True)))
+
+    def save_card(self, path: Path) -> None:
+        """Write the card of the moment that was asked for."""
+        from lensbench.app.files.moment_card import write_card
+
+        moment, dark = self._carding, self._window.dark
+        if moment is not None:
+            self._tasks.append((Task("Writing the card", lambda _: write_card(path, moment.codes(), moment.settings,
+                                                                            moment.name, dark), self._window.wake),
+                                f"The card was saved as {path.name}"))
+
+    def _keep(self) -> None:
+        found = self._window.picture_now()
+        if found is None:
+            self._window.view.say("There is no picture yet", note=True)
+            return
+        image, settings, _ = found
+        self._load().join()                     # reading it later would forget this one
+        self.shelf.keep(image, settings, _name(settings))
+        if not self._window.panel_shown("Moments"):
+            self._window.view.say("The moment was kept: the panel Moments shows it", done=True)
+
+    def _do(self, action: str, moment: Moment) -> None:
+        if action == panel.OPEN:
+            self._take(moment.settings)
+        elif action == panel.COMPARE:
+            self._comparing.pin_codes(moment.codes(), moment.settings)
+            self._window.edited = replace(self._window.edited, compare="side")
+        elif action == panel.TEXT:
+            self._copy_state(moment.settings)
+        elif action == panel.COPY:
+            self._copy(moment.path, moment.name)
+        elif action == panel.CARD:
+            self._carding = moment
+            self._window.requests.add(Request.SAVE_CARD)
+        elif action == panel.REMOVE:
+            self.shelf.remove(moment)
+
+    def _take(self, settings: Settings) -> None:
+        """The settings of a moment; their pixels only where the picture does not follow the window."""
+        window = self._window
+        if window.view.follows:
+            settings = replace(settings, pixels_x=window.history.present.pixels_x,
+                               pixels_y=window.history.present.pixels_y)
+        window.take(window.showable(replace(constrained(settings), compare="off")))
+
+    def _copy_state(self, settings: Settings) -> None:
+        imgui.set_clipboard_text(state_text(settings))
+        files = left_behind(settings)
+        self._window.view.say("The state was copied as text" + (
+            f"; it names {' and '.join(files)}, which the receiver needs too" if files else ""), done=True)
+
+    def _copy_present(self) -> None:
+        found = self._window.picture_now()
+        if found is None:
+            self._window.view.say("There is no picture yet", note=True)
+            return
+
+        def work(_: Task[None]) -> None:
+            with TemporaryDirectory() as folder:
+                path = Path(folder) / "lensbench.png"
+                save_picture(path, found[0], found[1])
+                copy_picture(path)
+
+        self._tasks.append((Task("Copying the picture", work, self._window.wake), "The picture was copied"))
+
+    def _copy(self, path: Path, name: str) -> None:
+        self._tasks.append((Task("Copying the picture", lambda _: copy_picture(path), self._window.wake),
+                            f"{name} was copied"))
+
+
+def _name(settings: Settings) -> str:
+    """A first name for a moment: lens, stop and scene."""
+    if not settings.has_lens:
+        return f"{settings.camera_title}, {scene_title(settings.scene)}"
+    f_number = settings.f_number or readings(settings).widest_f_number
+    stop = f" at {format_f_number(f_number)}" if f_number else ""
+    return f"{lens_title(settings.lens)}{stop}, {scene_title(settings.scene)}".replace("f/", "f")

@@ -1,0 +1,118 @@
+"""Moments by a real mouse: kept, opened, named, compared and shared."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+from PIL import Image
+
+from lensbench.app.files.moment_card import WIDTH, words, write_card
+from lensbench.app.files.state_text import settings_of_text, state_text
+from lensbench.app.window import moments as window_moments
+from tests.app.conftest import SMALL
+
+KEY = imgui.Key
+
+
+@pytest.mark.slow
+def test_a_moment_is_kept_named_opened_compared_and_removed(drive):
+    def use(hand):
+        shelf = hand.session.moments.shelf
+        hand.picture()
+        hand.press(KEY.b)                           # before the panel has been seen
+        hand.wait(lambda: shelf.moments, "the moment")
+        hand.session.view.notices.forget()
+        hand.ctx.window_focus("//Moments")
+        hand.ctx.yield_(6)
+        assert len(shelf.moments) == 1
+        hand.ctx.item_click("**/Moment Double Gauss 50 mm f2 at f2.8, Still life", 1)
+        hand.ctx.item_click("//$FOCUSED/Remove")
+        hand.ctx.yield_(3)
+        assert shelf.moments == []
+        hand.ctx.item_click("//Moments/###Keep")
+        hand.wait(lambda: shelf.moments, "the moment")
+        moment = shelf.moments[0]
+        assert moment.settings == SMALL and "f2.8" in moment.name
+        hand.session.take(replace(hand.settings, f_number=8.0))
+        hand.picture()
+        hand.ctx.item_click(f"**/Moment {moment.name}", 1)
+        hand.ctx.item_click("//$FOCUSED/Rename")
+        hand.ctx.yield_(3)
+        hand.ctx.key_chars_replace_enter("open wide")
+        hand.wait(lambda: shelf.moments[0].name == "open wide", "the new name")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/Moment open wide", 1)
+        hand.ctx.item_click("//$FOCUSED/Compare as A")
+        hand.wait(lambda: hand.settings.compare == "side", "the comparison")
+        hand.wait(lambda: hand.session.comparing.settled(SMALL.samples), "A, rendered again")
+        assert hand.session.presenter.pinned.settings == SMALL and hand.settings.f_number == 8.0
+        hand.ctx.item_click("**/Moment open wide")
+        hand.ctx.yield_(3)
+        assert hand.settings == SMALL
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings.f_number == 8.0
+        hand.ctx.item_click("**/Moment open wide", 1)
+        hand.ctx.item_click("//$FOCUSED/Remove")
+        hand.ctx.yield_(3)
+        assert shelf.moments == [] and not list(shelf.folder.glob("*.png"))
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
+def test_states_are_copied_and_pasted_as_text_and_other_text_is_no_state(drive):
+    other = replace(SMALL, f_number=5.6, scene="room")
+
+    def use(hand):
+        hand.picture()
+        hand.press(KEY.mod_ctrl | KEY.mod_shift | KEY.c)
+        hand.ctx.yield_(2)
+        assert settings_of_text(imgui.get_clipboard_text()) == SMALL
+        imgui.set_clipboard_text(state_text(other))
+        hand.press(KEY.mod_ctrl | KEY.v)
+        hand.ctx.yield_(2)
+        assert hand.settings == other
+        hand.press(KEY.mod_ctrl | KEY.z)
+        imgui.set_clipboard_text("hello")
+        hand.ctx.window_focus("//Moments")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("//Moments/Paste")
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL and "no state" in hand.session.view.messages[-1]
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_a_picture_is_copied_or_it_is_said_what_is_missing(drive, monkeypatch):
+    copied = []
+
+    def use(hand):
+        hand.picture()
+        with monkeypatch.context() as patch:
+            patch.setattr(window_moments, "copy_picture", lambda path: copied.append(path.read_bytes()[:8]))
+            hand.press(KEY.mod_ctrl | KEY.c)
+            hand.wait(lambda: hand.session.view.messages, "word of it")
+        assert hand.session.view.messages == ["The picture was copied"] and copied == [b"\x89PNG\r\n\x1a\n"]
+        monkeypatch.delenv("DISPLAY", raising=False)
+        monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+        hand.press(KEY.mod_ctrl | KEY.c)
+        hand.wait(lambda: len(hand.session.view.messages) > 1, "what is missing")
+        assert "xclip" in hand.session.view.messages[-1]
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_a_card_has_the_picture_the_section_and_the_settings(tmp_path):
+    picture = np.zeros((80, 120, 3), np.float32)
+    picture[..., 0] = 1.0
+    write_card(tmp_path / "card.png", picture, SMALL, "A red wall", True)
+    with Image.open(tmp_path / "card.png") as card:
+        pixels = np.asarray(card)
+    assert pixels.shape[1] == WIDTH and (pixels[100, WIDTH // 2] == [255, 0, 0]).all()
+    foot = pixels[-300:]
+    assert (foot[:, :WIDTH // 2].max(axis=2) > 200).any()                  # words at the left
+    assert (np.ptp(foot[:, WIDTH // 2:].astype(int), axis=2) > 30).any()   # bluish glass at the right
+    assert any("f/2.8" in line and "1/125" in line for line in words(SMALL))
