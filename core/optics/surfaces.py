@@ -193,7 +193,8 @@ def _sags(table, x, y, out):
 
 def sags(row: np.ndarray, x, y) -> np.ndarray:
     """Sag (mm) of one shape (COLUMNS,) at points x, y (mm, broadcast); NaN beyond the equator."""
-    x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+    # Copies: numpy 2.0 warns where numba asks whether a broadcast view may be written
+    x, y = (np.array(each) for each in np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)))
     out = np.empty(x.size)
     _sags(row[None, :], np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), out)
     return out.reshape(x.shape)
