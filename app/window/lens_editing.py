@@ -31,10 +31,18 @@ class LensEditing:
         self._folder = folder if folder is not None else unsaved_folder() if window.remember else None
         self._autosave = Autosave(self._folder) if self._folder is not None else None
         self._next = 0.0
-        self._offers: list[Unsaved] = left_behind(self._folder) if self._folder is not None else []
+        self._offers: list[Unsaved] = []
         self._changed: str | None = None                # the file that has changed on disk
         self._title = ""
         self._problem = ""
+        if self._folder is not None:
+            present = window.history.present
+            self._keep(present)
+            for each in left_behind(self._folder):
+                if (each.settings.lens, each.settings.edited) == (present.lens, present.edited):
+                    each.remove()               # the last session is open again, with these edits
+                else:
+                    self._offers.append(each)
 
     @property
     def offers(self) -> int:

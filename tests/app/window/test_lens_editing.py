@@ -293,11 +293,14 @@ def test_unsaved_edits_are_offered_at_the_next_start(drive, tmp_path, monkeypatc
         hand.picture()
         hand.session.editing = LensEditing(hand.session, tmp_path)
         hand.ctx.yield_(5)
+        assert hand.session.editing.offers == 1
         hand.ctx.item_click("**/Restore")
         hand.ctx.yield_(5)
         assert hand.settings == edited and hand.session.editing.offers == 0
         hand.picture()
         hand.wait(lambda: len(list(tmp_path.glob("*.toml"))) == 1, "the autosave")
+        assert LensEditing(hand.session, tmp_path).offers == 0          # edits that are open are not offered
+        hand.session.editing = LensEditing(hand.session, tmp_path)
         hand.press(KEY.mod_ctrl | KEY.z)
         hand.wait(lambda: not list(tmp_path.glob("*.toml")), "the end of the autosave")
 
