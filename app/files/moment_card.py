@@ -11,7 +11,7 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.section_geometry import elements
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number, format_time
-from lensbench.kernels.figures import fixed
+from lensbench.kernels.figures import fixed, significant
 
 WIDTH = 1600                    # pixels of the card
 FOOT, MARGIN = 300, 40
@@ -53,7 +53,7 @@ def words(settings: Settings) -> list[str]:
     exposure.append(f"ISO {fixed(settings.iso, 0)}")
     lines.append(" · ".join(exposure))
     place = [f"focused at {format_distance(settings.focus_distance)}"] if settings.focuses else []
-    place.append(f"film {settings.film.width:.4g} × {settings.film.height:.4g} mm")
+    place.append(f"film {significant(settings.film.width, 4)} × {significant(settings.film.height, 4)} mm")
     if got.efl is not None:
         place.insert(0, f"{fixed(got.efl, 1)} mm")
     return [*lines, " · ".join(place)]

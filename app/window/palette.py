@@ -3,6 +3,7 @@
 A setting takes its value in the same line: “f-number 4”, “iso 800”, “focus 2 m”.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import Field, dataclass, fields, replace
 from functools import partial
@@ -24,6 +25,7 @@ from lensbench.app.state.text_values import read_angle, read_aperture
 from lensbench.app.widgets import theme
 from lensbench.app.window.commands import COMMANDS
 from lensbench.app.window.state import WindowState
+from lensbench.kernels.figures import significant
 
 NAME = "Command palette"
 ROWS = 11
@@ -142,7 +144,7 @@ def _entries(state: WindowState) -> list[Entry]:
         if field.name not in HIDDEN:
             entries += _of_field(field, present)
     if present.has_lens or present.kind.view is not None:
-        entries.append(Entry(VIEW, f"{57.29578 * field_of_view(present):.3g}°", fills=f"{VIEW} "))
+        entries.append(Entry(VIEW, f"{significant(math.degrees(field_of_view(present)), 3)}°", fills=f"{VIEW} "))
     for card in lenses.describe():
         entries.append(Entry(f"Lens: {card.title}", "", _sets(
             partial(with_lens, lens=card.name, locked=state.chooser.locked))))

@@ -20,6 +20,7 @@ from lensbench.app.state.text_values import format_exposure
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles
+from lensbench.kernels.figures import fixed
 
 DEFAULT = Settings()
 METER = 3.0                     # stops to either side
@@ -179,7 +180,7 @@ def _meter(settings: Settings, mode: str, found: AppliedExposure | None, off: fl
     if off is not None and mode in METERED and abs(off - settings.exposure) > 0.3:
         lines.append("The range of f-numbers or times ends before the meter's choice")
     imgui.set_item_tooltip("\n".join(lines))
-    ev = f"EV {found.triangle.ev100:.1f}" if found is not None and found.triangle is not None else ""
+    ev = f"EV {fixed(found.triangle.ev100, 1)}" if found is not None and found.triangle is not None else ""
     theme.small()
     room = imgui.calc_text_size("EV −10.0").x + theme.em(0.4)
     line = imgui.get_text_line_height()

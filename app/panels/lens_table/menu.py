@@ -1,8 +1,10 @@
 """The edits of rows and cells: the toolbar above the table, its keys, and the menu of a right click."""
 
+import math
 from collections.abc import Callable
 from functools import partial
 
+import numpy as np
 from imgui_bundle import icons_fontawesome_6 as fa
 from imgui_bundle import imgui
 
@@ -211,20 +213,25 @@ def _picked(document: LensDocument, rule: Pickup) -> LensDocument:
     return with_rule(document, rule)
 
 
+def _rounded(value: float, digits: int) -> float:
+    """A value with so many significant digits, as a person would type it."""
+    return float(np.format_float_positional(value, digits, fractional=False)) if math.isfinite(value) else 0.0
+
+
 def _present(document: LensDocument, surface: int, kind: str) -> float:
     """The present value of what a solve keeps: its first proposal."""
     from lensbench.lenses.paraxial import f_number, focal_length
 
     lens = document.lens
     if kind == "efl":
-        return float(f"{focal_length(lens.surfaces):.6g}")
+        return _rounded(focal_length(lens.surfaces), 6)
     if kind == "f-number":
-        return float(f"{f_number(lens.surfaces, lens.stop_index):.4g}")
+        return _rounded(f_number(lens.surfaces, lens.stop_index), 4)
     if kind == "edge":
         solve = Solve(surface, kind, 0.0)
         from lensbench.lenses.editing.solves import solution
 
-        return float(f"{value_of(lens.surfaces[surface], 'thickness') - solution(lens, solve):.4g}")
+        return _rounded(value_of(lens.surfaces[surface], "thickness") - solution(lens, solve), 4)
     return 0.0
 
 

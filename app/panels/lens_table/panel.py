@@ -21,6 +21,7 @@ from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
+from lensbench.kernels.figures import fixed
 from lensbench.lenses.editing.cells import with_comment
 from lensbench.lenses.editing.document import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS, LensDocument
 from lensbench.optics.finding import Finding, Kind
@@ -164,8 +165,8 @@ def _cell(settings: Settings, document: LensDocument, i: int, quantity: str, sta
     elif quantity == "glass":
         pressed, hovered = cell_item(f"{i} glass", cells.glass_text(surface.glass), state, (i, "glass"), right=False)
         if hovered and surface.glass.n_d > 1.0:
-            abbe = f", V_d {surface.glass.v_d:.2f}" if surface.glass.v_d else ""
-            imgui.set_item_tooltip(f"{surface.glass.name or 'Glass'}: n_d {surface.glass.n_d:.5f}{abbe}")
+            abbe = f", V_d {fixed(surface.glass.v_d, 2)}" if surface.glass.v_d else ""
+            imgui.set_item_tooltip(f"{surface.glass.name or 'Glass'}: n_d {fixed(surface.glass.n_d, 5)}{abbe}")
         if pressed:
             state.glass_of, opens = i, True
     elif quantity == "comment":

@@ -10,6 +10,7 @@ from math import inf, isfinite
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.editing.document import LensDocument
 from lensbench.lenses.paraxial import focal_length, image_distance
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, GlassError
@@ -72,7 +73,7 @@ class Merit:
 
     def __init__(self, start: Lens, goal: Goal):
         if not 0.0 <= goal.field <= 1.2:
-            raise MeritError(f"field angle {goal.field:.3g}: it must lie from 0 to 1.2 radians")
+            raise MeritError(f"field angle {significant(goal.field, 3)}: it must lie from 0 to 1.2 radians")
         self.goal = goal
         self.colours = tuple(w for w in goal.colours if _known(start, w)) or (D_LINE,)
         fo = first_order(start)
