@@ -169,6 +169,8 @@ class Panels:
         imgui.pop_style_color()
         if shown and imgui.get_window_pos().x + imgui.get_window_width() > self._browsing.covers:
             draw()
+            if imgui.internal.get_current_window().dc.is_set_pos:   # else imgui fails outside the guarded panel
+                imgui.dummy(ImVec2(0.0, 0.0))
         imgui.end()
 
     def _render(self) -> None:
@@ -226,7 +228,7 @@ class Panels:
     def _beside_browser(self) -> None:
         """Begin right of the lens browser, so that what changes with the lens stays in sight."""
         corner = imgui.get_cursor_screen_pos()
-        if self._browsing.covers > corner.x:
+        if 0.0 < self._browsing.covers > corner.x:      # panels of a tiny window begin left of it
             imgui.set_cursor_screen_pos(ImVec2(self._browsing.covers, corner.y))
 
     def _following(self, draw: Callable[[Settings], Settings]) -> None:

@@ -14,7 +14,7 @@ from lensbench.app.window import window
 from lensbench.app.workers import warm_cache
 
 SMALL = replace(Settings(), pixels_x=120, pixels_y=80, samples=8)
-PATIENCE = 600.0            # seconds for a picture: the first one compiles the kernels, on a busy machine slowly
+PATIENCE = 300.0            # seconds for a picture: the first one compiles the kernels, on a busy machine slowly
 
 
 class Hand:
