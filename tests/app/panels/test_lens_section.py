@@ -240,6 +240,7 @@ def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
     assert seen["open"] == pytest.approx(lb.first_order(design(START)).f_number, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_where_groups_focus_the_film_stays_and_is_pulled_to_what_it_would_focus():
     nikkor = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"
     panel = Panel(replace(START, lens=nikkor, focus_distance=math.inf, zoom=1.0, f_number=None))
@@ -296,6 +297,7 @@ def test_wheel_zooms_at_the_mouse_drag_pans_and_a_double_click_fits():
     assert panel.settings == START
 
 
+@pytest.mark.slow
 def test_dead_rays_are_shown_or_not_and_tooltips_appear_on_what_is_drawn():
     panel = Panel(film_radius=15.0)
     seen = []

@@ -122,6 +122,7 @@ def test_the_picture_is_saved_and_opened_again_with_its_settings(drive, tmp_path
         assert saved.size == (120, 80)
 
 
+@pytest.mark.slow
 def test_a_lens_is_saved_in_the_format_of_its_suffix_and_opened_again(drive, tmp_path):
     path = tmp_path / "mine.zmx"
     scaled = replace(SMALL, lens="lv-czj-tessar-50-f28", focal_length=80.0)
@@ -143,6 +144,7 @@ def test_a_lens_is_saved_in_the_format_of_its_suffix_and_opened_again(drive, tmp
     assert set(lenses.READERS) == set(QUESTIONS[Request.OPEN_LENS].suffixes)       # what can be read can be chosen
 
 
+@pytest.mark.slow
 def test_settings_are_saved_and_opened_by_the_menu(drive, tmp_path):
     path = tmp_path / "mine.toml"
 

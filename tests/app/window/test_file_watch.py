@@ -47,6 +47,7 @@ def test_an_unreadable_or_missing_file_is_said_once_until_it_can_be_read(tmp_pat
     assert watch.changed(settings, 3.0) == ([str(path)], [])
 
 
+@pytest.mark.slow
 def test_the_window_reloads_a_lens_file_and_keeps_the_picture_while_it_is_half_written(drive, tmp_path):
     path, other = tmp_path / "mine.toml", tmp_path / "other.toml"
     lenses.save(lenses.load("lv-czj-tessar-50-f28"), path)

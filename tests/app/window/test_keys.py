@@ -33,6 +33,7 @@ def test_escape_closes_what_has_opened(drive):
     assert drive(use).view.messages == []
 
 
+@pytest.mark.slow
 def test_home_brings_the_camera_back_and_leaves_the_rest(drive):
     moved = replace(SMALL, position=(100.0, 50.0, -200.0), yaw=0.3, pitch=-0.1, focus_distance=900.0, f_number=4.0)
 

@@ -27,6 +27,7 @@ def typed(hand, text: str) -> None:
     hand.ctx.yield_(4)
 
 
+@pytest.mark.slow
 def test_a_lens_is_searched_tried_and_kept_as_one_step_of_undo(drive):
     def use(hand):
         opened(hand)

@@ -32,6 +32,7 @@ def test_the_rays_lie_across_the_blades_and_turn_with_them():
     np.testing.assert_allclose(turned, 0.3, atol=0.02)
 
 
+@pytest.mark.slow
 def test_rounded_blades_weaken_the_rays_and_a_round_stop_has_none():
     straight, rounded = star(7), star(7, roundness=0.2)
     assert rounded.profile.max() < 0.2 * straight.profile.max()

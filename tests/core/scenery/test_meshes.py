@@ -285,6 +285,7 @@ def test_what_no_mesh_can_be_is_one_clear_line(change, reason):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_mesh_is_a_value_with_a_place():
     mesh = lb.Mesh.of([[0, 0, -10], [4, 0, -10], [0, 2, -10], [9, 9, 9]], [[0, 1, 2], [0, 0, 1]], name="sail")
     assert mesh == lb.Mesh.of(mesh.points, mesh.triangles, name="sail") and hash(mesh) == hash(replace(mesh))

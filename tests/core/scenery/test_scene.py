@@ -280,6 +280,7 @@ def test_a_wall_far_away_has_no_acne_and_no_light_comes_through_it():
         assert np.all(shoot(behind.steps(), o, d, v, np.float32) == 0.0)
 
 
+@pytest.mark.slow
 def test_radiance_along_own_rays_is_that_of_the_pictures():
     scene = lb.builtin_scene("focus-ruler")
     camera = lb.PerspectiveCamera(lb.Film(36.0, 24.0, 60, 40), 0.6, weights="one")

@@ -78,6 +78,7 @@ def test_a_wrong_model_never_gets_there_and_the_polynomial_does():
         assert seconds == sorted(seconds) and seconds[0] > 0.0
 
 
+@pytest.mark.slow
 def test_solved_regions_waste_least_and_lose_no_light():
     camera = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), film(), 2000.0)
     light, waste = pupil_panels("pbrt-dgauss-50mm", camera)
@@ -92,6 +93,7 @@ def test_solved_regions_waste_least_and_lose_no_light():
     assert [percent for _, percent in boxes] == sorted((percent for _, percent in boxes), reverse=True)
 
 
+@pytest.mark.slow
 def test_the_whole_bundle_finds_the_least_blur_and_one_ray_does_not():
     panel = focus_panel("pbrt-wide-22mm", lenses.load("pbrt-wide-22mm"))
     blur = {curve.name: curve.figures["blur, µm"] for curve in panel.curves}
@@ -113,6 +115,7 @@ def test_panels_are_drawn_printed_and_told_as_data(tmp_path):
     assert plain_panels([panel])[0]["curves"][0]["points"] == [[1.0, 2.0], [10.0, 0.2]]
 
 
+@pytest.mark.slow
 def test_the_command_charts_what_it_is_asked_for(tmp_path, capsys):
     assert main(["chart", "pbrt-wide-22mm", "--of", "focus", "-o", str(tmp_path / "focus.json")]) == 0
     (panel,) = json.loads((tmp_path / "focus.json").read_text())["charts"]

@@ -76,6 +76,7 @@ def test_in_double_the_foot_form_holds_from_a_ray_of_10_km_to_the_edge_of_a_hemi
             assert verdict.fails_at is None or "float32" in name
 
 
+@pytest.mark.slow
 def test_full_newton_steps_land_on_the_wrong_crossing_where_halved_ones_do_not():
     found = verdicts("Oblique rays on a strong asphere")
     assert found["Newton to 1e-6 mm, float64"].returns.startswith("place of the hit off by")
