@@ -52,10 +52,15 @@ def module(path):
 
 
 @cache
+def parsed(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
 def imports(path):
     """Dotted names of the modules that a file imports, anywhere in it, types too; of our own, down to the file."""
     found = set()
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = parsed(path)
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             found |= {name.name for name in node.names}
@@ -69,7 +74,7 @@ def imports(path):
 
 def typed_settings(path):
     """Whether a file of app.state names Settings in types alone, as makers do that settings.py itself imports."""
-    hints = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    hints = [node for node in ast.walk(parsed(path))
              if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
     return path.parent == ROOT / "app" / "state" and any(
         isinstance(inner, ast.ImportFrom) and inner.module == SETTINGS for hint in hints for inner in hint.body)
@@ -147,7 +152,7 @@ def test_the_core_knows_numpy_numba_and_itself(path):
 
 @pytest.mark.parametrize("path", core_files(), ids=module)
 def test_the_core_reads_no_file_but_its_key_tile_and_prints_nothing(path):
-    called = {ast.unparse(node.func) for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    called = {ast.unparse(node.func) for node in ast.walk(parsed(path))
               if isinstance(node, ast.Call)}
     if path.parts[-1] == "sampling.py" or "sampling" in path.parts:
         called -= {"np.load"}
@@ -160,7 +165,7 @@ def test_the_core_reads_no_file_but_its_key_tile_and_prints_nothing(path):
 
 def test_kernels_are_declared_with_the_njit_that_keeps_what_it_compiles():
     own = [module(path) for path in files("core") + files("app") if {"numba.njit", "numba.jit"} & {
-        f"{node.module}.{name.name}" for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        f"{node.module}.{name.name}" for node in ast.walk(parsed(path))
         if isinstance(node, ast.ImportFrom) for name in node.names}]
     assert own == ["lensbench.kernels.cache"]
 
@@ -296,7 +301,7 @@ def test_the_list_of_lenses_and_help_load_neither_numba_nor_numpy(words):
                                   for path in files(f"app/{name}")], ids=module)
 def test_no_state_of_the_window_is_global(path):
     """Modules hold constants; a mutable dataclass, a class instance of state or a cache of what is drawn does not."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = parsed(path)
     assert not [node for node in ast.walk(tree) if isinstance(node, ast.Global)]
     mutable = {node.name for node in tree.body if isinstance(node, ast.ClassDef) and not any(
         "frozen=True" in ast.unparse(decorator) for decorator in node.decorator_list)

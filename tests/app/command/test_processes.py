@@ -21,7 +21,8 @@ sys.exit(main.main(["render", "pbrt-dgauss-50mm", "--samples", "999999999", "--s
 """
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(("number", "code"), [
+    pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow), (signal.SIGTERM, 143)])
 def test_an_interrupted_render_leaves_the_old_file_and_nothing_else(tmp_path, number, code):
     (tmp_path / "a.png").write_bytes(b"the old file")
     with subprocess.Popen([sys.executable, "-c", NEVER_DONE, str(tmp_path / "a.png")], stdout=subprocess.PIPE,

@@ -268,6 +268,7 @@ def test_where_groups_focus_the_film_stays_and_is_pulled_to_what_it_would_focus(
     assert seen["nearest"] == pytest.approx(1500.0, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_wheel_zooms_at_the_mouse_drag_pans_and_a_double_click_fits():
     panel = Panel()
     views = []

@@ -104,6 +104,7 @@ def test_a_film_that_cannot_be_is_not_taken(drive):
     assert drive(use).view.messages == []
 
 
+@pytest.mark.slow
 def test_the_picture_is_saved_and_opened_again_with_its_settings(drive, tmp_path):
     changed = replace(SMALL, f_number=4.0, exposure=1.0, samples=4)
     path = tmp_path / "shot.png"

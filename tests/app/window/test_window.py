@@ -19,11 +19,10 @@ from tests.app.conftest import SMALL
 CTRL, SHIFT = imgui.Key.mod_ctrl, imgui.Key.mod_shift
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("dial", "field"), [
-    ("Focus distance", "focus_distance"),
-    *(pytest.param(*dial, marks=pytest.mark.slow) for dial in (
-        ("Aperture", "f_number"), ("Field of view", "crop"), ("Focal length", "focal_length"),
-        ("Exposure", "exposure"))),
+    ("Focus distance", "focus_distance"), ("Aperture", "f_number"), ("Field of view", "crop"),
+    ("Focal length", "focal_length"), ("Exposure", "exposure"),
 ])
 def test_a_drag_turns_a_dial_and_is_one_step_of_undo(drive, dial, field):
     def use(hand):
@@ -255,6 +254,7 @@ def test_a_screenshot_before_the_picture_is_ready_is_reported(tmp_path, monkeypa
     assert path.exists()
 
 
+@pytest.mark.slow
 def test_a_screenshot_that_cannot_be_written_is_an_error(tmp_path):
     with pytest.raises(OSError, match=r"nowhere.*No such file"):
         window.run(SMALL, screenshot=tmp_path / "nowhere" / "window.png")

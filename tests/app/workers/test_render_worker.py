@@ -224,6 +224,7 @@ def test_a_frame_is_not_held_for_settings_that_fail(start, monkeypatch):
     assert monotonic() - begin < 30.0 and worker.error is not None
 
 
+@pytest.mark.slow
 def test_a_complete_picture_is_rendered_again_when_its_light_tracing_is_compiled(start, monkeypatch):
     ended = []
 

@@ -82,6 +82,7 @@ def test_what_is_seen_and_its_shadows_are_those_of_a_list_bit_for_bit(lit, reque
     np.testing.assert_array_equal(found, listed)
 
 
+@pytest.mark.slow
 def test_the_light_of_the_sky_is_the_product_over_all_spheres_to_half_a_percent():
     held = balls(2000)
     scene = lb.Scene("many", lb.Sky(*[(1.0, 1.0, 1.0)] * 3), None, lb.Floor(-300.0), held)

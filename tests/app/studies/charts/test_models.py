@@ -170,6 +170,7 @@ def test_what_cannot_be_charted_is_said_in_a_line(capsys, arguments, said):
     assert said in error and error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_names_of_marks_that_lie_upon_each_other_do_not_touch():
     marks = tuple(Mark(f"method {i}", "polynomial", 1.0 + 0.02 * i, 0.1, spread=5.0, worst=0.2,
                        figures={"cost, ns": 1.0}) for i in range(6))

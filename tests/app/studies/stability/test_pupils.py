@@ -68,6 +68,7 @@ def test_what_is_left_out_of_a_region_is_lost_as_its_square():
         np.testing.assert_allclose(curve.errors[far], 1.0 - (1.0 - sweep.values[far]) ** 2, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_white_noise_falls_with_what_passes_by_bernoullis_law_and_the_net_is_never_noisier():
     sweep = sampling.noise(0.0)
     net, white, edge, white_edge = (curve.errors for curve in sweep.curves)
