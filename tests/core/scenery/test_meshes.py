@@ -114,8 +114,10 @@ def test_a_closed_surface_has_no_holes_in_single_precision():
 
 @slow
 def test_embree_agrees_on_a_million_rays():
-    scene_module = pytest.importorskip("embreex.rtcore_scene")
-    rtcore, mesh_module = pytest.importorskip("embreex.rtcore"), pytest.importorskip("embreex.mesh_construction")
+    from embreex import mesh_construction as mesh_module
+    from embreex import rtcore
+    from embreex import rtcore_scene as scene_module
+
     mesh = sphere_mesh(145, 300.0, (0.0, 0.0, -800.0), bumps=0.1)
     assert len(mesh.triangles) > 82_000
     device = rtcore.EmbreeDevice()

@@ -7,12 +7,11 @@ import time
 
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image as Picture
 
 import lensbench as lb
 from lensbench.app.state.scene_file import SceneFileError, cached_scene, load_scene, scene_stamp
-
-trimesh = pytest.importorskip("trimesh")
 
 SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
 FACES = np.array([[0, 1, 2], [0, 2, 3]])
