@@ -75,6 +75,11 @@ class LensBrowsing:
         return self.is_open and self._picture_is_ready and self._thumbnails is not None and self._thumbnails.missing > 0
 
     @property
+    def complete(self) -> bool:
+        """Whether every thumbnail is there that the browser, once drawn, asked for."""
+        return bool(self.state.in_sight) and self._thumbnails is not None and self._thumbnails.missing == 0
+
+    @property
     def _picture_is_ready(self) -> bool:
         update, worker = self._window.presenter.update, self._window.worker
         if update is None or update.generation != worker.generation:

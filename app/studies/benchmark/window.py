@@ -36,6 +36,7 @@ DRAGGED = 30                    # pictures of a drag that does not rest
 JUDGED = (10, 18, 26)           # of these, compared with a picture of
 TRUE_SAMPLES = 256              # samples
 FRAMES = 240                    # frames timed during the render
+BROWSED = (1920, 1080)          # pixels of the window in which the lens browser is scrolled
 START_LIMIT = 300.0             # s
 
 
@@ -60,13 +61,14 @@ class _Driven(Session):
         return update is not None and update.generation == self.worker.generation
 
 
-def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = False) -> None:
+def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = False,
+         size: tuple[int, int] = SIZE) -> None:
     """Show the window until `watch`, called after each frame, returns True; idle: slow down at rest as usual."""
     from imgui_bundle import immapp
 
     without_display()
     session = _Driven(settings, remember=False, threads=2)
-    runner = parameters(session, SIZE)
+    runner = parameters(session, size)
     if not idle:
         runner.fps_idling.enable_idling = False
         runner.fps_idling.fps_max = 0.0
@@ -161,6 +163,36 @@ def paces() -> list[float]:
     return list(np.diff(marks[20:]))
 
 
+def browsed() -> tuple[float, list[float]]:
+    """Seconds until all thumbnails of the lens browser are made, and from frame to frame while it is scrolled."""
+    from imgui_bundle import imgui
+
+    opened = [0.0]
+    made: list[float] = []
+    marks: list[float] = []
+
+    def watch(session: _Driven) -> bool:
+        now = time.perf_counter()
+        if not opened[0]:
+            if session.settled(8):
+                session.browsing.toggle()
+                opened[0] = now
+            return False
+        session.hurry()
+        if not made:
+            if session.browsing.complete:
+                made.append(now - opened[0])
+            return False
+        io = imgui.get_io()
+        io.add_mouse_pos_event(0.2 * BROWSED[0], 0.5 * BROWSED[1])
+        io.add_mouse_wheel_event(0.0, -1.0 if len(marks) // 60 % 2 == 0 else 1.0)
+        marks.append(now)
+        return len(marks) > FRAMES
+
+    _run(SMALL, watch, size=BROWSED)
+    return made[0], list(np.diff(marks[20:]))
+
+
 def refocused() -> list[float]:
     """Seconds from picture to picture while the refocus ring of 9 × 9 views of 640 × 427 pixels turns."""
     return _dragged(lambda worker, settings: worker.record(settings, (9, 9)),
@@ -198,7 +230,7 @@ def _dragged(record: Callable[[LightFieldWorker, Settings], None],
 
 def start(cached: bool) -> float:
     """Seconds from starting Python to the first picture; cached: with compiled kernels in the cache."""
-    environment = dict(os.environ)
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     with tempfile.TemporaryDirectory() as folder:
         if not cached:
             environment["XDG_CACHE_HOME"] = folder
@@ -227,6 +259,14 @@ def window() -> Iterator[tuple[str, float, str]]:
     again = np.array(refocused())
     yield "refocus ring turned: pictures of a light field in the window, median", 1.0 / float(np.median(again)), "/s"
     yield "viewpoint dragged: pictures of an array in the window, median", 1.0 / float(np.median(moved())), "/s"
+
+
+def browser() -> Iterator[tuple[str, float, str]]:
+    """The lens browser in a window of 1920 × 1080: making all thumbnails, and scrolling."""
+    made, frames = browsed()
+    yield "all thumbnails of the lens browser, first time", made, "s"
+    yield "lens browser scrolled at 1920 × 1080: frames, median", 1.0 / float(np.median(frames)), "/s"
+    yield "lens browser scrolled: longest frame of 20", 1e3 * float(np.percentile(frames, 95)), "ms"
 
 
 def starts() -> Iterator[tuple[str, float, str]]:
