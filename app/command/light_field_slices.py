@@ -86,7 +86,7 @@ def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path 
     """Picture, figures and settings of the depth, or of the all-in-focus picture."""
     import lensbench as lb
     from lensbench.app.command.output import progress
-    from lensbench.app.state.false_colours import depth_picture, ends, with_codes
+    from lensbench.app.state.picture.false_colours import depth_picture, ends, with_codes
 
     with progress() as show:
         found = lb.find_depth(recording.field, arguments.nearest, arguments.farthest, progress=show)

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.state.exposure import AppliedExposure
 from lensbench.app.state.notices import Notice, NoticeKind, Notices
-from lensbench.app.state.picture_statistics import Difference
+from lensbench.app.state.picture.exposure import AppliedExposure
+from lensbench.app.state.picture.statistics import Difference
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings

@@ -12,7 +12,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.state import tone
+from lensbench.app.state.picture import tone
 
 TONES = {"none": 0, "filmic": 1, "agx": 2, "raw": 3}
 OVERLAYS = {"none": 0, "coc": 1, "peaking": 2, "clipping": 3}

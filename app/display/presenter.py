@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from lensbench.app.display.frame import Light, Mark, Picture, Pinned, View
 from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
 from lensbench.app.display.solid_view import Drawing, SolidView
-from lensbench.app.state.auto_exposure import meter_stops
-from lensbench.app.state.circle_of_confusion import Blur
-from lensbench.app.state.exposure import AppliedExposure, applied_exposure, exposed, look
-from lensbench.app.state.false_colours import aov_codes
+from lensbench.app.state.geometry.circle_of_confusion import Blur
 from lensbench.app.state.light_field_query import note, picture_settings
-from lensbench.app.state.picture_statistics import Difference, histogram
+from lensbench.app.state.picture.auto_exposure import meter_stops
+from lensbench.app.state.picture.exposure import AppliedExposure, applied_exposure, exposed, look
+from lensbench.app.state.picture.false_colours import aov_codes
+from lensbench.app.state.picture.statistics import Difference, histogram
 from lensbench.app.state.settings import RESTARTS_NOTHING, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo

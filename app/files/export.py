@@ -26,10 +26,10 @@ import lensbench as lb
 from lensbench.app.files import netpbm
 from lensbench.app.files.exr_header import SIGNATURE as EXR_SIGNATURE
 from lensbench.app.files.exr_header import HeaderError, exr_attribute
-from lensbench.app.state import tone
 from lensbench.app.state.auto_model import record
-from lensbench.app.state.exposure import exposed
-from lensbench.app.state.false_colours import aov_codes
+from lensbench.app.state.picture import tone
+from lensbench.app.state.picture.exposure import exposed
+from lensbench.app.state.picture.false_colours import aov_codes
 from lensbench.app.state.settings import CHOSEN, Settings
 from lensbench.kernels.quotation import MOST, cut, escaped
 

@@ -21,7 +21,7 @@ from lensbench.app.files.export import ExportError, check_writable, checked_plac
 from lensbench.app.files.npz import TEXTS, load_arrays, save_arrays
 from lensbench.app.state.auto_model import is_automatic
 from lensbench.app.state.build import camera
-from lensbench.app.state.exposure import exposed
+from lensbench.app.state.picture.exposure import exposed
 from lensbench.app.state.scene_file import find_scene
 from lensbench.app.state.settings import Settings
 

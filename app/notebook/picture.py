@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lensbench.app.files.export import ExportError, save_picture, write_png
-from lensbench.app.state import tone as tones
+from lensbench.app.state.picture import tone as tones
 from lensbench.app.state.settings import TONES, Settings
 
 LINEAR_SUFFIXES = (".exr", ".pfm")

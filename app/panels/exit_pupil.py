@@ -14,10 +14,10 @@ from imgui_bundle import ImVec2, imgui, implot
 from lensbench.app.panels.lens_section.viewport import round_length
 from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.dial_scales import radius_scale
-from lensbench.app.state.exit_pupil_geometry import BoxSamples, Region, box_samples, region, turn
+from lensbench.app.state.geometry.exit_pupil import BoxSamples, Region, box_samples, region, turn
+from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.pixel.lens_rays import film_place, ray_through, rear_place
 from lensbench.app.state.pixel.pointed import Pointed, PointedRay
-from lensbench.app.state.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_area
 from lensbench.app.widgets import theme

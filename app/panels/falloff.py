@@ -16,7 +16,7 @@ import lensbench as lb
 from lensbench.analysis.distortion import Distortion
 from lensbench.analysis.falloff import Falloff
 from lensbench.app.state.build import Setup, setup
-from lensbench.app.state.picture_statistics import round_above
+from lensbench.app.state.picture.statistics import round_above
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph

@@ -11,7 +11,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 from numpy.typing import NDArray
 
-from lensbench.app.state import tone
+from lensbench.app.state.picture import tone
 from lensbench.app.state.pixel.beam import landing
 from lensbench.app.state.pixel.lens_rays import film_place
 from lensbench.app.state.pixel.pointed import Place, Pointed, PointedRay

@@ -10,9 +10,9 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.state.figures import readings
+from lensbench.app.state.geometry.plan import Plan, Thing, above, extent, plan, things
 from lensbench.app.state.pixel.beam import beam
 from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.plan_view import Plan, Thing, above, extent, plan, things
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance

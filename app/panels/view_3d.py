@@ -12,9 +12,9 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.display.solid_view import Drawing, Line, Rgba, Solid
-from lensbench.app.state import tone
+from lensbench.app.state.geometry.section import Sketch, sketch
+from lensbench.app.state.picture import tone
 from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.section_geometry import Sketch, sketch
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.solid.focused_surface import focused_surface
 from lensbench.app.state.solid.lens_solid import film_outline, film_part, lens_outlines, lens_parts

@@ -15,7 +15,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.build import design, setup
 from lensbench.app.state.constraints import MARGIN, constrained, with_camera, with_film
-from lensbench.app.state.ray_fans import lit_radius
+from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.settings import Settings, placed
 from lensbench.kernels.cache import resumable

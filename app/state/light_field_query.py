@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.false_colours import confidence_codes, depth_codes
+from lensbench.app.state.picture.false_colours import confidence_codes, depth_codes
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number, format_part
 from lensbench.kernels.figures import f_number_text, fixed, true_minus

@@ -19,11 +19,11 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.app.state.picture.tone import linear
 from lensbench.app.state.scene_assets.depth_map import read_photograph
 from lensbench.app.state.scene_assets.mesh_file import MM, Pose, read_mesh, rotation
 from lensbench.app.state.scene_assets.sky_picture import read_sky
 from lensbench.app.state.scene_texture import read_texture
-from lensbench.app.state.tone import linear
 from lensbench.kernels.quotation import LONGEST_PATH, cut, escaped, excerpt
 from lensbench.scenery.objects import by_family
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.state.picture.tone import linear
 from lensbench.app.state.scene_assets.place import asset_path
-from lensbench.app.state.tone import linear
 from lensbench.kernels.quotation import excerpt
 
 MOST_BYTES = 512 << 20

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from imgui_bundle import hello_imgui, imgui
 
 from lensbench.app.panels.image.magnifier import toggle_magnifier
-from lensbench.app.state.auto_exposure import METERED, MODES, with_mode
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.lens_edit.editing import reverted
+from lensbench.app.state.picture.auto_exposure import METERED, MODES, with_mode
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import VIEWS, Settings

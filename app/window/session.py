@@ -23,9 +23,9 @@ import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.display.presenter import save_window
 from lensbench.app.files.session_file import save_session
-from lensbench.app.state.auto_exposure import METERED, metered
 from lensbench.app.state.constraints import constrained, longer_side_within
 from lensbench.app.state.lens_choice import LOCKS
+from lensbench.app.state.picture.auto_exposure import METERED, metered
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme

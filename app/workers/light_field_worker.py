@@ -282,7 +282,7 @@ def _save(path: Path, recording: Recorded) -> str:
 def _compared(task: Task, field_picture: FieldPicture) -> Compared | None:
     """The camera's own picture; None after a cancellation."""
     from lensbench.app.files.picture_render import render
-    from lensbench.app.state.picture_statistics import decibels
+    from lensbench.app.state.picture.statistics import decibels
 
     look, recording = field_picture.look, field_picture.recording
     settings = replace(picture_settings(recording, look), samples=COMPARED)

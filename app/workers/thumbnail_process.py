@@ -16,8 +16,8 @@ import lensbench as lb
 from lensbench.app.files.export import develop
 from lensbench.app.state.build import camera
 from lensbench.app.state.constraints import with_longer_side
-from lensbench.app.state.exposure import exposed
 from lensbench.app.state.lens_choice import with_lens
+from lensbench.app.state.picture.exposure import exposed
 from lensbench.app.state.scene_file import find_scene
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.threads import lower_priority, thread_count

@@ -5,11 +5,11 @@ is done.
 """
 
 from lensbench.app.state.build import setup
-from lensbench.app.state.circle_of_confusion import curves, plot_range
-from lensbench.app.state.exit_pupil_geometry import box_samples
 from lensbench.app.state.figures import readings
+from lensbench.app.state.geometry.circle_of_confusion import curves, plot_range
+from lensbench.app.state.geometry.exit_pupil import box_samples
+from lensbench.app.state.geometry.section import sketch
 from lensbench.app.state.pixel.readings import pixel_readings
-from lensbench.app.state.section_geometry import sketch
 from lensbench.app.state.settings import Settings
 
 

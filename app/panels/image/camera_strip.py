@@ -11,9 +11,9 @@ from imgui_bundle import ImVec2, ImVec4, imgui
 
 from lensbench.app.display.frame import View
 from lensbench.app.state import dial_scales
-from lensbench.app.state.auto_exposure import METERED, MODES, mode_of, with_mode
-from lensbench.app.state.exposure import AppliedExposure, exposure_text
 from lensbench.app.state.figures import readings
+from lensbench.app.state.picture.auto_exposure import METERED, MODES, mode_of, with_mode
+from lensbench.app.state.picture.exposure import AppliedExposure, exposure_text
 from lensbench.app.state.scales import Scale
 from lensbench.app.state.settings import METERINGS, Settings
 from lensbench.app.state.text_values import format_exposure

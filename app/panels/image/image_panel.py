@@ -26,8 +26,8 @@ from lensbench.app.panels.image.overlays import (
     draw_pointed,
 )
 from lensbench.app.panels.image.toolbar import picture_tools
-from lensbench.app.state.false_colours import aov_note
 from lensbench.app.state.figures import dark_corners, readings
+from lensbench.app.state.picture.false_colours import aov_note
 from lensbench.app.state.pose import dollied, orbited, panned, pivot_distance
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme

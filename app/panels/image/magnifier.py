@@ -11,7 +11,7 @@ from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from lensbench.app.display.frame import Light, View
-from lensbench.app.state import tone
+from lensbench.app.state.picture import tone
 from lensbench.app.widgets import theme
 from lensbench.kernels.figures import significant, true_minus
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.section_geometry import elements
+from lensbench.app.state.geometry.section import elements
 from lensbench.app.widgets import theme
 
 FINER = 3                       # points of the drawing along a pixel

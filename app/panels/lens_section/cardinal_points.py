@@ -6,8 +6,8 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.panels.lens_section.draw import OPEN, Canvas
-from lensbench.app.state.ray_fans import Fan
-from lensbench.app.state.section_geometry import Sketch
+from lensbench.app.state.geometry.ray_fans import Fan
+from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.widgets import theme
 
 

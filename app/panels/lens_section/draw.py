@@ -12,8 +12,8 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench.app.panels.lens_section.viewport import View, round_length
-from lensbench.app.state.ray_fans import Fan
-from lensbench.app.state.section_geometry import Sketch, elements
+from lensbench.app.state.geometry.ray_fans import Fan
+from lensbench.app.state.geometry.section import Sketch, elements
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.kernels.figures import significant

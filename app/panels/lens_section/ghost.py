@@ -6,7 +6,7 @@ from math import floor
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.panels.lens_section.draw import OPEN, Canvas, ray_paths
-from lensbench.app.state.section_geometry import Sketch, elements, sketch
+from lensbench.app.state.geometry.section import Sketch, elements, sketch
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 

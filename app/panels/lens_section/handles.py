@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 from lensbench.app.panels.lens_section.draw import Canvas
+from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.state.lens_edit.editing import document_of, with_document
 from lensbench.app.state.lens_edit.handles import Handle, HandleKind, dragged, handle_at, label
-from lensbench.app.state.section_geometry import Sketch
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.lenses.editing.document import EditError, LensDocument

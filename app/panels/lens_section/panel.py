@@ -26,13 +26,13 @@ from lensbench.app.panels.lens_section.links import (
 )
 from lensbench.app.panels.lens_section.viewport import View, fitted
 from lensbench.app.state.build import design
-from lensbench.app.state.exit_pupil_geometry import region
 from lensbench.app.state.figures import readings
+from lensbench.app.state.geometry.exit_pupil import region
+from lensbench.app.state.geometry.ray_fans import Fan
+from lensbench.app.state.geometry.section import Sketch, elements, sketch
 from lensbench.app.state.lens_edit.editing import lens_faults
 from lensbench.app.state.pixel.lens_rays import in_section, pixel_fan
 from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.ray_fans import Fan
-from lensbench.app.state.section_geometry import Sketch, elements, sketch
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.widgets import theme

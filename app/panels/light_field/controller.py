@@ -11,8 +11,8 @@ from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
 from lensbench.app.panels.light_field.capture_settings import Form
 from lensbench.app.state.constraints import MARGIN
-from lensbench.app.state.false_colours import depth_picture, light_of, with_codes
 from lensbench.app.state.light_field_query import Look, Recorded, Recording, picture_settings
+from lensbench.app.state.picture.false_colours import depth_picture, light_of, with_codes
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.light_field_worker import Compared, FieldPicture, LightFieldWorker

@@ -10,8 +10,8 @@ import lensbench as lb
 from lensbench.app.panels.light_field.capture_settings import Form
 from lensbench.app.panels.light_field.pupil_pad import figures
 from lensbench.app.state.constraints import MARGIN
-from lensbench.app.state.false_colours import colour, ends
 from lensbench.app.state.light_field_query import DEEP, Look, Recording
+from lensbench.app.state.picture.false_colours import colour, ends
 from lensbench.app.state.request import Request
 from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme

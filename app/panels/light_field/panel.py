@@ -31,9 +31,9 @@ from lensbench.app.state.light_field_query import (
     format_place,
     with_aperture,
 )
+from lensbench.app.state.picture.tone import develop
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.tone import develop
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.paragraph import paragraph

@@ -23,8 +23,8 @@ from lensbench.app.state.light_field_query import (
     radiance_over_time,
     ray,
 )
+from lensbench.app.state.picture.tone import develop
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.tone import develop
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import fixed, significant

@@ -16,7 +16,7 @@ from lensbench.analysis.grid_trace import ray_grid
 from lensbench.analysis.traced_grid import RayGrid
 from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.camera_kinds import LENS_MODELS
-from lensbench.app.state.ray_fans import lit_radius
+from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import fixed, significant

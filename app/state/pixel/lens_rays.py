@@ -12,11 +12,11 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.build import setup
-from lensbench.app.state.exit_pupil_geometry import from_film, region, turn
 from lensbench.app.state.figures import readings
+from lensbench.app.state.geometry.exit_pupil import from_film, region, turn
+from lensbench.app.state.geometry.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan
 from lensbench.app.state.pixel.beam import landing
 from lensbench.app.state.pixel.pointed import Place, PointedRay
-from lensbench.app.state.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan
 from lensbench.app.state.settings import Settings
 
 COUNT = 9                       # rays that reach the scene

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lensbench.app.state.build import setup
-from lensbench.app.state.circle_of_confusion import Blur
-from lensbench.app.state.exit_pupil_geometry import region
+from lensbench.app.state.geometry.circle_of_confusion import Blur
+from lensbench.app.state.geometry.exit_pupil import region
 from lensbench.app.state.pixel.beam import beam
 from lensbench.app.state.pixel.lens_rays import film_place
 from lensbench.app.state.pixel.pointed import Place

@@ -12,11 +12,11 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.build import setup
-from lensbench.app.state.exit_pupil_geometry import from_film, region, turn
+from lensbench.app.state.geometry.exit_pupil import from_film, region, turn
+from lensbench.app.state.geometry.ray_fans import blockers
 from lensbench.app.state.pixel.beam import beam
 from lensbench.app.state.pixel.lens_rays import film_place
 from lensbench.app.state.pixel.pointed import Place
-from lensbench.app.state.ray_fans import blockers
 from lensbench.app.state.settings import Settings
 
 SAMPLES = 700                   # rays aimed at the box about the beam

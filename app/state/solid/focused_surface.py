@@ -12,9 +12,9 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.build import camera, setup
-from lensbench.app.state.exit_pupil_geometry import from_film, region
 from lensbench.app.state.file_cache import Stamp, file_stamp
-from lensbench.app.state.ray_fans import lit_radius
+from lensbench.app.state.geometry.exit_pupil import from_film, region
+from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
 
 RADII = 13                      # film radii from the axis to the edge of light

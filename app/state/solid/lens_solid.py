@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.section_geometry import Sketch, elements, sag
+from lensbench.app.state.geometry.section import Sketch, elements, sag
 from lensbench.app.state.solid.shapes import Part, Strokes, flat_part, grid_part, strokes
 
 AROUND = 37                     # points about the axis, from +y past +x to −y

@@ -6,11 +6,11 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.build import setup
-from lensbench.app.state.exit_pupil_geometry import from_film, region, turn
+from lensbench.app.state.geometry.exit_pupil import from_film, region, turn
+from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.state.pixel.beam import beam
 from lensbench.app.state.pixel.lens_rays import film_place, path_of
 from lensbench.app.state.pixel.pointed import Place, PointedRay
-from lensbench.app.state.section_geometry import Sketch
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.solid.shapes import Strokes, strokes
 

@@ -6,7 +6,7 @@ from time import perf_counter
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state.picture_statistics import decibels
+from lensbench.app.state.picture.statistics import decibels
 from lensbench.app.studies.timing import LENS, least_times
 from lensbench.kernels.figures import significant
 

@@ -17,7 +17,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state import tone
+from lensbench.app.state.picture import tone
 from lensbench.app.studies.charts.samplers import DEFAULT, WHITE, samplers
 from lensbench.app.studies.charts.sampling import COUNTS, gains, scenes, squares
 from lensbench.app.studies.even_points import even_points

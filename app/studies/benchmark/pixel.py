@@ -8,7 +8,7 @@ from resource import RUSAGE_SELF, getrusage
 import numpy as np
 
 from lensbench.app.state.build import setup
-from lensbench.app.state.exit_pupil_geometry import box_samples
+from lensbench.app.state.geometry.exit_pupil import box_samples
 from lensbench.app.state.pixel.lens_rays import film_place, pixel_fan
 from lensbench.app.state.pixel.readings import pixel_readings
 from lensbench.app.state.settings import Settings

@@ -18,10 +18,10 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state import tone
 from lensbench.app.state.build import camera
 from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.light_field_query import Look
+from lensbench.app.state.picture import tone
 from lensbench.app.state.settings import Settings
 from lensbench.app.window.window import Session, parameters, without_display
 from lensbench.app.workers.light_field_worker import LightFieldWorker

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.picture_statistics import decibels
+from lensbench.app.state.picture.statistics import decibels
 from lensbench.app.studies.plotting import AMBER, COLOURS, DIM, look, plot, save, sheet
 from lensbench.kernels.figures import significant
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from lensbench.app.display.gl_texture import Development, Screen, softening
-from lensbench.app.state import tone
+from lensbench.app.state.picture import tone
 
 AMBER = (0.91, 0.64, 0.24)
 

@@ -8,7 +8,7 @@ import pytest
 
 from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
-from lensbench.app.state.picture_statistics import Difference, histogram
+from lensbench.app.state.picture.statistics import Difference, histogram
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.light_field_worker import FieldPicture
 from lensbench.app.workers.render_update import RenderUpdate

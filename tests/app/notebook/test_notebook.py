@@ -15,7 +15,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.files.export import ExportError, read_settings
 from lensbench.app.notebook.progress import shown_progress
-from lensbench.app.state.tone import develop
+from lensbench.app.state.picture.tone import develop
 
 FILM = lb.Film(36.0, 24.0, 30, 20)
 CAMERA = lb.PerspectiveCamera(FILM)

@@ -11,8 +11,8 @@ from imgui_bundle import imgui
 
 from lensbench.app.display.gl_texture import Development, Screen
 from lensbench.app.panels.image.compare import differences
-from lensbench.app.state import tone
-from lensbench.app.state.picture_statistics import Difference, round_above
+from lensbench.app.state.picture import tone
+from lensbench.app.state.picture.statistics import Difference, round_above
 from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
 

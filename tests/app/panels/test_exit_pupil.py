@@ -9,7 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench.app.panels import exit_pupil
 from lensbench.app.state.build import setup
-from lensbench.app.state.exit_pupil_geometry import box_samples, region
+from lensbench.app.state.geometry.exit_pupil import box_samples, region
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.settings import Settings
 from tests.app.stand import drive

@@ -13,8 +13,8 @@ from lensbench.app.panels.lens_section import panel
 from lensbench.app.panels.lens_section.cardinal_points import pushed_apart
 from lensbench.app.panels.lens_section.viewport import fitted, round_length
 from lensbench.app.state.build import design, setup
-from lensbench.app.state.ray_fans import Ray
-from lensbench.app.state.section_geometry import elements, sag, sketch
+from lensbench.app.state.geometry.ray_fans import Ray
+from lensbench.app.state.geometry.section import elements, sag, sketch
 from lensbench.app.state.settings import Settings
 from tests.app.kinds import of_kind
 from tests.app.stand import centre, drive

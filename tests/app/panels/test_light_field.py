@@ -12,7 +12,6 @@ from lensbench.app.files.export import read_settings
 from lensbench.app.files.light_field_file import load_light_field
 from lensbench.app.state.build import camera
 from lensbench.app.state.constraints import with_longer_side
-from lensbench.app.state.false_colours import depth_codes, depth_picture, ends
 from lensbench.app.state.light_field_query import (
     Look,
     Recording,
@@ -23,8 +22,9 @@ from lensbench.app.state.light_field_query import (
     with_aperture,
     with_view,
 )
-from lensbench.app.state.picture_statistics import decibels
-from lensbench.app.state.tone import develop, linear
+from lensbench.app.state.picture.false_colours import depth_codes, depth_picture, ends
+from lensbench.app.state.picture.statistics import decibels
+from lensbench.app.state.picture.tone import develop, linear
 from tests.app.conftest import SMALL
 
 pytestmark = pytest.mark.slow

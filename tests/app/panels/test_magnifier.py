@@ -6,7 +6,7 @@ from imgui_bundle import imgui
 
 from lensbench.app.display.frame import Light
 from lensbench.app.panels.image.magnifier import STEPS, USUAL, cells, codes
-from lensbench.app.state import tone
+from lensbench.app.state.picture import tone
 
 
 def test_cells_are_the_pixels_about_the_middle_and_nothing_beyond_the_edge():

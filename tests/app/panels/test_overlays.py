@@ -8,8 +8,8 @@ import pytest
 
 import lensbench as lb
 from lensbench.app.state.build import setup
-from lensbench.app.state.circle_of_confusion import Blur
-from lensbench.app.state.picture_statistics import BINS, histogram
+from lensbench.app.state.geometry.circle_of_confusion import Blur
+from lensbench.app.state.picture.statistics import BINS, histogram
 from lensbench.app.state.settings import Settings
 
 

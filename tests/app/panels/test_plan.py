@@ -14,8 +14,8 @@ from lensbench.app.panels.falloff import falling
 from lensbench.app.panels.spaces import along, intrinsics, rows
 from lensbench.app.state.build import camera, setup
 from lensbench.app.state.figures import readings
+from lensbench.app.state.geometry.plan import extent, plan, things
 from lensbench.app.state.pixel.beam import thing_at
-from lensbench.app.state.plan_view import extent, plan, things
 from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
 from tests.app.kinds import of_kind

@@ -6,8 +6,8 @@ import pytest
 from imgui_bundle import imgui
 
 from lensbench.app.state.build import setup
-from lensbench.app.state.exit_pupil_geometry import region
 from lensbench.app.state.figures import dark_corners, lit
+from lensbench.app.state.geometry.exit_pupil import region
 from lensbench.app.state.settings import Settings
 from tests.app.kinds import of_kind
 

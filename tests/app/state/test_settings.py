@@ -9,7 +9,7 @@ import pytest
 
 from lensbench.app.command.main import main
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
-from lensbench.app.state.plan_view import things
+from lensbench.app.state.geometry.plan import things
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.setting import Interval, spec
 from lensbench.app.state.settings import VERSION, Settings, SettingsError

@@ -10,8 +10,8 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.files.unsaved_lens import Autosave, left_behind
 from lensbench.app.state.build import design
+from lensbench.app.state.geometry.section import surface_curves
 from lensbench.app.state.lens_edit.editing import document_of, original
-from lensbench.app.state.section_geometry import surface_curves
 from lensbench.app.window.lens_editing import LensEditing
 from lensbench.lenses.editing.document import Solve
 from tests.app.conftest import SMALL

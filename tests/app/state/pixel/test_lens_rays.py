@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench.app.state.build import setup
-from lensbench.app.state.exit_pupil_geometry import box_samples, region
+from lensbench.app.state.geometry.exit_pupil import box_samples, region
 from lensbench.app.state.pixel.lens_rays import film_place, in_section, pixel_fan, ray_through
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.settings import Settings

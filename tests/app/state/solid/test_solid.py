@@ -8,10 +8,10 @@ import pytest
 
 import lensbench as lb
 from lensbench.app.state.build import setup
+from lensbench.app.state.geometry.section import elements, sag, sketch
 from lensbench.app.state.pixel.beam import beam
 from lensbench.app.state.pixel.lens_rays import film_place
 from lensbench.app.state.pixel.spot import spot_of
-from lensbench.app.state.section_geometry import elements, sag, sketch
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.solid.focused_surface import best_focus, focused_surface
 from lensbench.app.state.solid.lens_solid import lens_parts

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import settings as profile
 from hypothesis import strategies as st
 
-from lensbench.app.state import tone
+from lensbench.app.state.picture import tone
 from lensbench.app.state.settings import TONES
 
 light = st.floats(0.0, 1e8)

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.ray_fans import blockers
+from lensbench.app.state.geometry.ray_fans import blockers
 
 SAMPLES = 1024                  # of the box
 UP = 0.5 * math.pi              # azimuth of a film point on +y

@@ -11,7 +11,7 @@ from PIL import Image
 import lensbench as lb
 from lensbench.app.command.main import main
 from lensbench.app.state.build import camera
-from lensbench.app.state.false_colours import NOTES, aov_codes, aov_note
+from lensbench.app.state.picture.false_colours import NOTES, aov_codes, aov_note
 from lensbench.app.state.settings import VIEWS, Settings
 from tests.app.conftest import SMALL
 

@@ -13,7 +13,7 @@ from PIL import Image
 import lensbench as lb
 from lensbench.app.files.export import save_picture
 from lensbench.app.state.dial_scales import ISOS, iso_scale
-from lensbench.app.state.exposure import applied_exposure, exposed, exposure_text, look
+from lensbench.app.state.picture.exposure import applied_exposure, exposed, exposure_text, look
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_iso, read_electrons, read_iso
 from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture

@@ -8,8 +8,8 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
-from lensbench.app.state.auto_exposure import NARROWEST, TIMES, meter_stops, metered, mode_of, with_mode
 from lensbench.app.state.figures import readings
+from lensbench.app.state.picture.auto_exposure import NARROWEST, TIMES, meter_stops, metered, mode_of, with_mode
 from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 import lensbench as lb
 from lensbench.app.state.build import Setup, design, setup
 from lensbench.app.state.figures import readings
-from lensbench.app.state.ray_fans import FIELDS, Fan, fans, ideal_fan
+from lensbench.app.state.geometry.ray_fans import FIELDS, Fan, fans, ideal_fan
 from lensbench.app.state.settings import Settings
 
 STEP = 0.06             # of the edge's radius, the tallest strip: its chord errs by less than a pixel on a screen

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.state import tone
+from lensbench.app.state.picture import tone
 
 BINS = 64
 TONES_SAMPLED = 20_000          # pixels of a histogram: its shape needs no more, and a frame has no time for all
