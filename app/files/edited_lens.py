@@ -5,11 +5,12 @@ from pathlib import Path
 
 from lensbench import lenses
 from lensbench.app.files.export import replacing
+from lensbench.app.state.build import prescription
 from lensbench.app.state.lens_edit.editing import document_of, original
 from lensbench.app.state.settings import Settings
 from lensbench.lenses.editing.document import LensDocument
 from lensbench.lenses.editing.document_text import lost_edits, to_text
-from lensbench.optics.finding import Finding
+from lensbench.optics.finding import Finding, Kind
 
 
 def write_document(document: LensDocument, path: Path) -> tuple[Finding, ...]:
@@ -43,10 +44,19 @@ def save_document(settings: Settings, path: Path) -> tuple[Settings, tuple[Findi
         Where the file cannot be written.
     """
     document = document_of(replace(settings, zoom=0.0))
-    remarks = write_document(document, path)
+    remarks = (*write_document(document, path), *_assumed(settings))
     saved = replace(settings, lens=str(path.resolve()), edited="", focal_length=None)
     try:
         holds_all = original(saved) == document
     except (ValueError, OSError):                       # a format whose reader refuses what its writer wrote
         holds_all = False
     return (saved if holds_all else settings), remarks
+
+
+def _assumed(settings: Settings) -> tuple[Finding, ...]:
+    """What the reader of the lens's file assumed: no lens file holds that, so the new one would not say it again.
+
+    An estimate of rims is held, as `estimates`.
+    """
+    assumed = [f for f in prescription(settings).findings if f.kind is not Kind.RIM]
+    return tuple(replace(f, message=f"assumed when {Path(settings.lens).name} was read: {f.message}") for f in assumed)

@@ -84,15 +84,22 @@ def _load(lens: str, stamp: Stamp) -> lb.Lens:
 
 
 @lru_cache(maxsize=64)
-def _edited(text: str) -> lb.Lens:
+def _edited(text: str, name: str, stamp: Stamp) -> lb.Lens:
+    """The lens of a document's text, with what the reader of its file assumed: the text does not hold that."""
     from lensbench.lenses.editing.document_text import from_text
 
-    return from_text(text).lens.at(zoom=0.0, close=0.0)
+    lens = from_text(text).lens.at(zoom=0.0, close=0.0)
+    try:
+        assumed = _load(name, stamp).findings
+    except (ValueError, OSError):                       # the edits outlive their file
+        return lens
+    return replace(lens, findings=(*assumed, *(f for f in lens.findings if f not in assumed)))
 
 
 def prescription(settings: "Settings") -> lb.Lens:
     """The lens as its file, or the user's edits of it, state it: wide open, in its first positions, not scaled."""
-    return _edited(settings.edited) if settings.edited else _load(settings.lens, file_stamp(settings.lens))
+    stamp = file_stamp(settings.lens)
+    return _edited(settings.edited, settings.lens, stamp) if settings.edited else _load(settings.lens, stamp)
 
 
 def design(settings: "Settings") -> lb.Lens:

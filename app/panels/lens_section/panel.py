@@ -14,7 +14,7 @@ import lensbench as lb
 from lensbench.app.panels.lens_section import cardinal_points as marks
 from lensbench.app.panels.lens_section import draw as drawing
 from lensbench.app.panels.lens_section.draw import Canvas
-from lensbench.app.panels.lens_section.ghost import draw_ghost, front_of, ghost_of
+from lensbench.app.panels.lens_section.ghost import Ghost, draw_ghost, front_of, ghost_of
 from lensbench.app.panels.lens_section.handles import HandleState, draw_handle, edit_by_handles, edit_switch
 from lensbench.app.panels.lens_section.links import (
     FADED,
@@ -83,7 +83,7 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
         return settings
 
     links = links if links is not None else Pointed()
-    ghost = ghost_of(other)
+    ghost = ghost_of(other, settings, shown)
     canvas = _canvas(settings, shown, ghost, corner, size, state)
     stop_handle, film_handle = _handles(shown, canvas)
     imgui.set_next_item_allow_overlap()
@@ -113,7 +113,7 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
     draw.push_clip_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), True)
     theme.small()
     if ghost is not None:
-        draw_ghost(draw, shown, ghost, canvas)
+        draw_ghost(draw, ghost, canvas)
     _draw(draw, settings, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None, links, state)
     if shown.lens is not None and not shown.lens.is_rotationally_symmetric:
         extent = imgui.calc_text_size(ONE_OF_TWO)
@@ -193,13 +193,13 @@ def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> 
     draw.add_text(imgui.get_font(), imgui.get_font_size(), at, theme.packed(theme.colours().dim), text, wrap)
 
 
-def _canvas(settings: Settings, shown: Sketch, ghost: Sketch | None, corner: ImVec2, size: ImVec2,
+def _canvas(settings: Settings, shown: Sketch, ghost: Ghost | None, corner: ImVec2, size: ImVec2,
             state: SectionState) -> Canvas:
     """The kept view; fitted again if lens, film or panel has changed, or if focusing has moved the film out of view."""
     line = imgui.get_text_line_height()
     key = (settings.lens, settings.focal_length, settings.camera, settings.film_width,
            settings.film_height, size.x, size.y,
-           None if ghost is None else (round(ghost.film_z, 3), ghost.film_height, ghost.glass_radius))
+           None if ghost is None else (round(ghost.shift, 3), ghost.sketch.film_height, ghost.sketch.glass_radius))
     if state.film_z != shown.film_z and state.view is not None and not imgui.is_mouse_down(0):
         if not 0.0 < state.view.to_screen(ImVec2(0.0, 0.0), shown.film_z, 0.0).x < size.x:
             state.fitted_to = ()
@@ -208,8 +208,8 @@ def _canvas(settings: Settings, shown: Sketch, ghost: Sketch | None, corner: ImV
         front = min([0.0, *(float(ray.path[1][0]) for fan in shown.fans for ray in fan.rays)])
         half = max(shown.film_height / settings.crop, 1.1 * shown.glass_radius)
         if ghost is not None:
-            front = min(front, front_of(shown, ghost))
-            half = max(half, ghost.film_height, 1.1 * ghost.glass_radius)
+            front = min(front, front_of(ghost))
+            half = max(half, ghost.sketch.film_height, 1.1 * ghost.sketch.glass_radius)
         state.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line)
         state.fitted_to = key
     return Canvas(corner.x, corner.y, size.x, size.y, state.view, state.memo)

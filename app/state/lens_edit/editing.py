@@ -71,9 +71,11 @@ def with_document(settings: Settings, document: LensDocument) -> Settings:
     if lens.positions is not None:
         document = replace(document, lens=lens.at(zoom=0.0 if lens.zooms else None,
                                                   close=0.0 if lens.has_focus_groups else None))
-    if document == original(settings):
-        return replace(settings, edited="", focal_length=None)
-    return replace(settings, edited=to_text(document), focal_length=None)
+    try:
+        unedited = document == original(settings)
+    except (ValueError, OSError):                       # the file of the lens is gone; its edits are not
+        unedited = False
+    return replace(settings, edited="" if unedited else to_text(document), focal_length=None)
 
 
 def edited(settings: Settings, edit: Callable[[LensDocument], LensDocument]) -> tuple[Settings, tuple[Finding, ...]]:

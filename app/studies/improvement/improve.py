@@ -19,6 +19,7 @@ from lensbench.lenses.editing.document import (
     EditError,
     LensDocument,
     value_of,
+    varies,
     with_surfaces,
     with_value_of,
 )
@@ -77,6 +78,10 @@ def improved(document: LensDocument, cells: Sequence[Cell], goal: Goal) -> Itera
         For a lens that cannot be judged, or no number that may change.
     """
     free = [cell for cell in dict.fromkeys(cells) if document.rule(*cell) is None]
+    moving = next((i for i, quantity in free if quantity == THICKNESS and varies(document.lens, i)), None)
+    if moving is not None:
+        raise MeritError(f"the gap behind surface {moving} varies with zoom or focus: untick it, or edit it at the "
+                         "stations of the lens")
     if not free:
         raise MeritError("no number is free to change: tick a cell, or remove its rule")
     merit = Merit(document.lens, goal)

@@ -336,3 +336,18 @@ def test_the_section_lives_in_any_window_and_any_state(size):
             assert panel.settings == state
 
     drive(panel.show, test, size)
+
+
+def test_the_lens_before_its_edits_lies_where_they_have_changed_nothing():
+    from lensbench.app.panels.lens_section.ghost import ghost_of
+    from lensbench.app.state.geometry.section import sketch
+    from lensbench.app.state.lens_edit.editing import edited, reverted
+    from lensbench.lenses.editing.cells import with_value
+
+    settings = Settings()
+    wider, _ = edited(settings, lambda d: with_value(d, 5, "thickness", d.surfaces[5].thickness + 1.0))
+    shown = sketch(wider)
+    ghost = ghost_of(reverted(wider), wider, shown)
+    assert (ghost.shift, ghost.name) == (0.0, "original")
+    compared = ghost_of(replace(settings, f_number=8.0), wider, shown)
+    assert compared.name == "A" and compared.shift == shown.film_z - compared.sketch.film_z != 0.0

@@ -15,6 +15,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.undo import History
 from lensbench.lenses.editing.cells import with_comment, with_rule, with_value
 from lensbench.lenses.editing.document import CURVATURE, EditError, Solve
+from tests.lenses.samples import DATA
 
 TRIPLET = replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=None)
 
@@ -63,6 +64,21 @@ def test_a_saved_document_is_the_lens_and_a_format_that_loses_something_is_not(t
     assert saved.edited == "" and lost == () and document_of(saved) == document_of(there)
     kept, lost = save_document(there, tmp_path / "mine.zmx")
     assert kept is there and "comments" in str(lost[-1])
+
+
+def test_edits_outlive_the_file_of_their_lens(tmp_path):
+    lenses.save(lenses.load(TRIPLET.lens), tmp_path / "here.toml")
+    there = thicker(replace(TRIPLET, lens=str(tmp_path / "here.toml")))
+    gone = thicker(replace(there, lens=str(tmp_path / "gone.toml")), 7.0)
+    assert document_of(gone).surfaces[1].thickness == 7.0
+
+
+def test_an_edited_lens_keeps_what_its_reader_assumed_and_its_saving_says_so(tmp_path):
+    phone = replace(Settings(), lens=str(DATA / "phone.json"))
+    there = thicker(phone, 0.9 * original(phone).surfaces[1].thickness)
+    assert published(phone).findings and published(there).findings == published(phone).findings
+    _, remarks = save_document(there, tmp_path / "mine.toml")
+    assert "coc was taken as" in str(remarks[-1]) and "phone.json" in str(remarks[-1])
 
 
 @pytest.mark.parametrize("text, radius", [("22,5", 22.5), ("-1e3", -1000.0), ("−7.5 mm", -7.5), ("inf", 0.0),

@@ -146,3 +146,10 @@ def test_the_command_writes_the_improved_lens_and_its_steps(tmp_path, capsys):
     assert lb.first_order(lenses.load(path)).efl == pytest.approx(50.02, rel=2e-3)
     assert main(["improve", "lenshh-cooke-triplet-50", "--vary", "9.radius"]) == 2
     assert "of surfaces 0 to 5" in capsys.readouterr().err
+
+
+def test_a_gap_that_moves_with_the_zoom_is_refused_and_not_lost_in_silence():
+    zoom = LensDocument(lenses.load(next(card.name for card in lenses.describe() if card.zooms)).at(zoom=0.0))
+    gap = zoom.lens.positions.gaps[0]
+    with pytest.raises(MeritError, match=f"behind surface {gap} varies"):
+        next(improved(zoom, [(gap, "thickness")], goal_of(zoom, 10.0)))
