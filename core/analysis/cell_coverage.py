@@ -39,41 +39,47 @@ def of_mean_1(beam, open_cells, first, weighed, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def cover(level, c, s, t, grid, out, centre):
-    """The part of each cell where the level is below 1, from its value and slopes, in wavelength c of (F, C, N, N).
+def cover(level, c, s, t, grid, mirrored, coverage, weight, centre):
+    """The parts of cells where the level is below 1, from its value and slopes, in wavelength c of (F, C, N, N).
 
-    s, t: (F, C, N, N), or (F, 1, N, N) for all wavelengths, pupil coordinates at which the level is known, near the
-    cells' middles grid (F, 2, N). out: (F, C, N, N). centre (2, F, C, N, N) receives the centroid of the open part from
-    the middle of the cell, in cells.
+    s, t: (F, C, N, N) pupil coordinates of the rays whose levels these are, near the cells' middles grid (F, 2, N).
+    mirrored: whether the columns of one half are the mirror images of the others. coverage (F, C, N, N) receives the
+    open part of the cells of the exit pupil, weight that of the cells of the beam, whose middles the rays pass; centre
+    (2, F, C, N, N) the centroid of the latter from the middle, in cells.
     """
     fields, _, rows, columns = level.shape
-    own = min(c, s.shape[1] - 1)
     for f in range(fields):
+        plane = level[f, c]
         per_s, per_t = 1.0 / (grid[f, 0, 1] - grid[f, 0, 0]), 1.0 / (grid[f, 1, 1] - grid[f, 1, 0])
         for i in range(rows):
-            for j in range(columns):
-                here = level[f, c, i, j]
-                centre[0, f, c, i, j], centre[1, f, c, i, j] = 0.0, 0.0
-                if not here < np.inf:
-                    out[f, c, i, j] = 0.0
-                    continue
-                a, b = cell_slope(level[f, c], i, j, 0), cell_slope(level[f, c], i, j, 1)
-                here += a * (grid[f, 1, i] - t[f, own, i, j]) * per_t + b * (grid[f, 0, j] - s[f, own, i, j]) * per_s
-                up, right = a, b
-                a, b = max(abs(a), abs(b)), min(abs(a), abs(b))
-                d = 1.0 - here                          # a half-plane: d + slopes · offset > 0
-                half, flat = 0.5 * (a + b), 0.5 * (a - b)
-                if abs(d) >= half or a == 0.0:
-                    part = 1.0 if d >= 0.0 else 0.0
-                elif abs(d) <= flat:
-                    part = 0.5 + d / a
-                else:
-                    corner = (half - abs(d)) ** 2 / (2.0 * a * b)
-                    part = 1.0 - corner if d > 0.0 else corner
-                out[f, c, i, j] = part
-                if part < 1.0 and a > 0.0:
-                    centre[0, f, c, i, j] = -0.5 * (1.0 - part) * right / a
-                    centre[1, f, c, i, j] = -0.5 * (1.0 - part) * up / a
+            for j in range(columns // 2 if mirrored else 0, columns):
+                here, other = plane[i, j], columns - 1 - j
+                part, of_beam, ds, dt = 0.0, 0.0, 0.0, 0.0
+                if here < np.inf:
+                    up, right = cell_slope(plane, i, j, 0), cell_slope(plane, i, j, 1)
+                    moved = (up * (grid[f, 1, i] - t[f, c, i, j]) * per_t
+                             + right * (grid[f, 0, j] - s[f, c, i, j]) * per_s)
+                    a, b = max(abs(up), abs(right)), min(abs(up), abs(right))
+                    part, of_beam = _below(1.0 - here - moved, a, b), _below(1.0 - here, a, b)
+                    if of_beam < 1.0 and a > 0.0:
+                        ds, dt = -0.5 * (1.0 - of_beam) * right / a, -0.5 * (1.0 - of_beam) * up / a
+                coverage[f, c, i, j], weight[f, c, i, j] = part, of_beam
+                centre[0, f, c, i, j], centre[1, f, c, i, j] = ds, dt
+                if mirrored and other != j:
+                    coverage[f, c, i, other], weight[f, c, i, other] = part, of_beam
+                    centre[0, f, c, i, other], centre[1, f, c, i, other] = -ds, dt
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _below(d, a, b):
+    """Part of a unit cell in the half-plane d + slopes · offset > 0; the greater slope is a, the other b."""
+    half, flat = 0.5 * (a + b), 0.5 * (a - b)
+    if abs(d) >= half or a == 0.0:
+        return 1.0 if d >= 0.0 else 0.0
+    if abs(d) <= flat:
+        return 0.5 + d / a
+    corner = (half - abs(d)) ** 2 / (2.0 * a * b)
+    return 1.0 - corner if d > 0.0 else corner
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

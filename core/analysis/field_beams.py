@@ -124,6 +124,33 @@ class FieldBeams:
                                                    False, wavelength, near=self.chief.at_stop)
         return self.colours[wavelength]
 
+    @property
+    def mirrored(self) -> bool:
+        """Whether the sagittal half of each beam is the mirror image of the other.
+
+        So it is in a lens of rotational symmetry, unless the blades of its stop are not symmetrical in the meridian.
+        """
+        iris = self.lens.iris
+        return self.lens.is_rotationally_symmetric and (
+            iris.is_round or (iris.is_mirrored and bool((self.axes[:, 1, 0] == 0.0).all())))
+
+    def mirror(self, places: np.ndarray) -> np.ndarray:
+        """Places (F, …, 2) on the other side of the meridians."""
+        shape = (len(self.axes),) + (1,) * (places.ndim - 2)
+        x, y = (self.axes[:, 0, k].reshape(shape) for k in (0, 1))
+        twice = 2.0 * (places[..., 0] * x + places[..., 1] * y)
+        return np.stack([places[..., 0] - twice * x, places[..., 1] - twice * y], -1)
+
+    def grid_towards_scene(self, s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`towards_scene` of grids (F, N, N) that are symmetrical about the meridian where the beams are."""
+        if not self.mirrored:
+            return self.towards_scene(s, t)
+        columns = s.shape[2]
+        half, both = slice(columns // 2, None), slice(columns % 2, None)
+        places, level = self.towards_scene(np.ascontiguousarray(s[:, :, half]), np.ascontiguousarray(t[:, :, half]))
+        return (np.concatenate([self.mirror(places[:, :, both])[:, :, ::-1], places], 2),
+                np.concatenate([level[:, :, both][:, :, ::-1], level], 2))
+
     def on_axes(self, vectors: np.ndarray) -> np.ndarray:
         """Components (F, 2) of film vectors (F, 2) along the sagittal and the tangential axis."""
         return np.einsum("fk,fak->fa", vectors, self.axes)
@@ -210,7 +237,7 @@ class FieldBeams:
             s, t = (low[left, k, None] + cell * size[:, k, None] for k in (0, 1))
             s, t = (np.ascontiguousarray(np.broadcast_to(each, (left.size, COARSE, COARSE)))
                     for each in (s[:, None, :], t[:, :, None]))
-            level = some.towards_scene(s, t)[1]
+            level = some.grid_towards_scene(s, t)[1]
             bounds = np.empty((left.size, 4))
             _bounds(level, bounds)                      # in cells, s low, s high, t low, t high; NaN for a dark field
             lit, wide = np.isfinite(bounds[:, 0]), bounds
@@ -336,10 +363,10 @@ def _finish(out, of_field, images, axes, curvatures, values, victim):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def scatter(landed, victims, keep, c, rows, victim):
+def scatter(landed, victims, keep, c, mirrored, rows, victim):
     """Put the rows (9, n) and victims (n,) of rays into wavelength c of (9, F, C, N, N) and (F, C, N, N).
 
-    keep: (n,) cells of the rays, indices into F × N × N.
+    keep: (n,) cells of the rays, indices into F × N × N. mirrored: whether a ray stands for its mirror image as well.
     """
     columns = rows.shape[4]
     cells = rows.shape[3] * columns
@@ -349,6 +376,12 @@ def scatter(landed, victims, keep, c, rows, victim):
         for q in range(rows.shape[0]):
             rows[q, f, c, i, j] = landed[q, k]
         victim[f, c, i, j] = victims[k]
+        other = columns - 1 - j
+        if mirrored and other != j:
+            for q in range(rows.shape[0]):
+                sagittal = q == OFFSET_S or q == SLOPE_S or q == PUPIL_S
+                rows[q, f, c, i, other] = -landed[q, k] if sagittal else landed[q, k]
+            victim[f, c, i, other] = victims[k]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

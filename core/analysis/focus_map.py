@@ -131,26 +131,44 @@ def through_focus(rays: RayGrid, frequency: float, shifts: np.ndarray) -> np.nda
     otf = np.full((*rays.opd.shape[:2], 2, len(shifts)), np.nan, complex)
     lines = 1e-3 * np.array(rays.conditions.wavelengths)
 
+    mirrored = rays.beams.mirrored and rays.opd.shape[-1] % 2 == 0
+
     def fill(f: int) -> None:
-        real, imaginary = np.empty((2, len(shifts)))
-        for c in np.flatnonzero(rays.coverage[f].any((1, 2))):
-            for a in (0, 1):
-                _through_focus(pupils[a, f, c], rays.pupil[f, a], rays.pupil[f, 1 - a], frequency, lines[c], shifts,
-                               real, imaginary)
-                otf[f, c, a] = real + 1j * imaginary
+        _through_focus(pupils[:, f], rays.pupil[f], frequency, lines, shifts, mirrored, otf[f])
 
     each_of(fill, np.flatnonzero(np.isfinite(rays.steps).all(1)).tolist())
     return otf
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def _through_focus(pupils, grid, frequency, lines, shifts, mirrored, otf):
+    """OTF (C, 2, K) of the pupil functions (2, C, 4, N + 2 PAD, N) of one field; NaN stays where no light falls.
+
+    grid: (2, N) pupil coordinates. lines: (C,) wavelengths, mm. mirrored: whether the columns of the sagittal axis,
+    even in number, are symmetrical: the sum runs over one half.
+    """
+    real, imaginary = np.empty(shifts.size), np.empty(shifts.size)
+    for c in range(lines.size):
+        if not pupils[0, c, 2].any():
+            continue
+        for a in range(2):
+            half = grid.shape[1] // 2 if mirrored else 0
+            row, column = (half, 0) if a == 0 else (0, half)
+            _along(pupils[a, c], grid[a], grid[1 - a], row, column, frequency, lines[c], shifts, real, imaginary)
+            for k in range(shifts.size):
+                otf[c, a, k] = complex(2.0 * real[k], 0.0) if row else complex(real[k], imaginary[k])
+
+
 @njit(fastmath=FAST, cache=True, nogil=True, error_model="numpy")
-def _through_focus(pupil, along, across, frequency, line, shifts, real, imaginary):
+def _along(pupil, along, across, first_row, first_column, frequency, line, shifts, real, imaginary):
     """OTF (K,) of a pupil function (4, N + 2 PAD, N) at one frequency, for places of the film at even steps (K,).
 
-    along, across: (N,) pupil coordinates of its rows and columns. line: wavelength, mm. Every cell's phasor turns by
-    the same angle from place to place.
+    along, across: (N,) pupil coordinates of its rows and columns. first_row, first_column: where the sum begins. line:
+    wavelength, mm. Every cell's phasor turns by the same angle from place to place.
     """
-    w, slope, cover, root = pupil[0], pupil[1], pupil[2], pupil[3]
+    part_of = pupil[:, :, first_column:]
+    w, slope, cover, root = part_of[0], part_of[1], part_of[2], part_of[3]
+    across = across[first_column:]
     rows, columns = w.shape
     light = 0.0
     for i in range(rows):
@@ -164,44 +182,43 @@ def _through_focus(pupil, along, across, frequency, line, shifts, real, imaginar
     h0, h1 = (1.0 + 2.0 * part) * rest * rest, part * part * (3.0 - 2.0 * part)
     g0, g1 = part * rest * rest, -part * part * rest
     first, step = shifts[0] / line, (shifts[1] - shifts[0]) / line
-    re, im, cosines, sines = np.empty(columns), np.empty(columns), np.empty(columns), np.empty(columns)
-    for k in range(shifts.size):
-        real[k], imaginary[k] = 0.0, 0.0
-    for i in range(max(whole + 1, PAD), rows - max(whole + 1, PAD)):
+    amplitude, phase, turn = np.empty(columns), np.empty(columns), np.empty(columns)
+    buffers = np.empty((4, rows * columns))
+    re, im, cosines, sines = buffers[0], buffers[1], buffers[2], buffers[3]
+    lit = 0                                                         # cells with light, one after the other
+    for i in range(max(whole + 1, PAD + first_row), rows - max(whole + 1, PAD)):
         a, b = i + whole, i - whole
         wa, wa1, wb, wb1 = w[a], w[a + 1], w[b], w[b - 1]
         sa, sa1, sb, sb1 = slope[a], slope[a + 1], slope[b], slope[b - 1]
         ca, ca1, cb, cb1 = cover[a], cover[a + 1], cover[b], cover[b - 1]
         ra, ra1, rb, rb1 = root[a], root[a + 1], root[b], root[b - 1]
         high, low = 1.0 - (along[i - PAD] + reach) ** 2, 1.0 - (along[i - PAD] - reach) ** 2
-        any_light = 0.0
         for j in range(columns):
             over = min(rest * ca[j] + part * ca1[j], rest * cb[j] + part * cb1[j])
-            amplitude = over * (rest * ra[j] + part * ra1[j]) * (rest * rb[j] + part * rb1[j])
-            any_light += amplitude
+            amplitude[j] = over * (rest * ra[j] + part * ra1[j]) * (rest * rb[j] + part * rb1[j])
             q = across[j] * across[j]
-            turn = sqrt(max(low - q, 0.0)) - sqrt(max(high - q, 0.0))       # of W, per mm
-            x = (h0 * (wa[j] - wb[j]) + h1 * (wa1[j] - wb1[j]) + g0 * (sa[j] + sb[j]) + g1 * (sa1[j] + sb1[j])
-                 + first * turn)
-            x = x - np.floor(x + 0.5)
-            u = x * x
-            re[j], im[j] = amplitude * cosine_of_turns(u), amplitude * x * sine_of_turns(u)
-            x = step * turn
-            x = x - np.floor(x + 0.5)
-            u = x * x
-            cosines[j], sines[j] = cosine_of_turns(u), x * sine_of_turns(u)
-        if any_light == 0.0:
-            continue
-        for k in range(shifts.size):
-            total, other = 0.0, 0.0
-            for j in range(columns):
-                total += re[j]
-                other += im[j]
-                turned = re[j] * cosines[j] - im[j] * sines[j]
-                im[j] = re[j] * sines[j] + im[j] * cosines[j]
-                re[j] = turned
-            real[k] += total
-            imaginary[k] += other
+            turn[j] = sqrt(max(low - q, 0.0)) - sqrt(max(high - q, 0.0))        # of W, per mm
+            phase[j] = (h0 * (wa[j] - wb[j]) + h1 * (wa1[j] - wb1[j]) + g0 * (sa[j] + sb[j]) + g1 * (sa1[j] + sb1[j])
+                        + first * turn[j])
+        for j in range(columns):
+            re[lit], cosines[lit], sines[lit] = amplitude[j], phase[j], turn[j]
+            lit += amplitude[j] > 0.0
+    for j in range(lit):
+        x = cosines[j]
+        x = x - np.floor(x + 0.5)
+        u = x * x
+        size = re[j]
+        re[j], im[j] = size * cosine_of_turns(u), size * x * sine_of_turns(u)
+        x = step * sines[j]
+        x = x - np.floor(x + 0.5)
+        u = x * x
+        cosines[j], sines[j] = cosine_of_turns(u), x * sine_of_turns(u)
     for k in range(shifts.size):
-        real[k] /= light
-        imaginary[k] /= light
+        total, other = 0.0, 0.0
+        for j in range(lit):
+            total += re[j]
+            other += im[j]
+            turned = re[j] * cosines[j] - im[j] * sines[j]
+            im[j] = re[j] * sines[j] + im[j] * cosines[j]
+            re[j] = turned
+        real[k], imaginary[k] = total / light, other / light

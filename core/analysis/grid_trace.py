@@ -42,13 +42,11 @@ BEYOND = 4.0            # cells beyond the rims, of which rays are traced too: h
 class _Cells(NamedTuple):
     """The cells of the exit pupil, from the film.
 
-    grid (F, 2, N): their middles. s, t (F, N, N): the same as rays. places (F, N, N, 2): where their rays run in the
-    scene. open_ (F, N, N): their open parts. keep (n,): of those whose rays are traced, indices into F × N × N.
+    grid (F, 2, N): their middles. places (F, N, N, 2): where their rays run in the scene. open_ (F, N, N): their open
+    parts. keep (n,): of those whose rays are traced, indices into F × N × N; of mirrored beams, in one half alone.
     """
 
     grid: np.ndarray
-    s: np.ndarray
-    t: np.ndarray
     places: np.ndarray
     open_: np.ndarray
     keep: np.ndarray
@@ -143,14 +141,20 @@ def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int) -> _Cells:
     """The cells of boxes (F, 2, 2) of the open region, and which of them rays of the object are traced for."""
     share = (np.arange(pupil) + 0.5) / pupil
     grid = boxes[..., :1] + share * (boxes[..., 1:] - boxes[..., :1])
+    if beams.mirrored:
+        grid[:, 0] = 0.5 * (grid[:, 0] - grid[:, 0, ::-1])
     s, t = (np.ascontiguousarray(np.broadcast_to(each, (len(grid), pupil, pupil)))
             for each in (grid[:, 0, None, :], grid[:, 1, :, None]))
-    places, level = beams.towards_scene(s, t)
-    open_ = np.zeros((len(grid), 1, pupil, pupil))
-    cover(level[:, None], 0, s[:, None], t[:, None], grid, open_, np.empty((2, *open_.shape)))
+    places, level = beams.grid_towards_scene(s, t)
+    open_ = np.empty((len(grid), 1, pupil, pupil))
+    cover(level[:, None], 0, s[:, None], t[:, None], grid, beams.mirrored, open_, np.empty_like(open_),
+          np.empty((2, *open_.shape)))
     near = (level <= 1.0 + BEYOND / pupil) | (beams.linear_stop_share(s, t) <= 1.0)
-    keep = np.flatnonzero((near & np.isfinite(places).all(-1)).ravel())
-    return _Cells(grid, s, t, places, open_[:, 0], keep)
+    near &= np.isfinite(places).all(-1)
+    if beams.mirrored:
+        near[:, :, :pupil // 2] = False
+    keep = np.flatnonzero(near.ravel())
+    return _Cells(grid, places, open_[:, 0], keep)
 
 
 def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) -> _Landed:
@@ -159,9 +163,9 @@ def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) ->
     of_field = cells.keep // pupil**2
     begun = beams.starts(of_field, cells.places.reshape(-1, 2)[cells.keep])
     shape = count, len(wavelengths), pupil, pupil
-    made = _Landed(np.full((LANDED, *shape), nan), np.full(shape, -2, np.int16), np.zeros(shape), np.zeros(shape),
-                   np.zeros((2, *shape)), np.zeros((count, len(wavelengths), 2)))
-    s, t, unused = cells.s[:, None], cells.t[:, None], np.empty((2, *shape))
+    made = _Landed(np.empty((LANDED, *shape)), np.empty(shape, np.int16), np.empty(shape), np.empty(shape),
+                   np.empty((2, *shape)), np.zeros((count, len(wavelengths), 2)))
+    mirrored = beams.mirrored
 
     def find_chief(c: int) -> None:
         """The chief rays of one wavelength, and the program of its rays."""
@@ -172,11 +176,12 @@ def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) ->
         """Fill the arrays of one wavelength for some fields."""
         c, some = at
         part = slice(*np.searchsorted(of_field, (some.start, some.stop)))
+        made.rows[:, some, c], made.victim[some, c] = nan, -2
         landed, victim = beams.forward(wavelengths[c], of_field[part], begun[:, part])
-        scatter(landed, victim, cells.keep[part], c, made.rows, made.victim)
+        scatter(landed, victim, cells.keep[part], c, mirrored, made.rows, made.victim)
         level, own_s, own_t = (made.rows[k, some] for k in (LEVEL, PUPIL_S, PUPIL_T))
-        cover(level, c, own_s, own_t, cells.grid[some], made.coverage[some], unused[:, some])
-        cover(level, c, s[some], t[some], cells.grid[some], made.weight[some], made.open_centre[:, some])
+        cover(level, c, own_s, own_t, cells.grid[some], mirrored, made.coverage[some], made.weight[some],
+              made.open_centre[:, some])
 
     colours, half = range(len(wavelengths)), count // 2
     each_of(find_chief, colours)

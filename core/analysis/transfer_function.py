@@ -124,17 +124,15 @@ def mtf(rays: RayGrid, frequencies=PRINTED, method: str = "diffraction", shift: 
 
     def fill(f: int) -> None:
         """The transfer functions of one field."""
-        for c in np.flatnonzero(rays.coverage[f].any((1, 2))):
-            for a in (0, 1):
-                real, imaginary, ideal = np.empty((3, nu.size))
-                shifts = lines[c] * nu / rays.steps[f, a]
-                autocorrelate(pupils[a, f, c], shifts, real, imaginary, ideal)
-                limit[f, c, a] = ideal
-                if geometric:
-                    share = rays.weight[f, c] / rays.weight[f, c].sum()
+        _transfer(pupils[:, f], rays.steps[f], lines, nu, otf[f], limit[f])
+        if geometric:
+            real, imaginary = np.empty((2, nu.size))
+            for c in np.flatnonzero(rays.coverage[f].any((1, 2))):
+                share = rays.weight[f, c] / rays.weight[f, c].sum()
+                for a in (0, 1):
                     offset = rays.light[a, f, c] + shift * rays.light[2 + a, f, c]
                     _phasors(share.ravel(), offset.ravel(), nu, real, imaginary)
-                otf[f, c, a] = real + 1j * imaginary
+                    otf[f, c, a] = real + 1j * imaginary
 
     each_of(fill, np.flatnonzero(np.isfinite(rays.steps).all(1)).tolist())
     return Mtf(rays, method, shift, nu, otf, _white(otf, rays), limit, _sampling(rays, nu, shift))
@@ -244,6 +242,21 @@ def _pupil_function(opd, offset_s, offset_t, grid, steps, coverage, root, chief_
                 for row, column, slope, out in ((j, i, s, along_s), (i, j, t, along_t)):
                     out[c, 0, PAD + row, column], out[c, 1, PAD + row, column] = value, slope
                     out[c, 2, PAD + row, column], out[c, 3, PAD + row, column] = part, light
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _transfer(pupils, steps, lines, nu, otf, limit):
+    """OTF and limit (C, 2, K) of the pupil functions (2, C, 4, N + 2 PAD, N) of one field; NaN stays without light.
+
+    steps: (2,) of the pupil coordinates. lines: (C,) wavelengths, mm. nu: (K,) cycles/mm.
+    """
+    real, imaginary = np.empty(nu.size), np.empty(nu.size)
+    for c in range(lines.size):
+        if pupils[0, c, 2].any():
+            for a in range(2):
+                autocorrelate(pupils[a, c], lines[c] / steps[a] * nu, real, imaginary, limit[c, a])
+                for k in range(nu.size):
+                    otf[c, a, k] = complex(real[k], imaginary[k])
 
 
 @njit(fastmath=FAST, cache=True, nogil=True, error_model="numpy")

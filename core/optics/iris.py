@@ -91,6 +91,12 @@ class Iris:
         return self.blades == 0 or self.roundness == 1.0
 
     @property
+    def is_mirrored(self) -> bool:
+        """Whether the opening is its own mirror image left to right."""
+        turns = self.rotation * self.blades / math.pi
+        return self.is_round or math.isclose(turns, round(turns), abs_tol=1e-12)
+
+    @property
     def area(self) -> float:
         """Area of the opening, π for the circle; area / π of the light of a round stop passes."""
         return self.mean(lambda r: math.pi * r * r)

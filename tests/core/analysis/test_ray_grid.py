@@ -1,5 +1,6 @@
 """The ray grid: chief rays, the open pupil, optical paths and spots, against laws of optics and the scalar tracer."""
 
+from dataclasses import replace
 from math import inf, radians
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.analysis.chief_rays import find_chief_rays
+from lensbench.analysis.field_beams import FieldBeams
 from lensbench.optics.finding import Kind
 from tests.core.oracles import REFERENCE, lens
 
@@ -204,3 +206,35 @@ def test_a_lens_state_is_traced_once():
 def test_what_cannot_be_shown_is_said(make, message):
     with pytest.raises(lb.LensError, match=message):
         make()
+
+
+@pytest.mark.parametrize("points", [12, 13])
+def test_mirrored_beams_have_the_rays_of_beams_traced_in_full(monkeypatch, points):
+    """Half of the rays are traced, and stand for their mirror images: across any meridian, and behind five blades."""
+    stack = replace(lens("dgauss"), blades=5)
+    away, oblique = lb.film_distance(lens("dgauss"), inf), [(6.0, 8.0), (0.0, 15.0)]
+    for each, fields in ((stack, [0.0, 12.0]), (lens("dgauss"), oblique)):
+        given = lb.analysis.conditions(each, None, fields, [lb.D_LINE], 900.0)
+        half = lb.analysis.ray_grid(each, away, given, points)
+        assert half.beams.mirrored
+        with monkeypatch.context() as patch:
+            patch.setattr(FieldBeams, "mirrored", False)
+            lb.analysis.ray_grid.cache_clear()
+            whole = lb.analysis.ray_grid(each, away, given, points)
+            otf = lb.analysis.mtf_map(each, away, given, fields=2, pupil=points).white
+        lb.analysis.ray_grid.cache_clear()
+        for name in ("offset_s", "slope_t", "pupil_s", "opd", "weight", "coverage", "open_centre", "intensity"):
+            np.testing.assert_allclose(getattr(half, name), getattr(whole, name), atol=1e-10, err_msg=name)
+        np.testing.assert_array_equal(half.victim, whole.victim)
+        again = lb.analysis.mtf_map(each, away, given, fields=2, pupil=points).white
+        np.testing.assert_allclose(again, otf, atol=1e-10)
+
+
+def test_beams_behind_blades_that_lean_are_traced_in_full():
+    leaning, oblique = replace(lens("dgauss"), blades=5, blade_rotation=0.1), replace(lens("dgauss"), blades=5)
+    away = lb.film_distance(leaning, inf)
+    for stack, field in ((leaning, (0.0, 12.0)), (oblique, (6.0, 8.0))):
+        given = lb.analysis.conditions(stack, None, [field], [lb.D_LINE])
+        rays = lb.analysis.ray_grid(stack, away, given, 24)
+        assert not rays.beams.mirrored
+        assert np.abs(rays.coverage - rays.coverage[..., ::-1]).max() > 0.1
