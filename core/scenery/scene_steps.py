@@ -211,7 +211,7 @@ def _coats(scene: Scene, last: bool, opening: float) -> list[Step]:
         around = np.array([*scene.ambient * 3, 0.0, 1.0, 0.0])
     if last or any(g >= SHARP for g in _glosses(scene)) or any(o.material.kind == "glass" for o in scene.objects):
         disk = None
-        if scene.sun is not None and not scene.enclosed and not by_picture:
+        if scene.sun is not None and not scene.enclosed:
             disk = sun_disk_parameters(scene.sun, max(scene.sun.angular_radius, HIGHLIGHT_RADIUS))
         ground = None if scene.floor is None else floor_parameters(scene.floor)
         bulbs, panels = by_family(scene.objects)
@@ -219,8 +219,8 @@ def _coats(scene: Scene, last: bool, opening: float) -> list[Step]:
         panels = [o for o in panels if o.material.shines and o.material.pattern is None]
         still = clearcoat_parameters(around, ground, _floor_light(scene), disk, _still(bulbs), _still(panels), last)
         moved = moving_reflected(_moving([*bulbs, *panels]), opening)
-        if by_picture and not moved.parameters.size:
-            steps.append(image_clearcoat_step(scene.sky, still))
+        if by_picture:
+            steps.append(image_clearcoat_step(scene.sky, still, moved))
         else:
             steps.append(_step(clearcoat, moving_clearcoat, still, moved))
     if is_rough(scene):

@@ -51,7 +51,7 @@ from lensbench.kernels.layout import Packed, join, offsets, pack, vector
 from lensbench.scenery.intersect import floor as ground
 from lensbench.scenery.intersect.floor import tile_side
 from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
-from lensbench.scenery.intersect.sky import CHORD2, DIRECTION, RADIANCE, SKY, SUN_DISK, gradient
+from lensbench.scenery.intersect.sky import CHORD2, DIRECTION, FAR, RADIANCE, SKY, SUN_DISK, gradient
 from lensbench.scenery.shading.illumination import F0, schlick_edge
 
 SHARP = 0.999           # gloss from which a coat reflects lights sharply
@@ -108,6 +108,8 @@ def clearcoat(lanes, p, ints, key):
 def sharp_open(lanes, p, ints):
     """Reflect the rays, A0 … A5, and find what they see of sky, floor and sun, A6 A7 A8, at the distance A9.
 
+    The distance of the sky is infinite, that of the sun FAR.
+
     Returns how many lanes of the block reflect anything; nothing is done if none does.
     """
     real = lanes.dtype.type
@@ -146,6 +148,7 @@ def sharp_open(lanes, p, ints):
         for i in range(B):
             ax, ay, az = wx[i] - ux, wy[i] - uy, wz[i] - uz
             hit = (ax * ax + ay * ay + az * az < chord2) & (near[i] == real(math.inf))
+            near[i] = real(FAR) if hit else near[i]
             r[i] = er if hit else r[i]
             g[i] = eg if hit else g[i]
             b[i] = eb if hit else b[i]

@@ -96,13 +96,10 @@ def _cells(values: np.ndarray) -> np.ndarray:
     """Radiance of the cells: means over parts of a large picture, a small one interpolated as it is shown."""
     height, width = values.shape[:2]
     if width > MOST_ACROSS or height > MOST_ACROSS // 2:
-        for axis, most in ((0, MOST_ACROSS // 2), (1, MOST_ACROSS)):
-            size = values.shape[axis]
-            if size > most:
-                first = np.arange(most) * size // most
-                counts = np.diff(np.append(first, size)).reshape([-1 if k == axis else 1 for k in range(3)])
-                values = np.add.reduceat(values, first, axis, dtype=np.float64) / counts
-        return np.asarray(values, np.float64)
+        most_down, most_across = min(height, MOST_ACROSS // 2), min(width, MOST_ACROSS)
+        lines = _means(values, _levels(height), _levels(most_down))
+        columns = _means(lines.swapaxes(0, 1), np.linspace(0.0, 1.0, width + 1), np.linspace(0.0, 1.0, most_across + 1))
+        return columns.swapaxes(0, 1)
     if width >= LEAST_ACROSS:
         return values.astype(np.float64)
     finer = -(-LEAST_ACROSS // width)
@@ -114,6 +111,25 @@ def _cells(values: np.ndarray) -> np.ndarray:
     left = np.floor(along).astype(int)
     part = (along - left)[:, None]
     return tall[:, left % width] * (1.0 - part) + tall[:, (left + 1) % width] * part
+
+
+def _levels(count: int) -> np.ndarray:
+    """Edges (count + 1,) of the rows of a picture, in the solid angle above them over 4π."""
+    return (1.0 - np.cos(math.pi * np.arange(count + 1) / count)) / 2.0
+
+
+def _means(values: np.ndarray, edges: np.ndarray, wider: np.ndarray) -> np.ndarray:
+    """Means (m, …) of rows (n, …), which lie between `edges` (n + 1,), over the parts between `wider` (m + 1,).
+
+    Rows count with what of them lies in a part, so that no light is lost or won at its edges.
+    """
+    found = np.empty((len(wider) - 1, *values.shape[1:]))
+    firsts = np.maximum(np.searchsorted(edges, wider[:-1], "right") - 1, 0)
+    ends = np.minimum(np.searchsorted(edges, wider[1:], "left"), len(values))
+    for k, (first, end) in enumerate(zip(firsts, ends, strict=True)):
+        shared = np.minimum(edges[first + 1:end + 1], wider[k + 1]) - np.maximum(edges[first:end], wider[k])
+        found[k] = np.tensordot(shared / shared.sum(), values[first:end], 1)
+    return found
 
 
 def sky_rays_step(sky: ImageSky) -> Step:

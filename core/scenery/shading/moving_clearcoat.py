@@ -69,9 +69,14 @@ def moving_highlights(lights: Sequence[Shape], opening: float) -> Packed:
 @stage
 def moving_clearcoat(lanes, p, ints, key):
     """`clearcoat` with moving lights.  p, ints: `after` of clearcoat_parameters and moving_reflected."""
+    if sharp_open(lanes, p, ints[1:]) > 0:
+        reflect_moving(lanes, p, ints)
+
+
+@stage
+def reflect_moving(lanes, p, ints):
+    """Show lights, still and moving, to the rays of `sharp_open`, and add what is reflected.  p, ints: as above."""
     still, switches = ints[0], ints[1:]
-    if sharp_open(lanes, p, switches) == 0:
-        return
     sharp_lights(lanes, p[LIGHTS:still], switches[PLANAR_LIGHTS])
     real = lanes.dtype.type
     row = rows(lanes)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.scenery.shading.image_sky_light import sky_cells
 from tests.core.scenery.test_scene import shoot, square_lights
 
 
@@ -101,3 +102,32 @@ def test_the_gradient_of_a_gradient_is_itself():
     found = lb.ImageSky(lb.Image.of(values)).gradient
     assert found.zenith == pytest.approx((0.3, 0.5, 0.7), rel=1e-3) and found.ground == pytest.approx((0.07,) * 3)
     assert found.horizon == pytest.approx((0.2,) * 3, rel=1e-3)
+
+
+@pytest.mark.parametrize("width", [3000, 5000])
+def test_a_small_sun_of_a_large_picture_keeps_its_light(width):
+    # A sun of a few texels, in any place among the cells that the picture is reduced to
+    height = width // 2
+    edges = np.cos(math.pi * np.arange(height + 1) / height)
+    cell = (edges[:-1] - edges[1:]) * 2.0 * math.pi / width
+    for line, column in ((400, 1), (401, 700), (402, 1501)):
+        values = np.zeros((height, width, 3), np.float32)
+        values[line:line + 3, column:column + 3] = 1e4
+        assert sky_cells(lb.ImageSky(lb.Image.of(values))).flux == pytest.approx(3e4 * cell[line:line + 3].sum(),
+                                                                                 rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_sharp_coat_mirrors_the_sun_before_the_picture_and_the_picture_beside_a_moving_lamp(scene):
+    ahead, back = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
+    coat = lb.Rectangle((0.0, 0.0, -1000.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), lb.Material((0.0,) * 3, "coat"))
+    picture = replace(scene, plates=(coat,))
+    plain = shoot(picture.steps(), 0.0, [ahead])
+    seen = shoot(scene.steps(), 0.0, [back])
+    np.testing.assert_allclose(plain, 0.04 * seen, rtol=1e-5)
+    sun = replace(picture, sun=lb.Sun(back, (1.0, 1.0, 1.0), 0.1))
+    # Irradiance / π over the part of the hemisphere that the disk's projection fills
+    np.testing.assert_allclose(shoot(sun.steps(), 0.0, [ahead]), 0.04 / math.sin(0.1) ** 2, rtol=5e-3)
+    lamp = lb.Rectangle((3000.0, 0.0, 0.0), (0.0, 0.0, 10.0), (0.0, 10.0, 0.0), lb.Material((9.0,) * 3, "lamp"),
+                        velocity=(1.0, 0.0, 0.0))
+    np.testing.assert_allclose(shoot(replace(picture, plates=(coat, lamp)).steps(), 0.0, [ahead]), plain, rtol=1e-5)
