@@ -87,6 +87,12 @@ class Surfaces(NamedTuple):
         return [address(nodes), nodes.size, address(leaves), leaves.size, depth_of_stack(len(self.corners))]
 
     @property
+    def find_integers(self) -> list[int]:
+        """Integers of `find_meshes`."""
+        return [*self.tree_integers, address(self.corners), self.corners.size, address(self.vertices),
+                self.vertices.size, address(self.owners)]
+
+    @property
     def bounds(self) -> np.ndarray:
         """Bounding sphere of all triangles."""
         low, high = self.tree.low, self.tree.high
@@ -124,9 +130,7 @@ def mesh_steps(meshes: Sequence, emission: Sequence[float]) -> list[Step]:
                                       GREATEST: 0.0 if image is None else image.greatest}))
         integers += [int(image is not None), *([0] * TEXTURE if image is None else image.integers(REPEATED))]
         kept.append(image)
-    places = [address(found.corners), found.corners.size, address(found.vertices), found.vertices.size,
-              address(found.owners)]
-    return [Step(find_meshes, found.bounds, [*found.tree_integers, *places], kept=found),
+    return [Step(find_meshes, found.bounds, found.find_integers, kept=found),
             Step(mesh_surfaces, np.concatenate(numbers), integers, kept=kept)]
 
 
@@ -168,11 +172,7 @@ def find_meshes(lanes, p, ints, key):
         q, m = np.uint64(corners[k]) * np.uint64(VERTEX), np.uint64(corners[k + np.uint64(1)]) * np.uint64(VERTEX)
         n = np.uint64(corners[k + np.uint64(2)]) * np.uint64(VERTEX)
         first = real(1) - second - third
-        ax, ay, az = _at(real, vertices, q, PLACE), _at(real, vertices, q, PLACE + 1), _at(real, vertices, q, PLACE + 2)
-        bx, by, bz = (_at(real, vertices, m, PLACE) - ax, _at(real, vertices, m, PLACE + 1) - ay,
-                      _at(real, vertices, m, PLACE + 2) - az)
-        cx, cy, cz = (_at(real, vertices, n, PLACE) - ax, _at(real, vertices, n, PLACE + 1) - ay,
-                      _at(real, vertices, n, PLACE + 2) - az)
+        _, (bx, by, bz), (cx, cy, cz) = corner_places(real, corners, vertices, number)
         fx, fy, fz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
         area = math.sqrt(fx * fx + fy * fy + fz * fz)
         sx = first * _at(real, vertices, q, NORMAL) + second * _at(real, vertices, m, NORMAL) + third * _at(
@@ -211,6 +211,20 @@ def find_meshes(lanes, p, ints, key):
             real, vertices, n, TINT + 1)
         b[i] = first * _at(real, vertices, q, TINT + 2) + second * _at(real, vertices, m, TINT + 2) + third * _at(
             real, vertices, n, TINT + 2)
+
+
+@njit(inline="always")
+def corner_places(real, corners, vertices, number):
+    """The first corner of a triangle, and the way from there to the others; all in mm."""
+    k = np.uint64(number) * np.uint64(3)
+    q, m = np.uint64(corners[k]) * np.uint64(VERTEX), np.uint64(corners[k + np.uint64(1)]) * np.uint64(VERTEX)
+    n = np.uint64(corners[k + np.uint64(2)]) * np.uint64(VERTEX)
+    x, y, z = _at(real, vertices, q, PLACE), _at(real, vertices, q, PLACE + 1), _at(real, vertices, q, PLACE + 2)
+    return ((x, y, z),
+            (_at(real, vertices, m, PLACE) - x, _at(real, vertices, m, PLACE + 1) - y,
+             _at(real, vertices, m, PLACE + 2) - z),
+            (_at(real, vertices, n, PLACE) - x, _at(real, vertices, n, PLACE + 1) - y,
+             _at(real, vertices, n, PLACE + 2) - z))
 
 
 @njit(inline="always")

@@ -13,6 +13,9 @@ from lensbench.scenery.intersect.triangle_tree import MOST_TRIANGLES
 from lensbench.scenery.objects.material import Material
 from lensbench.scenery.values import SceneError, Triple, triple
 
+MOST_OPEN = 0.01        # of the edges of a solid: where its surface may have gaps
+SAME = 1e-5             # of its size: nearer vertices are one
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -26,7 +29,7 @@ class Mesh:
         (m, 3) int32: the three corners of each triangle.
     material : Material
         Of the whole mesh. Its image, if any, needs `uv`; other patterns are refused, and "lamp". "glass" is a solid of
-        index 1.5 with a closed surface.
+        index 1.5 with a closed surface; `Mesh.of` turns its triangles outward.
     normals, uv, colours : bytes
         Of each vertex, or empty: unit normals (n, 3), which smooth the surface, places (n, 2) in the image, from 0, 0
         at its lower left corner to 1, 1, repeated beyond, and linear colours (n, 3), which multiply the material's.
@@ -71,7 +74,8 @@ class Mesh:
         Raises
         ------
         SceneError
-            If a shape is wrong, a number is not finite, a corner does not exist, or no triangle has an area.
+            If a shape is wrong, a number is not finite, a corner does not exist, no triangle has an area, or the
+            surface of a mesh of glass is open.
         """
         points = _table(vertices, 3, "vertices")
         corners = np.asarray(faces)
@@ -103,6 +107,8 @@ class Mesh:
                 table = np.where(length > 0.0, table / np.maximum(length, 1e-30), 0.0)
             extra[key] = np.nan_to_num(np.ascontiguousarray(table, np.float32)).tobytes()
         kept_corners = np.ascontiguousarray(corners[kept], np.int32)
+        if material.kind == "glass":
+            kept_corners = _solid(points.astype(np.float64), kept_corners)
         return cls(points.tobytes(), kept_corners.tobytes(), material, name=name, **extra)
 
     def __post_init__(self):
@@ -191,6 +197,23 @@ class Mesh:
     def reflection_numbers(self) -> np.ndarray:
         """Sharp coats do not reflect meshes."""
         raise SceneError("sharp coats do not reflect meshes")
+
+
+def _solid(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """The corners (m, 3) of a closed surface, anticlockwise seen from outside; SceneError where it is open."""
+    size = float(np.ptp(points[corners.ravel()], 0).max())
+    _, place = np.unique(np.round(points / (SAME * size)), axis=0, return_inverse=True)
+    here = place.reshape(-1)[corners]
+    ways = np.concatenate([here[:, [0, 1]], here[:, [1, 2]], here[:, [2, 0]]])
+    ways = ways[ways[:, 0] != ways[:, 1]]
+    edges, sides = np.unique(np.sort(ways, 1), axis=0, return_counts=True)
+    single = int((sides == 1).sum())
+    if single > MOST_OPEN * len(edges):
+        raise SceneError(f"a mesh of glass is a solid, and {single} of the {len(edges)} edges of this one belong to "
+                         "one triangle alone: close its surface, or give it another material")
+    a, b, c = (points[corners[:, k]] - points[corners[0, 0]] for k in range(3))
+    volume = np.einsum("nk,nk->", a, np.cross(b, c))
+    return corners if volume >= 0.0 else np.ascontiguousarray(corners[:, ::-1])
 
 
 def _table(values: ArrayLike, width: int, what: str) -> np.ndarray:

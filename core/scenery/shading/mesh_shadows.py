@@ -1,5 +1,6 @@
 """Shadows of meshes, and light of the sky between them."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -39,22 +40,40 @@ from lensbench.kernels.block import (
 from lensbench.kernels.borrowed_array import borrowed
 from lensbench.kernels.concentric_map import cosine_direction
 from lensbench.kernels.layout import vector
-from lensbench.scenery.intersect.meshes import LEAF_COUNT, LEAVES, NODE_COUNT, NODES, STACK, surfaces
+from lensbench.scenery.intersect.meshes import (
+    CORNER_COUNT,
+    CORNERS,
+    LEAF_COUNT,
+    LEAVES,
+    NODE_COUNT,
+    NODES,
+    STACK,
+    VERTEX_COUNT,
+    VERTICES,
+    corner_places,
+    surfaces,
+)
 from lensbench.scenery.intersect.sky import gradient
 from lensbench.scenery.intersect.tree_search import search
-from lensbench.scenery.shading.illumination import AMBIENT, count_lit
+from lensbench.scenery.shading.illumination import AMBIENT, F0, count_lit, schlick_edge
 
 LIFT = 2e-5             # offset of a shadow ray from its surface, as a fraction of the coordinates of the point
+CROSSINGS = 16          # surfaces of glass that light passes at the most
 
 
 @lru_cache(maxsize=8)
 def mesh_shadow_steps(meshes: tuple) -> tuple[Step, ...]:
-    """The stage `mesh_shadows` for the meshes that hide light: neither glass nor lights. None of them: no stage."""
+    """The stages `mesh_shadows` and `glass_shadows` for the meshes that hide light; none for those that shine."""
     opaque = tuple(o for o in meshes if o.material.kind != "glass" and not o.material.shines)
-    if not opaque:
-        return ()
-    found = surfaces(opaque)
-    return (Step(mesh_shadows, (), found.tree_integers, kept=found),)
+    clear = tuple(o for o in meshes if o.material.kind == "glass")
+    steps = []
+    if opaque:
+        found = surfaces(opaque)
+        steps.append(Step(mesh_shadows, (), found.tree_integers, kept=found))
+    if clear:
+        found = surfaces(clear)
+        steps.append(Step(glass_shadows, (), found.find_integers, kept=found))
+    return tuple(steps)
 
 
 @stage
@@ -78,6 +97,41 @@ def mesh_shadows(lanes, p, ints, key):
                                  links, entries, found)
         if number >= 0:
             light[i] = real(0)
+
+
+@stage
+def glass_shadows(lanes, p, ints, key):
+    """Darken A7, as `mesh_shadows`, by what surfaces of glass reflect of light that runs straight through them.
+
+    ints: Surfaces.find_integers.
+    """
+    if count_lit(lanes) == 0:
+        return
+    real = lanes.dtype.type
+    row = rows(lanes)
+    hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
+    nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
+    nodes = borrowed(ints[NODES], ints[NODE_COUNT], np.float32)
+    leaves = borrowed(ints[LEAVES], ints[LEAF_COUNT], np.float32)
+    corners = borrowed(ints[CORNERS], ints[CORNER_COUNT], np.int32)
+    vertices = borrowed(ints[VERTICES], ints[VERTEX_COUNT], np.float32)
+    links, entries, found = np.empty(ints[STACK], np.int32), np.empty(ints[STACK], real), np.empty(24, real)
+    for i in range(B):
+        if not ((light[i] > real(0)) & (red[i] + green[i] + blue[i] > real(0))):
+            continue
+        dx, dy, dz = wx[i], wy[i], wz[i]
+        lift = real(LIFT) * (abs(hx[i]) + abs(hy[i]) + abs(hz[i]))
+        x, y, z, left = hx[i] + lift * nx[i], hy[i] + lift * ny[i], hz[i] + lift * nz[i], far[i] - real(2) * lift
+        for _ in range(CROSSINGS):
+            number, t, _, _ = search(real, nodes, leaves, (x, y, z), (dx, dy, dz), left, False, links, entries, found)
+            if number < 0:
+                break
+            (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corner_places(real, corners, vertices, number)
+            fx, fy, fz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+            cosine = abs(fx * dx + fy * dy + fz * dz) / math.sqrt(fx * fx + fy * fy + fz * fz)
+            light[i] *= real(1 - F0) * (real(1) - schlick_edge(real, cosine))
+            t += real(LIFT) * (abs(x) + abs(y) + abs(z) + t)
+            x, y, z, left = x + t * dx, y + t * dy, z + t * dz, left - t
 
 
 @stage

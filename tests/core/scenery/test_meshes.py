@@ -218,6 +218,24 @@ def test_a_uniform_sky_is_hidden_by_a_mesh_as_by_a_sphere():
 
 
 @slow
+def test_glass_casts_the_shadow_of_a_glass_ball_whichever_way_its_triangles_turn():
+    # Schlick's reflectance at two surfaces, averaged over the disk of a ball; `Sphere` has 0.85
+    centre, glass = (0.0, 0.0, -1000.0), lb.Material((1.0, 1.0, 1.0), "glass")
+    ball = sphere_mesh(80, 200.0, centre, material=glass)
+    floor = lb.Disk((0.0, -500.0, -1000.0), (0.0, 1.0, 0.0), 900.0, lb.Material((1.0, 1.0, 1.0)))
+    scene = lb.Scene("glass", sky=DARK, plates=(floor,), sun=lb.Sun((0.0, 1.0, 0.0), (1.0, 1.0, 1.0), 1e-4))
+    angle, radius = 2.399963 * np.arange(600), 200.0 * np.sqrt((np.arange(600) + 0.5) / 600)
+    places = np.column_stack([radius * np.cos(angle), np.full(600, -500.0), -1000.0 + radius * np.sin(angle)])
+    origins = places + [900.0, 300.0, 0.0]              # they see the floor past the ball
+    half = np.full((2, 600), 0.5)
+    cosine = np.sqrt(1.0 - (radius / 200.0) ** 2)
+    expected = (0.96 * (1.0 - (1.0 - cosine) ** 5)) ** 2
+    seen = shoot(replace(scene, meshes=(ball,)).steps(), origins, places - origins, half)[:, 1]
+    assert abs(seen - expected)[radius < 180.0].max() < 0.02 and seen.mean() == pytest.approx(0.85, abs=0.02)
+    assert lb.Mesh.of(ball.points, ball.triangles[:, ::-1], glass).faces == ball.faces
+
+
+@slow
 def test_images_colours_and_normals_are_those_of_the_corners():
     values = np.random.default_rng(3).uniform(0.1, 1.0, (8, 8, 3))
     points = [[-100.0, -100.0, -500.0], [100.0, -100.0, -500.0], [100.0, 100.0, -500.0], [-100.0, 100.0, -500.0]]
@@ -276,7 +294,7 @@ def test_a_scene_without_meshes_has_the_stages_it_had():
     ({"vertices": [[0, 0, 0], [1e300, 0, 0], [0, 1, 0]]}, "not finite"),
     ({"vertices": [[0, 0, 0], [1e12, 0, 0], [0, 1, 0]]}, "100 km"),
     ({"vertices": [[0, 0], [1, 0], [0, 1]]}, "shape"), ({"normals": [[0, 0, 1]]}, "as many as"),
-    ({"material": lb.Material(kind="lamp")}, "lamp"),
+    ({"material": lb.Material(kind="lamp")}, "lamp"), ({"material": lb.Material(kind="glass")}, "close its surface"),
     ({"material": lb.Material(pattern=lb.Pattern("star"))}, "no pattern but"),
     ({"material": lb.Material(pattern=lb.Pattern("image", image=lb.Image.of(np.ones((2, 2, 3)))))}, "uv"),
 ])
