@@ -58,10 +58,28 @@ def export_camera(camera: lb.Camera, to: str, path: str | Path) -> list[str]:
         raise lb.CameraError("a camera that moves is not exported: choose the moment with a camera at rest")
     if getattr(camera, "window", None) is not None:
         raise lb.CameraError("a camera with a window is not exported: leave the window out")
-    remarks: list[str] = []
+    remarks = _left_out(camera, to)
     text = {"pbrt": _pbrt, "mitsuba": _mitsuba, "blender": _blender}[to](camera, path, remarks)
     path.write_text(text, encoding="utf-8")
     return remarks
+
+
+def _left_out(camera: lb.Camera, to: str) -> list[str]:
+    """What no camera of another program holds, or not this one's."""
+    film, found = camera.film, []
+    pixel = film.width / film.pixels_x / (film.height / film.pixels_y)
+    if not math.isclose(pixel, 1.0, rel_tol=1e-3):
+        found.append(f"{to} gets square pixels: these are {significant(pixel, 4)} times as wide as high, and "
+                     "the picture has another height")
+    if camera.readout > 0.0:
+        found.append(f"{to} has no rolling shutter: all rows open at once")
+    if camera.shutter_ramp > 0.0:
+        found.append(f"{to} opens and closes its shutter at once: the ramps are left out")
+    if to == "blender" and (camera.shutter_open, camera.shutter_close) != (0.0, 1.0):
+        found.append("blender has its shutter in frames: the time of the exposure is left out")
+    if camera.medium is not None and not (camera.medium.is_clear and camera.medium.index == 1.0):
+        found.append(f"{to} looks through clear air: the medium of the camera is left out")
+    return found
 
 
 def _pose(camera: lb.Camera, axes: tuple[float, float, float], z: float = 0.0) -> np.ndarray:

@@ -90,3 +90,12 @@ def test_a_realistic_camera_has_its_lens_beside_it(tmp_path):
 def test_what_the_other_program_does_not_have_is_refused(camera, to, message, tmp_path):
     with pytest.raises(lb.CameraError, match=message):
         export_camera(camera, to, tmp_path / "camera")
+
+
+def test_what_a_file_cannot_hold_is_said(tmp_path):
+    camera = lb.PerspectiveCamera(lb.Film(36.0, 24.0, 300, 100), 0.7, shutter_close=0.5, shutter_ramp=0.1, readout=0.2,
+                                  medium=lb.Medium(1.33))
+    remarks = export_camera(camera, "blender", tmp_path / "camera.py")
+    for word in ("square pixels", "rolling shutter", "ramps", "frames", "medium"):
+        assert sum(word in remark for remark in remarks) == 1
+    assert export_camera(lb.PerspectiveCamera(FILM, 0.7), "pbrt", tmp_path / "camera.pbrt") == []
