@@ -33,7 +33,6 @@ from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
 from lensbench.app.window.analyses import PANELS, Analyses
-from lensbench.app.window.layouts import placed
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.moments import Moments
 from lensbench.app.window.state import WindowState
@@ -64,7 +63,7 @@ class Panels:
 
     def windows(self) -> list[hello_imgui.DockableWindow]:
         """All panels, for hello_imgui: a row for each. `layouts` says where they lie."""
-        made = [
+        return [
             self._docked("Controls", self._controls),
             self._docked("Read-outs", self._readouts),
             self._docked("Lens card", self._lens_card),
@@ -84,7 +83,6 @@ class Panels:
             *(self._docked(name, self._analysis(name), padding=8.0) for name in PANELS),
             self._docked(RENDER, self._render, "MainDockSpace", padding=0.0),
         ]
-        return placed(self._state.layout, made)
 
     def _docked(self, label: str, draw: Callable[[], None], dock: str = "Right",
                 padding: float | None = None) -> hello_imgui.DockableWindow:

@@ -21,6 +21,9 @@ class Layout:
 
 LEFT = {"Left": ("Controls",), "LeftBottom": ("Read-outs", "Lens card", "Spaces")}
 BENCH = "Bench"
+CONTROLS = 32.6                 # em: height of a window whose controls need not scroll
+SHORT, LOW = 45.3, 32.0         # em: heights below which the read-outs, and the dock below the picture, fold
+NARROWEST = 19.4                # em: of a dock beside another below the picture
 LAYOUTS = {
     BENCH: Layout(
         "Picture, section, blur and pupil", {
@@ -50,35 +53,66 @@ LAYOUTS = {
 }
 
 
+def folds(name: str, width: float, height: float, em: float) -> dict[str, str]:
+    """Docks that a window of this size (pixels) has no room for, and the docks that take their panels as tabs.
+
+    The right column folds before the picture has less than half of the width, the dock below the picture before it has
+    less than half of the height, and the read-outs before the controls have to scroll.
+    """
+    narrow = _left(width, em) + LAYOUTS[name].right[1] * em > 0.5 * width
+    if height < LOW * em:
+        into = "Left" if narrow else "Right"
+        return {"LeftBottom": "Left", "Bottom": into, "BottomRight": into, "Right": into, "RightBottom": into}
+    taken = {"LeftBottom": "Left"} if height < SHORT * em else {}
+    if narrow:
+        halves = width - _left(width, em) >= 2.0 * NARROWEST * em
+        into = "BottomRight" if halves else "Bottom"
+        taken |= {"BottomRight": into, "Right": into, "RightBottom": into}
+    return {dock: into for dock, into in taken.items() if dock != into}
+
+
+def docks(name: str, folded: dict[str, str]) -> dict[str, tuple[str, ...]]:
+    """Panels by dock, as the window has them. folded: docks without room, and those that take their panels."""
+    found: dict[str, tuple[str, ...]] = {}
+    for dock, panels in LAYOUTS[name].docks.items():
+        into = folded.get(dock, dock)
+        found[into] = found.get(into, ()) + panels
+    return found
+
+
 def splits(name: str, width: float, height: float, em: float) -> list[hello_imgui.DockingSplit]:
     """The splits of a window of this size (pixels) for a layout: columns at the sides, the section below."""
-    chosen, side = LAYOUTS[name], imgui.Dir
+    chosen, side, used = LAYOUTS[name], imgui.Dir, docks(name, folds(name, width, height, em))
     part, least, most = chosen.right
-    left = min(max(0.165 * width, 18.0 * em), 22.0 * em)
-    right = min(max(part * width, least * em), most * em)
+    left = _left(width, em)
+    right = min(max(part * width, least * em), most * em, max(0.5 * width - left, least * em))
     made = [
-        hello_imgui.DockingSplit("MainDockSpace", "Left", side.left, min(left / width, 0.4)),
-        hello_imgui.DockingSplit("MainDockSpace", "Right", side.right, min(right / max(width - left, 1.0), 0.45)),
+        hello_imgui.DockingSplit("MainDockSpace", "Left", side.left, left / width),
+        hello_imgui.DockingSplit("MainDockSpace", "Right", side.right, min(right / max(width - left, 1.0), 0.5)),
         hello_imgui.DockingSplit("MainDockSpace", "Bottom", side.down, chosen.bottom),
-        hello_imgui.DockingSplit("Left", "LeftBottom", side.down, min(max(1.0 - 32.6 * em / height, 0.28), 0.45)),
+        hello_imgui.DockingSplit("Left", "LeftBottom", side.down, min(1.0 - CONTROLS * em / height, 0.5)),
         hello_imgui.DockingSplit("Right", "RightBottom", side.down, 0.55),
+        hello_imgui.DockingSplit("Bottom", "BottomRight", side.right, 0.5),
     ]
-    if "BottomRight" in chosen.docks:
-        made.append(hello_imgui.DockingSplit("Bottom", "BottomRight", side.right, 0.5))
-    return made
+    return [split for split in made if split.new_dock in used]
 
 
-def placed(name: str, windows: list[hello_imgui.DockableWindow]) -> list[hello_imgui.DockableWindow]:
+def _left(width: float, em: float) -> float:
+    return min(max(0.165 * width, 18.0 * em), 22.0 * em, 0.42 * width)
+
+
+def placed(name: str, folded: dict[str, str], windows: list[hello_imgui.DockableWindow],
+           ) -> list[hello_imgui.DockableWindow]:
     """The panels in the order of a layout, shown in its docks; the others are hidden, the render stays.
 
     The first of each dock is its front tab.
     """
-    docks = {panel: (dock, panel == panels[0]) for dock, panels in LAYOUTS[name].docks.items() for panel in panels}
+    places = {panel: (dock, panel == panels[0]) for dock, panels in docks(name, folded).items() for panel in panels}
     for window in windows:
-        if window.label in docks:
-            window.dock_space_name, window.focus_window_at_next_frame = docks[window.label]
+        if window.label in places:
+            window.dock_space_name, window.focus_window_at_next_frame = places[window.label]
             window.is_visible = True
         elif window.dock_space_name != "MainDockSpace":
-            window.dock_space_name, window.is_visible = "Right", False
-    order = list(docks)
-    return sorted(windows, key=lambda window: order.index(window.label) if window.label in docks else len(order))
+            window.dock_space_name, window.is_visible = folded.get("Right", "Right"), False
+    order = list(places)
+    return sorted(windows, key=lambda window: order.index(window.label) if window.label in places else len(order))

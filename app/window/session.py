@@ -36,7 +36,8 @@ from lensbench.app.window.comparing import Comparing
 from lensbench.app.window.docking import Panels
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.file_watch import forget_derived, is_about
-from lensbench.app.window.layouts import LAYOUTS, placed, splits
+from lensbench.app.window.folding import MINIMUM, Folding
+from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.lens_editing import LensEditing
 from lensbench.app.window.menus import Help
@@ -58,6 +59,7 @@ class Session(WindowState):
         self.browsing = LensBrowsing(self)
         self.comparing = Comparing(self, threads)
         self.editing = LensEditing(self)
+        self.folding = Folding(self)
         self.analyses = Analyses(self)
         self.moments = Moments(self, self.comparing)
         self.files = Files(self, self.export, self.analyses)
@@ -65,16 +67,13 @@ class Session(WindowState):
         self.shots_taken = 0                            # screenshots of the window that have been saved
         self.shot_is_early = False                      # the screenshot was taken before the picture was ready
         self.shot_problem = ""                          # why the latest of them was not
-        self.laid_out_for: tuple[float, ...] = ()       # width, height, size of the font
         self._warm_up: Task[None] | None = None         # compiles the panels' kernels
         self._finish: Callable[[], None] | None = None
         self._keyboard = Keyboard()
         self._metered: Settings | None = None           # settings with what the meter has chosen
-        self._frames = 0
         self._pace: float | None = None                 # frames a second at most, once there is a picture
         self._locked: frozenset[str] = frozenset()      # what the preferences hold
         self._impossible = ""                           # why there is no picture of the edited lens
-        self._fresh = False                             # no layout was saved by an earlier session
 
     # The life of the window
 
@@ -103,13 +102,17 @@ class Session(WindowState):
         theme.choose(self.dark)
         imgui.get_io().config_error_recovery_enable_tooltip = False     # a message above the picture says it
         glfw.set_drop_callback(glfw_window_hello_imgui(), self.dropped)
-        self._fresh = not hello_imgui.has_ini_settings(hello_imgui.get_runner_params())
+        if glfw.get_platform() != glfw.PLATFORM_NULL:   # which takes the least height for the greatest
+            glfw.set_window_size_limits(glfw_window_hello_imgui(), *(round(side * theme.scale()) for side in MINIMUM),
+                                        glfw.DONT_CARE, glfw.DONT_CARE)
+        self.folding.opened()
 
     def closed(self) -> None:
         """The window is about to close."""
         if self.remember:
             with suppress(ValueError, OSError):         # the next session begins anew
                 save_session(self.history.present)
+        self.folding.closed()
         self.compilers.stop()                   # first: threads that wait for a kernel end with it
         self.export.cancel()
         self.browsing.closed()
@@ -138,23 +141,6 @@ class Session(WindowState):
         """GLFW: files have been dropped on the window."""
         self.files.drop(paths)
 
-    def _lay_out(self) -> None:
-        """Place the panels as the chosen layout has them, for the present size of the window."""
-        size = imgui.get_main_viewport().size
-        docking = hello_imgui.get_runner_params().docking_params
-        docking.docking_splits = splits(self.layout, max(size.x, 1.0), max(size.y, 1.0), imgui.get_font_size())
-        docking.dockable_windows = placed(self.layout, list(docking.dockable_windows))
-        docking.layout_reset = True
-
-    def _lay_out_once(self) -> None:
-        """Lay out again if the first guess was wrong: window and font have their size only after some frames."""
-        self._frames += 1
-        size = imgui.get_main_viewport().size
-        known = (size.x, size.y, imgui.get_font_size())
-        if self._fresh and self._frames in (2, 5) and known != self.laid_out_for:
-            self.laid_out_for = known
-            self._lay_out()
-
     # A frame
 
     def begin(self) -> None:
@@ -162,7 +148,7 @@ class Session(WindowState):
         self.edited = self.history.present
         self.resume()
         self._leave_room_to_compile()
-        self._lay_out_once()
+        self.folding.advance()
         self.presenter.take(self.view)
         if self.light_field.begin(self.history.present):
             self.edited = replace(self.edited, compare="difference")
@@ -272,7 +258,7 @@ class Session(WindowState):
         if Request.BROWSE_LENSES in wanted:
             self.browsing.toggle()
         if Request.RESET_LAYOUT in wanted:
-            self._lay_out()
+            self.folding.lay_out()
         if Request.SHOW_HELP in wanted:
             self.help.open()
         if Request.SHOW_PALETTE in wanted:

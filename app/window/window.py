@@ -9,7 +9,6 @@ import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
-from lensbench.app.window.layouts import splits
 from lensbench.app.window.menus import menus
 from lensbench.app.window.session import Session
 
@@ -57,9 +56,7 @@ def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.Ru
     call.post_render_dockable_windows = guarded("Dialogs", end)
     call.before_swap = guarded("Screenshot", session.drawn)
 
-    session.laid_out_for = (*size, theme.FONT_SIZE)
-    runner.docking_params.docking_splits = splits(session.layout, *session.laid_out_for)
-    runner.docking_params.dockable_windows = session.panels.windows()
+    session.folding.first(runner, session.panels.windows(), (*size, theme.FONT_SIZE))
     return runner
 
 

@@ -25,6 +25,7 @@ from lensbench.kernels.figures import fixed
 DEFAULT = Settings()
 METER = 3.0                     # stops to either side
 METER_WIDTH = 8.5               # em
+NARROW_METER = 4.0              # em: of a meter without its figure
 METERING_TIPS = {
     "mean": "The mean of the picture becomes a middle grey",
     "highlights": "All but a thousandth of the picture stays below white",
@@ -68,8 +69,9 @@ def camera_strip(settings: Settings, view: View, found: AppliedExposure | None, 
         settings = _shown(settings, value)
         imgui.same_line(0.0, theme.em(0.15))
     right = corner.x + width - theme.em(0.7)
-    if right - imgui.get_cursor_screen_pos().x > theme.em(METER_WIDTH):
-        settings = _meter(settings, mode, found, off, ImVec2(right - theme.em(METER_WIDTH), corner.y), height)
+    wide = min(theme.em(METER_WIDTH), right - imgui.get_cursor_screen_pos().x)
+    if wide > theme.em(NARROW_METER):
+        settings = _meter(settings, mode, found, off, ImVec2(right - wide, corner.y), ImVec2(wide, height))
     imgui.pop_style_color()
     imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
     imgui.dummy(ImVec2(0.0, 0.0))
@@ -167,10 +169,10 @@ def _shown(settings: Settings, value: Value) -> Settings:
 
 
 def _meter(settings: Settings, mode: str, found: AppliedExposure | None, off: float | None, at: ImVec2,
-           height: float) -> Settings:
+           size: ImVec2) -> Settings:
     """The needle on a scale of ±METER stops; a click opens the choice of the metering."""
     colour, pixel, draw = theme.colours(), theme.scale(), imgui.get_window_draw_list()
-    wide = theme.em(METER_WIDTH)
+    wide, height = size.x, size.y
     imgui.set_cursor_screen_pos(at)
     if imgui.invisible_button("Meter", ImVec2(wide, height)):
         imgui.open_popup("Metering")
@@ -182,10 +184,11 @@ def _meter(settings: Settings, mode: str, found: AppliedExposure | None, off: fl
     imgui.set_item_tooltip("\n".join(lines))
     ev = f"EV {fixed(found.triangle.ev100, 1)}" if found is not None and found.triangle is not None else ""
     theme.small()
-    room = imgui.calc_text_size("EV −10.0").x + theme.em(0.4)
-    line = imgui.get_text_line_height()
-    draw.add_text(ImVec2(round(at.x), round(at.y + 0.5 * (height - line))), theme.packed(colour.dim),
-                  ev.replace("-", "−"))
+    room = imgui.calc_text_size("EV −10.0").x + theme.em(0.4) if wide >= theme.em(METER_WIDTH) else 0.0
+    if room:
+        line = imgui.get_text_line_height()
+        draw.add_text(ImVec2(round(at.x), round(at.y + 0.5 * (height - line))), theme.packed(colour.dim),
+                      ev.replace("-", "−"))
     imgui.pop_font()
     left, right, base = at.x + room + theme.em(0.3), at.x + wide - theme.em(0.3), round(at.y + 0.72 * height)
     for i in range(int(-3 * METER), int(3 * METER) + 1):
