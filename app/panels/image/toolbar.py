@@ -115,8 +115,8 @@ def _looking_tools(settings: Settings, view: View) -> list[Tool]:
              "Drag to orbit about the point in focus, Shift or right drag to pan, wheel to dolly", view.focus_pick,
              focus_pick, gap=True),
         Tool("Pin pixel", fa.ICON_FA_THUMBTACK, "A click pins a pixel", "", "Click in the picture to pin a pixel: its "
-             "rays stay in the section, the exit pupil,\nthe plan and the panel “Pixel”. Another click or Escape unpins "
-             "it\n\nWithout this tool: Alt + click, or I with the mouse on the pixel", view.pin_pick, pin_pick),
+             "rays stay in the section, the exit pupil,\nthe plan and the panel “Pixel”. Another click or Escape "
+             "unpins it\n\nWithout this tool: Alt + click, or I with the mouse on the pixel", view.pin_pick, pin_pick),
         *(Tool(name, icon, name, key, f"{tip} ({key})", settings.overlay == kind, overlay(kind))
           for icon, kind, name, key, tip in (
               (fa.ICON_FA_HIGHLIGHTER, "peaking", "Focus peaking", "P", "Focus peaking: edges in focus are amber"),
