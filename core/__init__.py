@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     )
     from lensbench.imaging.field_of_view import Equivalent, equivalent, field_of_view, film_extent, focal_length
     from lensbench.imaging.film import FORMATS, Film, FilmError
+    from lensbench.imaging.film_pose import FilmPose
     from lensbench.imaging.sensor import Sensor
     from lensbench.imaging.transform import TransformError, look_at
     from lensbench.kernels.concentric_map import unit_disk
@@ -137,6 +138,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "imaging.exposure": "Exposure ExposureError ev100 irradiance luminance metered_stops pixel_energy radiant_exposure",
     "imaging.field_of_view": "Equivalent equivalent field_of_view film_extent focal_length",
     "imaging.film": "FORMATS Film FilmError",
+    "imaging.film_pose": "FilmPose",
     "imaging.sensor": "Sensor",
     "imaging.transform": "TransformError look_at",
     "kernels.concentric_map": "unit_disk",
@@ -171,8 +173,8 @@ __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Aperture", "ApertureKind",
     "BareSensor", "Camera", "CameraError", "ChiefRay", "Choice", "CustomCamera", "Depth", "Differentials", "Disk",
     "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure", "ExposureError", "Falloff", "Fate",
-    "FieldKind", "FieldPoint", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError", "Glass",
-    "GlassError", "Image", "ImageSky", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
+    "FieldKind", "FieldPoint", "Film", "FilmError", "FilmPose", "FirstOrder", "FisheyeCamera", "Floor", "FocusError",
+    "Glass", "GlassError", "Image", "ImageSky", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
     "LensError", "LightField", "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "Mesh", "NovelView",
     "OrthographicCamera", "Pattern", "PerspectiveCamera", "Picture", "PinholeCamera", "Places", "PlenopticCamera",
     "Positions", "PositionsError", "RawPicture", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel",

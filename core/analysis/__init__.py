@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lensbench.analysis.field_beams import field_name
     from lensbench.analysis.field_conditions import Conditions, conditions
     from lensbench.analysis.focus_map import MtfMap, mtf_map
+    from lensbench.analysis.focus_wedge import SharpFocus, sharp_focus
     from lensbench.analysis.grid_trace import ray_grid
     from lensbench.analysis.meridional_curves import FieldCurves, field_curves
     from lensbench.analysis.narrow_beams import close_foci
@@ -42,6 +43,7 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
     "analysis.narrow_beams": "close_foci",
     "analysis.depth_over_field": "FieldDepth field_depth",
     "analysis.focus_map": "MtfMap mtf_map",
+    "analysis.focus_wedge": "SharpFocus sharp_focus",
     "analysis.grid_trace": "ray_grid",
     "analysis.meridional_curves": "FieldCurves field_curves",
     "analysis.onion_rings": "rippled",
@@ -58,9 +60,9 @@ __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
     "Breathing", "Conditions", "Fans", "FieldCurves", "FieldDepth", "FocalShift", "FocusShift", "Longitudinal",
-    "Mtf", "MtfMap", "PointSpread", "RayGrid", "Spots", "Sunstar", "Wavefront", "breathing",
+    "Mtf", "MtfMap", "PointSpread", "RayGrid", "SharpFocus", "Spots", "Sunstar", "Wavefront", "breathing",
     "chromatic_focal_shift", "close_foci", "conditions", "encircled_energy", "field_curves", "field_depth",
     "field_name", "focus_shift", "fringe_index", "longitudinal_aberration", "mtf", "mtf_map", "noll_indices", "psf",
-    "ray_fans", "ray_grid", "relative_illumination", "rippled", "spots", "sunstar", "wavefronts",
+    "ray_fans", "ray_grid", "relative_illumination", "rippled", "sharp_focus", "spots", "sunstar", "wavefronts",
     "with_sensor_stack", "zernike_name", "zernikes",
 ]

@@ -108,6 +108,8 @@ class ModelErrors:
         """Why the model cannot be used at all; "" where it can."""
         if not self.camera.lens.is_rotationally_symmetric:
             return "the lens has a cylinder or toroid"
+        if not self.camera.film_pose.is_upright:
+            return "the film is tilted or shifted"
         if model == "polynomial" and not self.camera.lens.iris.is_round:
             return "a polynomial does not give the place at the stop that its blades need"
         if not self._true_weights[0].sum() > 0.0:

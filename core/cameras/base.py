@@ -24,6 +24,7 @@ from lensbench.cameras.rolling_shutter import film_centre, project_onto_open_row
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, Window, transform_points
 from lensbench.imaging.film import Film
+from lensbench.imaging.film_pose import UPRIGHT, FilmPose
 from lensbench.imaging.shutter import DIRECTIONS, shutter_step
 from lensbench.imaging.transform import checked_rigid, transform_steps
 from lensbench.kernels.block import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
@@ -34,6 +35,7 @@ from lensbench.kernels.sampling import unit_square
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid_sampler import PupilGrid
+from lensbench.pupils.posed_sampler import PosedPupil
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.scenery.shading.participating_medium import Medium
 
@@ -281,9 +283,14 @@ class Camera:
         return None
 
     @property
-    def pupil(self) -> PupilTable | PupilGrid:
+    def pupil(self) -> PupilTable | PupilGrid | PosedPupil:
         """Exit-pupil regions that a camera with an aim_distance samples."""
         raise AssertionError("a camera with an aim_distance defines its pupil")
+
+    @property
+    def film_pose(self) -> FilmPose:
+        """Pose of the film in the camera frame; in line for every camera but one with a lens."""
+        return UPRIGHT
 
     def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """Stages that project traced light onto the raster, or None where the camera has none.
@@ -579,7 +586,11 @@ class Camera:
         """`film_from_point` by Newton's method, with steps from the film to the ray in the camera frame."""
         program = Program(steps, np.float64)
         return solve_film_points(program, points, pupil_uv, self.stage_uv, self.stage_centre,
-                                 self.film.diagonal / 2.0)
+                                 self.film.diagonal / 2.0, self._newton_start(points))
+
+    def _newton_start(self, points: np.ndarray) -> np.ndarray | None:
+        """Film points (n, 2) near those that see points (n, 3) of the camera frame; None where none are needed."""
+        return None
 
     def raster_from_film(self, film_xy: np.ndarray) -> np.ndarray:
         """Raster points of film points: the inverse of `film_step`.

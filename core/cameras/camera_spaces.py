@@ -4,6 +4,7 @@
 import numpy as np
 
 from lensbench.cameras.protocol import CameraProtocol
+from lensbench.cameras.rays import CameraError
 from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, film_window, transform_points
 
 
@@ -11,6 +12,9 @@ def intrinsics(camera: CameraProtocol) -> Intrinsics:
     """Focal lengths and principal point in pixels."""
     across, right, down, bottom = camera.film_step.parameters
     lens = camera.gaussian
+    if camera.film_pose.is_tilted:
+        raise CameraError("a tilted film has no focal length in pixels: its pixels are not perpendicular to the axis")
+    right, bottom = right - camera.film_pose.shift, bottom + camera.film_pose.rise
     per_slope = -1.0 / (lens.slope_film if lens.slope_film != 0.0 else lens.origin_film)
     return Intrinsics(per_slope / across, per_slope / down, right / across, bottom / down)
 
@@ -18,6 +22,8 @@ def intrinsics(camera: CameraProtocol) -> Intrinsics:
 def spaces(camera: CameraProtocol, near: float, far: float, time) -> Spaces:
     """Transforms between the camera's spaces, with depth from `near` to `far` (mm), at a shutter sample."""
     film, lens = camera.film, camera.gaussian
+    if not camera.film_pose.is_upright:
+        raise CameraError("the screen of a film out of line is no view of a symmetric pinhole camera")
     half = min(film.width, film.height) / 2.0
     perspective = lens.slope_film != 0.0
     per_slope = lens.slope_film if perspective else lens.origin_film

@@ -119,7 +119,7 @@ def _by_differences(camera: CameraProtocol, given: dict[int, np.ndarray], dtype,
     n = len(given[X])
     steps = camera.steps(wavelength, timed)
     film = next(k for k, step in enumerate(steps) if step.kernel is camera.film_step.kernel) + 1
-    aim_distance = camera.aim_distance
+    aim_distance, posed = camera.aim_distance, not camera.film_pose.is_upright
     if aim_distance is None:
         whole = Program(steps, dtype)
     else:
@@ -137,8 +137,13 @@ def _by_differences(camera: CameraProtocol, given: dict[int, np.ndarray], dtype,
             out = whole.run(shifted, _RAY, m)
         else:
             x, y, time = to_film.run(shifted, [X, Y, TIME], m).astype(float)
-            direction = np.stack([np.tile(rear[0], 4) - x, np.tile(rear[1], 4) - y, np.full(m, -aim_distance)])
+            z = np.zeros(m)
+            if posed:
+                x, y, z = camera.film_pose.points(np.stack([x, y], 1)).T
+            direction = np.stack([np.tile(rear[0], 4) - x, np.tile(rear[1], 4) - y, -aim_distance - z])
             l, m_, n_ = direction / np.sqrt((direction * direction).sum(0))
+            if posed:
+                x, y = x - z * l / n_, y - z * m_ / n_          # where the first camera step lets rays begin
             out = onward.run({X: x, Y: y, L: l, M: m_, N: n_, TIME: time, WEIGHT: np.ones(m)}, _RAY, m)
         arrive = (out[6] > 0.0) & np.isfinite(out[:6]).all(0)
         return out[:6].T.astype(float).reshape(2, 2, n, 6), arrive.reshape(2, 2, n)

@@ -12,6 +12,7 @@ import numpy as np
 
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.imaging.film import Film
+from lensbench.imaging.film_pose import FilmPose
 from lensbench.kernels.block import CLEARANCE, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 
 # Parameters of `land`: mm per pixel and half the film (mm), across and down, as for the film's step; then the gain.
@@ -44,6 +45,29 @@ def land(lanes, p, ints, key):
         y[i] = (bottom + (y[i] + t * m[i])) * down
         z[i] = real(0)
         weight[i] *= gain
+
+
+@stage
+def land_on_posed_film(lanes, p, ints, key):
+    """Land a ray behind the last surface on a film out of line: raster X, Y and WEIGHT. p: PIXEL_X … GAIN, the pose.
+
+    The light that a ray carries is an étendue, which does not depend on how the film stands.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
+    across, right, down, bottom, gain = real(1) / p[PIXEL_X], p[HALF_X], real(1) / p[PIXEL_Y], p[HALF_Y], p[GAIN]
+    q = p[GAIN + 1:]
+    cx, cy, xx, xy, xz, yx, yy, yz, fx, fy, fz = q[0], q[1], q[2], q[3], q[4], q[5], q[6], q[7], q[8], q[9], q[10]
+    for i in range(B):
+        px, py = x[i] - cx, y[i] - cy
+        facing = l[i] * fx + m[i] * fy + n[i] * fz
+        t = -(px * fx + py * fy + z[i] * fz) / facing
+        px, py, pz = px + t * l[i], py + t * m[i], z[i] + t * n[i]
+        x[i] = (right - (px * xx + py * xy + pz * xz)) * across
+        y[i] = (bottom + (px * yx + py * yy + pz * yz)) * down
+        z[i] = real(0)
+        weight[i] = weight[i] * gain if facing > real(0) else real(0)
 
 
 @stage
@@ -80,6 +104,11 @@ def landing_step(film: Film, gain: float) -> Step:
     p[PIXEL_X:GAIN] = film.step.parameters
     p[GAIN] = gain / (p[PIXEL_X] * p[PIXEL_Y])
     return Step(land, p)
+
+
+def posed_landing_step(film: Film, pose: FilmPose, gain: float) -> Step:
+    """`landing_step` for a film out of line."""
+    return Step(land_on_posed_film, np.concatenate([landing_step(film, gain).parameters, pose.numbers]))
 
 
 def ideal_film_landing(lens: Gaussian, film: Step, gain: float) -> FilmLanding | None:

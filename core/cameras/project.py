@@ -23,16 +23,18 @@ StageUV = Callable[[np.ndarray, np.ndarray], np.ndarray]        # film points (n
 
 
 def solve_film_points(program: Program, points: np.ndarray, pupil_uv: np.ndarray, stage_uv: StageUV,
-                      middle: tuple[float, float], film_radius: float) -> tuple[np.ndarray, np.ndarray]:
+                      middle: tuple[float, float], film_radius: float,
+                      start: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Film points (n, 2) in mm for points (n, 3) in mm, and which of them the camera sees, (n,) bool.
 
     program: the camera's steps from the film to the ray, in float64. pupil_uv: pupil samples (n, 2), which stage_uv
-    turns into U0, U1 for a film point. middle: U0, U1 of the central ray, with which the search begins. NaN where no
+    turns into U0, U1 for a film point. middle: U0, U1 of the central ray, with which the search begins; start: film
+    points (n, 2) where it begins instead, for a film without rotational symmetry. NaN where no
     film point is found within BEYOND · film_radius. The place of a pupil sample in its region depends on the film
     point, so several film points may see a point that is far out of focus; the result is one of them.
     """
     reach = BEYOND * film_radius
-    film = _starting_points(program, points, middle, reach)
+    film = starting_points(program, points, middle, reach) if start is None else start.copy()
     axes, seen = _perpendicular_axes(points), np.zeros(len(points), bool)
     todo = np.nonzero(np.isfinite(film).all(1))[0]
     for again in range(RESTARTS + 1):
@@ -108,7 +110,7 @@ def _perpendicular_axes(points: np.ndarray) -> np.ndarray:
     return np.stack([first, np.stack([b, sign + y * y * a, -y], 1)], 1)
 
 
-def _starting_points(program: Program, points: np.ndarray, middle: tuple[float, float], reach: float) -> np.ndarray:
+def starting_points(program: Program, points: np.ndarray, middle: tuple[float, float], reach: float) -> np.ndarray:
     """Starting film points (n, 2), at the radius whose central ray passes the point.
 
     Between neighbours of a table of film radii, the signed angle from ray to point changes its sign in the plane of the

@@ -12,6 +12,7 @@ from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.rays import Rays
 from lensbench.imaging.coordinate_spaces import Window
 from lensbench.imaging.film import Film
+from lensbench.imaging.film_pose import FilmPose
 from lensbench.kernels.block import Step
 from lensbench.scenery.shading.participating_medium import Medium
 
@@ -45,6 +46,8 @@ class CameraProtocol(Protocol):
     def window(self) -> Window | None: ...
     @property
     def film_step(self) -> Step: ...
+    @property
+    def film_pose(self) -> FilmPose: ...
 
     def camera_steps(self, wavelength: float = ...) -> list[Step]: ...
     def steps(self, wavelength: float = ..., timed: bool = ...) -> list[Step]: ...

@@ -8,11 +8,14 @@ from functools import cached_property, wraps
 import numpy as np
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing, landing_step
+from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing, landing_step, posed_landing_step
 from lensbench.cameras.ideal_lens import Gaussian, thick, thin
 from lensbench.cameras.importance import FilmImportance
+from lensbench.cameras.posed_ideal_lens import posed_film_points, posed_steps
+from lensbench.cameras.project import BEYOND, starting_points
 from lensbench.cameras.rays import CameraError
 from lensbench.imaging.film import Film
+from lensbench.imaging.film_pose import UPRIGHT, FilmPose
 from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.concentric_map import unit_disk
@@ -25,6 +28,7 @@ from lensbench.optics.glass import D_LINE, GlassError
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid_sampler import PupilGrid
+from lensbench.pupils.posed_sampler import PosedPupil
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.region import axis_irradiance
 from lensbench.pupils.spectral_grid import SpectralPupilGrid
@@ -68,6 +72,9 @@ class LensCamera(Camera):
     film_distance : float
         Keyword, in place of a focus distance: where the film stands, in mm behind the last vertex. The lens stays as it
         is, and `focus_distance` becomes the plane that is then in focus, math.inf where there is none.
+    film_pose : FilmPose
+        Tilt, swing, rise and shift of the film behind a rotationally symmetric lens; in line by default. Focus distance
+        and film distance are those on the axis of the lens, of the plane in which the film's middle lies.
     **placement
         Keyword arguments of `Camera`: transform, shutter, weights and medium.
 
@@ -92,6 +99,7 @@ class LensCamera(Camera):
     dispersion: bool | None = None
     focus_method: str = "paraxial"
     film_at: float | None = None
+    film_pose: FilmPose = UPRIGHT
 
     def __post_init__(self):
         super().__post_init__()
@@ -127,10 +135,26 @@ class LensCamera(Camera):
             raise FocusError(f"this lens forms its image {significant(-self.film_distance, 4)} mm before its "
                              f"last vertex, "
                              "where there is no room for a film")
+        if not self.film_pose.is_upright:
+            self._check_pose()
         if not self.follows_rays:
             _ = self.gaussian                       # evaluated here, so that an impossible ideal lens raises
         if self.dispersion and not self.disperses and missing_dispersion(self.lens):
             raise CameraError(f"no dispersion: {missing_dispersion(self.lens)}")
+
+    def _check_pose(self) -> None:
+        """CameraError where a film out of line cannot stand behind this lens."""
+        if not self.lens.is_rotationally_symmetric:
+            raise CameraError("the film cannot be tilted or shifted behind a lens with a cylinder or toroid")
+        nearest = self.film_distance + float(self.film_corners[:, 2].min())
+        if not nearest > 0.0:
+            raise CameraError(f"the tilted film reaches {significant(-nearest, 3)} mm beyond the last vertex of the "
+                              "lens: tilt it less, or choose a smaller film")
+
+    @property
+    def film_corners(self) -> np.ndarray:
+        """The film's four corners (4, 3) in the camera frame (mm)."""
+        return self.film_pose.corners(self.film.width, self.film.height)
 
     def _focus_by_film(self, lens: Lens) -> None:
         """Take the lens as it stands, with the focus distance that its film distance gives."""
@@ -169,13 +193,21 @@ class LensCamera(Camera):
         return film_distance(self.lens, self.focus_distance, self.focus_method)
 
     @cached_property
-    def pupil(self) -> PupilTable | PupilGrid:
-        """Exit-pupil regions that the camera samples: by film radius, or over a film grid for an unsymmetric lens."""
+    def pupil(self) -> PupilTable | PupilGrid | PosedPupil:
+        """Exit-pupil regions that the camera samples: by film radius, or over a film grid for an unsymmetric lens.
+
+        Of a film out of line by radius and distance.
+        """
         return self._pupil_at(D_LINE)
 
-    def _pupil_at(self, wavelength: float) -> PupilTable | PupilGrid:
+    def _pupil_at(self, wavelength: float) -> PupilTable | PupilGrid | PosedPupil:
         if not self.lens.is_rotationally_symmetric:
             return self._grids.at(wavelength)
+        if not self.film_pose.is_upright:
+            return PosedPupil.of(
+                lambda distance, radius: PupilTable.of(self.lens, distance, radius, wavelength, self.is_traced),
+                self.film_distance, self.lens.length + self.film_distance - self.first_order.exit_pupil.z,
+                self.film_pose, self.film_corners)
         return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0, wavelength,
                              widened=self.is_traced)
 
@@ -257,6 +289,8 @@ class LensCamera(Camera):
         if not self.follows_rays:
             return pupil_uv
         disk = unit_disk(pupil_uv) * self._pupil_side
+        if not self.film_pose.is_upright:
+            film_xy = self.film_pose.points(film_xy)[:, :2]
         if self.lens.is_rotationally_symmetric:         # regions rotate with the film point, and halves are mirrored
             azimuth = np.where((film_xy * film_xy).sum(1) > 1e-12, np.arctan2(film_xy[:, 1], film_xy[:, 0]), 0.0)
             angle = np.arctan2(disk[:, 1], disk[:, 0]) - azimuth
@@ -285,7 +319,7 @@ class LensCamera(Camera):
 
     def film_slopes(self, film_xy, directions):
         """Derivatives in closed form for the ideal models; see `Camera.film_slopes`."""
-        return None if self.follows_rays else self.gaussian.film_slopes(directions)
+        return None if self.follows_rays or not self.film_pose.is_upright else self.gaussian.film_slopes(directions)
 
     @property
     def aim_distance(self) -> float | None:
@@ -308,12 +342,25 @@ class LensCamera(Camera):
 
     def _new_steps(self, wavelength: float) -> list[Step]:
         if not self.follows_rays:
-            return self._weighted_gaussian.steps(self._weighted_gain)
+            if self.film_pose.is_upright:
+                return self._weighted_gaussian.steps(self._weighted_gain)
+            return posed_steps(self.gaussian, self.film_pose, self._weighted_gain, self.weights != "radiance")
         table, normaliser = self._sampled(wavelength)
         if self.is_traced or isinstance(table, PupilGrid):
             return [table.step(normaliser), *self.lens_steps(wavelength)]
-        fit = Polynomial.fit(self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance)
+        if isinstance(table, PosedPupil):               # its rays start at z = 0, where the polynomial is fitted
+            fitted = PupilTable.of(self.lens, self.film_distance, self._upright_reach, wavelength, widened=False)
+        else:
+            fitted = table
+        fit = Polynomial.fit(self.lens, self.film_distance, fitted, self.degree, wavelength, self.focus_distance)
         return [table.step(normaliser), fit.step]
+
+    @property
+    def _upright_reach(self) -> float:
+        """Largest distance from the axis (mm) at which rays of a film out of line cross z = 0."""
+        rear = self.lens.surfaces[-1].semi_diameter
+        r, z = np.hypot(self.film_corners[:, 0], self.film_corners[:, 1]), self.film_corners[:, 2]
+        return float((r + np.abs(z) * (r + rear) / (self.film_distance + z)).max())
 
     def lens_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """Steps of the full trace from an aimed ray to the ray in front of the lens; see `Camera.lens_steps`."""
@@ -335,12 +382,18 @@ class LensCamera(Camera):
         return nearest_focus(self.lens)
 
     def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """Film landing by the trace, for a polynomial as well; in closed form for the ideal models."""
+        """Film landing by the trace, for a polynomial as well; in closed form for the ideal models.
+
+        None for an ideal model with a film out of line.
+        """
+        if not (self.follows_rays or self.film_pose.is_upright):
+            return None
         if not self.follows_rays:
             return ideal_film_landing(self._weighted_gaussian, self.film_step, self._weighted_gain)
         lens = self.lens
         gain = lens.front_index**2 * self.film_distance**2 / self._ray_normaliser(wavelength)
-        arriving = landing_step(self.film, gain)
+        arriving = (landing_step(self.film, gain) if self.film_pose.is_upright
+                    else posed_landing_step(self.film, self.film_pose, gain))
         whole = trace_steps(lens, self.film_distance, wavelength, "film", blades=False)
         first = lens.surfaces[0]
         reach = first.semi_diameter + min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
@@ -363,15 +416,29 @@ class LensCamera(Camera):
         on_axis = self.axis_irradiance if wavelength == D_LINE else self._axis_irradiance_at(wavelength)
         return self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
 
-    def _sampled(self, wavelength: float) -> tuple[PupilTable | PupilGrid, float]:
+    def _sampled(self, wavelength: float) -> tuple[PupilTable | PupilGrid | PosedPupil, float]:
         """Exit-pupil regions to aim at, and the divisor of cos⁴θ · area."""
         return self.pupil if wavelength == D_LINE else self._pupil_at(wavelength), self._ray_normaliser(wavelength)
 
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
         """Projection in closed form for the ideal models, by Newton's method to rounding through the real lens."""
         if not self.follows_rays:
-            return self.gaussian.film_points(points, pupil_uv)
+            if self.film_pose.is_upright:
+                return self.gaussian.film_points(points, pupil_uv)
+            return posed_film_points(self.gaussian, self.film_pose, points, pupil_uv)
         return self._film_by_newton(self.camera_steps(wavelength), points, pupil_uv)
+
+    def _newton_start(self, points: np.ndarray) -> np.ndarray | None:
+        """For a film out of line: where the central rays of one in line meet it."""
+        if self.film_pose.is_upright or not self.follows_rays:
+            return None
+        in_line = Program(replace(self, film_pose=UPRIGHT).camera_steps(), np.float64)
+        start = starting_points(in_line, points, self.stage_centre, BEYOND * self._upright_reach)
+        found = self.film_pose.film_points(start, -self.gaussian.approach_film * start)
+        farthest = self.film.diagonal / 2.0
+        with np.errstate(invalid="ignore"):
+            shrunk = np.minimum(1.0, farthest / np.maximum(np.hypot(found[:, 0], found[:, 1]), 1e-30))
+        return np.asarray(found * shrunk[:, None])
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
         """Importance of rays traced back to the film, which emits z² / normaliser evenly over its area.
@@ -379,6 +446,9 @@ class LensCamera(Camera):
         In a medium, cos θ dω dA is smaller and W larger by the squared index.
         """
         if not self.follows_rays:
+            if not self.film_pose.is_upright:
+                raise CameraError("importance with a film out of line is known for the traced lens alone: choose the "
+                                  "full trace")
             return super().film_importance(origins, directions, wavelength)
         lens, (table, normaliser) = self.lens, self._sampled(wavelength)
         rays = dict(zip((X, Y, Z, L, M, N), (*origins.T, *-directions.T), strict=True))
@@ -387,13 +457,18 @@ class LensCamera(Camera):
         points, cosine = back[:2].T, back[5]
         slope = back[3:5].T / cosine[:, None]
         film, rear = points - back[2][:, None] * slope, points - (back[2] + self.film_distance)[:, None] * slope
-        passes = back[6] > 0.0
+        passes, distance, facing = back[6] > 0.0, self.film_distance, 1.0
+        if not self.film_pose.is_upright:
+            film = self.film_pose.film_points(film, slope)
+            distance = self.film_distance + self.film_pose.points(film)[:, 2]
+            facing = np.column_stack([slope, np.ones(len(slope))]) @ self.film_pose.axes[2]     # cos φ / cos θ
+            passes = passes & (facing > 0.0)
         area = np.zeros(len(passes))
         area[passes] = table.sampled_area(film[passes], rear[passes])
         with np.errstate(divide="ignore"):
-            direction_pdf = self.film_distance**2 / (area * cosine**3)
+            direction_pdf = distance**2 / (area * cosine**3)
         position_pdf = np.ones(len(passes)) / self._film_area
-        we = position_pdf * (lens.front_index**2 * self.film_distance**2 / normaliser)
+        we = facing * position_pdf * (lens.front_index**2 * self.film_distance**2 / normaliser)
         return FilmImportance(film, we, position_pdf, direction_pdf, passes & (area > 0.0))
 
 

@@ -76,7 +76,8 @@ def aov_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
         raise ValueError(f"view {view!r}: choose one of {', '.join(AOVS)}")
     if view == "fate" and camera.traced_lens is not None:
         assert camera.aim_distance is not None
-        return [camera.film_step, *_fate_steps(camera.traced_lens, camera.aim_distance)]
+        posed = [] if camera.film_pose.is_upright else [camera.film_pose.step]
+        return [camera.film_step, *posed, *_fate_steps(camera.traced_lens, camera.aim_distance)]
     if view == "origin":
         return [camera.film_step, *camera.camera_steps(), Step(show_rows, [1.0, 0.0], [X, Y, Z])]
     if view == "time":
@@ -213,7 +214,7 @@ def _fate_steps(lens: Lens, film_distance: float) -> list[Step]:
 
 @stage
 def aim_at_rear_opening(lanes, p, ints, key):
-    """L, M, N: from the film point X, Y to a uniform point (by U0, U1) of the disk in the plane Z = OPENING_Z."""
+    """L, M, N: from the film point X, Y, Z to a uniform point (by U0, U1) of the disk in the plane Z = OPENING_Z."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
@@ -221,9 +222,10 @@ def aim_at_rear_opening(lanes, p, ints, key):
     plane, radius = p[OPENING_Z], p[OPENING_RADIUS]
     for i in range(B):
         a, b = concentric_disk(real, v[i], u[i])
-        dx, dy = a * radius - x[i], b * radius - y[i]
-        size = real(1) / math.sqrt(dx * dx + dy * dy + plane * plane)
-        l[i], m[i], n[i] = dx * size, dy * size, plane * size
+        dx, dy, dz = a * radius - x[i], b * radius - y[i], plane - z[i]
+        size = real(1) / math.sqrt(dx * dx + dy * dy + dz * dz)
+        l[i], m[i], n[i] = dx * size, dy * size, dz * size
+        x[i], y[i] = x[i] - z[i] / dz * dx, y[i] - z[i] / dz * dy           # the ray begins at Z = 0
         z[i], weight[i], ended[i] = real(0), real(1), real(0)
 
 

@@ -1,0 +1,131 @@
+"""The plane of sharp focus behind a lens whose film is out of line, its wedge of depth of field, and their lines.
+
+Camera frame, mm. To first order a lens images planes into planes: that of the film into the plane of sharp focus. Both
+meet in the Scheimpflug line, seen through the principal planes. Films parallel to this one, of any distance, have
+planes in focus that meet in the hinge line, where the front focal plane meets the plane through the front principal
+point that is parallel to the film. (Merklinger, Focusing the View Camera, 1996, ch. 3 and appendix.)
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.cameras.rays import CameraError
+from lensbench.cameras.real_lens import LensCamera
+from lensbench.kernels.figures import significant
+from lensbench.optics.paraxial import first_order
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line in space: a point (3,) in mm and a unit direction (3,), camera frame."""
+
+    point: np.ndarray
+    direction: np.ndarray
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane n · p = offset in the camera frame: unit normal (3,), n, towards the camera or up, and offset (mm)."""
+
+    normal: np.ndarray
+    offset: float
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Distances (n,) in mm of points (n, 3) from the plane, positive on the side of the normal."""
+        return np.asarray(points, float) @ self.normal - self.offset
+
+    def crossing(self, section: str) -> tuple[np.ndarray, np.ndarray]:
+        """Where the plane crosses the section "yz" (x = 0) or "xz" (y = 0) of the axis.
+
+        Returns a point (2,) and a unit direction (2,), each the coordinate across the axis and z, in mm. NaN where
+        the plane does not cross it.
+        """
+        axis = {"yz": 1, "xz": 0}[section]
+        normal = np.array([self.normal[axis], self.normal[2]])
+        size = float(normal @ normal)
+        if size < 1e-24:
+            return np.full(2, math.nan), np.full(2, math.nan)
+        return normal * (self.offset / size), np.array([-normal[1], normal[0]]) / math.sqrt(size)
+
+
+@dataclass(frozen=True)
+class SharpFocus:
+    """What is in focus behind a film in any pose, to first order.
+
+    Parameters
+    ----------
+    plane : Plane or None
+        The plane of sharp focus; None where it lies at infinity.
+    near, far : Plane or None
+        Limits of the wedge, whose points are blurred to the circle of confusion at the film's middle; None at
+        infinity.
+    hinge, scheimpflug : Line or None
+        The two lines; None for a film that is perpendicular to the axis. The Scheimpflug line is that in the front
+        principal plane.
+    """
+
+    plane: Plane | None
+    near: Plane | None
+    far: Plane | None
+    hinge: Line | None
+    scheimpflug: Line | None
+
+
+def sharp_focus(camera: LensCamera, circle: float) -> SharpFocus:
+    """The plane of sharp focus of a camera, its wedge and its lines.
+
+    Parameters
+    ----------
+    camera : LensCamera
+        Of any model, its film in any pose; its lens is focused and stopped down.
+    circle : float
+        Largest diameter (mm) of a blur that counts as sharp.
+
+    Returns
+    -------
+    SharpFocus
+
+    Raises
+    ------
+    CameraError
+        A circle that is not positive, or an afocal lens.
+    """
+    if not (math.isfinite(circle) and circle > 0.0):
+        raise CameraError(f"circle of confusion {significant(circle)} mm: it must be positive")
+    lens = camera.lens
+    fo = first_order(lens)
+    if not math.isfinite(fo.efl):
+        raise CameraError("the lens is afocal: it has no plane of sharp focus")
+    last = -camera.film_distance
+    front, rear = last - lens.length + fo.front_principal, last + fo.rear_principal         # principal planes
+    a, b, g = camera.film_pose.axes[2]
+    n = lens.front_index
+    start = float(camera.film_pose.centre @ camera.film_pose.axes[2]) - g * rear
+
+    # The film a x + b y + g v = e, v behind the rear principal plane, is the image of this plane (x, y, u), u before
+    # the front one: by 1/v = 1/f − n/u and x′ / v = −n x / u
+    def imaged(e: float) -> Plane | None:
+        normal = np.array([-n * a, -n * b, -(g - e / fo.efl)])      # u = front − z
+        offset = -e * n - (g - e / fo.efl) * front
+        size = float(np.linalg.norm(normal))
+        if size * abs(fo.efl) < 1e-12 * abs(e):
+            return None
+        sign = 1.0 if (normal[2] if abs(normal[2]) > 1e-9 * size else normal[1] or normal[0]) > 0.0 else -1.0
+        return Plane(sign * normal / size, sign * offset / size)
+
+    # The film's middle may move along the axis by so much before a point becomes the circle
+    if math.isfinite(fo.exit_pupil.z):
+        cone = 2.0 * fo.exit_pupil.radius / abs(camera.film_distance + lens.length - fo.exit_pupil.z)
+    else:
+        cone = 1.0 / (n * fo.f_number)
+    depth = circle / cone if cone > 0.0 else math.inf
+    planes = [imaged(start + g * shift) for shift in (0.0, depth, -depth)]
+    if not camera.film_pose.is_tilted:
+        return SharpFocus(planes[0], planes[1], planes[2], None, None)
+    tilted, across = np.array([a, b]) / math.hypot(a, b), np.array([-b, a, 0.0]) / math.hypot(a, b)
+    aside = tilted * (g * fo.efl / math.hypot(a, b))                # n u = f: n (a x + b y) = g u
+    hinge = Line(np.array([*aside, front - n * fo.efl]), across)
+    meeting = tilted * (start / math.hypot(a, b))
+    return SharpFocus(planes[0], planes[1], planes[2], hinge, Line(np.array([*meeting, front]), across))

@@ -1,0 +1,290 @@
+"""Sampler behind a film out of line: exit-pupil regions of film points at other distances from the lens.
+
+The lens is rotationally symmetric, so that a film point sees its light through a region that depends on two numbers:
+its distance from the axis, and its distance along the axis. A few radial tables (`PupilTable`), each for one film
+distance, cover the film; the sampler interpolates between the two beside a film point. It compares them at radii of one
+direction from the exit pupil, between which regions hardly change. Lens frame, mm; z = 0 is the plane of the film that
+is in line.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.imaging.film_pose import NUMBERS, FilmPose
+from lensbench.kernels.block import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    A6,
+    A7,
+    A8,
+    A9,
+    A10,
+    A11,
+    ALIVE,
+    DEPTH,
+    LOST,
+    NX,
+    NY,
+    NZ,
+    U0,
+    U1,
+    WEIGHT,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    gather,
+    rows,
+    stage,
+)
+from lensbench.pupils.radial_sampler import GRID, RING_CORNERS, RINGS, SECTORS, PupilTable
+
+FINENESS = 0.04                 # largest step of the film distance between two tables, as a part of it
+MOST_SLICES = 9
+
+# Parameters of `aim_from_posed_film`, behind the numbers of the pose; then its tables, slice by slice: FIELDS numbers,
+# the offsets of the rings, the corners as in `aim_radial`
+(FILM_DISTANCE,         # of z = 0 (mm)
+ GAIN,                  # 1 / normaliser
+ NARROWING,             # 1 / distance of the exit pupil from z = 0 (1/mm): the radius of one direction grows so with z
+ FIRST, PER_STEP,       # z of the first slice (mm), and slices per mm
+ LAST,                  # largest slice below the last one
+ CELL, ORIGIN,          # size of a cell of the corners, and coordinate of the first (mm)
+ OF_SLICES) = range(NUMBERS, NUMBERS + 9)
+# Fields of a slice: z (mm), 1 / end (1/mm), rings as in `aim_radial`, the radius of the last light, the course
+SLICE_Z, INVERSE_END, RING_SCALE, DARK_BEYOND, COURSE, FIELDS = 0, 1, 2, 3, 4, 7
+
+
+@dataclass(frozen=True, eq=False)
+class PosedPupil:
+    """Exit-pupil regions of the points of a film out of line.
+
+    film_distance: last vertex → z = 0 (mm). pose: of the film. places: z (slices,) of the tables (mm), evenly spaced.
+    tables: their regions. narrowing: 1 / (distance of the exit pupil from z = 0), 1/mm.
+    """
+
+    film_distance: float
+    pose: FilmPose
+    places: np.ndarray
+    tables: tuple[PupilTable, ...]
+    narrowing: float
+
+    @classmethod
+    def of(cls, table: Callable[[float, float], PupilTable], film_distance: float, exit_pupil: float, pose: FilmPose,
+           corners: np.ndarray) -> "PosedPupil":
+        """Tables for a film with these corners (4, 3), camera frame (mm).
+
+        table: of a film distance and a film radius (mm). exit_pupil: its distance (mm) before z = 0, or inf.
+        """
+        low, high = float(corners[:, 2].min()), float(corners[:, 2].max())
+        count = min(2 + math.ceil((high - low) / (FINENESS * (film_distance + low))), MOST_SLICES)
+        if high - low < 1e-12 * film_distance:
+            low, high, count = low - 1e-6 * film_distance, high + 1e-6 * film_distance, 2
+        places = np.linspace(low, high, count)
+        narrowing = 1.0 / exit_pupil if exit_pupil else 0.0
+        if not min(1.0 + narrowing * low, 1.0 + narrowing * high) > 0.1:       # the exit pupil lies at the film
+            narrowing = 0.0
+        radius = float(np.hypot(corners[:, 0], corners[:, 1]).max())
+        radii = radius * (1.0 + narrowing * places)
+        radii *= radius / radii.min()
+        return cls(film_distance, pose, places, tuple(table(film_distance + z, r)
+                                                      for z, r in zip(places.tolist(), radii.tolist(), strict=True)),
+                   narrowing)
+
+    def step(self, normaliser: float) -> Step:
+        """Step that aims from the posed film; WEIGHT becomes cos³θ · cos φ · area · (distances)² / normaliser.
+
+        θ is measured from the axis, φ from the film's normal; the ray then starts at z = 0.
+        """
+        (size, cells), count = self._grid, len(self.tables)
+        p = np.empty(OF_SLICES + count * (FIELDS + RINGS + RINGS * RING_CORNERS))
+        p[:NUMBERS] = self.pose.numbers
+        p[FILM_DISTANCE], p[GAIN], p[NARROWING] = self.film_distance, 1.0 / normaliser, self.narrowing
+        p[FIRST] = self.places[0]
+        p[PER_STEP], p[LAST] = (count - 1) / (self.places[-1] - self.places[0]), count - 2
+        p[CELL], p[ORIGIN] = 2.0 * size / (GRID - 1), -size
+        fields = p[OF_SLICES:OF_SLICES + count * FIELDS].reshape(count, FIELDS)
+        for row, z, table in zip(fields, self.places, self.tables, strict=True):
+            row[:COURSE] = z, 1.0 / table.end, table.scale, min(table.dark_beyond, 1e30)
+            row[COURSE:] = table.course
+        offsets = OF_SLICES + count * FIELDS
+        corners = offsets + count * RINGS
+        p[offsets:corners] = np.concatenate([table.offsets for table in self.tables])
+        p[corners:] = (cells[..., 0] + GRID * cells[..., 1]).ravel()
+        return Step(aim_from_posed_film, p, [offsets, corners])
+
+    @property
+    def _grid(self) -> tuple[float, np.ndarray]:
+        """Largest coordinate of all corners (mm), and the corners as whole cells of 2 · that / (GRID − 1)."""
+        outlines = np.stack([table.outline for table in self.tables])
+        size = max(float(np.abs(outlines).max()), 1e-30)
+        return size, np.round((outlines / size + 1.0) * (0.5 * (GRID - 1)))
+
+    def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
+        """Area (n,) in mm² over which samples are spread, at rear points (n, 2), for film points (n, 2) of its frame.
+
+        As `PupilTable.sampled_area`.
+        """
+        at = self.pose.points(film_xy)
+        r = np.hypot(at[:, 0], at[:, 1])
+        spacing = self.places[1] - self.places[0]
+        place = np.clip((at[:, 2] - self.places[0]) / spacing, 0.0, len(self.places) - 1.001)
+        inner = place.astype(int)
+        corners, centre = np.zeros((len(r), RING_CORNERS, 2)), np.zeros(len(r))
+        shares = np.stack([1.0 - (place - inner), place - inner])
+        radii = np.stack([r * (1.0 + self.narrowing * self.places[inner + side]) / (1.0 + self.narrowing * at[:, 2])
+                          for side in (0, 1)])
+        lit = np.stack([radii[side] <= np.array([table.dark_beyond for table in self.tables])[inner + side]
+                        for side in (0, 1)])
+        shares = np.where(lit.all(0), shares, lit)
+        size, cells = self._grid
+        outlines = cells * (2.0 * size / (GRID - 1)) - size
+        for k, table in enumerate(self.tables):
+            for side in (0, 1):
+                here = inner + side == k
+                if not here.any():
+                    continue
+                ring, f = table.ring(radii[side, here])
+                outline = outlines[k, ring] + f[:, None, None] * (outlines[k, ring + 1] - outlines[k, ring])
+                corners[here] += shares[side, here, None, None] * outline
+                centre[here] += shares[side, here] * table.centre(radii[side, here])
+        off = r > 1e-6
+        cosine, sine = np.where(off, at[:, :2].T / np.where(off, r, 1.0), [[1.0], [0.0]])
+        x = rear_xy[:, 0] * cosine + rear_xy[:, 1] * sine - centre
+        y = np.abs(rear_xy[:, 1] * cosine - rear_xy[:, 0] * sine)
+        beyond = corners[..., 0] * y[:, None] - corners[..., 1] * x[:, None] >= 0.0
+        k = np.clip(beyond.sum(1) - 1, 0, SECTORS - 1)
+        i = np.arange(len(k))
+        (ax, ay), (bx, by) = corners[i, k].T, corners[i, k + 1].T
+        return np.where(lit.any(0), SECTORS * np.maximum(ax * by - bx * ay, 0.0), 0.0)
+
+
+@stage
+def aim_from_posed_film(lanes, p, ints, key):
+    """Aim from a film point X, Y of the film's frame into its exit-pupil region: the ray at z = 0, and WEIGHT.
+
+    p: the pose, then FILM_DISTANCE and following. ints: offsets of the rings' offsets and of the corners in p. The rows
+    of a hit serve as scratch: a ray that has not left the camera has met nothing.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, u, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U0], row[U1], row[WEIGHT]
+    part, lower, turn, corner, ring, between = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
+    inner0, inner1, outer0, outer1, centre0, centre1 = row[A6], row[A7], row[A8], row[A9], row[A10], row[A11]
+    ax, bx, ay, by, middle, radius, share = row[L], row[M], row[N], row[NX], row[NY], row[NZ], row[DEPTH]
+    cx, cy, xx, xy, xz, yx, yy, yz = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
+    fx, fy, fz = p[8], p[9], p[10]
+    first, per_step, last_slice, narrowing = p[FIRST], p[PER_STEP], p[LAST], p[NARROWING]
+    distance0, gain, cell, origin = p[FILM_DISTANCE], p[GAIN], p[CELL], p[ORIGIN]
+    offsets, corners = ints[0], ints[1]
+    last = real(RINGS - 1.001)
+    # Place the film point, and find the slice before it and the sector
+    for i in range(B):
+        a, b = x[i], y[i]
+        x[i], y[i], z[i] = cx + a * xx + b * yx, cy + a * xy + b * yy, a * xz + b * yz
+        k = (z[i] - first) * per_step
+        k = k if k > real(0) else real(0)
+        lower[i] = np.floor(k) if np.floor(k) < last_slice else last_slice
+        k = k - lower[i]
+        part[i] = k if k < real(1) else real(1)
+        s = u[i] * real(2 * SECTORS)
+        turn[i] = s - real(SECTORS) if s >= real(SECTORS) else s
+        weight[i] = real(0)
+        ax[i], bx[i], ay[i], by[i], middle[i] = real(0), real(0), real(0), real(0), real(0)
+    for side in range(2):
+        # Ring of this slice, at the radius of one direction from the exit pupil
+        for i in range(B):
+            corner[i] = (lower[i] + real(side)) * real(FIELDS)
+        gather(inner0, p[OF_SLICES + SLICE_Z:], corner)
+        gather(inner1, p[OF_SLICES + INVERSE_END:], corner)
+        gather(outer0, p[OF_SLICES + RING_SCALE:], corner)
+        gather(outer1, p[OF_SLICES + DARK_BEYOND:], corner)
+        for i in range(B):
+            r = math.sqrt(x[i] * x[i] + y[i] * y[i])
+            r = r * (real(1) + narrowing * inner0[i]) / (real(1) + narrowing * z[i])
+            radius[i] = r
+            left = real(1) - r * inner1[i]
+            k = (real(1) - math.sqrt(left if left > real(0) else real(0))) * outer0[i]
+            k = k if k < last else last
+            ring[i], between[i] = np.floor(k), k - np.floor(k)
+            share[i] = part[i] if side == 1 else real(1) - part[i]
+            share[i] = share[i] if r <= outer1[i] else real(0)
+            weight[i] += share[i]
+            centre0[i] = r * inner1[i]
+        # Course of the centre
+        gather(inner0, p[OF_SLICES + COURSE:], corner)
+        gather(inner1, p[OF_SLICES + COURSE + 1:], corner)
+        gather(outer0, p[OF_SLICES + COURSE + 2:], corner)
+        for i in range(B):
+            t = centre0[i] * centre0[i]
+            middle[i] += share[i] * radius[i] * (inner0[i] + t * (inner1[i] + t * outer0[i]))
+            ring[i] += (lower[i] + real(side)) * real(RINGS)
+            corner[i] = ring[i] * real(RING_CORNERS) + np.floor(turn[i])
+        # The triangle's two corners and the centre, between the rings
+        gather(inner0, p[corners:], corner)
+        gather(inner1, p[corners + 1:], corner)
+        gather(outer0, p[corners + RING_CORNERS:], corner)
+        gather(outer1, p[corners + RING_CORNERS + 1:], corner)
+        gather(centre0, p[offsets:], ring)
+        gather(centre1, p[offsets + 1:], ring)
+        unit = real(1 / GRID)
+        for i in range(B):
+            f = between[i] * share[i]
+            e = share[i] - f
+            y0, y1, y2, y3 = (np.floor(inner0[i] * unit), np.floor(inner1[i] * unit),
+                              np.floor(outer0[i] * unit), np.floor(outer1[i] * unit))
+            x0, x1, x2, x3 = (inner0[i] - y0 * real(GRID), inner1[i] - y1 * real(GRID),
+                              outer0[i] - y2 * real(GRID), outer1[i] - y3 * real(GRID))
+            ax[i] += (e * x0 + f * x2) * cell + share[i] * origin
+            bx[i] += (e * x1 + f * x3) * cell + share[i] * origin
+            ay[i] += (e * y0 + f * y2) * cell + share[i] * origin
+            by[i] += (e * y1 + f * y3) * cell + share[i] * origin
+            middle[i] += e * centre0[i] + f * centre1[i]
+    for i in range(B):
+        # Where one slice is dark, the other serves alone
+        whole = real(1) / weight[i] if weight[i] > real(0) else real(0)
+        cax, cbx, cay, cby = ax[i] * whole, bx[i] * whole, ay[i] * whole, by[i] * whole
+        # Choose a point (a, b) of the triangle, in the frame of the meridian
+        g = turn[i] - np.floor(turn[i])
+        h = real(1) - g
+        reach = math.sqrt(v[i])
+        a = middle[i] * whole + reach * (h * cax + g * cbx)
+        b = reach * (h * cay + g * cby)
+        b = -b if u[i] >= real(0.5) else b
+        # Rotate it with the film point
+        r2 = x[i] * x[i] + y[i] * y[i]
+        off = r2 > real(1e-12)
+        inverse = real(1) / (math.sqrt(r2) if off else real(1))
+        cosine, sine = x[i] * inverse if off else real(1), y[i] * inverse
+        distance = distance0 + z[i]
+        dx, dy = a * cosine - b * sine - x[i], a * sine + b * cosine - y[i]
+        size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)
+        l[i], m[i], n[i] = dx * size, dy * size, -distance * size
+        # Weight by the angles to the axis and to the film's normal, and by the area of all triangles
+        axial, facing = distance * size, -(l[i] * fx + m[i] * fy + n[i] * fz)
+        nearer = distance0 / distance
+        area = cax * cby - cbx * cay
+        dense = gain * axial * axial * axial * nearer * nearer * real(SECTORS) * (area if area > real(0) else real(0))
+        weight[i] = dense * (facing if facing > real(0) else real(0)) if weight[i] > real(0) else real(0)
+        # Start the ray at z = 0
+        back = z[i] / n[i]
+        x[i] -= back * l[i]
+        y[i] -= back * m[i]
+        z[i] = real(0)
+    # Skip all further steps where no lane has any weight
+    alive = np.int32(0)
+    for i in range(B):
+        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
+    if alive == 0:
+        key[ALIVE] = np.uint32(LOST)
