@@ -457,7 +457,7 @@ class LensCamera(Camera):
         points, cosine = back[:2].T, back[5]
         slope = back[3:5].T / cosine[:, None]
         film, rear = points - back[2][:, None] * slope, points - (back[2] + self.film_distance)[:, None] * slope
-        passes, distance, facing = back[6] > 0.0, self.film_distance, 1.0
+        passes, distance, facing = back[6] > 0.0, np.array(self.film_distance), np.array(1.0)
         if not self.film_pose.is_upright:
             film = self.film_pose.film_points(film, slope)
             distance = self.film_distance + self.film_pose.points(film)[:, 2]

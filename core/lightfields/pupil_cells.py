@@ -15,6 +15,7 @@ from lensbench.kernels.program import Program
 from lensbench.lightfields.light_field import LightFieldError
 from lensbench.pupils.film_grid import SECTORS
 from lensbench.pupils.film_grid_sampler import PupilGrid
+from lensbench.pupils.posed_sampler import PosedPupil
 from lensbench.pupils.radial_sampler import PupilTable
 
 FILM_POINTS = 33        # along each axis of the film, from which the reach of a pupil is found
@@ -70,6 +71,7 @@ def pupil_reach(camera: Camera) -> float:
                                   "through a round stop alone: choose the full trace, or no blades")
         return 1.0
     regions = camera.pupil
+    assert not isinstance(regions, PosedPupil)                  # the film is in line
     film, slopes = (_radial_rims(regions, camera.film.diagonal / 2.0) if isinstance(regions, PupilTable)
                     else _grid_rims(regions))
     return float(np.hypot(*(slopes - lens.approach_film * film)).max() / abs(lens.approach_pupil))
