@@ -7,7 +7,7 @@ surface is z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from math import inf, isfinite
 from typing import Any
@@ -243,6 +243,17 @@ class Lens:
         except IrisError as error:
             raise LensError(str(error)) from None
 
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        """What is computed for a lens is looked up by it, many times a frame."""
+        return hash(tuple(getattr(self, each.name) for each in fields(self) if each.compare))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_hash"}   # another process hashes anew
+
     @property
     def stop(self) -> Surface:
         """The aperture stop."""
@@ -267,12 +278,15 @@ class Lens:
         """The rotationally symmetric lens with the section x–z ("x") or y–z ("y") of this one."""
         if axis not in ("x", "y"):
             raise LensError(f"section {axis!r}: it is 'x' for x–z or 'y' for y–z")
-        if self.is_rotationally_symmetric:
-            return self
-        return replace(self, surfaces=tuple(
+        return self if self.is_rotationally_symmetric else self._cut[axis == "y"]
+
+    @cached_property
+    def _cut(self) -> tuple["Lens", "Lens"]:
+        """The lenses with the sections x–z and y–z of this one."""
+        return tuple(replace(self, surfaces=tuple(               # type: ignore[return-value]
             surface if surface.curvature_x is None else
-            replace(surface, curvature=surface.curvature_x if axis == "x" else surface.curvature, curvature_x=None)
-            for surface in self.surfaces))
+            replace(surface, curvature=surface.curvature if upright else surface.curvature_x, curvature_x=None)
+            for surface in self.surfaces)) for upright in (False, True))
 
     @property
     def sections(self) -> tuple["Lens", ...]:

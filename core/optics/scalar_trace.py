@@ -138,12 +138,19 @@ def _meet_blades(lens: Lens, forward: np.ndarray, points: np.ndarray, after: np.
 
 def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.float64) -> np.ndarray:
     """The lens as the kernels read it: a row of COLUMNS for each surface (mm, lens frame), at a wavelength in µm."""
+    known = lens.known.get(("surface table", wavelength))
+    if known is None:
+        known = lens.known["surface table", wavelength] = _surface_table(lens, wavelength)
+    return known.astype(dtype)
+
+
+def _surface_table(lens: Lens, wavelength: float) -> np.ndarray:
     n = lens.indices(wavelength)
     table = np.empty((len(lens.surfaces), COLUMNS))
     for i, (surface, z) in enumerate(zip(lens.surfaces, lens.vertices, strict=True)):
         table[i] = surface.shape
         table[i, [VERTEX, RIM2, BEFORE, AFTER]] = z, surface.semi_diameter**2, n[i], n[i + 1]
-    return table.astype(dtype)
+    return table
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

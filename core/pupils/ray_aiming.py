@@ -7,6 +7,7 @@ of the stop then finds what other rims leave open. Lens frame, float64.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -37,13 +38,15 @@ class Aim:
     film_distance: float
     wavelength: float = D_LINE
     tracer: ClearanceTracer = field(init=False)      # for `clearances` and `rim_distances`
-    _to_stop: Program = field(init=False)
 
     def __post_init__(self):
-        behind = slice(0, len(self.lens.surfaces) - self.lens.stop_index)
-        to_stop = Program(surface_steps(self.lens, self.film_distance, self.wavelength, part=behind), np.float64)
         object.__setattr__(self, "tracer", clearance_tracer(self.lens, self.film_distance, self.wavelength))
-        object.__setattr__(self, "_to_stop", to_stop)
+
+    @cached_property
+    def _to_stop(self) -> Program:
+        """From the film to the stop: most film points never need it."""
+        behind = slice(0, len(self.lens.surfaces) - self.lens.stop_index)
+        return Program(surface_steps(self.lens, self.film_distance, self.wavelength, part=behind), np.float64)
 
     def clearances(self, film: np.ndarray, rear: np.ndarray) -> np.ndarray:
         """Clearances (n,) of rays; inf where a ray does not come through."""

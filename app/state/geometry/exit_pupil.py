@@ -14,7 +14,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.geometry.ray_fans import blockers
 
-SAMPLES = 1024                  # of the box
+SAMPLES = 512                   # of the box
 UP = 0.5 * math.pi              # azimuth of a film point on +y
 
 

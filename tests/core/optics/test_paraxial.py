@@ -1,5 +1,6 @@
 """First-order optics against published and 40-digit values, closed forms and the optical invariant."""
 
+import pickle
 from dataclasses import replace
 from math import inf, isfinite, nan
 
@@ -9,6 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import lensbench as lb
+from lensbench import lenses as library
 from lensbench.optics.paraxial import ray_matrix
 from tests.core.oracles import LAW, NAMES, REFERENCE, WAVELENGTHS, biconvex, lens, lenses
 
@@ -163,3 +165,13 @@ def test_a_coating_replaces_the_reflection_of_surfaces_to_air_alone():
     assert lb.transmission(gauss, coating="multi-layer") == pytest.approx(by_hand, rel=1e-12)
     with pytest.raises(lb.LensError, match="choose one of"):
         lb.transmission(one, coating="gold")
+
+
+def test_equal_lenses_are_found_by_their_hash_also_in_another_process():
+    """Figures are kept by lens: an equal one has the hash of the first, and a pickled one carries no stale hash."""
+    first, again = (library.load("lentil-schneider-anamorphic-31-2001") for _ in range(2))
+    assert first == again and hash(first) == hash(again)
+    assert replace(first, blades=5) not in {first}
+    carried = pickle.loads(pickle.dumps(first))
+    assert "_hash" not in vars(carried) and {first: 1}[carried] == 1
+    assert first.section("x") is first.section("x") and first.section("x") != first.section("y")
