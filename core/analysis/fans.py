@@ -38,6 +38,9 @@ class Fans:
     victim
         (F, 2, C, K) index of the surface that ends the ray, −1 for a ray that passes. Others are traced on as if no
         rim were there, so that a plot can show them greyed.
+    pupil
+        (F, 2, K, 2) sagittal and tangential pupil coordinate of the rays in the primary wavelength, from the reference
+        point; NaN where the stop has no such height.
     """
 
     rays: RayGrid
@@ -46,6 +49,7 @@ class Fans:
     slope: np.ndarray
     opd: np.ndarray
     victim: np.ndarray
+    pupil: np.ndarray
 
     @property
     def passed(self) -> np.ndarray:
@@ -116,4 +120,4 @@ def ray_fans(rays: RayGrid, points: int = 65) -> Fans:
         opd[c][good] = landed[OPD].reshape(opd.shape[1:])[good]
         victim[c] = np.where(np.isfinite(places).all(-1), ends.reshape(victim.shape[1:]), -2)
     return Fans(rays, heights, offset.transpose(1, 2, 0, 3, 4), slope.transpose(1, 2, 0, 3, 4),
-                opd.transpose(1, 2, 0, 3), victim.transpose(1, 2, 0, 3))
+                opd.transpose(1, 2, 0, 3), victim.transpose(1, 2, 0, 3), pupil.transpose(1, 2, 3, 0))

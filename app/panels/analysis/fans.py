@@ -2,7 +2,7 @@
 
 from imgui_bundle import imgui
 
-from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
+from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, point_at_ray, tools
 from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
@@ -19,4 +19,5 @@ def fans_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
     state.choices["kind"] = toggles("Kind", KINDS, state.choices.get("kind", "ray"), TIPS, 0.0)
     tools(NAME, state)
     rows = min(max(round(imgui.get_content_region_avail().y / theme.em(7.0)), 2), 6)
-    analysis(NAME, settings, state, sheet, fans_figure, (state.choices["kind"], rows))
+    point_at_ray(settings, state, sheet, analysis(NAME, settings, state, sheet, fans_figure,
+                                                  (state.choices["kind"], rows)))

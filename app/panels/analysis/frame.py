@@ -9,6 +9,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from lensbench.app.panels.analysis.drawing import Drawn, Grip, Under, draw_figure
 from lensbench.app.state.analysis.figure import Figure
 from lensbench.app.state.analysis.ghost import with_ghost
+from lensbench.app.state.analysis.grid_ray import nearest_ray, pointed_ray
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.request import Request
@@ -99,6 +100,13 @@ def _with_other(name: str, figure: Figure, answer: Answer, state: AnalysisState,
     if state.merged is None or state.merged[:2] != (answer, other):
         state.merged = answer, other, with_ghost(figure, other.figure, asked.lens.name, other.message)
     return state.merged[2]
+
+
+def point_at_ray(settings: Settings, state: AnalysisState, sheet: Sheet, under: Under | None) -> None:
+    """Let all panels show the ray of the mark or of the fan's point under the cursor, if there is one."""
+    key = nearest_ray(under.plot, under.x, under.y) if under is not None and state.figure is not None else None
+    if key is not None and state.figure is not None:
+        sheet.links.point_at_ray(pointed_ray(settings, state.figure.points, key))
 
 
 def sentence(words: str) -> str:

@@ -16,4 +16,5 @@ def illumination_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -
     imgui.align_text_to_frame_padding()
     imgui.text_disabled("Relative illumination")
     tools(NAME, state)
-    analysis(NAME, replace(settings, f_number=None), state, sheet, illumination_figure)
+    analysis(NAME, settings, state, sheet, illumination_figure,
+             adapted=lambda settings: replace(settings, f_number=None))

@@ -2,8 +2,7 @@
 
 from imgui_bundle import imgui
 
-from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
-from lensbench.app.state.analysis.spot_ray import nearest_ray, pointed_ray
+from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, point_at_ray, tools
 from lensbench.app.state.analysis.spots import COLUMNS, spots_figure
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets.toggles import toggles
@@ -27,8 +26,5 @@ def spots_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
     room = imgui.get_content_region_avail()
     columns = COLUMNS if choices["columns"] == "focus" else 3
     rows = min(max(round(columns * 0.85 * room.y / max(room.x, 1.0)), 2), 8)
-    under = analysis(NAME, settings, state, sheet, spots_figure, (choices["columns"], choices["reference"], rows))
-    if under is not None and state.figure is not None:
-        key = nearest_ray(under.plot, under.x, under.y)
-        if key is not None:
-            sheet.links.point_at_ray(pointed_ray(settings, state.figure.points, key))
+    point_at_ray(settings, state, sheet, analysis(NAME, settings, state, sheet, spots_figure,
+                                                  (choices["columns"], choices["reference"], rows)))

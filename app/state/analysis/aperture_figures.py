@@ -8,6 +8,7 @@ import lensbench as lb
 from lensbench.analysis.aperture_curves import breathing, focus_shift, relative_illumination
 from lensbench.app.state.analysis.figure import DASHED, DOTTED, Axis, Curve, Figure, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.rims import with_rims
 from lensbench.kernels.figures import fixed, significant
 
 FREQUENCY = 30.0                # lp/mm, at which the MTF chooses a focus
@@ -71,6 +72,5 @@ def illumination_figure(query: Query, points: int) -> Figure:
     table = Table(("aperture", "film radius (mm)", "total", "natural", "vignetting"), tuple(
         (name, *row) for name, light in found
         for row in zip(light.radii, light.total, light.natural, light.vignetting, strict=True)))
-    return Figure("Relative illumination", ((Plot(Axis("Image height (mm)", 0.0, first.radii[-1]),
-                                                  Axis("Light (%)", 0.0, 105.0),
-                                                  tuple(curves)),),), table, query.words(None, "d line"))
+    plot = Plot(Axis("Image height (mm)", 0.0, first.radii[-1]), Axis("Light (%)", 0.0, 105.0), tuple(curves))
+    return with_rims(query, Figure("Relative illumination", ((plot,),), table, query.words(None, "d line")))

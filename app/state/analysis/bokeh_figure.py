@@ -11,6 +11,7 @@ from lensbench.analysis.point_spread import PointSpread, psf
 from lensbench.analysis.spot_diagram import spots
 from lensbench.app.state.analysis.figure import Area, Axis, Figure, Label, Map, Plot, Table
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.rims import ended_marks, ends_within_stop
 from lensbench.app.state.analysis.spots import field_label
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import significant
@@ -92,6 +93,11 @@ def _cell(spread: PointSpread, row: int, column: int, distance: float, view: str
     made: list = [Map("", np.zeros((2, 2)), *box),
                   Map("", light, (column - half, column + half), (-row - half, -row + half),
                       decades=DECADES if view == "log" else 0.0)]
+    c, to_cell = rays.conditions.primary, half / (0.5 * spread.pitch[row] * light.shape[-1])
+    x, y = ((offset[row, c] - middle) * to_cell for offset, middle in
+            zip((rays.offset_s, rays.offset_t), spread.centres[row], strict=True))
+    inside = (np.abs(x) < SHADE) & (np.abs(y) < SHADE)
+    made += ended_marks(column + x, y - row, np.where(inside, ends_within_stop(rays, row, c), -1))
     if column == 0:
         made.append(Label(column - 0.47, 0.47 - row, field_label(rays, row), "text", "right below"))
     s, t = _sizes(spread, row)

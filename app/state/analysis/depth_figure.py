@@ -8,6 +8,7 @@ import lensbench as lb
 from lensbench.analysis.depth_over_field import FieldDepth, field_depth
 from lensbench.app.state.analysis.figure import DASHED, DOTTED, Area, Axis, Curve, Figure, Plot, Table
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.rims import with_rims
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Kind
@@ -53,7 +54,7 @@ def depth_figure(query: Query, points: int, limit: float | None = None) -> Figur
     remarks = tuple(str(each.message) for each in found.findings if each.kind is not Kind.ASSUMED)
     head = ("field (mm)", "nearest (m)", "farthest (m)", "sharpest (m)", "least blur (um)")
     rows = tuple(zip(heights, near, far, best, 1000.0 * found.least, strict=True))
-    return Figure("Depth of field", ((plot,),), Table(head, rows), words, remarks)
+    return with_rims(query, Figure("Depth of field", ((plot,),), Table(head, rows), words, remarks))
 
 
 def _thin(query: Query, sharp: float) -> tuple[float, ...]:

@@ -27,7 +27,8 @@ def fans_figure(query: Query, points: int, kind: str = "ray", rows: int = 3) -> 
     plots = tuple((_plot(fans, values, f, 1, limit, kind), _plot(fans, values, f, 0, limit, kind)) for f in fields)
     words = query.words(None, "from the chief ray of the primary wavelength", f"{len(fans.heights)} rays a fan",
                         "x: height in the stop over its radius")
-    return Figure("Ray fans" if kind == "ray" else "OPD fans", plots, _table(fans), words, query.remarks(rays))
+    return Figure("Ray fans" if kind == "ray" else "OPD fans", plots, _table(fans), words, query.remarks(rays),
+                  points=rays.opd.shape[-1])
 
 
 def _plot(fans: Fans, values: np.ndarray, f: int, fan: int, limit: float, kind: str) -> Plot:
@@ -35,13 +36,19 @@ def _plot(fans: Fans, values: np.ndarray, f: int, fan: int, limit: float, kind: 
     layers = [Curve("", np.array([-1.0, 1.0]), np.zeros(2), "faint", weight=1.0),
               Curve("", np.zeros(2), np.array([-limit, limit]), "faint", weight=1.0)]
     lost = fans.victim[f, fan] >= 0
+
+    def which(c: int) -> np.ndarray:
+        """(K, 4) the rays of a wavelength, as of Curve."""
+        return np.column_stack([np.full((len(fans.heights), 2), (f, c)), fans.pupil[f, fan]])
+
     for c in range(len(given.wavelengths)):
         beyond = lost[c] | np.roll(lost[c], 1) | np.roll(lost[c], -1)       # one ray more, so that the parts meet
         layers.append(Curve("vignetted" if beyond.any() else "", fans.heights,
-                            np.where(beyond, values[f, fan, c], np.nan), "faint", SOLID, 1.0))
+                            np.where(beyond, values[f, fan, c], np.nan), "faint", SOLID, 1.0, rays=which(c)))
     for c, line in enumerate(given.wavelengths):
-        layers.append(Curve(wavelength_name(line), fans.heights, np.where(fans.passed[f, fan, c], values[f, fan, c],
-                                                                          np.nan), line, dash_of(c, given.primary)))
+        layers.append(Curve(wavelength_name(line), fans.heights,
+                            np.where(fans.passed[f, fan, c], values[f, fan, c], np.nan), line,
+                            dash_of(c, given.primary), rays=which(c)))
     ends = fans.victim[f, fan, given.primary]
     for surface in np.unique(ends[ends >= 0]).tolist():
         here = np.where(ends == surface, values[f, fan, given.primary], np.nan)

@@ -20,6 +20,7 @@ from lensbench.app.state.analysis.figure import (
     wavelength_name,
 )
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.rims import with_rims
 from lensbench.app.state.analysis.section_curves import section_figure
 from lensbench.kernels.figures import fixed
 
@@ -45,7 +46,7 @@ def field_figure(query: Query, points: int, shown: tuple[str, ...] = SHOWN) -> F
                         "distortion of chief rays against f tan θ" + (
                             " and f θ" if np.isfinite(found.ideal_f_theta).any() else ""),
                         f"{len(found.heights)} fields")
-    return Figure("Field curves", (plots,), _table(found), words, query.remarks(rays))
+    return with_rims(query, Figure("Field curves", (plots,), _table(found), words, query.remarks(rays)))
 
 
 def _axis(found: FieldCurves) -> Axis:

@@ -28,7 +28,8 @@ _SPECTRUM = ((0.45, "a98bff", "6a3fc8"), (0.50, "6f9dff", "2458c4"), (0.55, "4fc
 class Curve:
     """A line through x and y (n,); NaN breaks it. dash: pixels on and off; name "" leaves it out of the legend.
 
-    ghost: of the figure A that is compared. surface: it is drawn only while this surface of the lens is lit.
+    ghost: of the figure A that is compared. surface: it is drawn only while this surface of the lens is lit. rays:
+    (n, 4) field, wavelength, sagittal and tangential pupil coordinate of the ray of each point, or None.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Curve:
     weight: float = 1.6
     ghost: bool = False
     surface: int | None = None
+    rays: np.ndarray | None = None
 
     @classmethod
     def through(cls, name: str, points: np.ndarray, tint: Tint = "strong", dash: tuple[float, float] = SOLID,
@@ -51,7 +53,7 @@ class Curve:
 class Points:
     """Marks at x and y (n,), of one `shape` for each wavelength or field: "triangle", "square" or "diamond".
 
-    rays: (n, 4) field, wavelength, row and column of the pupil of each ray, or None. ghost, surface: as of Curve.
+    rays, ghost, surface: as of Curve.
     """
 
     name: str
@@ -110,13 +112,17 @@ class Map:
 
 @dataclass(frozen=True)
 class Label:
-    """Small text at a place; `side` of the place: "left", "right", "above", "below" or "middle"."""
+    """Small text at a place; `side` of the place: "left", "right", "above", "below" or "middle".
+
+    surface: as of Curve.
+    """
 
     x: float
     y: float
     text: str
     tint: Tint = "dim"
     side: str = "right"
+    surface: int | None = None
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """A figure with that of another lens behind it: A as a ghost in every plot of B, and beside it in the numbers.
 
-Curves, bars and points of A are faint. Points of cells, such as spots, are brought to the scale of B. Maps of A are
-not drawn, but read under the cursor.
+Curves, bars and points of A are faint. Points of cells, such as spots, are brought to the scale of B. A plot of maps,
+such as a point spread or a bokeh gallery, stands at the right of that of B, with the same axes.
 """
 
 from dataclasses import replace
@@ -23,10 +23,24 @@ def with_ghost(b: Figure, a: Figure | None, name: str, reason: str = "") -> Figu
     same = [len(row) for row in a.rows] == [len(row) for row in b.rows]
     if not same:
         return replace(b, remarks=(*b.remarks, f"A ({name}) has other plots, which are not shown"))
-    rows = tuple(tuple(_plot(*pair) for pair in zip(*pairs, strict=True)) for pairs in zip(b.rows, a.rows, strict=True))
+    rows = tuple(tuple(plot for pair in zip(*pairs, strict=True) for plot in _plots(*pair))
+                 for pairs in zip(b.rows, a.rows, strict=True))
+    drawn = "faint" if not any(isinstance(layer, Map) for row in b.rows for plot in row for layer in plot.layers) else \
+        "faint or at the right"
     return replace(b, rows=rows, table=_table(b.table, a.table),
-                   remarks=(*b.remarks, f"faint, and A in the numbers: {name}", *(f"A: {each}" for each in a.remarks
-                                                                                 if each not in b.remarks)))
+                   remarks=(*b.remarks, f"{drawn}, and A in the numbers: {name}",
+                            *(f"A: {each}" for each in a.remarks if each not in b.remarks)))
+
+
+def _plots(b: Plot, a: Plot) -> tuple[Plot, ...]:
+    """The plot of B with the ghost of A; with maps, that of A beside it."""
+    both = _plot(b, a)
+    if not any(isinstance(layer, Map) for layer in (*a.layers, *b.layers)):
+        return (both,)
+    return (replace(both, title=" · ".join(filter(None, ("B", b.title)))),
+            replace(a, title=" · ".join(filter(None, ("A", a.title))), x=both.x, y=both.y,
+                    layers=tuple(replace(layer, rays=None) if isinstance(layer, Points) else layer
+                                 for layer in a.layers)))
 
 
 def _plot(b: Plot, a: Plot) -> Plot:
@@ -48,7 +62,7 @@ def _ghost(layer, b: Plot, a: Plot):
         return None
     if isinstance(layer, Curve):
         shown = layer.name and layer.tint not in SKIPPED and not b.cell
-        return replace(layer, ghost=True, weight=1.0) if shown else None
+        return replace(layer, ghost=True, weight=1.0, rays=None) if shown else None
     if isinstance(layer, Bars):
         lasting = [each.x for each in b.layers if isinstance(each, Bars) and each.name == layer.name]
         same = any(each.shape == layer.x.shape for each in lasting)

@@ -8,6 +8,7 @@ from lensbench.analysis.focus_map import MtfMap, mtf_map
 from lensbench.analysis.transfer_function import Mtf, mtf
 from lensbench.app.state.analysis.figure import DASHED, DOTTED, SOLID, Axis, Curve, Figure, Map, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.rims import with_rims, with_shares
 from lensbench.app.state.analysis.spots import field_label
 from lensbench.kernels.figures import significant
 
@@ -34,7 +35,8 @@ def mtf_frequency_figure(query: Query, points: int, method: str = "diffraction")
             curves.append(Curve(name, frequencies, found.white_modulus[f, a], tint, dash))
     curves.append(Curve("diffraction limit", frequencies, found.white_limit[0, 0], "dim", DOTTED, 1.2))
     plot = Plot(Axis("Frequency (lp/mm)", 0.0, FINEST), Axis("Contrast", 0.0, 1.0), tuple(curves))
-    return Figure("MTF against frequency", ((plot,),), _table(found), _words(query, found), _remarks(query, found))
+    return Figure("MTF against frequency", ((with_shares(rays, plot),),), _table(found), _words(query, found),
+                  _remarks(query, found))
 
 
 def mtf_field_figure(query: Query, points: int, method: str = "diffraction") -> Figure:
@@ -48,8 +50,8 @@ def mtf_field_figure(query: Query, points: int, method: str = "diffraction") -> 
             curves.append(Curve(name, heights, found.white_modulus[:, a, k], f"chart{(2, 3, 0, 1)[k]}", dash,
                                 1.9 - 0.2 * k))
     plot = Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(heights))), Axis("Contrast", 0.0, 1.0), tuple(curves))
-    return Figure("MTF against the field", ((plot,),), _table(found), _words(query, found, "10, 20, 30, 40 lp/mm"),
-                  _remarks(query, found))
+    return with_rims(query, Figure("MTF against the field", ((plot,),), _table(found),
+                                   _words(query, found, "10, 20, 30, 40 lp/mm"), _remarks(query, found)))
 
 
 def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str = "both") -> Figure:
@@ -78,7 +80,7 @@ def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str 
     rays = found.rays
     words = query.words(rays, "diffraction, white" if len(rays.conditions.wavelengths) > 1 else "diffraction",
                         "sagittal and tangential mean" if way == "both" else way)
-    return Figure("MTF map", ((plot,),), _map_table(found), words, query.remarks(rays))
+    return with_rims(query, Figure("MTF map", ((plot,),), _map_table(found), words, query.remarks(rays)))
 
 
 def focus_range(query: Query) -> float:

@@ -7,6 +7,7 @@ from lensbench.analysis.spot_diagram import light_shares, spots
 from lensbench.analysis.traced_grid import RayGrid
 from lensbench.app.state.analysis.figure import DASHED, DOTTED, SOLID, Axis, Curve, Figure, Map, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.rims import ended_marks, ends_within_stop, with_shares
 from lensbench.app.state.analysis.spots import field_label
 
 FIELDS = {"axis": 0.0, "middle": 0.7, "full": 1.0}
@@ -40,7 +41,10 @@ def psf_figure(query: Query, points: int, field: str = "axis", view: str = "log"
         return Figure("Point spread", ((plot,),), Table(head, ()), words, query.remarks(rays))
     shades = Map("of the brightest place", light / max(float(light.max()), 1e-30), (-half, half), (-half, half),
                  decades=DECADES if view == "log" else 0.0)
-    plot = Plot(Axis("Sagittal (µm)", -half, half), Axis("Tangential (µm)", -half, half), (shades,),
+    c, (s, t) = rays.conditions.primary, spread.centres[0]
+    marks = ended_marks(1000.0 * (rays.offset_s[0, c] - s), 1000.0 * (rays.offset_t[0, c] - t),
+                        ends_within_stop(rays, 0, c))
+    plot = Plot(Axis("Sagittal (µm)", -half, half), Axis("Tangential (µm)", -half, half), (shades, *marks),
                 field_label(rays, 0), equal=True)
     return Figure("Point spread", ((plot,),), Table(head, rows), words, _remarks(query, spread))
 
@@ -65,8 +69,8 @@ def encircled_figure(query: Query, points: int) -> Figure:
     head = ("field (mm)", "radius (um)", "part of the light")
     rows = tuple((rays.image_heights[f], r, value) for f in range(len(held))
                  for r, value in zip(axis, held[f], strict=True))
-    return Figure("Encircled energy", ((plot,),), Table(head, rows), _words(query, spread, "about the centroid"),
-                  _remarks(query, spread))
+    return Figure("Encircled energy", ((with_shares(rays, plot),),), Table(head, rows),
+                  _words(query, spread, "about the centroid"), _remarks(query, spread))
 
 
 def line_spread_figure(query: Query, points: int) -> Figure:
@@ -89,7 +93,7 @@ def line_spread_figure(query: Query, points: int) -> Figure:
     plot = Plot(Axis("Distance from the centroid (µm)", -reach([wide]), reach([wide])),
                 Axis("Light (% a µm)", 0.0, 1.05 * top), tuple(curves))
     head = ("field (mm)", "distance (um)", "sagittal (% a um)", "tangential (% a um)")
-    return Figure("Line spread", ((plot,),), Table(head, tuple(rows)),
+    return Figure("Line spread", ((with_shares(rays, plot),),), Table(head, tuple(rows)),
                   _words(query, spread, "S: along the sagittal axis, T: along the tangential"), _remarks(query, spread))
 
 

@@ -125,8 +125,8 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
 def _thinned(found: Spots, f: int, c: int, k: int, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Every `stride`-th ray in rows and columns of the pupil that lands.
 
-    Returns (n, 2) mm from the reference, (n, 4) field, wavelength, row and column, and (n,) the surface that ends it,
-    −1 for one that passes; a ray that a rim ends is where it would land without rims, known close to them.
+    Returns (n, 2) mm from the reference, (n, 4) field, wavelength and pupil coordinates, and (n,) the surface that
+    ends it, −1 for one that passes; a ray that a rim ends is where it would land without rims, known close to them.
     """
     rays, shift = found.rays, found.shifts[k]
     some = (f, c, slice(None, None, stride), slice(None, None, stride))
@@ -135,7 +135,8 @@ def _thinned(found: Spots, f: int, c: int, k: int, stride: int) -> tuple[np.ndar
              (rays.offset_t, rays.slope_t, found.references[f, k, 1])))
     victims = rays.victim[some]
     rows, columns = np.nonzero((victims >= -1) & np.isfinite(s))
-    cells = np.column_stack([np.full((len(rows), 2), (f, c)), rows * stride, columns * stride])
+    cells = np.column_stack([np.full((len(rows), 2), (f, c)), rays.pupil[f, 0, columns * stride],
+                             rays.pupil[f, 1, rows * stride]])
     return np.column_stack([s[rows, columns], t[rows, columns]]), cells, victims[rows, columns]
 
 

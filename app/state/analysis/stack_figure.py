@@ -14,6 +14,7 @@ from lensbench.analysis.traced_grid import RayGrid
 from lensbench.analysis.transfer_function import mtf
 from lensbench.app.state.analysis.figure import DASHED, SOLID, Axis, Curve, Figure, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.rims import with_rims
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import significant, true_minus
 
@@ -51,8 +52,8 @@ def stack_figure(query: Query, points: int, stack: Stack = USUAL) -> Figure:
     words = query.words(behind, f"stack {significant(stack.thickness)} mm, index {significant(stack.refractive_index)}",
                         f"adapter {significant(stack.adapter_error, signed=True)} mm", "dim: without both",
                         "focused again for the stack alone")
-    return Figure("Sensor stack", (tuple(plots),), _table(bare, behind), true_minus(words),
-                  (*_infinity(query, stack), *query.remarks(behind)))
+    return with_rims(query, Figure("Sensor stack", (tuple(plots),), _table(bare, behind), true_minus(words),
+                                   (*_infinity(query, stack), *query.remarks(behind))))
 
 
 def _contrast(bare: RayGrid, behind: RayGrid) -> Plot:

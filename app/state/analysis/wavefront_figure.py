@@ -1,11 +1,14 @@
 """The wavefront of one field: a map over the exit pupil, and its Zernike coefficients."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from lensbench.analysis.wavefront import wavefronts
 from lensbench.analysis.zernike import noll_indices, zernike_name
 from lensbench.app.state.analysis.figure import Area, Axis, Bars, Curve, Figure, Map, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.rims import ended_marks, ends_within_stop
 from lensbench.app.state.analysis.spots import field_label
 from lensbench.kernels.figures import fixed, significant, true_minus
 
@@ -26,7 +29,10 @@ def wavefront_figure(query: Query, points: int, field: str = "axis") -> Figure:
         title = f"{field_label(rays, f)}   Strehl {fixed(strehl, 3)}   RMS {significant(rms, 3)} waves"
     else:
         title = f"{field_label(rays, f)}: no light reaches this field"
+    at = np.linspace(-1.0, 1.0, 2 * points + 1)[1::2]
+    marks = ended_marks(*np.meshgrid(at, at), ends_within_stop(rays, f, c))
     map_ = _map(found.waves[f, c], title, found.peak_to_valley[f, c] / line)
+    map_ = replace(map_, layers=(*map_.layers, *marks))
     words = query.words(rays, f"{fixed(1000.0 * rays.conditions.primary_wavelength, 0)} nm alone",
                         "reference sphere about the primary chief ray", "Noll's Zernike, unit rms")
     remarks = query.remarks(rays)

@@ -1,20 +1,28 @@
 """A behind B in the figures, the rays that surfaces end, and the ray of a mark."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from lensbench.app.panels.analysis.under_cursor import told
+from lensbench.app.state.analysis.aperture_figures import illumination_figure
+from lensbench.app.state.analysis.bokeh_figure import bokeh_figure
+from lensbench.app.state.analysis.depth_figure import depth_figure
 from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
-from lensbench.app.state.analysis.figure import Bars, Curve, Points
+from lensbench.app.state.analysis.figure import Bars, Curve, Map, Points
 from lensbench.app.state.analysis.ghost import with_ghost
-from lensbench.app.state.analysis.mtf_figures import mtf_field_figure
+from lensbench.app.state.analysis.grid_ray import nearest_ray, pointed_ray
+from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
+from lensbench.app.state.analysis.point_figures import encircled_figure, line_spread_figure, psf_figure
 from lensbench.app.state.analysis.query import query
+from lensbench.app.state.analysis.rims import victims
 from lensbench.app.state.analysis.seidel_figure import seidel_figure
-from lensbench.app.state.analysis.spot_ray import nearest_ray, pointed_ray
 from lensbench.app.state.analysis.spots import spots_figure
+from lensbench.app.state.analysis.stack_figure import stack_figure
+from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
 from lensbench.app.state.settings import Settings
 
 B, A = query(replace(Settings(), f_number=4.0)), query(replace(Settings(), f_number=2.0))
@@ -77,9 +85,62 @@ def test_the_ray_of_a_mark_lands_where_the_mark_is():
     assert key == tuple(marks.rays[i])
     ray, rays = pointed_ray(settings, figure.points, key), B.grid(figure.points)
     landed = ray.path[-1, :2] - rays.images[key[0]]
-    offset = rays.offset_s[key] * rays.beams.axes[key[0], 0] + rays.offset_t[key] * rays.beams.axes[key[0], 1]
+    cell = (*key[:2], *(int(np.argmin(np.abs(rays.pupil[key[0], axis] - key[2 + axis]))) for axis in (1, 0)))
+    offset = rays.offset_s[cell] * rays.beams.axes[key[0], 0] + rays.offset_t[cell] * rays.beams.axes[key[0], 1]
     np.testing.assert_allclose(landed, offset, atol=1e-7)
     shown = np.array([marks.x[i] - 2.0, marks.y[i] + 2.0]) * plot.cell
     np.testing.assert_allclose(landed @ rays.beams.axes[key[0]].T, shown, atol=1e-7)
     assert len(ray.path) == len(B.lens.surfaces) + 2 and ": from" in ray.end
     assert nearest_ray(plot, 0.5, 0.5) is None
+
+
+def test_a_point_of_a_fan_is_the_ray_that_lands_there_or_that_a_rim_ends():
+    settings = replace(Settings(), f_number=2.0)
+    figure = fans_figure(A, 16)
+    for fan, plot in enumerate(figure.rows[-1]):                        # tangential, then sagittal
+        own = next(layer for layer in plot.layers if isinstance(layer, Curve) and layer.name.endswith("nm"))
+        k = 3 + int(np.flatnonzero(np.isfinite(own.y))[3])
+        key = nearest_ray(plot, float(own.x[k]), float(own.y[k]))
+        ray, rays = pointed_ray(settings, figure.points, key), A.grid(figure.points)
+        assert key[0] == len(rays.images) - 1 and ray.surface == -1
+        offset = (ray.path[-1, :2] - rays.images[key[0]]) @ rays.beams.axes[key[0], 1 - fan]
+        assert 1000.0 * offset == pytest.approx(own.y[k], abs=1e-3)
+        stop = ray.path[1 + A.lens.stop_index, :2] @ rays.beams.axes[key[0], 1 - fan]
+        if key[1] == rays.conditions.primary:
+            assert stop / A.lens.stop.semi_diameter == pytest.approx(own.x[k], abs=0.02)
+    tangential = figure.rows[-1][0]
+    dead = next(layer for layer in tangential.layers if layer.surface is not None)
+    k = int(np.flatnonzero(np.isfinite(dead.y))[0])
+    lost = pointed_ray(settings, figure.points, nearest_ray(tangential, float(dead.x[k]), float(dead.y[k])))
+    assert lost.surface == dead.surface and "rim" in lost.end and lost.raster is None
+
+
+def test_maps_of_a_stand_beside_those_of_b_with_the_same_axes():
+    b, a = mtf_map_figure(B, 8), mtf_map_figure(A, 8)
+    both = with_ghost(b, a, "wide open")
+    (left, right), = both.rows
+    assert left.title == "B" and right.title == "A" and (left.x, left.y) == (right.x, right.y)
+    own, other = (next(layer for layer in plot.layers if isinstance(layer, Map) and not layer.ghost)
+                  for plot in (left, right))
+    assert own is b.rows[0][0].layers[0] and other is a.rows[0][0].layers[0]
+    assert "   A 0." in told(left, 0.0, 5.0) and "   A 0." not in told(right, 0.0, 5.0)
+    assert "at the right" in both.remarks[-1] or any("at the right" in each for each in both.remarks)
+
+
+@pytest.mark.parametrize("figure", [mtf_field_figure, mtf_map_figure, field_figure, illumination_figure, depth_figure,
+                                    stack_figure, mtf_frequency_figure, encircled_figure, line_spread_figure,
+                                    bokeh_figure, partial(wavefront_figure, field="full"),
+                                    partial(psf_figure, field="full")])
+def test_each_figure_marks_what_the_rim_of_a_lit_surface_ends(figure):
+    """Wide open the first and the last surface of the lens cut its corner; no rim but the stop cuts the axis."""
+    plots = [plot for row in figure(A, 16).rows for plot in row]
+    lit = [layer for plot in plots for layer in plot.layers if getattr(layer, "surface", None) is not None]
+    known = victims(A.grid(16))
+    corner = {surface for surface, part in known.items() if part[-1] > 0.05}
+    assert len(corner) >= 2 and {layer.surface for layer in lit} >= corner
+    assert A.lens.stop_index not in known
+    for layer in lit:
+        if isinstance(layer, Curve):                    # along the fields, away from the axis
+            along = layer.y if np.ptp(layer.y[np.isfinite(layer.y)]) > 0.0 else layer.x
+            cut = A.grid(16).image_heights[known[layer.surface] > 0.0]
+            assert np.nanmin(along) <= cut.min() and np.nanmax(along) >= cut.max() and np.nanmin(along) > 0.0

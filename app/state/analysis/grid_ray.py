@@ -1,0 +1,67 @@
+"""The ray of a mark in the spots or of a point of a fan: its path through the lens, and where it comes from or ends."""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.state.analysis.figure import Curve, Plot, Points, wavelength_name
+from lensbench.app.state.analysis.query import query
+from lensbench.app.state.analysis.spots import field_label
+from lensbench.app.state.geometry.ray_fans import blockers, end_text
+from lensbench.app.state.pixel.beam import landing
+from lensbench.app.state.pixel.lens_rays import path_before_lens
+from lensbench.app.state.pixel.pointed import PointedRay
+from lensbench.app.state.settings import Settings
+
+NEAR = 0.03                     # of a cell: a mark so near to the cursor is meant
+
+Key = tuple[int, int, float, float]
+
+
+def nearest_ray(plot: Plot, x: float, y: float) -> Key | None:
+    """Field, wavelength and pupil coordinates of the ray at a place of the spots or of a fan.
+
+    Of spots that of the mark there, of a fan that at this height in the stop whose curve is nearest. None without one.
+    """
+    best, found = NEAR, None
+    for layer in plot.layers:
+        if layer.rays is None if isinstance(layer, Points | Curve) else True:
+            continue
+        if isinstance(layer, Points):
+            away = np.hypot(layer.x - x, layer.y - y)
+        else:
+            nearest = np.abs(layer.x - x) <= np.abs(layer.x - x).min(initial=math.inf)
+            away = np.where(nearest & np.isfinite(layer.rays[:, 2:]).all(1) & np.isfinite(layer.y),
+                            NEAR * np.abs(layer.y - y) / (plot.y.high - plot.y.low), math.inf)
+        i = int(away.argmin()) if away.size else 0
+        if away.size and away[i] < best:
+            best, found = float(away[i]), layer.rays[i].tolist()
+    return None if found is None else (int(found[0]), int(found[1]), found[2], found[3])
+
+
+@lru_cache(maxsize=8)
+def pointed_ray(settings: Settings, points: int, key: Key) -> PointedRay:
+    """A ray of the fields of a grid with so many points across the pupil; ValueError or OSError where there is none."""
+    asked, (f, c, s, t) = query(settings), key
+    rays = asked.grid(points)
+    every = np.ones((len(rays.images), 1))
+    place = rays.beams.towards_scene(s * every, t * every)[0][f]
+    start = rays.beams.starts(np.array([f]), place)
+    lens, away = asked.lens, asked.setup.film_distance
+    film_z, line = lens.length + away, rays.conditions.wavelengths[c]
+    traced = lb.trace(lens, start[:3].T + [0.0, 0.0, film_z], start[3:6].T, line, record=True, forward=True)
+    assert traced.paths is not None
+    name = f"{field_label(rays, f)}, {wavelength_name(line)}"
+    surface = int(blockers(lens, traced, forward=True)[0])
+    if surface >= 0:
+        met = traced.paths[0, 1:][np.isfinite(traced.paths[0, 1:, 0])]
+        first = met[0] if len(met) else traced.paths[0, 0]
+        path = np.vstack([path_before_lens(lens, away, first, start[3:6, 0]), met])
+        return PointedRay(path, surface, f"{name}: {end_text(lens, lb.Fate(int(traced.fate[0])), surface)}")
+    end, direction = traced.points[0], traced.directions[0]
+    film = end + (film_z - end[2]) / direction[2] * direction
+    path = np.vstack([path_before_lens(lens, away, traced.paths[0, 1], start[3:6, 0]), traced.paths[0, 1:], film])
+    found = landing(settings, path)
+    return PointedRay(path, -1, f"{name}: {found.text}", found.point, found.raster)
