@@ -7,6 +7,7 @@ focus and can be dragged.
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
@@ -18,6 +19,7 @@ from lensbench.app.state.pixel.readings import pixel_readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.curve_paths import Paths, crosses, simplified
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import (
@@ -30,6 +32,7 @@ from lensbench.app.widgets.plot_axes import (
     polyline,
     text,
 )
+from lensbench.app.widgets.recorded import Recorded
 from lensbench.kernels.figures import significant
 
 NEAR_END = 0.7                  # of the plot's width: with the focus beyond it, lines have their names at the left
@@ -45,8 +48,8 @@ class CocState:
     y0: float = 1.0
     y1: float = 1000.0
     grip: float = 0.0           # pixels from the mouse to the line while it is dragged
-    memo: Memo = field(default_factory=lambda: Memo(4))    # the curves in pixels
-
+    paths: Memo = field(default_factory=lambda: Memo(4))   # the curves in pixels
+    drawing: Recorded = field(default_factory=Recorded)
 
 
 def circle_of_confusion_panel(settings: Settings, state: CocState, links: Pointed | None = None,
@@ -78,7 +81,9 @@ def circle_of_confusion_panel(settings: Settings, state: CocState, links: Pointe
         plot = PlotMap.current(log=True)
         state.y0, state.y1 = 10.0**plot.y0, 10.0**plot.y1
         implot.push_plot_clip_rect()
-        _draw(implot.get_plot_draw_list(), plot, settings, got, shown, state)
+        paths = state.paths.of((shown, plot), partial(_paths, shown, plot))
+        state.drawing.draw(implot.get_plot_draw_list(), (paths, settings.optics),
+                           partial(_draw, plot=plot, settings=settings, got=got, shown=shown, paths=paths))
         if other is not None:
             _draw_other(implot.get_plot_draw_list(), plot, other, low, high)
         if links is not None:
@@ -126,7 +131,7 @@ def _set_axes(size: ImVec2, ranges: tuple[float, float, float, float], pitch: fl
 
 
 def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readings, shown: Curves,
-          state: CocState) -> None:
+          paths: Paths) -> None:
     colour, pixel, line = theme.colours(), theme.scale(), imgui.get_text_line_height()
     limit, pitch = 1000.0 * (got.limit or 0.0), 1000.0 * settings.film.pitch
     right = plot.right - 3.0 * pixel
@@ -156,7 +161,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
         for name in (f"hyperfocal {format_distance(got.hyperfocal)}", "hyperfocal"):
             left = x - 4.0 * pixel - imgui.calc_text_size(name).x
             if x < plot.right and not left - 8.0 * pixel < column < x and left > plot.left:
-                top = _clear_row(plot, shown, left, x)
+                top = _clear_row(plot, paths, left, x)
                 if top is not None:
                     hyperfocal = (ImVec2(left, top), name)
                     taken.append((top, top + line, x + 4.0 * pixel))
@@ -164,7 +169,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
 
     # Curves
     assert got.f_number is not None
-    for tone, weight, strokes in state.memo.of((shown, plot, pixel), lambda: _strokes(shown, plot, pixel)):
+    for tone, weight, strokes in _strokes(shown, paths, pixel):
         packed = theme.packed(getattr(colour, tone))
         for stroke in strokes:
             draw.add_polyline(stroke, packed, weight * pixel, imgui.ImDrawFlags_.none)
@@ -181,13 +186,13 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
     curves_ = [(main_curve(shown), got.f_number, colour.strong)]
     curves_ += [(diameters, f_number, colour.dim) for f_number, diameters in shown.neighbours]
     if far:
-        _name_ends(draw, plot, plot.left + 3.0 * pixel, labels, _paths(shown, plot), taken, right=False)
+        _name_ends(draw, plot, plot.left + 3.0 * pixel, labels, paths, taken, right=False)
         _name_flanks(draw, plot, shown.distances, [(d, format_f_number(n), tint) for d, n, tint in curves_])
     else:
-        paths = [plot.pixels(shown.distances, diameters) for diameters, *_ in curves_]
-        named = [Name(path, format_f_number(n), tint, path[-1, 1] < paths[0][-1, 1] - 1.0)
-                 for path, (_, n, tint) in zip(paths, curves_, strict=True)]
-        _name_ends(draw, plot, right, named[:1] + labels + named[1:], _paths(shown, plot), taken)
+        ends = [paths.pixels[0], *paths.pixels[len(paths.pixels) - len(shown.neighbours):]]
+        named = [Name(path, format_f_number(n), tint, path[-1, 1] < ends[0][-1, 1] - 1.0)
+                 for path, (_, n, tint) in zip(ends, curves_, strict=True)]
+        _name_ends(draw, plot, right, named[:1] + labels + named[1:], paths, taken)
 
     # The plane in focus
     x = column
@@ -200,6 +205,17 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
             draw.add_circle_filled(plot.at(edge / 1000.0, limit), 2.5 * pixel, theme.packed(colour.amber))
 
 
+def _drawn(shown: Curves) -> list[np.ndarray]:
+    """All curves, in the order of their paths: the main one first."""
+    chief = main_curve(shown)
+    others = [curve for curve in (shown.thick, shown.thin) if curve is not None and curve is not chief]
+    return [chief, *others, *(diameters for _, diameters in shown.neighbours)]
+
+
+def _paths(shown: Curves, plot: PlotMap) -> Paths:
+    return Paths(plot.pixels(shown.distances, np.array(_drawn(shown))))
+
+
 @dataclass(frozen=True, eq=False)
 class Name:
     """A name at the end of a line: points (n, 2) of the line in pixels, and on which side of it the name is better."""
@@ -210,61 +226,40 @@ class Name:
     above: bool
 
 
-def _paths(shown: Curves, plot: PlotMap) -> list[np.ndarray]:
-    """The points (n, 2) of every curve, in pixels."""
-    drawn = [shown.real, shown.thick, shown.thin, *(diameters for _, diameters in shown.neighbours)]
-    return [plot.pixels(shown.distances, diameters) for diameters in drawn if diameters is not None]
-
-
-def heights(path: np.ndarray, left: float, right: float) -> tuple[float, float]:
-    """The least and the greatest y of a curve (n, 2) between two columns, its ends continued."""
-    x, y = path.T
-    between = np.interp(np.array([left, right]), x, y)
-    inside = y[(x > left) & (x < right)]
-    return float(min(between.min(), inside.min(initial=np.inf))), float(max(between.max(), inside.max(initial=-np.inf)))
-
-
-def crosses(paths: list[np.ndarray], left: float, right: float, top: float, bottom: float) -> bool:
-    """Whether one of the curves (n, 2) enters this box, in pixels."""
-    for path in paths:
-        low, high = heights(path, left, right)
-        if low < bottom and high > top:
-            return True
-    return False
-
-
-def _clear_row(plot: PlotMap, shown: Curves, left: float, right: float) -> float | None:
+def _clear_row(plot: PlotMap, paths: Paths, left: float, right: float) -> float | None:
     """The upper edge of the first row of text, from the second on, that no curve crosses; None without such a row."""
     line, pixel = imgui.get_text_line_height(), theme.scale()
-    paths = _paths(shown, plot)
+    crossing = paths.heights(left, right)
     rows = [plot.top + k * line + 3.0 * pixel for k in (1, 2, 3, 4, 5, 6)]
-    return next((top for top in rows if not crosses(paths, left, right, top, top + line)), None)
+    return next((top for top in rows if not crosses(crossing, top, top + line)), None)
 
 
-def _strokes(shown: Curves, plot: PlotMap, pixel: float) -> list[tuple[str, float, list[list[ImVec2]]]]:
+def _strokes(shown: Curves, paths: Paths, pixel: float) -> list[tuple[str, float, list[list[ImVec2]]]]:
     """Colour, weight and pieces of every curve: other stops faint, thin in dots, thick in dashes, the main one full."""
-    found = [("faint", 1.0, pieces(plot.pixels(shown.distances, diameters))) for _, diameters in shown.neighbours]
-    chief = main_curve(shown)
-    for curve, (on, off) in ((shown.thin, THIN), (shown.thick, THICK)):
-        if curve is not None and curve is not chief:
-            found.append(("text", 1.0, pieces(plot.pixels(shown.distances, curve), on * pixel, off * pixel)))
-    found.append(("strong", 2.0, pieces(plot.pixels(shown.distances, chief))))
+    found = []
+    for curve, path in zip(_drawn(shown)[1:], paths.pixels[1:], strict=True):
+        if curve is shown.thin or curve is shown.thick:
+            on, off = THIN if curve is shown.thin else THICK
+            found.append(("text", 1.0, pieces(simplified(path), on * pixel, off * pixel)))
+        else:
+            found.insert(0, ("faint", 1.0, pieces(simplified(path))))
+    found.append(("strong", 2.0, pieces(simplified(paths.pixels[0]))))
     return found
 
 
-def _name_ends(draw: imgui.ImDrawList, plot: PlotMap, end: float, names: list[Name], paths: list[np.ndarray],
+def _name_ends(draw: imgui.ImDrawList, plot: PlotMap, end: float, names: list[Name], paths: Paths,
                taken: list, right: bool = True) -> None:
     """Names at an end of their lines; one that would touch another or lie on a curve of `paths` is left out."""
     line, pixel = imgui.get_text_line_height(), theme.scale()
     for name in names:
         width = imgui.calc_text_size(name.text).x
         left = end - width if right else end
-        least, greatest = heights(name.path, left, left + width)
-        over, under = least - line - pixel, greatest + pixel
+        (least, greatest), = Paths(name.path[None]).heights(left, left + width)
+        over, under, crossing = least - line - pixel, greatest + pixel, paths.heights(left, left + width)
         for top in (over, under) if name.above else (under, over):
             clear = all(top + line <= t or top >= b or left >= r for t, b, r in taken)
             if clear and plot.top <= top and top + line <= plot.bottom \
-                    and not crosses(paths, left, left + width, top + 2.0 * pixel, top + line - pixel):
+                    and not crosses(crossing, top + 2.0 * pixel, top + line - pixel):
                 text(draw, ImVec2(end, top), name.colour, name.text, right=right, plate=True)
                 taken = [*taken, (top, top + line, plot.right)]
                 break

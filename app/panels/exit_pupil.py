@@ -6,7 +6,7 @@ last vertex.
 
 import math
 from dataclasses import dataclass, field
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
@@ -21,11 +21,13 @@ from lensbench.app.state.pixel.pointed import Pointed, PointedRay
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_area
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.curve_paths import simplified
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
+from lensbench.app.widgets.recorded import Recorded
 from lensbench.kernels.figures import fixed, significant, true_minus
 
 FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the illuminated film
@@ -47,6 +49,7 @@ class PupilState:
     shape: tuple[int, int] = (1, 1)     # pixels
     box: bool = False           # the bounding box and its samples are drawn
     memo: Memo = field(default_factory=lambda: Memo(20))   # outlines and samples in pixels
+    drawing: Recorded = field(default_factory=Recorded)
 
 
 def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, links: Pointed | None = None,
@@ -134,7 +137,9 @@ def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSam
         state.shape = (round(plot.right - plot.left), round(plot.bottom - plot.top))
         draw = implot.get_plot_draw_list()
         implot.push_plot_clip_rect()
-        _draw(draw, plot, rear, fields, seen, samples, reach, lit, state)
+        state.drawing.draw(draw, (plot, rear, *fields, seen, samples, reach, lit, state.box),
+                           partial(_draw, plot=plot, rear=rear, fields=fields, seen=seen, samples=samples, reach=reach,
+                                   lit=lit, state=state))
         if ghost is not None:
             polyline(draw, plot.pixels(*ghost.T), theme.packed(theme.compared()), 1.5, closed=True)
             text(draw, plot.at(*ghost[int(np.argmin(ghost[:, 0]))]), theme.compared(), "A ", right=True)
@@ -193,6 +198,7 @@ def _limits(box: tuple[float, float, float, float], width: int, height: int) -> 
     return x - 0.5 * width * mm, x + 0.5 * width * mm, y - 0.5 * height * mm, y + 0.5 * height * mm
 
 
+@lru_cache(maxsize=16)
 def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
     """Round steps, about five across the plot, up to three times the rear rim."""
     step = max(round_length(max(span, 1e-6) / 4.0), 0.002 * rear)
@@ -219,7 +225,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
             own = pair[0]
     if seen.area > 0.0:
         outline = state.memo.of((seen, plot), lambda: _outline(seen, plot))
-        draw.add_convex_poly_filled(outline[::2], theme.packed(own, 0.22))
+        draw.add_convex_poly_filled(outline, theme.packed(own, 0.22))
     drawn = []
     for (name_, _), (tint, tint_text), one in zip(FIELDS, tints, fields, strict=True):
         if one.area > 0.0:
@@ -230,8 +236,8 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
         draw.add_polyline(outline, theme.packed(own), 2.0 * pixel, imgui.ImDrawFlags_.closed)
         if state.box or lit:
             _draw_samples(draw, plot, seen, samples, lit, state)
-    outlines = [plot.pixels(*one.outline.T) for _, one, _ in drawn]
-    outlines.append(plot.pixels(rear * np.cos(turn), rear * np.sin(turn)))
+    outlines = np.concatenate([plot.pixels(*one.outline.T) for _, one, _ in drawn]
+                              + [plot.pixels(rear * np.cos(turn), rear * np.sin(turn))])
     taken: list[tuple[float, float, float, float]] = []
     for name_, one, ink in drawn:
         _name(draw, plot, name_, one, ink, outlines, taken)
@@ -256,8 +262,8 @@ def _draw_samples(draw: imgui.ImDrawList, plot: PlotMap, seen: Region, samples: 
 
 
 def _outline(field: Region, plot: PlotMap) -> list[ImVec2]:
-    """Every second point of a region's outline, in pixels."""
-    return [ImVec2(x, y) for x, y in plot.pixels(field.outline[::2, 0], field.outline[::2, 1]).tolist()]
+    """A region's outline, in pixels."""
+    return [ImVec2(x, y) for x, y in simplified(plot.pixels(*field.outline.T)).tolist()]
 
 
 def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tuple[list, list]:
@@ -276,10 +282,11 @@ def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tupl
 
 
 def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colour: theme.Colour,
-          outlines: list[np.ndarray], taken: list[tuple[float, float, float, float]]) -> None:
-    """The name beside its region, at the first place around it where it touches no outline (n, 2) and no other name.
+          outlines: np.ndarray, taken: list[tuple[float, float, float, float]]) -> None:
+    """The name beside its region, at the first place around it where it touches no outline and no other name.
 
-    taken: left, top, right and bottom of the names before; that of this one is added.
+    outlines: points (n, 2) of all of them, pixels. taken: left, top, right and bottom of the names before; that of
+    this one is added.
     """
     pixel, size = theme.scale(), imgui.calc_text_size(name)
     x0, y0, x1, y1 = field.box
@@ -297,8 +304,7 @@ def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colou
             return False
         if any(box[0] < r and box[2] > l and box[1] < b and box[3] > t for l, t, r, b in taken):
             return False
-        return not any(((one[:, 0] > box[0]) & (one[:, 0] < box[2]) & (one[:, 1] > box[1])
-                        & (one[:, 1] < box[3])).any() for one in outlines)
+        return not ((outlines > box[:2]) & (outlines < box[2:])).all(axis=1).any()
 
     x, y = next((place for place in places if clear(*place)), places[0])
     taken.append((x, y, x + size.x, y + size.y))

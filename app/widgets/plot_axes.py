@@ -1,7 +1,8 @@
 """Parts that plots share: the map from plot coordinates to pixels, curves with dashes, ticks of logarithmic axes."""
 
 from dataclasses import dataclass
-from math import floor
+from functools import lru_cache
+from math import floor, log10
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
@@ -57,8 +58,13 @@ class PlotMap:
 
     def at(self, x: float, y: float) -> ImVec2:
         """One point."""
-        px, py = self.pixels(x, y)
-        return ImVec2(float(px), float(py))
+        if self.log:
+            x = log10(max(x, 1e-12))
+        if self.log if self.log_y is None else self.log_y:
+            y = log10(max(y, 1e-12))
+        px = self.left + (x - self.x0) / (self.x1 - self.x0) * (self.right - self.left)
+        py = self.bottom - (y - self.y0) / (self.y1 - self.y0) * (self.bottom - self.top)
+        return ImVec2(min(max(px, -FAR), FAR), min(max(py, -FAR), FAR))
 
     def x_at(self, pixel: float) -> float:
         """The plot coordinate under a pixel's column."""
@@ -129,6 +135,7 @@ def linear_ticks(low: float, high: float, pixels: float, room: float) -> tuple[l
     return values, [true_minus(significant(value)) for value in values]
 
 
+@lru_cache(maxsize=64)
 def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:
     """Ticks of a logarithmic axis from low to high of a length in pixels, each needing `room` pixels.
 

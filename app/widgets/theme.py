@@ -7,6 +7,7 @@ screen's scale.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from imgui_bundle import ImVec2, ImVec4, hello_imgui, imgui, implot
 
@@ -136,6 +137,12 @@ def scale() -> float:
     return hello_imgui.dpi_window_size_factor()
 
 
+def look() -> tuple[bool, float, float]:
+    """What every drawing depends on: whether the theme is dark, the scale of the screen, and the size of the font."""
+    return colours().dark, scale(), imgui.get_font_size()
+
+
+@lru_cache(maxsize=1024)
 def packed(colour: Colour, alpha: float = 1.0) -> int:
     """A colour for draw lists, with its alpha multiplied."""
     red, green, blue, opacity = colour

@@ -15,6 +15,7 @@ from lensbench.app.panels.lens_section.viewport import View, round_length
 from lensbench.app.state.geometry.ray_fans import Fan
 from lensbench.app.state.geometry.section import Sketch, elements
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.curve_paths import simplified
 from lensbench.app.widgets.memo import Memo
 from lensbench.kernels.figures import significant
 
@@ -45,8 +46,11 @@ class Canvas:
 
     def points(self, points: np.ndarray) -> list[ImVec2]:
         """Screen positions of points (n, 2), z and y, clipped so that a strong zoom remains drawable."""
-        xy = self.pixels(points)
-        return [ImVec2(x, y) for x, y in xy.tolist()]
+        return [ImVec2(x, y) for x, y in self.pixels(points).tolist()]
+
+    def curve(self, points: np.ndarray) -> list[ImVec2]:
+        """The same for a curve, without points that the eye would not miss."""
+        return [ImVec2(x, y) for x, y in simplified(self.pixels(points)).tolist()]
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
         """The same as an array (n, 2)."""
@@ -57,7 +61,7 @@ class Canvas:
 def _glass(lens: lb.Lens, canvas: Canvas) -> list[tuple[lb.Glass, list[list[ImVec2]], list[ImVec2]]]:
     """Each element's glass, its strips and its outline, in pixels."""
     return canvas.memo.of((lens, canvas), lambda: [
-        (e.glass, [canvas.points(strip) for strip in e.strips], canvas.points(e.outline)) for e in elements(lens)])
+        (e.glass, [canvas.points(strip) for strip in e.strips], canvas.curve(e.outline)) for e in elements(lens)])
 
 
 def ray_paths(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
