@@ -51,6 +51,7 @@ from lensbench.app.state.text_values import (
     read_whole,
 )
 from lensbench.imaging.film import MAX_SIDE
+from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.quotation import MOST, cut, excerpt
 from lensbench.lens_models.polynomial import DEGREES
 from lensbench.optics.iris import MOST_BLADES
@@ -92,6 +93,7 @@ COMPARISONS = {"off": "Off", "side": "Side by side", "wipe": "Wipe", "difference
 LIMITS = {"diagonal": "Diagonal / 1500", "pixel": "One pixel"}
 
 
+@hashed_once
 @dataclass(frozen=True)
 class Settings(LensSettings):
     """All settings of a user, as one frozen value. Lengths in mm, angles in radians, times in seconds."""
@@ -223,17 +225,6 @@ class Settings(LensSettings):
     compare: str = setting("off", choices=COMPARISONS, restarts=NOTHING)        # with the picture A
     wipe: float = setting(0.5, bounds=PART, restarts=NOTHING)       # where A ends and B begins, as a part of the width
     limit: str = setting("diagonal", choices=LIMITS, restarts=NOTHING, figures=True)     # sharp up to this diameter
-
-    def __hash__(self) -> int:
-        return self._hash
-
-    @cached_property
-    def _hash(self) -> int:
-        """Each frame looks up a hundred values by their settings."""
-        return hash(tuple(getattr(self, field.name) for field in fields(self)))
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_hash"}   # another process hashes anew
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words, with the version; infinity becomes "inf"."""

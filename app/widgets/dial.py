@@ -13,7 +13,7 @@ from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.state.scales import Scale, figures_that_fit
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.memo import Memo
+from lensbench.app.widgets.recorded import Recorded
 
 DRAG_THRESHOLD = 3.0            # pixels at a scale of 1, before a press becomes a drag
 GRAB = 7.0                      # pixels at a scale of 1: closer to the index line a press does not move it
@@ -44,13 +44,12 @@ class Entry:
 
 @dataclass
 class DialState:
-    """State of the dials of one window: the press, the text entry, and caches of ticks and figures."""
+    """State of the dials of one window: the press, the text entry, and the engraved scales by dial."""
 
     grip: Grip | None = None
     entry: Entry | None = None
     known: int = 0              # the dial that was turned while the mouse is on it: it shows no tooltip
-    figures: Memo = field(default_factory=lambda: Memo(256))
-    ticks: Memo = field(default_factory=lambda: Memo(256))
+    engravings: dict[int, Recorded] = field(default_factory=dict)
 
 
 # Current like imgui's context: each window sets its state before it draws
@@ -98,7 +97,7 @@ def dial(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[
     text_at = ImVec2(corner.x, corner.y)
     draw, colour = imgui.get_window_draw_list(), theme.colours()
     draw.add_text(text_at, theme.packed(colour.dim), label)
-    _draw_bar(state, draw, ImVec2(corner.x, top), bar, margin, value, scale, zone, hovered or active, focused)
+    _draw_bar(state, item, draw, ImVec2(corner.x, top), bar, margin, value, scale, zone, hovered or active, focused)
     if state.entry is not None and state.entry.item == item:
         value = _typed(state, value, scale, corner, width)
     else:
@@ -246,14 +245,37 @@ def _ticks(scale: Scale, left: float, length: float, apart: float) -> tuple[tupl
     return tuple(long), tuple(taken[len(long):])
 
 
-def _draw_bar(state: DialState, draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: float, value: float,
-              scale: Scale, zone: tuple[float, float] | None, lit: bool, focused: bool) -> None:
+def _engrave(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: float, scale: Scale) -> None:
+    """Ticks and figures, in the current font."""
+    colour, pixel, end = theme.colours(), theme.scale(), ImVec2(corner.x + size.x, corner.y + size.y)
+    left, length, apart = corner.x + margin, max(size.x - 2.0 * margin, 1.0), 3.5 * pixel
+    weight = _weight(pixel)
+    long, short = _ticks(scale, left, length, apart)
+    for ticks, height, ink in ((long, 0.265, colour.text), (short, 0.15, colour.dim)):
+        bottom, ink_packed = corner.y + round(height * size.y), theme.packed(ink, 0.85)
+        for x in ticks:
+            draw.add_rect_filled(ImVec2(x, corner.y), ImVec2(x + weight, bottom), ink_packed)
+    for figure, text in _fitting(scale, length, imgui.get_font_size()):
+        extent = imgui.calc_text_size(text)
+        x = math.floor(left + scale.to_unit(figure) * length)
+        x = min(max(x + 0.5 * weight - 0.5 * extent.x, corner.x + 2.0 * pixel), end.x - extent.x - 2.0 * pixel)
+        draw.add_text(ImVec2(math.floor(x + 0.5), math.floor(end.y - extent.y - 0.09 * size.y)),
+                      theme.packed(colour.text, 0.9), text)
+
+
+def _weight(pixel: float) -> float:
+    """Of ticks, in whole pixels: a tick on half a pixel is grey."""
+    return max(1.0, math.floor(pixel))
+
+
+def _draw_bar(state: DialState, item: int, draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: float,
+              value: float, scale: Scale, zone: tuple[float, float] | None, lit: bool, focused: bool) -> None:
     """Background, zone, ticks, figures, and the triangle with its index line."""
     colour, pixel = theme.colours(), theme.scale()
     end = ImVec2(corner.x + size.x, corner.y + size.y)
     length = max(size.x - 2.0 * margin, 1.0)
     rounding = imgui.get_style().frame_rounding
-    weight = max(1.0, math.floor(pixel))                # whole pixels: a tick on half a pixel is grey
+    weight = _weight(pixel)
 
     def place(of: float) -> float:
         return math.floor(corner.x + margin + scale.to_unit(of) * length)
@@ -268,21 +290,10 @@ def _draw_bar(state: DialState, draw: imgui.ImDrawList, corner: ImVec2, size: Im
         draw.add_rect_filled(ImVec2(middle - half, corner.y), ImVec2(middle + half, end.y),
                              theme.packed(colour.amber, 0.32))
 
-    left, apart = corner.x + margin, 3.5 * pixel
-    long, short = state.ticks.of((scale, left, length, apart), lambda: _ticks(scale, left, length, apart))
-    for ticks, height, ink in ((long, 0.265, colour.text), (short, 0.15, colour.dim)):
-        bottom, ink_packed = corner.y + round(height * size.y), theme.packed(ink, 0.85)
-        for x in ticks:
-            draw.add_rect_filled(ImVec2(x, corner.y), ImVec2(x + weight, bottom), ink_packed)
-
     theme.small()
-    font_size = imgui.get_font_size()
-    for figure, text in state.figures.of((scale, length, font_size), lambda: _fitting(scale, length, font_size)):
-        extent = imgui.calc_text_size(text)
-        x = min(max(place(figure) + 0.5 * weight - 0.5 * extent.x, corner.x + 2.0 * pixel),
-                end.x - extent.x - 2.0 * pixel)
-        draw.add_text(ImVec2(math.floor(x + 0.5), math.floor(end.y - extent.y - 0.09 * size.y)),
-                      theme.packed(colour.text, 0.9), text)
+    engraving = state.engravings.setdefault(item, Recorded())
+    engraving.draw(draw, (scale, corner.x, corner.y, size.x, size.y, margin),
+                   lambda into: _engrave(into, corner, size, margin, scale))
     imgui.pop_font()
 
     # The triangle hangs from the upper edge, with the index line below it

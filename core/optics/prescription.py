@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.lazy_names import called
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import AIR, D_LINE, Glass
@@ -28,6 +29,7 @@ class LensError(ValueError):
     """An invalid lens, or a demand that a lens cannot meet; the message says what to do."""
 
 
+@hashed_once
 @dataclass(frozen=True)
 class Surface:
     """One surface of a lens, with the gap and the medium behind it.
@@ -159,6 +161,7 @@ def _sound_terms(terms: Iterable[tuple[int, float]]) -> tuple[tuple[int, float],
     return tuple((power, sound[power]) for power in sorted(sound) if sound[power] != 0.0)
 
 
+@hashed_once
 @dataclass(frozen=True)
 class Lens:
     """Surfaces 0 … from the scene to the film, with the stop and what is known of the lens.

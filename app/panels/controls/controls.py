@@ -5,6 +5,7 @@ Every control returns changed settings, within the range of the lens.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
@@ -122,6 +123,7 @@ def _labelled(label: str) -> None:
     imgui.same_line(theme.em(3.45) + imgui.get_style().window_padding.x)
 
 
+@lru_cache(maxsize=64)
 def lens_title(name: str) -> str:
     """The title of a library lens, or the name of a file."""
     return next((card.title for card in lenses.describe() if card.name == name), Path(name).stem)

@@ -1,6 +1,7 @@
 """Importance and densities of every camera: they integrate to one, and to the pictures that the camera takes."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -46,7 +47,7 @@ POINTS = {
 }
 TRACED = {
     "trace": dgauss(),
-    "trace, f/8, five blades": lb.LensCamera(lb.Lens(**{**vars(lenses.load("pbrt-dgauss-50mm")), **BLADES}), FILM,
+    "trace, f/8, five blades": lb.LensCamera(replace(lenses.load("pbrt-dgauss-50mm"), **BLADES), FILM,
                                              900.0, 8.0, weights="physical", shutter_close=0.01),
     "wide": lb.LensCamera(lenses.load("pbrt-wide-22mm"), FILM, 900.0, world_from_camera=WORLD),
 }
