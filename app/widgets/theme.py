@@ -145,7 +145,8 @@ def look() -> tuple[bool, float, float]:
 @lru_cache(maxsize=1024)
 def packed(colour: Colour, alpha: float = 1.0) -> int:
     """A colour for draw lists, with its alpha multiplied."""
-    red, green, blue, opacity = (int(min(max(part, 0.0), 1.0) * 255.0 + 0.5) for part in (*colour[:3], colour[3] * alpha))
+    parts = (*colour[:3], colour[3] * alpha)
+    red, green, blue, opacity = (int(min(max(part, 0.0), 1.0) * 255.0 + 0.5) for part in parts)
     return red | green << 8 | blue << 16 | opacity << 24
 
 
