@@ -7,7 +7,7 @@ surface is z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, isfinite
 from typing import Any
@@ -245,17 +245,6 @@ class Lens:
             object.__setattr__(self, "blades", self.iris.blades)
         except IrisError as error:
             raise LensError(str(error)) from None
-
-    def __hash__(self) -> int:
-        return self._hash
-
-    @cached_property
-    def _hash(self) -> int:
-        """What is computed for a lens is looked up by it, many times a frame."""
-        return hash(tuple(getattr(self, each.name) for each in fields(self) if each.compare))
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_hash"}   # another process hashes anew
 
     @property
     def stop(self) -> Surface:
