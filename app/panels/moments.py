@@ -8,7 +8,7 @@ from imgui_bundle import icons_fontawesome_6 as fa
 
 from lensbench.app.files.moment_shelf import Moment
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import paragraph
+from lensbench.app.widgets.paragraph import paragraph, two_lines
 
 OPEN, COMPARE, TEXT, COPY, CARD, REMOVE, KEEP, PASTE = (
     "open", "compare", "text", "copy", "card", "remove", "keep", "paste")
@@ -48,7 +48,7 @@ def moments_panel(moments: list[Moment], state: MomentsState,
         return
     imgui.begin_child("Shelf", ImVec2(0.0, 0.0), imgui.ChildFlags_.none, imgui.WindowFlags_.horizontal_scrollbar)
     line = imgui.get_text_line_height()
-    height = max(imgui.get_content_region_avail().y - line - theme.em(1.2), theme.em(3.0))
+    height = max(imgui.get_content_region_avail().y - 2.0 * line - theme.em(1.2), theme.em(3.0))
     room, x = imgui.get_content_region_avail().x, 0.0
     height = min(height, theme.em(9.0))
     for i, moment in enumerate(moments):
@@ -93,7 +93,8 @@ def _moment(moment: Moment, state: MomentsState, shown: tuple[int, tuple[int, in
         _rename(moment, state, size.x)
     else:
         theme.small()
-        imgui.text_disabled(theme.shortened(moment.name, size.x))
+        for text in two_lines(moment.name, size.x):
+            imgui.text_disabled(text)
         imgui.pop_font()
     imgui.end_group()
     imgui.pop_id()

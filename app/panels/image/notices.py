@@ -8,6 +8,7 @@ from imgui_bundle import icons_fontawesome_6 as fa
 
 from lensbench.app.state.notices import Notice, NoticeKind, Notices
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import two_lines
 
 ICONS = {NoticeKind.ERROR: fa.ICON_FA_TRIANGLE_EXCLAMATION, NoticeKind.NOTE: fa.ICON_FA_CIRCLE_INFO,
          NoticeKind.DONE: fa.ICON_FA_CHECK}
@@ -25,7 +26,7 @@ def draw_notices(notices: Notices, corner: ImVec2, room: ImVec2) -> None:
     inner = room.x - 20.0 * pixel - 2.0 * imgui.get_style().window_padding.x
     width = max(inner - theme.em(1.6) - buttons, theme.em(4.0))
     rows = [(notice, part) for notice in shown
-            for part in (lines(notice.text, width) if len(shown) == 1 else [theme.shortened(_flat(notice), width)])]
+            for part in (two_lines(notice.text, width) if len(shown) == 1 else [theme.shortened(_flat(notice), width)])]
     pad = 5.0 * pixel
     imgui.set_cursor_screen_pos(ImVec2(corner.x + 10.0 * pixel, corner.y + 8.0 * pixel))
     imgui.push_style_color(imgui.Col_.child_bg, ImVec4(*theme.colours().popup[:3], 0.94))
@@ -57,20 +58,6 @@ def draw_notices(notices: Notices, corner: ImVec2, room: ImVec2) -> None:
     imgui.pop_style_color()
 
 
-def lines(text: str, width: float) -> list[str]:
-    """The text in at most two lines of this width (pixels), broken at a space if it can be; the second is cut."""
-    text = text.replace("\n", " ")
-    if imgui.calc_text_size(text).x <= width:
-        return [text]
-    first = text
-    while " " in first and imgui.calc_text_size(first).x > width:
-        first = first.rsplit(" ", 1)[0]
-    if imgui.calc_text_size(first).x > width:           # a word longer than a line
-        first = theme.shortened(first, width)
-        return [first]
-    return [first, theme.shortened(text[len(first):].strip(), width)]
-
-
 def _flat(notice: Notice) -> str:
     return notice.text.replace("\n", " ")
 
@@ -79,7 +66,10 @@ def _list(notices: Notices, corner: ImVec2, widest: float) -> None:
     """The popup: errors, then notes, each whole and with its button; all can be dismissed at once."""
     width = min(theme.em(WIDEST_LIST), widest)
     imgui.set_next_window_pos(corner, imgui.Cond_.always, ImVec2(1.0, 0.0))
-    imgui.set_next_window_size_constraints(ImVec2(width, 0.0), ImVec2(width, theme.em(HIGHEST_LIST)))
+    area = imgui.get_main_viewport()
+    below = area.work_pos.y + area.work_size.y - corner.y - theme.em(0.5)
+    highest = max(min(theme.em(HIGHEST_LIST), below), theme.em(6.0))
+    imgui.set_next_window_size_constraints(ImVec2(width, 0.0), ImVec2(width, highest))
     imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(theme.em(0.7), theme.em(0.6)))
     shown = imgui.begin_popup(LIST)
     imgui.pop_style_var()

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from imgui_bundle import imgui
 
 from lensbench.app.state.notices import Notice, NoticeKind, Notices
 from tests.app.conftest import SMALL
@@ -50,6 +51,24 @@ def test_many_notices_cover_two_lines_of_the_picture_and_are_dismissed_at_once(d
         assert view.messages == []
 
     drive(use)
+
+
+@pytest.mark.slow
+def test_the_list_of_notices_stays_within_a_small_window(drive):
+    def use(hand):
+        hand.picture()
+        for i in range(6):
+            hand.session.view.say(f"Error {i}: " + "a long sentence about what could not be read and why " * 5)
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/###All notices")
+        hand.ctx.yield_(3)
+        box = imgui.get_current_context().nav_window
+        assert 0.0 <= box.pos.y and box.pos.y + box.size.y <= 400.0
+        hand.ctx.item_click("//$FOCUSED/Dismiss all")           # after scrolling to it
+        hand.ctx.yield_(2)
+        assert hand.session.view.messages == []
+
+    drive(use, size=(640, 400))
 
 
 @pytest.mark.slow
