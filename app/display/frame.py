@@ -106,6 +106,7 @@ class View:
     room: tuple[float, float] = (0.0, 0.0)          # for the picture, in pixels of the screen
     locked: bool = False                            # A follows the dials that are turned in B
     dragged: bool = False
+    offers_trials: bool = False                     # three pictures to begin with, at the lower edge
     requests: set[Request] = field(default_factory=set)     # to the window
     notices: Notices = field(default_factory=Notices)
 

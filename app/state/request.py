@@ -43,6 +43,7 @@ class Request(Enum):
     RESET_LAYOUT = auto()
     SHOW_HELP = auto()
     SHOW_PALETTE = auto()
+    SHOW_TERMS = auto()
 
     # Moments
     KEEP_MOMENT = auto()

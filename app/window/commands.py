@@ -15,6 +15,7 @@ from lensbench.app.state.picture.auto_exposure import METERED, MODES, with_mode
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import VIEWS, Settings
+from lensbench.app.state.trials import TRIALS, Trial, tried
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.state import WindowState
 
@@ -66,6 +67,12 @@ def toggle_pin(state: WindowState) -> None:
     at, film = state.view.links.hover or state.view.pointed, state.history.present.film
     if state.view.links.pinned is not None or at is not None:
         state.view.links.toggle_pin((at[0] / film.pixels_x, at[1] / film.pixels_y) if at is not None else (0.0, 0.0))
+
+
+def try_this(state: WindowState, trial: Trial) -> None:
+    """Take the settings of a trial, and say what there is to see."""
+    state.edited = tried(state.edited, trial)
+    state.view.say(trial.about, lens=trial.lens)
 
 
 def quit_window(state: WindowState) -> None:
@@ -128,6 +135,10 @@ def _revert(state: WindowState) -> None:
     state.edited = reverted(state.edited)
 
 
+def _tries(trial: Trial) -> Callable[[WindowState], None]:
+    return lambda state: try_this(state, trial)
+
+
 def _theme(dark: bool) -> Callable[[WindowState], None]:
     return lambda state: state.choose_theme(dark)
 
@@ -159,6 +170,8 @@ COMMANDS: tuple[Command, ...] = (
     Command("Redo", redo, "Ctrl + Shift + Z", (CTRL | SHIFT | KEY.z, CTRL | KEY.y), RENDER),
     Command("Command palette", _asks(Request.SHOW_PALETTE), "Ctrl + K", (CTRL | KEY.k,), FILES),
     Command("Keys and mouse", _asks(Request.SHOW_HELP), "F1 · ?", (KEY.f1,), FILES),
+    Command("What the terms mean", _asks(Request.SHOW_TERMS)),
+    *(Command(f"Try this: {trial.title}", _tries(trial)) for trial in TRIALS),
     Command("Lens browser", _asks(Request.BROWSE_LENSES), "L", (KEY.l,), FILES),
     Command("Open a lens", _asks(Request.OPEN_LENS), "Ctrl + O", (CTRL | KEY.o,), FILES),
     Command("Save the edits of the lens", _asks(Request.SAVE_EDITED), "Ctrl + Shift + S", (CTRL | SHIFT | KEY.s,),

@@ -3,15 +3,16 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from imgui_bundle import ImVec2, hello_imgui, imgui
+from imgui_bundle import ImVec2, hello_imgui, icons_fontawesome_6, imgui
 
 from lensbench.app.panels.image.magnifier import toggle_magnifier
 from lensbench.app.state.lens_edit.editing import reverted
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
+from lensbench.app.state.trials import TRIALS
 from lensbench.app.widgets import theme
 from lensbench.app.window.analyses import PANELS
-from lensbench.app.window.commands import COMMANDS, GESTURES, quit_window, redo, reset_all, toggle_pin, undo
+from lensbench.app.window.commands import COMMANDS, GESTURES, quit_window, redo, reset_all, toggle_pin, try_this, undo
 from lensbench.app.window.dialogs import centre_next
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.state import WindowState
@@ -26,6 +27,12 @@ def menus(state: WindowState) -> None:
         if imgui.begin_menu(name):
             content(state)
             imgui.end_menu()
+    mark = icons_fontawesome_6.ICON_FA_CIRCLE_QUESTION
+    imgui.set_cursor_pos_x(imgui.get_window_width() - imgui.calc_text_size(mark).x
+                           - 2.0 * imgui.get_style().item_spacing.x)
+    if imgui.menu_item(f"{mark}###Terms", "", False)[0]:
+        state.requests.add(Request.SHOW_TERMS)
+    imgui.set_item_tooltip("What the terms mean: P, E, T-stop, CoC, …")
 
 
 def _file_menu(state: WindowState) -> None:
@@ -126,6 +133,14 @@ def _panels(panels: list[hello_imgui.DockableWindow]) -> None:
 def _help_menu(state: WindowState) -> None:
     if _item("Keys and mouse", "F1"):
         state.requests.add(Request.SHOW_HELP)
+    if _item("What the terms mean"):
+        state.requests.add(Request.SHOW_TERMS)
+    imgui.separator()
+    imgui.text_disabled("Try this")
+    for trial in TRIALS:
+        if _item(trial.title):
+            try_this(state, trial)
+        imgui.set_item_tooltip(trial.about)
 
 
 def _item(name: str, key: str = "", enabled: bool = True, checked: bool = False) -> bool:

@@ -22,7 +22,7 @@ from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.display.presenter import save_window
-from lensbench.app.files.session_file import save_session
+from lensbench.app.files.session_file import save_session, session_path
 from lensbench.app.state.constraints import constrained, longer_side_within
 from lensbench.app.state.lens_choice import LOCKS
 from lensbench.app.state.picture.auto_exposure import METERED, metered
@@ -44,6 +44,7 @@ from lensbench.app.window.menus import Help
 from lensbench.app.window.moments import Moments
 from lensbench.app.window.palette import Palette
 from lensbench.app.window.state import WindowState
+from lensbench.app.window.terms import Terms
 from lensbench.app.workers.task import Task
 from lensbench.kernels.cache import NotCompiledError
 
@@ -55,7 +56,7 @@ class Session(WindowState):
 
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
         super().__init__(settings, remember, threads)
-        self.help, self.palette = Help(), Palette()
+        self.help, self.palette, self.terms = Help(), Palette(), Terms()
         self.browsing = LensBrowsing(self)
         self.comparing = Comparing(self, threads)
         self.editing = LensEditing(self)
@@ -96,6 +97,7 @@ class Session(WindowState):
             self.chooser.locked.update(set(hello_imgui.load_lasting_pref("locked").split()) & set(LOCKS))
             self._locked = frozenset(self.chooser.locked)
             self.browsing.load()
+            self.view.offers_trials = not session_path().exists()
             layout = hello_imgui.load_lasting_pref("layout")
             if layout in LAYOUTS:
                 self.layout = layout
@@ -178,6 +180,7 @@ class Session(WindowState):
             self.requests.add(Request.CHOOSE_EXPORT_PATH)
         self.help.draw(self.presenter.drawn_by)
         self.palette.draw(self)
+        self.terms.draw()
         self.editing.draw()
 
     def end(self) -> None:
@@ -263,6 +266,8 @@ class Session(WindowState):
             self.help.open()
         if Request.SHOW_PALETTE in wanted:
             self.palette.open()
+        if Request.SHOW_TERMS in wanted:
+            self.terms.open()
         self.moments.answer(wanted)
         if self.card_path is not None:
             path, self.card_path = self.card_path, None

@@ -13,6 +13,7 @@ from imgui_bundle import ImVec2, imgui
 from lensbench.app.display.frame import Picture, View
 from lensbench.app.panels.image.camera_strip import camera_strip
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
+from lensbench.app.panels.image.first_trials import draw_trials
 from lensbench.app.panels.image.magnifier import STEPS, draw_magnifier
 from lensbench.app.panels.image.notices import draw_notices
 from lensbench.app.panels.image.overlays import (
@@ -83,7 +84,7 @@ def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
     else:
         settings = _picture(settings, picture, view, corner, room)
     draw_notices(view.notices, corner, room)
-    return settings
+    return draw_trials(settings, view, corner, room)
 
 
 # The picture

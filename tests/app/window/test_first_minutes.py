@@ -1,0 +1,56 @@
+"""The first minutes: pictures to try, and what the terms mean."""
+
+from dataclasses import replace
+
+import pytest
+from imgui_bundle import imgui
+
+from lensbench.app.state.trials import TRIALS
+from tests.app.conftest import SMALL
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(640, 400), (1280, 720)])
+def test_a_picture_is_tried_and_undone_and_the_offer_dismissed(drive, size):
+    def use(hand):
+        view, trial = hand.session.view, TRIALS[2]
+        hand.picture()
+        assert not hand.ctx.item_exists(f"**/{trial.title}")        # a later session
+        before, view.offers_trials = hand.settings, True
+        hand.ctx.yield_(3)
+        box = hand.box("**/###No trials")
+        assert box.max.x <= size[0] and box.max.y <= size[1]
+        hand.ctx.item_click(f"**/{trial.title}")
+        hand.ctx.yield_(4)
+        assert (hand.settings.lens, hand.settings.scene, hand.settings.blades) == (trial.lens, trial.scene, 6)
+        assert view.messages == [trial.about]
+        hand.press(imgui.Key.mod_ctrl | imgui.Key.z)
+        assert hand.settings == before
+        hand.ctx.yield_(2)
+        assert view.messages == []                                  # what was said of the lens goes with it
+        hand.ctx.item_click("**/###No trials")
+        hand.ctx.yield_(2)
+        assert not view.offers_trials
+
+    drive(use, replace(SMALL, samples=1), size=size)
+
+
+@pytest.mark.slow
+def test_the_question_mark_explains_the_terms(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.item_click("**/###Terms")
+        hand.ctx.yield_(3)
+        window = imgui.internal.find_window_by_name("What the terms mean")
+        assert window.active and window.pos.y >= 0.0 and window.pos.y + window.size.y <= 400.0
+        hand.ctx.key_chars("coc")
+        hand.ctx.yield_(3)
+        assert imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+        hand.press(imgui.Key.escape)
+        hand.ctx.yield_(2)
+        assert not window.active
+        hand.ctx.menu_click("//##MainMenuBar/Help/What the terms mean")
+        hand.ctx.yield_(3)
+        assert window.active
+
+    drive(use, replace(SMALL, samples=1), size=(640, 400))
