@@ -2,10 +2,13 @@
 
 import os
 from collections.abc import Callable
-from functools import lru_cache, wraps
+from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar
 
+from lensbench.kernels.byte_cache import byte_cache, held
+
+MOST_KEPT = 1 << 30     # bytes
 Stamp = tuple[int, int]
 Content = TypeVar("Content")
 
@@ -22,27 +25,35 @@ def file_stamp(path: str | Path) -> Stamp:
 
 
 def keeps_last_good(size: int) -> Callable[[Callable[[str, Any], Content]], Callable[[str, Any], Content]]:
-    """Decorator of load(name, stamp), which reads the file `name`: it is read once for each stamp. size: stamps kept.
+    """Decorator of load(name, stamp), which reads the file `name`: it is read once for each stamp.
 
-    If a file that has been read cannot be read after a change, such as one that is half written, the content read last
-    is returned. A file that has never been read raises what `load` raises.
+    size: stamps kept, and names whose last content is, as long as they hold MOST_KEPT bytes at most. If a file that has
+    been read cannot be read after a change, such as one that is half written, the content read last is returned. A file
+    that has never been read raises what `load` raises.
     """
     def decorate(load: Callable[[str, Any], Content]) -> Callable[[str, Any], Content]:
         good: dict[str, Content] = {}
         bad: dict[str, Any] = {}                # stamps that could not be read
-        cached = lru_cache(maxsize=size)(load)
+        cached = byte_cache(MOST_KEPT, size)(load)
 
         @wraps(load)
         def loaded(name: str, stamp: Any) -> Content:
             if name in good and bad.get(name) == stamp:
                 return good[name]
             try:
-                good[name] = cached(name, stamp)
+                content = cached(name, stamp)
             except (ValueError, OSError):
-                bad[name] = stamp
                 if name not in good:
                     raise
-            return good[name]
+                bad[name] = stamp
+                return good[name]
+            is_new = good.pop(name, None) is not content
+            good[name] = content                # the newest name is last
+            while is_new and len(good) > 1 and (len(good) > size or held(good) > MOST_KEPT):
+                forgotten = next(iter(good))
+                del good[forgotten]
+                bad.pop(forgotten, None)
+            return content
 
         return loaded
 

@@ -45,6 +45,7 @@ from lensbench.app.window.moments import Moments
 from lensbench.app.window.palette import Palette
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.terms import Terms
+from lensbench.app.workers.heap import Heap
 from lensbench.app.workers.task import Task
 from lensbench.kernels.cache import NotCompiledError
 
@@ -55,6 +56,7 @@ class Session(WindowState):
     """Everything that lives as long as the window."""
 
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
+        self._heap = Heap()                             # before the threads
         super().__init__(settings, remember, threads)
         self.help, self.palette, self.terms = Help(), Palette(), Terms()
         self.browsing = LensBrowsing(self)
@@ -195,6 +197,7 @@ class Session(WindowState):
         self.apply()
         self.comparing.advance(busy)
         self.editing.advance(held)
+        self._heap.advance(monotonic())
 
     def _keep_locks(self) -> None:
         """Remember what another lens leaves as it is, beyond this session."""

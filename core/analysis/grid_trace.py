@@ -3,7 +3,6 @@
 Lengths in mm, lens frame. See `traced_grid` for the reference points, axes and pupil coordinates.
 """
 
-from functools import lru_cache
 from math import inf, isinf, nan
 from typing import NamedTuple
 
@@ -29,11 +28,13 @@ from lensbench.analysis.field_beams import (
 from lensbench.analysis.field_conditions import Conditions, wanted_chief_rays
 from lensbench.analysis.field_threads import each_of
 from lensbench.analysis.traced_grid import RayGrid
+from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError
 
+MOST_KEPT = 96 << 20    # bytes of rays: sixteen grids of a moving picture, or one of 128 points
 PUPIL = 32              # grid points across the pupil of a field: about 800 rays
 MANY = 24               # fields, from which on a wavelength is divided among the threads
 BEYOND = 4.0            # cells beyond the rims, of which rays are traced too: half of them
@@ -63,9 +64,9 @@ class _Landed(NamedTuple):
     chief: np.ndarray
 
 
-@lru_cache(maxsize=16)
+@byte_cache(MOST_KEPT, 16)
 def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: int = PUPIL) -> RayGrid:
-    """The rays of an analysis; kept for the last sixteen lens states.
+    """The rays of an analysis; kept for the last lens states, at most sixteen.
 
     Parameters
     ----------

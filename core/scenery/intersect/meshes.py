@@ -7,7 +7,6 @@ own, which both borrow (`borrowed_array`); a scene without meshes has neither st
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -50,6 +49,7 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.borrowed_array import address, borrowed
+from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, pack, vector
 from lensbench.scenery.intersect.block_bounds import beam_misses
@@ -58,6 +58,7 @@ from lensbench.scenery.intersect.tree_search import search
 from lensbench.scenery.intersect.triangle_tree import TriangleTree, depth_of_stack, triangle_tree
 
 SOLID = 1e7             # added to GLASS in the row GLOSS: a mesh of glass met from outside (`solid_bounce`)
+MOST_KEPT = 512 << 20   # bytes of trees and their meshes, for scenes seen before
 INSIDE = 2.5            # value of GLOSS where it is met from inside
 
 # Bounding sphere of all meshes
@@ -99,7 +100,7 @@ class Surfaces(NamedTuple):
         return pack(MESHES, {CENTRE: (low + high) / 2.0, REACH: math.dist(low, high) / 2.0 * (1.0 + 1e-5) + 1e-3})
 
 
-@lru_cache(maxsize=8)
+@byte_cache(MOST_KEPT, 8)
 def surfaces(meshes: tuple) -> Surfaces:
     """One tree over all triangles of some meshes."""
     corners, vertices, owners, first = [], [], [], 0

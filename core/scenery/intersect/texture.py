@@ -6,17 +6,18 @@ again and again. A footprint looks up the reduction of its shorter side, but non
 its longer one.
 """
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from lensbench.kernels.block import A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, B, rows, stage
 from lensbench.kernels.borrowed_array import address, borrowed
+from lensbench.kernels.byte_cache import byte_cache
 from lensbench.scenery.objects.material import Image
 
 ENOUGH = 1.3            # texels of a reduction that a footprint covers at least
 ELONGATED = 0.125       # of the longer side of a footprint: least size of a texel
+MOST_KEPT = 1 << 30     # bytes of coded pictures and their originals, for scenes seen before
 STRIP = 256             # rows that are coded at a time, to bound the memory
 # Integers: place and count of the texels, texels across and down, number of reductions with the picture itself, WRAPS
 PLACE, COUNT, ACROSS, DOWN, LEVELS, WRAPS, TEXTURE = range(7)
@@ -37,7 +38,7 @@ class Texture(NamedTuple):
         return [address(self.texels), self.texels.size, self.across, self.down, self.levels, wraps]
 
 
-@lru_cache(maxsize=32)
+@byte_cache(MOST_KEPT, 32)
 def texture(image: Image) -> Texture:
     """The coded picture of an image; its values must not be negative."""
     values, greatest = image.values, float(max(image.values.max(), 1e-30))

@@ -7,7 +7,6 @@ directions.
 """
 
 import math
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -48,12 +47,14 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.borrowed_array import address, borrowed
+from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, pack
 from lensbench.kernels.rotation import sine_versine
 from lensbench.scenery.objects.image_sky import ImageSky
 from lensbench.scenery.shading.illumination import count_lit
 
+MOST_KEPT = 512 << 20   # bytes of tables and their pictures, for skies seen before
 LEAST_ACROSS, MOST_ACROSS = 512, 2048   # cells across: finer than a small picture, coarser than a large one
 
 # FLUX: ∫ radiance dω, the mean of the colours, / π
@@ -74,7 +75,7 @@ class SkyCells(NamedTuple):
     flux: float
 
 
-@lru_cache(maxsize=4)
+@byte_cache(MOST_KEPT, 4)
 def sky_cells(sky: ImageSky) -> SkyCells:
     """The cells of a sky."""
     values = _cells(sky.image.values) * sky.brightness

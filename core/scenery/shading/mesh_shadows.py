@@ -1,7 +1,6 @@
 """Shadows of meshes, and light of the sky between them."""
 
 import math
-from functools import lru_cache
 
 import numpy as np
 
@@ -61,7 +60,6 @@ LIFT = 2e-5             # offset of a shadow ray from its surface, as a fraction
 CROSSINGS = 16          # surfaces of glass that light passes at the most
 
 
-@lru_cache(maxsize=8)
 def mesh_shadow_steps(meshes: tuple) -> tuple[Step, ...]:
     """The stages `mesh_shadows` and `glass_shadows` for the meshes that hide light; none for those that shine."""
     opaque = tuple(o for o in meshes if o.material.kind != "glass" and not o.material.shines)

@@ -21,3 +21,21 @@ def test_the_last_good_content_stays_until_the_file_can_be_read_again():
         load("b", 1)
     contents["b", 1] = "now"
     assert load("b", 1) == "now"
+
+
+def test_contents_of_files_that_were_left_long_ago_go():
+    reads = []
+
+    @keeps_last_good(2)
+    def load(name, stamp):
+        reads.append(name)
+        if stamp:
+            raise ValueError(f"{name}: half written")
+        return name.upper()
+
+    for name in "abca":
+        assert load(name, 0) == name.upper()
+    assert reads == ["a", "b", "c", "a"]
+    assert load("a", 1) == "A"                          # one of the two newest
+    with pytest.raises(ValueError, match="b: half"):
+        load("b", 1)

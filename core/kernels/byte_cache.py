@@ -1,0 +1,104 @@
+"""Caches of large values, bounded by the bytes that they hold and not by their number alone."""
+
+import threading
+from collections.abc import Callable
+from functools import update_wrapper
+from typing import Any, Generic, ParamSpec, TypeVar
+
+import numpy as np
+
+Given = ParamSpec("Given")
+Value = TypeVar("Value")
+SMALL = 1024            # bytes of a buffer that does not count
+
+
+class ByteCache(Generic[Given, Value]):
+    """A function with its newest values; see `byte_cache`."""
+
+    def __init__(self, function: Callable[Given, Value], most_bytes: int, most: int):
+        update_wrapper(self, function)
+        self._function, self._most_bytes, self._most = function, most_bytes, most
+        self._kept: dict[Any, tuple[Value, dict[int, int]]] = {}        # with their buffers; the newest is last
+        self._lock = threading.Lock()
+
+    def __call__(self, *arguments: Given.args, **named: Given.kwargs) -> Value:
+        """The value for these arguments, computed if it is not known."""
+        key = (arguments, tuple(sorted(named.items())))
+        with self._lock:
+            if key in self._kept:
+                self._kept[key] = self._kept.pop(key)
+                return self._kept[key][0]
+        value = self._function(*arguments, **named)
+        with self._lock:
+            for last in list(self._kept)[-1:]:          # its value may have grown by cached properties
+                self._kept[last] = self._kept[last][0], buffers((last, self._kept[last][0]))
+            self._kept[key] = value, buffers((key, value))
+            while len(self._kept) > self._most or (len(self._kept) > 1 and self.held > self._most_bytes):
+                del self._kept[next(iter(self._kept))]
+        return value
+
+    @property
+    def held(self) -> int:
+        """Bytes of all buffers of all values and arguments."""
+        together: dict[int, int] = {}
+        for _, held in self._kept.values():
+            together.update(held)
+        return sum(together.values())
+
+    def cache_clear(self) -> None:
+        """Forget all values."""
+        with self._lock:
+            self._kept.clear()
+
+
+def byte_cache(most_bytes: int, most: int) -> Callable[[Callable[Given, Value]], ByteCache[Given, Value]]:
+    """Decorator like `lru_cache`: what was used longest ago is forgotten while all values hold too much.
+
+    A buffer counts once, however many values and arguments share it. The newest value always stays.
+
+    Parameters
+    ----------
+    most_bytes : int
+        Bytes of arrays and `bytes` that arguments and values may hold together.
+    most : int
+        Number of values.
+
+    Returns
+    -------
+    callable
+        Decorator of a function of hashable arguments.
+    """
+    def decorate(function: Callable[Given, Value]) -> ByteCache[Given, Value]:
+        return ByteCache(function, most_bytes, most)
+
+    return decorate
+
+
+def held(value: Any) -> int:
+    """Bytes of arrays and `bytes` that a value of this package reaches, each counted once."""
+    return sum(buffers(value).values())
+
+
+def buffers(root: Any) -> dict[int, int]:
+    """Bytes of each array and `bytes` that a value of this package reaches, by the identity of the buffer."""
+    found: dict[int, int] = {}
+    seen: set[int] = set()
+    waiting = [root]
+    while waiting:
+        value = waiting.pop()
+        if value is None or isinstance(value, float | int | str) or id(value) in seen:
+            continue
+        seen.add(id(value))
+        if isinstance(value, np.ndarray):
+            while isinstance(value.base, np.ndarray):
+                value = value.base
+            found[id(value.base if isinstance(value.base, bytes) else value)] = value.nbytes
+        elif isinstance(value, bytes):
+            found[id(value)] = len(value)
+        elif isinstance(value, tuple | list | set | frozenset):
+            waiting += value
+        elif isinstance(value, dict):
+            waiting += value.values()
+        elif type(value).__module__.startswith("lensbench"):
+            waiting += getattr(value, "__dict__", {}).values()
+    return {place: size for place, size in found.items() if size >= SMALL}
