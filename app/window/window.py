@@ -14,6 +14,7 @@ from lensbench.app.window.session import Session
 
 TITLE = "lensbench"
 SIZE = (1280, 720)
+IDLE_PACE = 2.0                     # frames a second at rest
 SCREENSHOT_SAMPLES = 64
 SCREENSHOT_SECONDS = 120.0          # after this time the screenshot is taken as the window is
 
@@ -28,7 +29,7 @@ def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.Ru
     runner.ini_folder_type = hello_imgui.IniFolderType.app_user_config_folder
     runner.ini_filename = f"{TITLE}/window.ini"
     runner.ini_filename_use_app_window_title = False
-    runner.fps_idling.fps_idle = 2.0
+    runner.fps_idling.fps_idle = IDLE_PACE
     runner.fps_idling.time_active_after_last_event = 0.5
     runner.fps_idling.fps_max = 120.0
     runner.renderer_backend_options.open_gl_options.anti_aliasing_samples = 0

@@ -1,7 +1,8 @@
 """Small pictures through the lenses of the library: made in the background, kept in the user's cache folder.
 
 A file is named by the content of the lens file and by the versions of what draws it, written beside its place and
-renamed. A second process renders while the picture of the window leaves the processor.
+renamed. Other processes render while the picture of the window leaves the processor: set-up holds the GIL for half of
+the time of a thumbnail, so that two processes of one thread take half as long as one of two.
 """
 
 import hashlib
@@ -21,10 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lensbench.app.workers.task import Task
+from lensbench.app.workers.threads import thread_count
 from lensbench.lenses import catalogue
 
 VERSION = 2                     # of the look of a thumbnail: another one draws all of them again
 DAYS = 30                       # that an unused file is kept
+PROCESSES = min(4, thread_count())      # each of them loads the library: 150 MB
 COMMAND = (sys.executable, "-m", "lensbench.app.workers.thumbnail_process")
 
 Pixels = NDArray[np.uint8]
@@ -46,7 +49,10 @@ def file_name(lens: str) -> str:
 class LensThumbnails:
     """Thumbnails by the name of the lens. Call all methods from the window's thread.
 
-    folder: None keeps them in a temporary folder, which `stop` removes.
+    folder: None keeps them in a temporary folder, which `stop` removes. wake: called from another thread after a file
+    is read and after the last picture; those that are rendered between are found in the frames of a window at rest.
+    command: starts a renderer, which receives the
+    number of its threads.
     """
 
     def __init__(self, folder: Path | None = None, wake: Callable[[], None] = lambda: None,
@@ -58,67 +64,87 @@ class LensThumbnails:
         self._folder = folder or Path(self._temporary.name if self._temporary else "")
         self._change = threading.Condition()
         self._wanted: tuple[str, ...] = ()
+        self._taken: set[str] = set()                   # names that a worker reads or renders
+        self._looked: set[str] = set()                  # names whose file was not there
         self._may_render = False
-        self._task: Task[None] | None = None
-        self._process: subprocess.Popen[str] | None = None
+        self._first_rendered = self._stopped = False
+        self._tasks: list[Task[None]] = []
+        self._processes: list[subprocess.Popen[str]] = []
 
     @property
     def missing(self) -> int:
         """Number of thumbnails that are wanted and not there yet."""
-        return sum(name not in self.found and name not in self.problems for name in self._wanted)
+        return sum(self._is_missing(name) for name in self._wanted)
 
     def want(self, names: Sequence[str], may_render: bool) -> None:
         """Make these thumbnails, the first first. may_render: the processor is free; files are read at any time."""
         with self._change:
             self._wanted, self._may_render = tuple(names), may_render
+            waiting = any(self._is_missing(name) and name not in self._taken for name in self._wanted)
             self._change.notify_all()
-        if self.missing and (self._task is None or self._task.done):
-            self._task = Task("Thumbnails", self._work, self._wake)
+        self._tasks = [task for task in self._tasks if not task.done]
+        if waiting:
+            self._tasks += [Task("Thumbnails", self._work, self._wake) for _ in range(len(self._tasks), PROCESSES)]
 
     def stop(self) -> None:
-        """End the work and its process; returns when they have ended."""
-        if self._task is not None:
-            self._task.cancel()
+        """End the work and its processes; returns when they have ended."""
+        for task in self._tasks:
+            task.cancel()
         with self._change:
-            self._wanted = ()
+            self._wanted, self._stopped = (), True
             self._change.notify_all()
-        process = self._process
-        if process is not None:
+            processes = tuple(self._processes)
+        for process in processes:
             process.kill()
-        if self._task is not None:
-            self._task.join()
+        for task in self._tasks:
+            task.join()
         if self._temporary is not None:
             self._temporary.cleanup()
 
-    # The worker's side
+    def _is_missing(self, name: str) -> bool:
+        return name not in self.found and name not in self.problems
+
+    # The workers' side: each has a process of its own
 
     def _work(self, task: Task[None]) -> None:
         """Read what is kept, then render what is missing, until nothing is."""
+        renderer = _Renderer(self._command, self._started)
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            looked: set[str] = set()                    # names whose file was not there
             while not task.cancelled:
                 with self._change:
-                    missing = [name for name in self._wanted if name not in self.found and name not in self.problems]
-                    may_render = self._may_render
-                if not missing:
-                    break
-                first = next((name for name in missing if name not in looked), None)
-                if first is not None:
-                    if self._read(first):
-                        self._wake()
-                    looked.add(first)
-                    continue
-                if may_render:
-                    self._render(missing[0])
-                    self._wake()
-                    continue
-                with self._change:
-                    self._change.wait(0.2)
-            if not task.cancelled:
+                    missing = [name for name in self._wanted if self._is_missing(name)]
+                    free = [name for name in missing if name not in self._taken]
+                    if not free:
+                        break
+                    name = next((name for name in free if name not in self._looked), "")
+                    renders = not name
+                    if renders and not (self._may_render and (self._first_rendered or len(free) == len(missing))):
+                        self._change.wait(0.2)
+                        continue
+                    name = name or free[0]
+                    self._taken.add(name)
+                try:
+                    if renders:
+                        self._render(name, renderer)
+                    elif self._read(name):
+                        self._wake()                    # not for each that is rendered: a frame takes longer than it
+                finally:
+                    with self._change:
+                        self._taken.discard(name)
+                        self._looked.add(name)
+                        self._first_rendered = self._first_rendered or renders
+                        self._change.notify_all()
+            if not task.cancelled and not missing:
                 self._remove_unused()
         finally:
-            self._end_process()
+            renderer.end()
+
+    def _started(self, process: subprocess.Popen[str]) -> None:
+        with self._change:
+            self._processes = [each for each in self._processes if each.poll() is None] + [process]
+            if self._stopped:
+                process.kill()
 
     def _read(self, name: str) -> bool:
         """Take the picture of a lens from its file, if it is there; a damaged file is removed."""
@@ -137,24 +163,44 @@ class LensThumbnails:
                 path.unlink()
             return False
 
-    def _render(self, name: str) -> None:
+    def _render(self, name: str, renderer: "_Renderer") -> None:
         """Let the process write the file of a lens."""
-        path = self._folder / file_name(name)
+        answer = renderer.answer(name, self._folder / file_name(name))
+        if answer != "ok" or not self._read(name):
+            self.problems[name] = answer if answer not in ("", "ok") else "no picture: its process has ended"
+            renderer.end()
+
+    def _remove_unused(self) -> None:
+        """Remove files that nothing has read for DAYS."""
+        with suppress(OSError):
+            for path in self._folder.glob("*.png"):
+                if time() - path.stat().st_mtime > DAYS * 86400.0:
+                    path.unlink()
+
+
+class _Renderer:
+    """A process that renders thumbnails, from the first that it is asked for. started: called with it."""
+
+    def __init__(self, command: Sequence[str], started: Callable[[subprocess.Popen[str]], None]):
+        self._command, self._started = (*command, str(max(1, thread_count() // PROCESSES))), started
+        self._process: subprocess.Popen[str] | None = None
+
+    def answer(self, name: str, path: Path) -> str:
+        """Render a lens into a file: “ok”, or why there is none."""
         try:
             if self._process is None:
                 self._process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                                  stderr=subprocess.DEVNULL, text=True, encoding="utf-8")
+                self._started(self._process)
             assert self._process.stdin is not None and self._process.stdout is not None
             self._process.stdin.write(f"{name}\t{path}\n")
             self._process.stdin.flush()
-            answer = self._process.stdout.readline().strip()
+            return self._process.stdout.readline().strip()
         except OSError as error:
-            answer = error.strerror or str(error)
-        if answer != "ok" or not self._read(name):
-            self.problems[name] = answer if answer not in ("", "ok") else "no picture: its process has ended"
-            self._end_process()
+            return error.strerror or str(error)
 
-    def _end_process(self) -> None:
+    def end(self) -> None:
+        """Let the process end; another question starts another."""
         process, self._process = self._process, None
         if process is None:
             return
@@ -168,10 +214,3 @@ class LensThumbnails:
             process.wait()
         if process.stdout is not None:
             process.stdout.close()
-
-    def _remove_unused(self) -> None:
-        """Remove files that nothing has read for DAYS."""
-        with suppress(OSError):
-            for path in self._folder.glob("*.png"):
-                if time() - path.stat().st_mtime > DAYS * 86400.0:
-                    path.unlink()

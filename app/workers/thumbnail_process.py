@@ -1,7 +1,7 @@
 """A second process that renders small pictures through lenses, so that the window never waits for their set-up.
 
 Each line of the input is a name of the library, a tab, and the PNG file to be written; each line of the output is
-“ok”, or why there is no picture. The process ends with its input.
+“ok”, or why there is no picture. The process ends with its input. Its argument is the number of threads.
 """
 
 import os
@@ -36,7 +36,7 @@ def thumbnail_settings(name: str) -> Settings:
 
 def main() -> None:
     """Answer the lines of the input one after the other."""
-    threads = thread_count()
+    threads = int(sys.argv[1]) if len(sys.argv) > 1 else thread_count()
     lower_priority()                            # the rendering threads inherit it
     with ThreadPoolExecutor(threads) as pool:
         for line in sys.stdin:

@@ -23,7 +23,7 @@ from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.light_field_query import Look
 from lensbench.app.state.picture import tone
 from lensbench.app.state.settings import Settings
-from lensbench.app.window.window import Session, parameters, without_display
+from lensbench.app.window.window import IDLE_PACE, Session, parameters, without_display
 from lensbench.app.workers.light_field_worker import LightFieldWorker
 from lensbench.app.workers.render_update import RenderUpdate
 
@@ -178,10 +178,11 @@ def browsed() -> tuple[float, list[float]]:
                 session.browsing.toggle()
                 opened[0] = now
             return False
-        session.hurry()
         if not made:
             if session.browsing.complete:
                 made.append(now - opened[0])
+            else:
+                time.sleep(1.0 / IDLE_PACE)             # a window at rest: GLFW does not wait where there is no display
             return False
         io = imgui.get_io()
         io.add_mouse_pos_event(0.2 * BROWSED[0], 0.5 * BROWSED[1])

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from lensbench.app.workers import lens_thumbnails
 from lensbench.app.workers.lens_thumbnails import DAYS, LensThumbnails, file_name
 from lensbench.app.workers.thumbnail_process import LONGER_SIDE, thumbnail_settings
 
-LENS, OTHER = "pbrt-dgauss-50mm", "pbrt-fisheye-10mm"
+LENS, OTHER, THIRD = "pbrt-dgauss-50mm", "pbrt-fisheye-10mm", "pbrt-telephoto-250mm"
 # In place of the renderer: writes a grey picture, and fails for one lens
 QUICK = (sys.executable, "-c", f"""
 import sys
@@ -60,6 +61,29 @@ def test_nothing_is_rendered_while_the_processor_is_needed(made):
     until(lambda: not made.missing)
 
 
+def test_two_processes_render_at_once_after_the_first_picture(tmp_path, monkeypatch):
+    """Each picture but the first waits for another process that is at work."""
+    monkeypatch.setattr(lens_thumbnails, "PROCESSES", 2)
+    command = (sys.executable, "-c", f"""
+import os, sys, time
+from pathlib import Path
+from PIL import Image
+for line in sys.stdin:
+    name, path = line.rstrip().split("\\t")
+    Path({str(tmp_path)!r}, str(os.getpid())).touch()
+    end = time.monotonic() + 20.0
+    while name != "{LENS}" and len(list(Path({str(tmp_path)!r}).glob("[0-9]*[0-9]"))) < 2 and time.monotonic() < end:
+        time.sleep(0.01)
+    Image.new("RGB", (6, 4)).save(path, "PNG")
+    print("ok" if time.monotonic() < end else "alone", flush=True)
+""")
+    made = LensThumbnails(tmp_path / "kept", command=command)
+    made.want([LENS, OTHER, THIRD], True)
+    until(lambda: not made.missing)
+    made.stop()
+    assert made.problems == {} and made.found.keys() == {LENS, OTHER, THIRD}
+
+
 def test_a_lens_without_a_picture_says_why_and_the_others_go_on(made):
     made.want([OTHER, LENS], True)
     until(lambda: not made.missing)
@@ -88,7 +112,7 @@ def test_unused_files_are_removed_and_others_stay(made, tmp_path):
     long_ago = time() - (DAYS + 1) * 86400.0
     os.utime(old, (long_ago, long_ago))
     made.want([LENS], True)
-    until(lambda: made._task is not None and made._task.done)
+    until(lambda: made._tasks and all(task.done for task in made._tasks))
     assert not old.exists() and new.exists()
 
 
@@ -99,8 +123,8 @@ def test_the_file_changes_with_the_lens_and_not_with_its_name():
 def test_a_stopped_worker_leaves_no_process(tmp_path):
     slow = LensThumbnails(None, command=(sys.executable, "-c", "import time; time.sleep(600)"))
     slow.want([LENS], True)
-    until(lambda: slow._process is not None)
-    process = slow._process
+    until(lambda: slow._processes)
+    process, = slow._processes
     slow.stop()
     assert process.poll() is not None and not slow._folder.exists()
 
