@@ -237,9 +237,10 @@ def _wavelength(settings: Settings, got: Readings) -> list[Row]:
     if is_d_line(got.wavelength):
         return []
     picture = ("The picture is that of this wavelength too" if not colours(settings).used else
-               "The film lies where the d line, 587.6 nm, is in focus, and the picture sees the visible spectrum")
+               "The picture sees the visible spectrum")
     return [Row("  at", significant(1000.0 * got.wavelength), "nm",
-                f"The primary wavelength of the design: that of focal lengths, field, pupils and Airy disk. {picture}")]
+                "The primary wavelength of the design: that of focal lengths, focus, depth of field, pupils and Airy "
+                f"disk. {picture}")]
 
 
 def _t_stop(settings: Settings, got: Readings) -> Row:

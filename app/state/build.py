@@ -103,12 +103,11 @@ def prescription(settings: "Settings") -> lb.Lens:
 
 
 def design(settings: "Settings") -> lb.Lens:
-    """The lens of `published` as pictures and figures see it: at one wavelength where `picture_wavelength` says so.
+    """The lens of `published` as figures and the position of the film see it: at the primary wavelength of its design.
 
-    Errors are those of `published`.
+    A lens for the d line is that of `published` itself. Errors are those of `published`.
     """
-    lens = published(settings)
-    return lens if picture_wavelength(settings, lens) is None else at_reference(lens)[0]
+    return at_reference(published(settings))[0]
 
 
 def picture_wavelength(settings: "Settings", lens: lb.Lens) -> float | None:
@@ -234,11 +233,20 @@ def camera(settings: "Settings") -> lb.Camera:
 
 
 def lens_camera(settings: "Settings") -> lb.LensCamera:
-    """A camera with the real lens of the settings, or an ideal lens that follows from it."""
-    return lb.LensCamera(design(settings), settings.film, focus_distance=settings.focus_distance,
-                         f_number=settings.f_number, model=settings.lens_model, degree=settings.degree,
+    """A camera with the real lens of the settings, or an ideal lens that follows from it.
+
+    The film lies where the primary wavelength of the design is in focus. Groups that focus move as for the d line.
+    """
+    lens, found = published(settings), setup(settings)
+    focus: dict[str, Any] = {"focus_distance": settings.focus_distance}
+    if picture_wavelength(settings, lens) is not None:
+        lens = design(settings)
+    elif not (is_d_line(reference_wavelength(lens.surfaces, lens.system)) or lens.has_focus_groups or found.reason):
+        focus = {"film_distance": found.film_distance}          # the camera itself would focus the d line
+    return lb.LensCamera(lens, settings.film, **focus, f_number=settings.f_number, model=settings.lens_model,
+                         degree=settings.degree, focus_method=found.focusing.method,
                          dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
-                         focus_method=setup(settings).focusing.method, **place_and_shutter(settings))
+                         **place_and_shutter(settings))
 
 
 def place_and_shutter(settings: "Settings") -> dict[str, Any]:

@@ -58,10 +58,12 @@ class Canvas:
         return np.clip(xy, -1e6, 1e6)
 
 
-def _glass(lens: lb.Lens, canvas: Canvas) -> list[tuple[lb.Glass, list[list[ImVec2]], list[ImVec2]]]:
+def _glass(sketch: Sketch, canvas: Canvas) -> list[tuple[lb.Glass, list[list[ImVec2]], list[ImVec2]]]:
     """Each element's glass, its strips and its outline, in pixels."""
-    return canvas.memo.of((lens, canvas), lambda: [
-        (e.glass, [canvas.points(strip) for strip in e.strips], canvas.curve(e.outline)) for e in elements(lens)])
+    lens, glasses = sketch.lens, sketch.glasses
+    return [] if lens is None else canvas.memo.of((lens, glasses, canvas), lambda: [
+        (glasses[e.front], [canvas.points(strip) for strip in e.strips], canvas.curve(e.outline))
+        for e in elements(lens)])
 
 
 def ray_paths(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
@@ -104,7 +106,7 @@ def draw_glass(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
         return
     colour, alpha = theme.colours(), 0.45 if sketch.ideal else 1.0
     draw.push_draw_flag(imgui.ImDrawFlags_.aa_fill, False)             # otherwise the seams of the strips show
-    for glass, strips, _ in _glass(sketch.lens, canvas):
+    for glass, strips, _ in _glass(sketch, canvas):
         fill = theme.packed(colour.glass(glass.n_d, glass.v_d if glass.v_d is not None else 60.0), alpha)
         for a, b, c, d in strips:
             draw.add_quad_filled(a, b, c, d, fill)
@@ -116,7 +118,7 @@ def draw_outlines(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> Non
     colour, pixel = theme.colours(), theme.scale()
     line = theme.packed(colour.glass_outline, 0.4 if sketch.ideal else 0.85)
     if sketch.lens is not None:
-        for _, _, outline in _glass(sketch.lens, canvas):
+        for _, _, outline in _glass(sketch, canvas):
             draw.add_polyline(outline, line, 1.2 * pixel, imgui.ImDrawFlags_.closed)
         return
     line = theme.packed(colour.glass_outline)

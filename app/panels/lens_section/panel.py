@@ -345,7 +345,7 @@ def _explain(shown: Sketch, canvas: Canvas, lit: tuple[int, ...], state: Section
         return
     for number, element in enumerate(elements(shown.lens), start=1):
         if element.holds(z, y):
-            glass = element.glass
+            glass = shown.glasses[element.front]
             wavelength = reference_wavelength(shown.lens.surfaces, shown.lens.system)
             line = "the d line" if is_d_line(wavelength) else f"{significant(1000.0 * wavelength)} nm"
             abbe = f", V = {fixed(glass.v_d, 1)}" if glass.v_d is not None else ""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import lensbench as lb
-from lensbench.app.state.build import Setup, design, setup
+from lensbench.app.state.build import Setup, design, published, setup
 from lensbench.app.state.figures import readings
 from lensbench.app.state.geometry.ray_fans import FIELDS, Fan, fans, ideal_fan
 from lensbench.app.state.settings import Settings
@@ -131,6 +131,7 @@ class Sketch:
     """Everything that the section draws; `lens` is None for the perspective camera.
 
     stop_radius, open_radius: of the stop at stop_z, now and wide open; both None for a pinhole.
+    glasses: behind each surface, with their dispersion, which `lens` lacks where it is that of another line than d.
     """
 
     lens: lb.Lens | None
@@ -146,6 +147,7 @@ class Sketch:
     open_radius: float | None
     ideal: bool                     # the rays are those of an ideal lens
     reason: str = ""
+    glasses: tuple[lb.Glass, ...] = ()
 
 
 def sketch(settings: Settings) -> Sketch:
@@ -154,11 +156,12 @@ def sketch(settings: Settings) -> Sketch:
         return _of_ideal_lens(settings.optics)
     if not settings.has_lens:
         raise ValueError(readings(settings).reason or "A hole and a film: there is no lens to draw")
-    return _of_lens(setup(settings), design(settings), settings.optics)
+    glasses = tuple(surface.glass for surface in published(settings).surfaces)
+    return _of_lens(setup(settings), design(settings), glasses, settings.optics)
 
 
 @lru_cache(maxsize=16)
-def _of_lens(lens_setup: Setup, wide_open: lb.Lens, settings: Settings) -> Sketch:
+def _of_lens(lens_setup: Setup, wide_open: lb.Lens, glasses: tuple[lb.Glass, ...], settings: Settings) -> Sketch:
     lens, fo = lens_setup.lens, lens_setup.first_order
     focus = settings.focus_distance
     if lens_setup.reason:                                        # not focused as set: find the actual focus distance
@@ -182,7 +185,7 @@ def _of_lens(lens_setup: Setup, wide_open: lb.Lens, settings: Settings) -> Sketc
         stop_z=lens.vertices[lens.stop_index],
         stop_radius=lens.stop.semi_diameter if settings.has_stop else None,
         open_radius=wide_open.stop.semi_diameter if settings.has_stop else None,
-        ideal=not settings.follows_lens, reason=lens_setup.reason,
+        ideal=not settings.follows_lens, reason=lens_setup.reason, glasses=glasses,
     )
 
 

@@ -21,7 +21,7 @@ def lens_parts(shown: Sketch) -> tuple[Part, ...]:
     """The glass, the stop and the film of a section; without a lens the film and an opening alone."""
     parts: list[Part] = []
     if shown.lens is not None:
-        parts += _glass(shown.lens, shown.film_z)
+        parts += _glass(shown.lens, shown.glasses, shown.film_z)
     if shown.stop_radius is not None:
         outer = max(1.12 * (shown.open_radius or shown.stop_radius), 1.08 * shown.near_stop)
         parts.append(_ring(shown.stop_z - shown.film_z, shown.stop_radius, outer))
@@ -29,11 +29,12 @@ def lens_parts(shown: Sketch) -> tuple[Part, ...]:
 
 
 @lru_cache(maxsize=8)
-def _glass(lens: lb.Lens, film_z: float) -> tuple[Part, ...]:
+def _glass(lens: lb.Lens, glasses: tuple[lb.Glass, ...], film_z: float) -> tuple[Part, ...]:
     """Of each element the half shell and its cut face."""
     found = []
     for element in elements(lens):
-        glass = element.glass.n_d, element.glass.v_d if element.glass.v_d is not None else 60.0
+        of = glasses[element.front]
+        glass = of.n_d, of.v_d if of.v_d is not None else 60.0
         front, rear = lens.surfaces[element.front], lens.surfaces[element.front + 1]
         edge = float(np.abs(element.outline[:, 1]).max())
         z = [lens.vertices[element.front] - film_z, lens.vertices[element.front + 1] - film_z]

@@ -11,6 +11,7 @@ from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.state.build import camera, design, picture_wavelength, published, setup, wavelength_remark
 from lensbench.app.state.figures import colours, readings
+from lensbench.app.state.geometry.section import sketch
 from lensbench.app.state.settings import Settings
 from tests.lenses.test_system_data import SILICA
 
@@ -49,13 +50,24 @@ def test_film_and_picture_of_a_design_for_248_nm_are_those_at_248_nm(settings):
     assert not colours(silica).possible
 
 
-def test_a_visible_design_keeps_its_colours_and_turns_to_its_line_without_them(settings):
+def test_a_visible_design_keeps_its_colours_and_its_film_and_turns_to_its_line_without_them(settings):
     green = settings(GREEN, focus_position="paraxial")
     assert colours(green).used and wavelength_remark(green) == "" and camera(green).disperses
+    for changed in ({}, {"focus_distance": 600.0}):         # the film is where the design has it, not the d line
+        seen = replace(green, **changed)
+        assert camera(seen).disperses and camera(seen).film_distance == setup(seen).film_distance
+    assert camera(green).film_distance == pytest.approx(thick(1.46008)[1], rel=1e-5)
+    assert camera(green).film_distance < thick(1.45846)[1] - 0.1
     plain = replace(green, dispersion="off")
     assert picture_wavelength(plain, published(plain)) == 0.5461 and "546.1 nm" in colours(plain).why
     assert colours(plain).possible
     assert setup(plain).film_distance == pytest.approx(thick(1.46008)[1], rel=1e-4)    # Malitson's at 0.5461 µm
+
+
+def test_the_section_of_a_visible_design_shows_its_glasses_and_the_rays_of_its_line(settings):
+    shown = sketch(settings(GREEN, focus_position="paraxial"))
+    assert shown.glasses[0].v_d == pytest.approx(67.8, abs=0.1)         # of silica
+    assert lb.first_order(shown.lens).bfl == pytest.approx(thick(1.46008)[1], rel=1e-5)
 
 
 def test_lenses_for_the_d_line_are_what_they_were():
