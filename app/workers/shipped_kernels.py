@@ -151,31 +151,43 @@ class Kernel(NamedTuple):
         parameter, = inspect.signature(getattr(import_module(function.__module__), name)).parameters
         return cls(function.__module__, name, inspect.getclosurevars(function).nonlocals[parameter], signature)
 
-    def compile(self) -> None:
-        """Compile it in this process."""
+    def compile(self) -> Path:
+        """Compile it in this process; its file."""
         found = getattr(import_module(self.module), self.name)
-        (found if self.argument is None else found(self.argument)).compile(self.signature)
+        kernel = found if self.argument is None else found(self.argument)
+        kernel.compile(self.signature)
+        return kernel._cache.path(self.signature, kernel.targetctx.codegen())
+
+
+def asked(listed: Path) -> None:
+    """Write the kernels that the exercise asks for to a file.
+
+    A process that compiles a kernel also asks for all that the kernel calls. A process that finds it compiled does not,
+    and a wheel needs no more: these are asked anew in a second process, after the first has compiled what was missing.
+    """
+    exercise()
+    listed.write_bytes(pickle.dumps([Kernel.of(*each) for each in cache.used.values()]))
 
 
 def compiled(kernels: list[Kernel], archive: Path) -> None:
-    """Compile these kernels for the level of this process, and pack all that it compiled into an archive."""
-    for kernel in kernels:
-        kernel.compile()
+    """Compile these kernels for the level of this process, and pack their files into an archive."""
+    files = {kernel.compile() for kernel in kernels}
     part = archive.with_suffix(".part")
     with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
-        for file in sorted(cache.used):
-            packed.write(cache.folder / file, file)
+        for file in sorted(files):
+            packed.write(file, file.name)
     part.replace(archive)
 
 
 def main(folder: Path) -> None:
     """Compile and pack the kernels of every level."""
     folder.mkdir(parents=True, exist_ok=True)
-    exercise()
     with tempfile.TemporaryDirectory() as beside:
         listed = Path(beside) / "kernels"
-        listed.write_bytes(pickle.dumps([Kernel.of(*each) for each in cache.used.values()]))
         command = [sys.executable, "-m", "lensbench.app.workers.shipped_kernels"]
+        for _ in range(2):
+            if subprocess.run([*command, "--asked", str(listed)]).returncode:
+                sys.exit("the kernels could not be listed")
         working = [subprocess.Popen([*command, str(folder / f"{level}.zip"), str(listed)],
                                     env={**os.environ, "LENSBENCH_LEVEL": level}) for level in cache.LEVELS]
         if any([process.wait() for process in working]):
@@ -185,11 +197,12 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 2:
-        from lensbench.app.workers import shipped_kernels  # the pickle names this module, not __main__
+    from lensbench.app.workers import shipped_kernels  # the pickle names this module, not __main__
 
-        shipped_kernels.compiled(pickle.loads(Path(sys.argv[2]).read_bytes()), Path(sys.argv[1]))
-    else:
-        from lensbench.app.workers import shipped_kernels
-
-        shipped_kernels.main(Path(sys.argv[1]))
+    match sys.argv[1:]:
+        case ["--asked", listed]:
+            shipped_kernels.asked(Path(listed))
+        case [archive, listed]:
+            shipped_kernels.compiled(pickle.loads(Path(listed).read_bytes()), Path(archive))
+        case [folder]:
+            shipped_kernels.main(Path(folder))

@@ -202,6 +202,10 @@ class _Reducer(caching.CompileResultCacheImpl):
     def __init__(self) -> None:
         """Numba's own needs the folder of the source."""
 
+    def reduce(self, cres: Any) -> tuple[Any, ...]:
+        """What can be pickled, without the source that numba annotates with types: half of a file, and never read."""
+        return super().reduce(cres._replace(type_annotation=""))
+
     def check_cachable(self, cres: Any) -> bool:
         """Whether the code refers to no address of this process."""
         return not cres.library.has_dynamic_globals and all(lifted.can_cache for lifted in cres.lifted)

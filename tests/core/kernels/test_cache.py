@@ -135,6 +135,12 @@ def test_a_kernel_is_loaded_where_it_was_compiled_before(kept):
     assert second(1) == 2 and counts(second) == (1, 0)
 
 
+def test_a_file_holds_no_source_and_names_no_folder_of_the_machine_that_compiled_it(kept):
+    kept.declared()(1)
+    file, = kept.folder.iterdir()
+    assert b"# File:" not in file.read_bytes() and os.fsencode(os.path.dirname(__file__)) not in file.read_bytes()
+
+
 @pytest.mark.parametrize("damage", [b"", b"no pickle", b"\x80\x05X\xff\xff\xff\xff"])
 def test_a_damaged_file_is_compiled_again(kept, damage):
     kept.declared()(1)
