@@ -1,11 +1,12 @@
 """The columns of the window: laid out for its size, folded when it becomes small, unfolded when it grows again.
 
-Each way to fold keeps its own arrangement while the window is open: what a user has moved is there again when the
-window has the room for it.
+Each layout, and each way to fold it, keeps its own arrangement: what a user has moved is there again when the layout is
+chosen again, or the window has the room for it. Preferences keep those of the layouts beyond the session.
 """
 
 import json
 from contextlib import suppress
+from typing import NamedTuple
 
 from imgui_bundle import hello_imgui, imgui
 
@@ -16,6 +17,14 @@ MINIMUM = (640, 400)            # of the window, in pixels at a scale of 1
 SETTLED = 5                     # frames until window and font have their size
 
 
+class Arrangement(NamedTuple):
+    """Panels as they were left: the names of those shown, of those in front, and all places as imgui writes them."""
+
+    shown: list[str]
+    front: list[str]
+    places: str
+
+
 class Folding:
     """Lays out the panels of a window."""
 
@@ -23,37 +32,43 @@ class Folding:
         self._window = window
         self._laid_out_for: tuple[float, float, float] = (0.0, 0.0, 0.0)    # width, height, em
         self._folded: dict[str, str] = {}
-        self._arranged: dict[str, str] = {}     # arrangements of this session, as imgui writes them
-        self._arrangement: str | None = None    # the one that the next frame begins with
+        self._layout = window.layout            # as the panels lie
+        self._arranged: dict[str, Arrangement] = {}     # by layout and folds
+        self._arrangement: Arrangement | None = None    # the one that the next frame begins with
         self._fresh = False                     # no layout was saved by an earlier session
         self._frames = 0
 
     def first(self, runner: hello_imgui.RunnerParams, panels: list[hello_imgui.DockableWindow],
               size: tuple[float, float, float]) -> None:
         """Lay out the window that is about to open. size: its width and height in pixels, and its em."""
-        layout = self._window.layout
+        layout = self._layout = self._window.layout
         self._laid_out_for, self._folded = size, folds(layout, *size)
         runner.docking_params.docking_splits = splits(layout, *size)
         runner.docking_params.dockable_windows = placed(layout, self._folded, panels)
         runner.callbacks.pre_new_frame = self._arrange
 
     def opened(self) -> None:
-        """The window is open; the preferences know how the last session had folded it."""
+        """The window is open; the preferences know how the last session had folded it, and its arrangements."""
         self._fresh = not hello_imgui.has_ini_settings(hello_imgui.get_runner_params())
+        self._layout = self._window.layout
         if self._window.remember and not self._fresh:
             with suppress(ValueError):
                 self._folded = dict(json.loads(hello_imgui.load_lasting_pref("folded") or "{}"))
+            self._arranged = arrangements(hello_imgui.load_lasting_pref("arrangements"))
 
     def closed(self) -> None:
         """The window is about to close."""
         if self._window.remember:
             hello_imgui.save_lasting_pref("folded", json.dumps(self._folded))
+            hello_imgui.save_lasting_pref("arrangements", json.dumps(self._arranged))
 
     def lay_out(self) -> None:
         """Place the panels as the chosen layout has them, for the present size of the window."""
         self._laid_out_for = width, height, em = _size()
         layout, docking = self._window.layout, hello_imgui.get_runner_params().docking_params
-        self._arranged.clear()
+        self._layout = layout
+        for key in [key for key in self._arranged if json.loads(key)[0] == layout]:
+            del self._arranged[key]
         self._folded = folds(layout, width, height, em)
         docking.docking_splits = splits(layout, width, height, em)
         docking.dockable_windows = placed(layout, self._folded, list(docking.dockable_windows))
@@ -70,28 +85,62 @@ class Folding:
             return
         if self._frames <= SETTLED or width < 10.0 * em or height < 10.0 * em:      # a minimised window stays
             return
-        now = folds(self._window.layout, width, height, em)
-        if now == self._folded:
+        layout = self._window.layout
+        now = folds(layout, width, height, em)
+        if (layout, now) == (self._layout, self._folded):
             return
-        arranged = self._arranged
-        arranged[json.dumps(self._folded)] = imgui.save_ini_settings_to_memory()
-        if json.dumps(now) in arranged:
-            self._folded, self._arrangement = now, arranged[json.dumps(now)]
+        same = layout == self._layout           # folded only: its panels stay shown
+        shown = [panel.label for panel in _panels() if panel.is_visible]
+        front = [name for name in shown if self._window.panel_shown(name)]
+        made = Arrangement(shown, front, imgui.save_ini_settings_to_memory())
+        self._arranged[_key(self._layout, self._folded)] = made
+        found = self._arranged.get(_key(layout, now))
+        if found is not None:
+            self._layout, self._folded = layout, now
+            self._arrangement = found._replace(shown=shown, front=[]) if same else found
             return
-        panels = hello_imgui.get_runner_params().docking_params.dockable_windows
-        shown = {panel.label: panel.is_visible for panel in panels}
-        kept = dict(arranged)
+        kept = dict(self._arranged)
         self.lay_out()
         self._arranged = kept
-        for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
-            panel.is_visible = shown[panel.label]
+        if same:
+            _show(shown)
 
     def _arrange(self) -> None:
         """Before a frame: imgui takes an arrangement between frames only."""
         if self._arrangement is not None:
-            imgui.load_ini_settings_from_memory(self._arrangement)
+            _show(self._arrangement.shown)
+            for panel in _panels():             # one that appears comes to the front of its dock
+                panel.focus_window_at_next_frame = panel.label in self._arrangement.front
+            imgui.load_ini_settings_from_memory(self._arrangement.places)
             imgui.set_window_focus(None)     # the focused window would come to the front of its dock
             self._arrangement = None
+
+
+def arrangements(text: str) -> dict[str, Arrangement]:
+    """The arrangements that a preference holds, by layout and folds; those that cannot be read are left out."""
+    found = {}
+    with suppress(ValueError, AttributeError):          # none were kept, or they were damaged: layouts begin anew
+        for key, made in json.loads(text or "{}").items():
+            with suppress(ValueError, TypeError, KeyError, IndexError):
+                layout, folded = json.loads(key)
+                found[_key(str(layout), dict(folded))] = Arrangement([str(name) for name in made[0]],
+                                                               [str(name) for name in made[1]], str(made[2]))
+    return found
+
+
+def _key(layout: str, folded: dict[str, str]) -> str:
+    """A layout and the way in which it is folded, in words."""
+    return json.dumps([layout, folded])
+
+
+def _panels() -> list[hello_imgui.DockableWindow]:
+    return list(hello_imgui.get_runner_params().docking_params.dockable_windows)
+
+
+def _show(names: list[str]) -> None:
+    """Show these panels, and the render, and no others."""
+    for panel in _panels():
+        panel.is_visible = panel.label in names or panel.dock_space_name == "MainDockSpace"
 
 
 def _size() -> tuple[float, float, float]:

@@ -119,7 +119,8 @@ def _view_menu(state: WindowState) -> None:
     imgui.separator()
     if _item("Reset layout"):
         state.requests.add(Request.RESET_LAYOUT)
-    imgui.set_item_tooltip("Every panel of the layout back in its place, for the present size of the window")
+    imgui.set_item_tooltip("Every panel of the layout back in its place, for the present size of the window; otherwise "
+                           "each layout keeps the places that its panels were given")
 
 
 def _panels(panels: list[hello_imgui.DockableWindow]) -> None:

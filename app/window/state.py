@@ -195,8 +195,7 @@ class WindowState:
             hello_imgui.save_lasting_pref("theme", "dark" if dark else "light")
 
     def choose_layout(self, name: str) -> None:
-        """Lay the panels out as one of LAYOUTS, now and in later sessions."""
+        """Lay the panels out as one of LAYOUTS, where they were left in it; now and in later sessions."""
         self.layout = name
-        self.requests.add(Request.RESET_LAYOUT)
         if self.remember:
             hello_imgui.save_lasting_pref("layout", name)

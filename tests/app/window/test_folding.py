@@ -1,5 +1,6 @@
 """Small and changing windows: columns that fold and come back, tools that move into a menu, the least size."""
 
+import json
 from dataclasses import replace
 
 import pytest
@@ -9,7 +10,7 @@ from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.widgets import theme
-from lensbench.app.window.folding import MINIMUM
+from lensbench.app.window.folding import MINIMUM, Arrangement, arrangements
 from lensbench.app.window.layouts import LAYOUTS, docks, folds, splits
 from tests.app.conftest import SMALL
 
@@ -129,3 +130,47 @@ def test_a_window_that_grows_leaves_no_hole(drive):
             assert covered >= space.size.x * space.size.y
 
     drive(use, replace(SMALL, samples=1))
+
+
+@pytest.mark.slow
+def test_each_layout_keeps_what_was_moved_shown_and_hidden_in_it(drive):
+    def use(hand):
+        hand.picture()
+        window = hand.session
+        controls = imgui.internal.find_window_by_name("Controls")
+        imgui.internal.dock_builder_dock_window("Falloff", controls.dock_id)
+        hand.ctx.yield_(2)
+        hand.ctx.window_focus("Falloff")
+        hello_imgui.get_runner_params().docking_params.dockable_window_of_name("Spaces").is_visible = False
+        hand.ctx.yield_(8)
+        mine = _places()
+        assert mine["Falloff"][:2] == tuple(round(side) for side in controls.pos)
+        hand.ctx.menu_click("//##MainMenuBar/View/Layout/Designer")
+        hand.ctx.yield_(12)
+        stock = _places()
+        assert "Falloff" not in stock and "Seidel" in stock
+        hand.ctx.menu_click("//##MainMenuBar/View/Analysis/Sunstar")        # one more panel, in this layout alone
+        hand.ctx.yield_(8)
+        hand.ctx.menu_click("//##MainMenuBar/View/Layout/Bench")
+        hand.ctx.yield_(12)
+        assert _places() == mine
+        hand.ctx.menu_click("//##MainMenuBar/View/Layout/Designer")
+        hand.ctx.yield_(12)
+        panels = hello_imgui.get_runner_params().docking_params
+        assert panels.dockable_window_of_name("Sunstar").is_visible
+        hand.ctx.menu_click("//##MainMenuBar/View/Reset layout")
+        hand.ctx.yield_(12)
+        assert not panels.dockable_window_of_name("Sunstar").is_visible and _places() == stock
+        hand.ctx.menu_click("//##MainMenuBar/View/Layout/Bench")            # another layout was not reset
+        hand.ctx.yield_(12)
+        assert _places() == mine and window.layout == "Bench"
+
+    assert drive(use, size=(1600, 900)).view.messages == []
+
+
+def test_arrangements_come_back_from_the_preferences_without_the_damaged_ones():
+    given = {json.dumps(["Bench", {"Right": "Bottom"}]): [["Plan"], [], "[Window][Plan]\nPos=1,2\n"], "?": [[], [], ""],
+             json.dumps(["Designer", {}]): 3}
+    assert arrangements(json.dumps(given)) == {json.dumps(["Bench", {"Right": "Bottom"}]):
+                                               Arrangement(["Plan"], [], "[Window][Plan]\nPos=1,2\n")}
+    assert arrangements("") == arrangements("[1]") == arrangements("{") == {}
