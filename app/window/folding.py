@@ -55,10 +55,12 @@ class Folding:
             with suppress(ValueError):
                 self._folded = dict(json.loads(hello_imgui.load_lasting_pref("folded") or "{}"))
             self._arranged = arrangements(hello_imgui.load_lasting_pref("arrangements"))
+            self._arrangement = self._arranged.get(_key(self._layout, self._folded))
 
     def closed(self) -> None:
         """The window is about to close."""
         if self._window.remember:
+            self._keep()
             hello_imgui.save_lasting_pref("folded", json.dumps(self._folded))
             hello_imgui.save_lasting_pref("arrangements", json.dumps(self._arranged))
 
@@ -90,10 +92,7 @@ class Folding:
         if (layout, now) == (self._layout, self._folded):
             return
         same = layout == self._layout           # folded only: its panels stay shown
-        shown = [panel.label for panel in _panels() if panel.is_visible]
-        front = [name for name in shown if self._window.panel_shown(name)]
-        made = Arrangement(shown, front, imgui.save_ini_settings_to_memory())
-        self._arranged[_key(self._layout, self._folded)] = made
+        shown = self._keep()
         found = self._arranged.get(_key(layout, now))
         if found is not None:
             self._layout, self._folded = layout, now
@@ -104,6 +103,14 @@ class Folding:
         self._arranged = kept
         if same:
             _show(shown)
+
+    def _keep(self) -> list[str]:
+        """Keep the panels as they lie; the names of those that are shown."""
+        shown = [panel.label for panel in _panels() if panel.is_visible]
+        front = [name for name in shown if self._window.panel_shown(name)]
+        made = Arrangement(shown, front, imgui.save_ini_settings_to_memory())
+        self._arranged[_key(self._layout, self._folded)] = made
+        return shown
 
     def _arrange(self) -> None:
         """Before a frame: imgui takes an arrangement between frames only."""
