@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from lensbench.app.state.notices import Notice, NoticeKind, Notices
 from lensbench.app.state.picture.exposure import AppliedExposure
+from lensbench.app.state.picture.look_around import LookAround
 from lensbench.app.state.picture.statistics import Difference
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.request import Request
@@ -78,6 +79,7 @@ class Picture:
     light: Light | None = None                      # that the texture shows, without overlays
     plan: tuple[Part, ...] = ()                     # what is compiled for the first picture
     applied: AppliedExposure | None = None          # exposure of the camera's picture
+    around: int = 0                                 # GL name of the look around in a panorama; 0: none
     off_meter: float | None = None                  # stops by which it is brighter than the meter would have it
 
 
@@ -106,6 +108,7 @@ class View:
     room: tuple[float, float] = (0.0, 0.0)          # for the picture, in pixels of the screen
     locked: bool = False                            # A follows the dials that are turned in B
     dragged: bool = False
+    look: LookAround | None = None                  # inside a panorama; None: the whole of it is shown
     offers_trials: bool = False                     # three pictures to begin with, at the lower edge
     requests: set[Request] = field(default_factory=set)     # to the window
     notices: Notices = field(default_factory=Notices)

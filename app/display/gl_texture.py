@@ -148,6 +148,11 @@ class Screen:
         before.use()
         return self._apart.texture.glo
 
+    @property
+    def shown(self) -> tuple[moderngl.Texture, tuple] | None:
+        """The texture of the developed picture, and a key of its content; None before the first picture."""
+        return None if self._shown is None else (self._shown.texture, (self._loaded, self._done))
+
     def read(self) -> NDArray[np.uint8]:
         """The developed picture (h, w, 3)."""
         return self._read(self._shown)

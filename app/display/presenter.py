@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lensbench.app.display.frame import Light, Mark, Picture, Pinned, View
 from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
+from lensbench.app.display.panorama import Panorama
 from lensbench.app.display.solid_view import Drawing, SolidView
 from lensbench.app.state.geometry.circle_of_confusion import Blur
 from lensbench.app.state.light_field_query import note, picture_settings
@@ -45,6 +46,7 @@ class Presenter:
         self._pinned_screen: Screen | None = None
         self._strip_screen: Screen | None = None
         self._solid_view: SolidView | None = None       # from when the 3-D view is first looked at
+        self._panorama: Panorama | None = None          # from when one is first looked around in
         self._strip_of: Any = None                      # the key of its picture
         self._difference, self._apart, self._histogram = Memo(1), Memo(1), Memo(1)
         self._pins = 0                                  # counts the pictures A
@@ -173,6 +175,7 @@ class Presenter:
                 a, b = self.pinned.image, self.light
                 difference = self._difference.of((self._pins, of), lambda: Difference.of(a, b))
                 texture = screen.apart(self._pinned_screen, difference.scale)
+        around = self._around(settings, view, update, screen)
         texels = settings.pixels_x / screen.size[0] if self.field_picture is None else 1.0     # a coarse one: 2, 3, …
         screen.draw_at(view.scale * texels)
         light = Light(self.light, settings.exposure, "raw" if update.raw else settings.tone, settings.noise)
@@ -189,7 +192,17 @@ class Presenter:
                            light=light, applied=applied, off_meter=off_meter)
         return Picture(texture, screen.size, update.samples, update.seconds, self._worker.paused, waiting, False,
                        self.depth(settings), shares, pinned, difference, light=light, applied=applied,
-                       off_meter=off_meter)
+                       around=around, off_meter=off_meter)
+
+    def _around(self, settings: Settings, view: View, update: RenderUpdate, screen: Screen) -> int:
+        """The GL name of the look around in a panorama; 0 if the picture is none, or is looked at as a whole."""
+        shown = screen.shown
+        if (view.look is None or shown is None or settings.compare != "off" or self.field_picture is not None
+                or not settings.camera == update.settings.camera == "environment"):
+            return 0
+        self._panorama = self._panorama or Panorama(moderngl.get_context())
+        size = max(round(view.room[0]), 1), max(round(view.room[1]), 1)
+        return self._panorama.picture(*shown, update.settings.layout, view.look, size)
 
     def depth(self, settings: Settings) -> NDArray[np.float32] | None:
         """The depth map (h, w) mm; None if there is none for the aim of these settings."""

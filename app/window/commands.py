@@ -12,6 +12,7 @@ from lensbench.app.panels.image.magnifier import toggle_magnifier
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.lens_edit.editing import reverted
 from lensbench.app.state.picture.auto_exposure import METERED, MODES, with_mode
+from lensbench.app.state.picture.look_around import LookAround
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import VIEWS, Settings
@@ -147,6 +148,13 @@ def _layout(name: str) -> Callable[[WindowState], None]:
     return lambda state: state.choose_layout(name)
 
 
+def _look_around(state: WindowState) -> None:
+    if state.edited.camera != "environment":
+        state.view.say("Only a panorama can be looked around in: choose the camera Panorama first", note=True)
+    else:
+        state.view.look = None if state.view.look is not None else LookAround()
+
+
 LOOK, RENDER, FILES, COMPARE = "The picture", "The render", "Files and window", "Comparison"
 COMMANDS: tuple[Command, ...] = (
     Command("Show the whole picture", _fit, "F", (KEY.f,), LOOK),
@@ -158,6 +166,7 @@ COMMANDS: tuple[Command, ...] = (
     Command("Next view of the samples", _next_view, "V", (KEY.v,), LOOK),
     Command("Magnifier with pixel values", lambda state: toggle_magnifier(state.view), "M", (KEY.m,), LOOK),
     Command("Pin or unpin the pixel under the mouse", toggle_pin, "I", (KEY.i,), LOOK),
+    Command("Look around in the panorama", _look_around),
     Command("Camera back to its start", _home, "Home", (KEY.home,), LOOK),
     Command("Pin the picture as A", _asks(Request.PIN), "A", (KEY.a,), COMPARE),
     Command("Compare A and B side by side", _compare("side"), "S", (KEY.s,), COMPARE),

@@ -369,7 +369,7 @@ class Session(WindowState):
         present = self.history.present
         if present.compare != "off" or self.view.zoom is not None:
             return True
-        return max(present.pixels_x, present.pixels_y) == longer_side_within(present, self.view.room)
+        return max(present.pixels_x, present.pixels_y) == longer_side_within(present, self.wanted_room(present))
 
     def settled(self, samples: int) -> bool:
         """Whether the picture of the present settings is on the screen with this many samples."""

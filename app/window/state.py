@@ -4,6 +4,7 @@ Settings and their history, the picture and its view, the background workers, an
 adds the life of the window and its frames.
 """
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -37,6 +38,7 @@ from lensbench.app.workers.render_worker import RenderWorker
 from lensbench.kernels.cache import NotCompiledError
 
 DRAG_SECONDS = 0.1              # that a first pass may take during a drag, if the picture follows the window
+MOST_AROUND = 4.0               # a panorama in which one looks around has so many times the pixels of the room
 STILL_SECONDS = 0.25            # that the room for the picture stays the same before the picture takes its pixels
 
 
@@ -144,6 +146,14 @@ class WindowState:
         window = imgui.internal.find_window_by_name(name)
         return window is not None and (window.active or window.was_active) and not window.hidden
 
+    def wanted_room(self, settings: Settings) -> tuple[float, float]:
+        """Pixels across and down for the picture: more than the screen has, where it shows a part of a panorama."""
+        look, room = self.view.look, self.view.room
+        if look is None or settings.camera != "environment":
+            return room
+        whole = max(room) * min(2.0 * math.pi / look.fov, MOST_AROUND)
+        return whole, whole
+
     def follow_window(self, now: float) -> None:
         """Give the picture as many pixels as the window shows of it, once its room has been the same for a moment."""
         view, present = self.view, self.history.present
@@ -151,7 +161,7 @@ class WindowState:
             return
         if view.room != self._room[0]:
             self._room = view.room, now
-        sized = with_longer_side(present, longer_side_within(present, view.room))
+        sized = with_longer_side(present, longer_side_within(present, self.wanted_room(present)))
         same = (sized.pixels_x, sized.pixels_y) == (present.pixels_x, present.pixels_y)
         if not same and not self._drags and (now - self._room[1] >= STILL_SECONDS or self.worker.newest() is None):
             self.history.correct(sized)

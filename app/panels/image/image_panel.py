@@ -14,6 +14,7 @@ from lensbench.app.display.frame import Picture, View
 from lensbench.app.panels.image.camera_strip import camera_strip
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
 from lensbench.app.panels.image.first_trials import draw_trials
+from lensbench.app.panels.image.look_around import look_around
 from lensbench.app.panels.image.magnifier import STEPS, draw_magnifier
 from lensbench.app.panels.image.notices import draw_notices
 from lensbench.app.panels.image.overlays import (
@@ -138,6 +139,10 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
                            | imgui.ButtonFlags_.mouse_button_middle)
     if not picture.texture:
         _progress(picture, corner, room)
+        return settings
+
+    if picture.around and view.look is not None:
+        look_around(settings, picture, view, corner, room)
         return settings
 
     # Position of the picture

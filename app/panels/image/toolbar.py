@@ -11,6 +11,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from lensbench.app.display.frame import Picture, View
 from lensbench.app.panels.image.magnifier import toggle_magnifier
 from lensbench.app.panels.image.menu import comparison_menu, picture_menu, view_menu
+from lensbench.app.state.picture.look_around import LookAround
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
@@ -110,7 +111,15 @@ def _looking_tools(settings: Settings, view: View) -> list[Tool]:
         toggle_magnifier(view)
         return given
 
+    def look(given: Settings) -> Settings:
+        view.look = None if view.look is not None else LookAround()
+        return given
+
+    panorama = [Tool("Look around", fa.ICON_FA_STREET_VIEW, "Look around", "", "Look around inside the panorama: drag "
+                     "to turn, wheel for the angle of view, double click to look ahead", view.look is not None, look,
+                     gap=True)] if settings.camera == "environment" else []
     return [
+        *panorama,
         Tool("Focus pick", fa.ICON_FA_CROSSHAIRS, "A click focuses", "", "Click in the picture to focus there\n\n"
              "Drag to orbit about the point in focus, Shift or right drag to pan, wheel to dolly", view.focus_pick,
              focus_pick, gap=True),
