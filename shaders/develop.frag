@@ -25,6 +25,8 @@ uniform float headroom;
 uniform float coc_gain;                 // pixels · mm:  CoC = coc_gain |1/(distance − coc_offset) − coc_focus|, a diameter
 uniform float coc_focus;                // 1/mm
 uniform float coc_offset;               // mm
+uniform float coc_power;                // 1/mm, of the lens: a tilted film adds lean · (coc_power − 1/(…)) to the difference
+uniform vec3 coc_leans;                 // lean = x + y · across + z · down, for parts of the picture
 uniform float sharp;                    // diameter in pixels below which a thing counts as in focus
 uniform float stripe;                   // width of a zebra stripe, pixels of the picture
 uniform vec3 amber, nearer, farther;    // colours of what is in focus, before and behind it, sRGB
@@ -73,7 +75,9 @@ vec3 developed(ivec2 at) {
 
 // The circle of confusion in pixels, negative for what lies before the focus; nearer than 1 mm counts as 1 mm.
 float circle(ivec2 at) {
-    return coc_gain * (coc_focus - 1.0 / max(texelFetch(picture, at, 0).a - coc_offset, 1.0));
+    float nearness = 1.0 / max(texelFetch(picture, at, 0).a - coc_offset, 1.0);
+    vec2 part = (vec2(at) + 0.5) / vec2(textureSize(picture, 0));
+    return coc_gain * (coc_focus - nearness + dot(coc_leans, vec3(1.0, part)) * (coc_power - nearness));
 }
 
 void main() {

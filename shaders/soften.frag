@@ -16,27 +16,33 @@ uniform sampler2D picture;
 uniform float coc_gain;                 // pixels · mm:  CoC = coc_gain |1/(distance − coc_offset) − coc_focus|
 uniform float coc_focus;                // 1/mm
 uniform float coc_offset;               // mm
+uniform float coc_power;                // 1/mm, of the lens; with coc_leans for a tilted film, as in develop.frag
+uniform vec3 coc_leans;
 uniform float share;
 
 out vec4 light;
 
 // The radius of the softening where what is seen is so far away; nearer than 1 mm counts as 1 mm.
-float reach(float distance) {
-    return min(share * coc_gain * abs(1.0 / max(distance - coc_offset, 1.0) - coc_focus), LARGEST);
+float reach(float distance, ivec2 at) {
+    float nearness = 1.0 / max(distance - coc_offset, 1.0);
+    vec2 part = (vec2(at) + 0.5) / vec2(textureSize(picture, 0));
+    float lean = dot(coc_leans, vec3(1.0, part));
+    return min(share * coc_gain * abs(nearness - coc_focus - lean * (coc_power - nearness)), LARGEST);
 }
 
 void main() {
     ivec2 here = ivec2(gl_FragCoord.xy), last = textureSize(picture, 0) - 1;
     vec4 middle = texelFetch(picture, here, 0);
-    float radius = reach(middle.a);
+    float radius = reach(middle.a, here);
     vec3 sum = middle.rgb;
     float weight = 1.0;
     for (int i = 0; i < TAPS; ++i) {
         float r = radius * sqrt((float(i) + 0.5) / float(TAPS));
         vec2 turn = vec2(cos(GOLDEN * float(i)), sin(GOLDEN * float(i)));
-        vec4 there = texelFetch(picture, clamp(here + ivec2(round(r * turn)), ivec2(0), last), 0);
+        ivec2 place = clamp(here + ivec2(round(r * turn)), ivec2(0), last);
+        vec4 there = texelFetch(picture, place, 0);
         // A neighbour in focus must not bleed into what is blurred.
-        float w = smoothstep(0.0, 1.0, reach(there.a) / max(r, 0.5));
+        float w = smoothstep(0.0, 1.0, reach(there.a, place) / max(r, 0.5));
         sum += w * there.rgb;
         weight += w;
     }

@@ -31,6 +31,7 @@ _NEEDS = {
     "focus_distance": _Need(lambda settings: settings.kind.focuses),
     "blades": _STOP, "blade_rotation": _STOP, "roundness": _STOP,
     "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens), "focus_position": _Need(_of_lens),
+    "tilt": _Need(_of_lens), "swing": _Need(_of_lens), "rise": _Need(_of_lens), "shift": _Need(_of_lens),
     "immersed": _Need(lambda settings: settings.kind.has_lens and settings.medium == "water", "give --medium water"),
     "degree": _Need(lambda settings: settings.kind.has_lens and LENS_MODELS[settings.lens_model].has_degree,
                     "give --lens-model polynomial"),

@@ -46,6 +46,8 @@ class Development:
     farther: Rgb = (0.80, 0.47, 0.65)
     sensor: bool = False        # a sensor recorded it: 1 is saturated, and white
     share: float = 0.0          # of the softening, see `softening`
+    coc_power: float = 0.0      # 1/mm, and leans of a tilted film: see `Blur`
+    coc_leans: Rgb = (0.0, 0.0, 0.0)
 
 
 def softening(samples: int) -> float:
@@ -117,6 +119,7 @@ class Screen:
             if development.share > 0.0 and development.coc_gain > 0.0:
                 self._draw(self._program("soften.frag"), self._soft, source, coc_gain=development.coc_gain,
                            coc_focus=development.coc_focus, coc_offset=development.coc_offset,
+                           coc_power=development.coc_power, coc_leans=development.coc_leans,
                            share=development.share)
                 source = self._soft.texture
             develop = self._program("develop.frag", f"#define TONE {TONES[development.tone]}\n",
@@ -124,7 +127,8 @@ class Screen:
             self._draw(develop, self._shown, source, gain=2.0 ** development.exposure,
                        headroom=tone.HEADROOM[development.tone] if development.sensor else 0.0,
                        coc_gain=development.coc_gain, coc_focus=development.coc_focus,
-                       coc_offset=development.coc_offset, sharp=development.sharp, stripe=development.stripe,
+                       coc_offset=development.coc_offset, coc_power=development.coc_power,
+                       coc_leans=development.coc_leans, sharp=development.sharp, stripe=development.stripe,
                        amber=development.amber, nearer=development.nearer, farther=development.farther)
             before.use()
             self._done = replace(development)

@@ -16,10 +16,11 @@ from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.dial_scales import radius_scale
 from lensbench.app.state.geometry.exit_pupil import BoxSamples, Region, box_samples, region, turn
 from lensbench.app.state.geometry.ray_fans import lit_radius
-from lensbench.app.state.pixel.lens_rays import film_place, ray_through, rear_place
+from lensbench.app.state.pixel.lens_rays import ray_through, rear_place
 from lensbench.app.state.pixel.pointed import Pointed, PointedRay
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_area
+from lensbench.app.state.view_camera import seen_from
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.curve_paths import simplified
 from lensbench.app.widgets.dial import dial
@@ -76,11 +77,11 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, 
             film_radius = dial("Film radius", min(film_radius, corner), radius_scale(corner, 0.7 * reach),
                                "Distance of the film point from the axis")
         raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
-        at = (0.0, film_radius) if raster is None else film_place(settings, raster)
+        here, at = (lens_setup, (0.0, film_radius)) if raster is None else seen_from(settings, raster)
         shown, azimuth = math.hypot(*at), math.atan2(at[1], at[0])
         fields = [region(lens_setup.lens, lens_setup.film_distance, part * reach) for _, part in FIELDS]
-        seen = region(lens_setup.lens, lens_setup.film_distance, shown, azimuth)
-        samples = box_samples(lens_setup.lens, lens_setup.film_distance, shown, azimuth)
+        seen = region(here.lens, here.film_distance, shown, azimuth)
+        samples = box_samples(here.lens, here.film_distance, shown, azimuth)
     except (ValueError, OSError) as error:
         paragraph(str(error))
         return film_radius
@@ -98,7 +99,7 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, 
     rear = _plot(lens_setup, fields, seen, samples, reach, links.surfaces, crossed, ghost, state)
     if rear is not None:
         x, y = rear @ turn(lens_setup.lens, at)
-        ray = ray_through(settings, at, (float(x), float(y)))
+        ray = ray_through(settings, at, (float(x), float(y)), here)
         links.point_at_ray(ray)
         _tooltip(rear, ray)
     return film_radius

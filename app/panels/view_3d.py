@@ -150,8 +150,9 @@ def composed(settings: Settings, shown: Sketch | None, links: Pointed, state: Vi
               for each in edges]
 
     # The camera: film, lens, rays
-    film = settings.film
-    plate, outline = memo.of(("film", film), lambda: (film_part(film), strokes("film", [film_outline(film)])))
+    film, pose = settings.film, settings.film_pose
+    plate, outline = memo.of(("film", film, pose), lambda: (
+        film_part(film, pose), strokes("film", [film_outline(film, pose)])))
     solids.append(Solid(plate, (*colour.dim[:3], 0.55)))
     lines.append(Line(outline, (*colour.strong[:3], 1.0), 2.0 * pixel))
     if shown is None:

@@ -246,6 +246,7 @@ def lens_camera(settings: "Settings") -> lb.LensCamera:
     return lb.LensCamera(lens, settings.film, **focus, f_number=settings.f_number, model=settings.lens_model,
                          degree=settings.degree, focus_method=found.focusing.method,
                          dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
+                         film_pose=settings.film_pose,
                          **place_and_shutter(settings))
 
 

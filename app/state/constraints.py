@@ -30,7 +30,8 @@ def constrained(settings: Settings) -> Settings:
         return _not_nearer(settings)
     if settings.zoom and not zooms(settings):
         settings = replace(settings, zoom=0.0)
-    design(settings)
+    if not (design(settings).is_rotationally_symmetric or settings.film_pose.is_upright):
+        settings = settings.plain("tilt", "swing", "rise", "shift")
     wide = readings(replace(settings, f_number=None))
     if settings.f_number is not None and wide.widest_f_number is not None \
             and settings.f_number < wide.widest_f_number * (1.0 - 1e-6):

@@ -4,6 +4,7 @@ Lengths in mm, angles in radians, exposure in stops, times in seconds.
 """
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 from lensbench.app.state.scales import FIGURE_GAP, Figure, Scale, decades, spaced
@@ -19,6 +20,7 @@ from lensbench.app.state.text_values import (
     format_length,
     format_light,
     format_part,
+    format_signed_length,
     format_time,
     read_angle,
     read_distance,
@@ -29,9 +31,10 @@ from lensbench.app.state.text_values import (
     read_length,
     read_light,
     read_percent,
+    read_signed_length,
     read_time,
 )
-from lensbench.kernels.figures import fixed, significant
+from lensbench.kernels.figures import fixed, significant, true_minus
 
 F_NUMBERS = (0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 3.5, 4.0, 4.5, 5.0, 5.6, 6.3, 7.1,
              8.0, 9.0, 10.0, 11.0, 13.0, 14.0, 16.0, 18.0, 20.0, 22.0, 25.0, 29.0, 32.0, 36.0, 40.0, 45.0, 51.0, 57.0,
@@ -181,6 +184,35 @@ def turn_scale(blades: int) -> Scale:
     figures = tuple((math.radians(i * step), significant(i * step)) for i in range(int(whole / step + 1e-9) + 1))
     minor = tuple(math.radians(i * step / 5.0) for i in range(int(5.0 * whole / step + 1e-9) + 1))
     return Scale(0.0, math.radians(whole), float, float, format_angle, read_angle, figures, minor, reset=0.0)
+
+
+@lru_cache(maxsize=1)
+def lean_scale() -> Scale:
+    """Tilt and swing of a film (radians): finer near 0, by the square root of the angle."""
+    figures = tuple((math.radians(a), true_minus(significant(a)))
+                    for a in (-45.0, -20.0, -8.0, -2.0, 0.0, 2.0, 8.0, 20.0, 45.0))
+    minor = tuple(math.radians(a) for a in (*range(-45, -9, 5), *range(-9, 10), *range(10, 46, 5)))
+    return _about_zero(math.radians(45.0), format_angle, read_angle, figures, minor)
+
+
+@lru_cache(maxsize=16)
+def move_scale(most: float) -> Scale:
+    """Rise and shift of a lens (mm): finer near 0."""
+    ends = (0.05, 0.2, 0.5, 1.0)
+    figures = tuple((s * part * most, true_minus(significant(s * part * most, 2)))
+                    for s in (-1.0, 1.0) for part in ends)
+    return _about_zero(most, format_signed_length, read_signed_length, tuple(sorted((*figures, (0.0, "0")))), ())
+
+
+def _about_zero(most: float, form: Callable[[float], str], read: Callable[[str], float],
+                figures: tuple[Figure, ...], minor: tuple[float, ...]) -> Scale:
+    def warp(value: float) -> float:
+        return math.copysign(math.sqrt(abs(value) / most), value)
+
+    def unwarp(w: float) -> float:
+        return math.copysign(most * w * w, w)
+
+    return Scale(-most, most, warp, unwarp, form, read, figures, minor, reset=0.0)
 
 
 @lru_cache(maxsize=8)

@@ -47,16 +47,20 @@ from lensbench.app.state.text_values import (
     read_part,
     read_position,
     read_seed,
+    read_signed_length,
     read_time,
     read_whole,
 )
 from lensbench.imaging.film import MAX_SIDE
+from lensbench.imaging.film_pose import STEEPEST, UPRIGHT, FilmPose
 from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.quotation import MOST, cut, excerpt
 from lensbench.lens_models.polynomial import DEGREES
 from lensbench.optics.iris import MOST_BLADES
 
 LARGEST_SEED = (1 << 32) - 1
+LEAN = Interval(-STEEPEST, STEEPEST)
+MOVED = Interval(-1000.0, 1000.0)   # mm
 NARROWEST = math.radians(0.001)  # field of view
 VERSION = 4                     # of the settings in a picture's metadata
 PICTURES = (".png", ".ppm", ".exr")             # formats of pictures that carry their settings
@@ -138,6 +142,16 @@ class Settings(LensSettings):
     lens_radius: float = setting(
         0.0, unit="mm", bounds=Interval(0.0, 1e6), read=read_length, metavar="LENGTH",
         help="of the orthographic camera: radius of its opening, for a depth of field; 0 for parallel rays")
+    tilt: float = setting(0.0, "tilt of the film", "°", LEAN, read=read_angle, metavar="ANGLE",
+                          help="of the film about its horizontal middle: the top goes back, such as 5; near ground "
+                          "comes into focus")
+    swing: float = setting(0.0, "swing of the film", "°", LEAN, read=read_angle, metavar="ANGLE",
+                           help="of the film about its vertical middle: the right side goes back")
+    rise: float = setting(0.0, unit="mm", bounds=MOVED, read=read_signed_length, metavar="LENGTH",
+                          help="of the lens over the film's centre, such as 10mm: the picture shows what is higher; "
+                          "with a minus, write --rise=-10mm")
+    shift: float = setting(0.0, unit="mm", bounds=MOVED, read=read_signed_length, metavar="LENGTH",
+                           help="of the lens to the right of the film's centre: the picture shows more of the right")
     pixels_x: int = setting(960, unit="pixels", bounds=Interval(1, MAX_SIDE))
     pixels_y: int = setting(640, unit="pixels", bounds=Interval(1, MAX_SIDE))
     f_number: float | None = setting(2.8, "f-number", bounds=Interval(0.01, 1e4), none="open")     # None: wide open
@@ -267,6 +281,11 @@ class Settings(LensSettings):
     def film(self) -> lb.Film:
         """The part of the film that is used, with its pixels."""
         return lb.Film(self.film_width * self.crop, self.film_height * self.crop, self.pixels_x, self.pixels_y)
+
+    @property
+    def film_pose(self) -> FilmPose:
+        """Tilt, swing, rise and shift of the film; in line for a camera without a lens."""
+        return FilmPose(self.tilt, self.swing, self.rise, self.shift) if self.has_lens else UPRIGHT
 
     @property
     def kind(self) -> CameraKind:

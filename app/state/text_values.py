@@ -47,6 +47,12 @@ def format_length(length: float) -> str:
     return f"{fixed(length, digits)} mm"
 
 
+def format_signed_length(length: float) -> str:
+    """A length in mm that may be negative: 0.00 mm, −4.25 mm, 12.0 mm."""
+    digits = 2 if abs(length) < 9.995 else 1
+    return true_minus(f"{fixed(length, digits)} mm")
+
+
 def format_area(area: float) -> str:
     """An area in mm² with three digits, without a power of ten: 2.23 mm², 123 mm², 1670 mm²."""
     return f"{significant(area, 3)} mm²"
@@ -130,6 +136,12 @@ def read_angle(text: str) -> float:
 def read_length(text: str) -> float:
     """“50 mm”, “50”, “5 cm” in mm."""
     number, unit = read_number(r"#\s*(mm|cm)?", text, "a focal length such as 50 mm")
+    return number * (10.0 if unit == "cm" else 1.0)
+
+
+def read_signed_length(text: str) -> float:
+    """“10 mm”, “-10”, “1 cm” in mm; such a length may be negative."""
+    number, unit = read_number(r"#\s*(mm|cm)?", text, "a length such as 10 mm")
     return number * (10.0 if unit == "cm" else 1.0)
 
 

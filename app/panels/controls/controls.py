@@ -12,7 +12,7 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.panels.controls import iris_popup, medium_popup, sensor_popup, shutter_popup
+from lensbench.app.panels.controls import film_dials, iris_popup, medium_popup, sensor_popup, shutter_popup
 from lensbench.app.panels.controls.dials import dial_count, dials
 from lensbench.app.panels.controls.dispersion_popup import can_disperse, dispersion_popup
 from lensbench.app.panels.controls.focus_popup import focus_popup
@@ -83,9 +83,9 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
     if settings.has_stop:
         parts.append(("Stop", "The shape of the iris, and the coating for the T-stop", iris_popup.in_use(settings),
                       iris_popup.stop_popup))
-    if settings.follows_lens:
-        parts.append(("Focus", "Position of the film: paraxial, or of least blur", settings.focus_position != "auto",
-                      focus_popup))
+    if settings.has_lens:
+        parts.append(("Focus", "Position of the film: paraxial, or of least blur; its tilt, swing, rise and shift",
+                      settings.focus_position != "auto" or film_dials.in_use(settings), focus_popup))
     if can_disperse(settings):
         parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
                       settings.dispersion != "auto", dispersion_popup))

@@ -1,8 +1,9 @@
-"""Popup “Focus” of the left column: the position of the film, paraxial or of least blur."""
+"""Popup “Focus” of the left column: the film's position, paraxial or of least blur, and its tilt and shift."""
 
 from dataclasses import replace
 
-from lensbench.app.state.build import focus_text, setup
+from lensbench.app.panels.controls.film_dials import film_dials
+from lensbench.app.state.build import design, focus_text, setup
 from lensbench.app.state.settings import FOCUS_POSITIONS, Settings
 from lensbench.app.widgets.marked import one_of
 from lensbench.app.widgets.paragraph import small_note
@@ -16,10 +17,17 @@ TIPS = {
 
 def focus_popup(settings: Settings) -> Settings:
     """Draw the popup's content; the changed settings."""
-    settings = replace(settings, focus_position=one_of("Focus", FOCUS_POSITIONS, TIPS,
-                                                            settings.focus_position))
+    if settings.follows_lens:
+        settings = replace(settings, focus_position=one_of("Focus", FOCUS_POSITIONS, TIPS, settings.focus_position))
+        try:
+            small_note(focus_text(setup(settings).focusing))
+        except (ValueError, OSError) as error:
+            small_note(str(error))
     try:
-        small_note(focus_text(setup(settings).focusing))
-    except (ValueError, OSError) as error:
-        small_note(str(error))
-    return settings
+        in_line_only = not design(settings).is_rotationally_symmetric
+    except (ValueError, OSError):               # said elsewhere
+        return settings
+    if in_line_only:
+        small_note("Behind a lens with a cylinder or toroid the film stays in line")
+        return settings
+    return film_dials(settings)

@@ -32,6 +32,7 @@ from lensbench.app.state.figures import dark_corners, readings
 from lensbench.app.state.picture.false_colours import aov_note
 from lensbench.app.state.pose import dollied, orbited, panned, pivot_distance
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.view_camera import focused_at
 from lensbench.app.widgets import theme
 from lensbench.kernels.figures import fixed
 
@@ -316,7 +317,7 @@ def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
     if math.isnan(depth) or depth <= 0.0 or not settings.focuses:
         return settings
     nearest = readings(settings).nearest_focus or 0.0
-    distance = max(depth, nearest * (1.0 + 1e-6))
+    distance = max(focused_at(settings, (x, y), depth), nearest * (1.0 + 1e-6))
     view.mark = Mark(x, y, distance, settings.aim)
     return replace(settings, focus_distance=distance)
 

@@ -193,12 +193,17 @@ def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, li
         draw.add_circle(at, 3.5 * pixel, theme.packed(colour.amber), 0, 1.6 * pixel)
 
 
-def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool, movable: bool) -> None:
-    """The film with its handle below, and the names of the fields beside their images."""
+def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool, movable: bool,
+              in_line: bool = True) -> None:
+    """The film with its handle below, and the names of the fields beside their images.
+
+    in_line: False for a film that is drawn elsewhere, where the plane of focus and film distance is only faint.
+    """
     colour, pixel = theme.colours(), theme.scale()
     x = floor(canvas.at(sketch.film_z, 0.0).x)
     top, bottom = canvas.at(0.0, sketch.film_height).y, canvas.at(0.0, -sketch.film_height).y
-    draw.add_rect_filled(ImVec2(x - pixel, top), ImVec2(x + 1.5 * pixel, bottom), theme.packed(colour.strong))
+    draw.add_rect_filled(ImVec2(x - pixel, top), ImVec2(x + 1.5 * pixel, bottom),
+                         theme.packed(colour.strong, 1.0 if in_line else 0.25))
     line = imgui.get_text_line_height()
     if movable:
         corner, size = film_handle(sketch, canvas)
@@ -247,12 +252,13 @@ def draw_region(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, low: flo
     film, faint = canvas.at(sketch.film_z, height), theme.packed(theme.colours().text, 0.5)
     ends = [canvas.at(sketch.rear_z, y) for y in (high, low)]
     for end in ends:
-        _dashed(draw, end, film, faint)
+        dashed(draw, end, film, faint)
         draw.add_line(ImVec2(end.x - 4.0 * pixel, end.y), ImVec2(end.x + 4.0 * pixel, end.y), colour, 1.5 * pixel)
     draw.add_line(*ends, colour, 1.5 * pixel)
 
 
-def _dashed(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int) -> None:
+def dashed(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int) -> None:
+    """A dashed line."""
     pixel = theme.scale()
     length = max(float(np.hypot(b.x - a.x, b.y - a.y)), 1e-6)
     count = min(int(length / (7.0 * pixel)), 400)

@@ -24,6 +24,7 @@ from lensbench.app.panels.lens_section.links import (
     draw_ray,
     surfaces_at,
 )
+from lensbench.app.panels.lens_section.posed_film import draw_posed
 from lensbench.app.panels.lens_section.viewport import View, fitted
 from lensbench.app.state.build import design
 from lensbench.app.state.figures import readings
@@ -35,6 +36,7 @@ from lensbench.app.state.pixel.lens_rays import in_section, pixel_fan
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number
+from lensbench.app.state.view_camera import in_section as in_section_of_film
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.kernels.figures import fixed, significant, true_minus
@@ -160,7 +162,10 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
     marks.draw_marks(draw, shown, canvas)
     drawing.draw_stop(draw, shown, canvas)
     drawing.draw_stop_handles(draw, shown, canvas, stop_lit)
-    drawing.draw_film(draw, shown, canvas, film_lit, movable)
+    posed = in_section_of_film(settings) if shown.lens is not None else None
+    drawing.draw_film(draw, shown, canvas, film_lit, movable, posed is None)
+    if posed is not None:
+        draw_posed(draw, posed, canvas)
     drawing.draw_scale_bar(draw, shown, canvas)
     if shown.reason:
         _reason(draw, canvas.corner, ImVec2(canvas.width, 2.0 * imgui.get_text_line_height()), shown.reason)

@@ -30,13 +30,14 @@ NO_LENS = "This camera has no lens to analyse. Choose one with a lens in the lef
 class Query:
     """A lens in front of its film, and the distance from its first vertex to the object (mm, inf).
 
-    model: name of the ideal model that the picture is taken with, or "".
+    model: name of the ideal model that the picture is taken with, or "". posed: whether its film is out of line.
     """
 
     setup: Setup
     object_distance: float
     focus_distance: float
     model: str = ""
+    posed: bool = False
 
     @property
     def lens(self) -> lb.Lens:
@@ -88,6 +89,8 @@ class Query:
                         f"centre: the film's corner, at {significant(corner, 3)} mm, is dark")
         if self.model:
             said.append(f"figures of the traced lens; the picture is taken with the model “{self.model}”")
+        if self.posed:
+            said.append("figures of a film in line; the film of the picture is tilted or shifted")
         if self.setup.reason:
             said.append(self.setup.reason)
         return tuple(said)
@@ -102,7 +105,8 @@ def query(settings: Settings) -> Query:
     if not distance > 0.0:
         raise ValueError("The plane in focus lies within the lens: there is no object to analyse. Focus farther away")
     model = LENS_MODELS[settings.lens_model]
-    return Query(built, distance, settings.focus_distance, "" if model.follows_lens else model.title)
+    return Query(built, distance, settings.focus_distance, "" if model.follows_lens else model.title,
+                 not settings.film_pose.is_upright)
 
 
 @lru_cache(maxsize=64)

@@ -27,12 +27,25 @@ ROUND = (1.0, 2.0, 5.0)
 
 @dataclass(frozen=True)
 class Blur:
-    """CoC in pixels = gain |focus − 1/(depth − offset)|; sharp: the diameter up to which a pixel counts as in focus."""
+    """CoC in pixels = gain |focus − n + lean · (power − n)|, n = 1/(depth − offset).
+
+    The lean of a point of a tilted film is its distance from the plane of the film's middle, over that plane's distance
+    from the rear principal plane: leans[0] + leans[1] · x + leans[2] · y for parts of the picture's width and height.
+    sharp: the diameter up to which a pixel counts as in focus.
+    """
 
     gain: float = 0.0           # pixels · mm
     focus: float = 0.0          # 1/mm
     offset: float = 0.0         # mm from the film to the front principal plane
     sharp: float = 1.5          # pixels
+    power: float = 0.0          # 1/mm, of the lens
+    leans: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def pixels(self, depth: float, part: tuple[float, float]) -> float:
+        """The diameter (pixels) of a point at a depth (mm, or inf) that a part of the picture shows."""
+        nearness = 0.0 if math.isinf(depth) else 1.0 / max(depth - self.offset, 1e-3)
+        lean = self.leans[0] + self.leans[1] * part[0] + self.leans[2] * part[1]
+        return self.gain * abs(self.focus - nearness + lean * (self.power - nearness))
 
     @classmethod
     def of(cls, settings: Settings) -> "Blur":
@@ -54,7 +67,13 @@ def _blur(settings: Settings, lens: Stamp) -> Blur:
         lens_setup = setup(settings)
         offset, efl, f_number = lens_setup.principal_offset, lens_setup.first_order.efl, lens_setup.first_order.f_number
     focus = 1.0 / max(settings.focus_distance - offset, 1.01 * abs(efl))
-    return Blur(efl * efl / f_number / (1.0 - efl * focus) / pitch, focus, offset, sharp / pitch)
+    leans = (0.0, 0.0, 0.0)
+    if settings.film_pose.is_tilted:
+        behind = lens_setup.film_distance - lens_setup.first_order.rear_principal
+        film, (across, down) = settings.film, settings.film_pose.axes[:2, 2]
+        leans = (0.5 * (across * film.width - down * film.height) / behind, -across * film.width / behind,
+                 down * film.height / behind)
+    return Blur(efl * efl / f_number / (1.0 - efl * focus) / pitch, focus, offset, sharp / pitch, 1.0 / efl, leans)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.scene_file import SceneFileError, cached_scene, scene_stamp
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.view_camera import sharp_focus
 from lensbench.scenery.objects import displaced
 
 AWAY = 1e7                      # mm along a ray, for infinitely far
@@ -61,8 +62,11 @@ def _plan(settings: Settings, lens: Stamp) -> Plan:
     focus = band = None
     opened = settings.lens_radius > 0.0 if settings.kind.lens_radius else got.f_number is not None
     if rays is not None and settings.focuses and opened:
+        tilted = sharp_focus(settings) if settings.film_pose.is_tilted else None
         focus = _cut(rays, origin, forward, settings.focus_distance)
-        if got.near_limit is not None and got.far_limit is not None:
+        if tilted is not None:
+            focus, band = _tilted(rays, frame, tilted)
+        elif got.near_limit is not None and got.far_limit is not None:
             near, far = (_cut(rays, origin, forward, limit) for limit in (
                 got.near_limit, got.far_limit if got.far_limit > 0.0 else math.inf))
             band = np.array([near[0], near[1], far[1], far[0]])
@@ -92,6 +96,27 @@ def _cut(rays: tuple[Points, Points], origin: Points, forward: Points, distance:
         t = (distance - (starts - origin) @ forward) / (directions @ forward)
     t = np.where((t > 0.0) & (t < AWAY), t, AWAY)
     return above(starts + t[:, None] * directions)
+
+
+def _tilted(rays: tuple[Points, Points], frame: Points, found: "lb.analysis.SharpFocus") -> tuple[
+        Points | None, Points | None]:
+    """Where the plane of sharp focus of a tilted film crosses two rays, and the corners of its wedge; None: nowhere."""
+    starts, directions = ((rays[0] - frame[:3, 3]) @ frame[:3, :3], rays[1] @ frame[:3, :3])
+
+    def cut(plane: "lb.analysis.focus_wedge.Plane | None", beyond: bool) -> Points | None:
+        if plane is None:
+            t = np.full(2, AWAY)
+        else:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                t = -plane.distance(starts) / (directions @ plane.normal)
+        if not beyond and not ((t > 0.0) & (t < AWAY)).all():
+            return None
+        return above(rays[0] + np.where((t > 0.0) & (t < AWAY), t, AWAY)[:, None] * rays[1])
+
+    focus = None if found.plane is None else cut(found.plane, False)
+    near, far = cut(found.near, True), cut(found.far, True)
+    band = None if near is None or far is None or focus is None else np.array([near[0], near[1], far[1], far[0]])
+    return focus, band
 
 
 def above(points: Points) -> Points:

@@ -11,13 +11,14 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.build import setup
+from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.figures import readings
 from lensbench.app.state.geometry.exit_pupil import from_film, region, turn
 from lensbench.app.state.geometry.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan
 from lensbench.app.state.pixel.beam import landing
 from lensbench.app.state.pixel.pointed import Place, PointedRay
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.view_camera import seen_from
 
 COUNT = 9                       # rays that reach the scene
 DEAD_EACH_SIDE = 3
@@ -27,7 +28,11 @@ INSIDE = 1.0 - 1e-5             # of the way to the outline, whose chords and bi
 def film_place(settings: Settings, raster: Place) -> Place:
     """The film point (x, y) in mm of a raster point, lens frame: upside down on the film."""
     film = settings.film
-    return (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
+    at = (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
+    if settings.film_pose.is_upright:
+        return at
+    x, y, _ = settings.film_pose.points(np.array([at]))[0].tolist()
+    return x, y
 
 
 def pixel_fan(settings: Settings, raster: Place) -> Fan:
@@ -37,7 +42,7 @@ def pixel_fan(settings: Settings, raster: Place) -> Fan:
         return _perspective_fan(settings.optics, math.hypot(*at))
     if not settings.has_lens:
         raise ValueError(f"{settings.camera_title}: no lens to draw the rays in")
-    built = setup(settings)
+    built, _ = seen_from(settings, raster)
     if not settings.follows_lens:
         return ideal_lens_fan(built.lens, built.film_distance, "pixel", math.hypot(*at),
                               COUNT if settings.has_stop else 1)
@@ -136,9 +141,12 @@ def rear_place(settings: Settings, raster: Place | None, ray: PointedRay) -> np.
     return crossed[:2] @ back.T
 
 
-def ray_through(settings: Settings, film_xy: Place, rear_xy: Place) -> PointedRay:
-    """The ray from a film point (mm) through a point of the plane of the last vertex (mm), both in the lens frame."""
-    built = setup(settings)
+def ray_through(settings: Settings, film_xy: Place, rear_xy: Place, here: Setup | None = None) -> PointedRay:
+    """The ray from a film point (mm) through a point of the plane of the last vertex (mm), both in the lens frame.
+
+    here: the lens with the film distance of this point, for a film out of line.
+    """
+    built = setup(settings) if here is None else here
     trace = from_film(built.lens, built.film_distance, film_xy, np.array([rear_xy]), record=True)
     surface = int(blockers(built.lens, trace, forward=False)[0])
     path = path_of(built.lens, trace, 0)

@@ -14,6 +14,7 @@ from lensbench.app.state.pixel.lens_rays import film_place
 from lensbench.app.state.pixel.pointed import Place
 from lensbench.app.state.pixel.spot import spot
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.view_camera import seen_from
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +55,9 @@ def pixel_readings(settings: Settings, raster: Place) -> PixelReadings:
             why = str(error)
     else:
         blur = Blur.of(settings)
-        nearness = 0.0 if math.isinf(seen.ahead) else 1.0 / max(seen.ahead - blur.offset, 1e-3)
         if blur.gain > 0.0:
-            diameter = pitch * blur.gain * abs(nearness - blur.focus)
+            diameter = pitch * blur.pixels(seen.ahead, (raster[0] / settings.film.pixels_x,
+                                                        raster[1] / settings.film.pixels_y))
         else:
             why = "this camera has no plane in focus"
     film = film_place(settings, raster) if settings.kind.on_film else None
@@ -73,8 +74,8 @@ def _open(settings: Settings, raster: Place) -> float | None:
     """Area of the region of a film point against that of the axis."""
     if not (settings.has_lens and settings.follows_lens):
         return None
-    built, at = setup(settings), film_place(settings, raster)
-    axis = region(built.lens, built.film_distance, 0.0).area
+    built, at = seen_from(settings, raster)
+    axis = region(built.lens, setup(settings).film_distance, 0.0).area
     here = region(built.lens, built.film_distance, math.hypot(*at), math.atan2(at[1], at[0])).area
     return here / axis if axis > 0.0 else None
 

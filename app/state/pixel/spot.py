@@ -15,9 +15,9 @@ from lensbench.app.state.build import setup
 from lensbench.app.state.geometry.exit_pupil import from_film, region, turn
 from lensbench.app.state.geometry.ray_fans import blockers
 from lensbench.app.state.pixel.beam import beam
-from lensbench.app.state.pixel.lens_rays import film_place
 from lensbench.app.state.pixel.pointed import Place
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.view_camera import seen_from
 
 SAMPLES = 700                   # rays aimed at the box about the beam
 MARGIN = 1.15                   # of that box; it grows while light passes near its edges
@@ -62,7 +62,8 @@ def spot(settings: Settings, raster: Place) -> Spot:
         pose = settings.present_pose
         point = (seen.target - pose[:3, 3]) @ pose[:3, :3] + [0.0, 0.0, built.film_z]
         target = (float(point[0]), float(point[1]), float(point[2]))
-    return spot_of(built.lens, built.film_distance, film_place(settings, raster), target)
+    here, at = seen_from(settings, raster)
+    return spot_of(here.lens, here.film_distance, at, target)
 
 
 @lru_cache(maxsize=8)

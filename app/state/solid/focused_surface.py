@@ -1,7 +1,7 @@
 """The surface of the scene that is in focus on the film. Lengths in mm, camera frame.
 
 For a real lens it is curved: for each film point it lies where the beam of that point is narrowest, in mean squares
-across its middle ray. For ideal lenses and for lenses with cylinders it is drawn as the plane in focus.
+across its middle ray. For ideal lenses, lenses with cylinders and films out of line it is drawn as the plane in focus.
 """
 
 import math
@@ -16,6 +16,7 @@ from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.geometry.exit_pupil import from_film, region
 from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.view_camera import sharp_focus
 
 RADII = 13                      # film radii from the axis to the edge of light
 ACROSS, DOWN = 17, 13           # points of the surface
@@ -32,7 +33,7 @@ def focused_surface(settings: Settings) -> np.ndarray:
         raise ValueError("this camera has no plane in focus")
     if settings.has_lens and settings.follows_lens:
         built = setup(settings)
-        if built.lens.is_rotationally_symmetric:
+        if built.lens.is_rotationally_symmetric and settings.film_pose.is_upright:
             return _curved(built.lens, built.film_distance, built.film.width, built.film.height, lit_radius(built))
     return _plane(settings.optics, file_stamp(settings.lens))
 
@@ -87,7 +88,11 @@ def _plane(settings: Settings, lens: Stamp) -> np.ndarray:
     raster = np.column_stack([x.ravel(), y.ravel()])
     rays = of.generate_rays(raster, np.tile(of.pupil_centre, (len(raster), 1)))
     with np.errstate(invalid="ignore", divide="ignore"):
-        t = (-settings.focus_distance - rays.origins[:, 2]) / rays.directions[:, 2]
+        tilted = sharp_focus(settings) if settings.film_pose.is_tilted else None
+        if tilted is not None and tilted.plane is not None:
+            t = -tilted.plane.distance(rays.origins) / (rays.directions @ tilted.plane.normal)
+        else:
+            t = (-settings.focus_distance - rays.origins[:, 2]) / rays.directions[:, 2]
         good = (rays.weights > 0.0) & (t > 0.0) & (t < FARTHEST)
     points = np.full((len(raster), 3), math.nan)
     points[good] = rays.origins[good] + t[good, None] * rays.directions[good]

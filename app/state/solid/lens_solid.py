@@ -77,14 +77,11 @@ def _ring(z: float, inner: float, outer: float) -> Part:
     return grid_part("stop", np.stack([x, y, np.full_like(x, z)], axis=-1))
 
 
-def film_part(film: lb.Film) -> Part:
+def film_part(film: lb.Film, pose: lb.FilmPose) -> Part:
     """The film's rectangle."""
-    x, y = 0.5 * film.width, 0.5 * film.height
-    corners = np.array([[[-x, -y, 0.0], [x, -y, 0.0]], [[-x, y, 0.0], [x, y, 0.0]]])
-    return grid_part("film", corners)
+    return grid_part("film", pose.corners(film.width, film.height)[[[0, 1], [3, 2]]])
 
 
-def film_outline(film: lb.Film) -> np.ndarray:
+def film_outline(film: lb.Film, pose: lb.FilmPose) -> np.ndarray:
     """Its edge, a closed path (5, 3)."""
-    x, y = 0.5 * film.width, 0.5 * film.height
-    return np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0]])
+    return pose.corners(film.width, film.height)[[0, 1, 2, 3, 0]]

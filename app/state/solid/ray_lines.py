@@ -9,10 +9,11 @@ from lensbench.app.state.build import setup
 from lensbench.app.state.geometry.exit_pupil import from_film, region, turn
 from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.state.pixel.beam import beam
-from lensbench.app.state.pixel.lens_rays import film_place, path_of
+from lensbench.app.state.pixel.lens_rays import path_of
 from lensbench.app.state.pixel.pointed import Place, PointedRay
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.solid.shapes import Strokes, strokes
+from lensbench.app.state.view_camera import seen_from
 
 FIELDS = ("field0", "field1", "field2")
 RIM = 16                        # rays along the edge of a pixel's beam
@@ -49,7 +50,7 @@ def pixel_lines(settings: Settings, raster: Place) -> Strokes:
     seen = beam(settings, raster)
     pose = settings.present_pose
     if settings.has_lens and settings.follows_lens:
-        built, at = setup(settings), film_place(settings, raster)
+        built, at = seen_from(settings, raster)
         outline = region(built.lens, built.film_distance, math.hypot(*at), math.atan2(at[1], at[0])).outline
         if not len(outline):
             return strokes("pixel", [])
@@ -60,7 +61,7 @@ def pixel_lines(settings: Settings, raster: Place) -> Strokes:
         far = min(seen.along, FARTHEST) if seen.along > 0.0 else FARTHEST
         paths = []
         for i in np.flatnonzero(trace.fate == lb.Fate.PASSED):
-            path = path_of(built.lens, trace, int(i)) - [0.0, 0.0, built.film_z]
+            path = path_of(built.lens, trace, int(i)) - [0.0, 0.0, setup(settings).film_z]
             way = path[0] - path[1]
             paths.append(np.vstack([path[1] + far * way / np.linalg.norm(way), path[1:]]))
         return strokes("pixel", paths)

@@ -1,0 +1,126 @@
+"""A film out of line: what it brings into focus, the place of each of its points, and the focus at a click.
+
+Lengths in mm, camera frame unless said otherwise.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.state.build import Setup, camera, setup
+from lensbench.app.state.figures import blur_limit
+from lensbench.app.state.file_cache import Stamp, file_stamp
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_angle, format_distance, format_length
+from lensbench.imaging.film_pose import UPRIGHT
+from lensbench.kernels.figures import true_minus
+
+Place = tuple[float, float]
+
+
+def seen_from(settings: Settings, raster: Place) -> tuple[Setup, Place]:
+    """The lens in front of the film point of a raster point: with that point's own film distance, and its x, y."""
+    film, built = settings.film, setup(settings)
+    at = (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
+    if settings.film_pose.is_upright:
+        return built, at
+    x, y, z = settings.film_pose.points(np.array([at]))[0].tolist()
+    return replace(built, film_distance=built.film_distance + z), (x, y)
+
+
+def focused_at(settings: Settings, part: Place, depth: float) -> float:
+    """The focus distance (mm) at which what lies `depth` mm before the film is sharp at a part of the picture.
+
+    part: of its width and height, from the top left. inf for a lens that then focuses beyond infinity.
+    """
+    if not settings.film_pose.is_tilted:
+        return depth
+    built, _ = seen_from(settings, (part[0] * settings.film.pixels_x, part[1] * settings.film.pixels_y))
+    in_line = setup(settings)
+    try:
+        at_depth = lb.film_distance(in_line.lens, depth)
+        return lb.focused_distance(in_line.lens, at_depth - (built.film_distance - in_line.film_distance))
+    except lb.LensError:
+        return math.inf
+
+
+def sharp_focus(settings: Settings) -> "lb.analysis.SharpFocus | None":
+    """The plane of sharp focus, its wedge and its lines; None for a film in line, or a camera without a focus."""
+    if settings.film_pose.is_upright or not settings.focuses:
+        return None
+    try:
+        return _sharp(settings.optics, file_stamp(settings.lens))
+    except (ValueError, OSError):
+        return None
+
+
+@lru_cache(maxsize=16)
+def _sharp(settings: Settings, lens: Stamp) -> "lb.analysis.SharpFocus":
+    made = camera(settings)
+    assert isinstance(made, lb.LensCamera)
+    return lb.analysis.sharp_focus(made, blur_limit(settings))
+
+
+@dataclass(frozen=True)
+class InSection:
+    """What the section y–z shows of a film out of line. Lens frame (z, y), mm.
+
+    film: its two ends (2, 2). planes: by name, a point and a unit direction. points: by name, where a line crosses the
+    section.
+    """
+
+    film: np.ndarray
+    planes: dict[str, tuple[np.ndarray, np.ndarray]]
+    points: dict[str, np.ndarray]
+
+
+def in_section(settings: Settings) -> InSection | None:
+    """The film, the plane of sharp focus, its wedge, hinge and Scheimpflug line in the section; None in line."""
+    if settings.film_pose.is_upright or not settings.has_lens:
+        return None
+    return _in_section(settings.optics, file_stamp(settings.lens))
+
+
+@lru_cache(maxsize=16)
+def _in_section(settings: Settings, lens: Stamp) -> InSection:
+    film_z, film, pose = setup(settings).film_z, settings.film, settings.film_pose
+    half = 0.5 * (film.height if pose.swing == 0.0 else film.diagonal)
+    ends = pose.points(np.array([[0.0, -half], [0.0, half]]))
+    found, planes, points = sharp_focus(settings), {}, {}
+    if found is not None:
+        for name, plane in (("sharp", found.plane), ("near", found.near), ("far", found.far)):
+            if plane is not None:
+                at, along = plane.crossing("yz")
+                if np.isfinite(at).all():
+                    planes[name] = np.array([at[1] + film_z, at[0]]), np.array([along[1], along[0]])
+        for name, line in (("Hinge line", found.hinge), ("Scheimpflug line", found.scheimpflug)):
+            if line is not None and abs(line.direction[0]) > 1e-9:
+                at = line.point - line.point[0] / line.direction[0] * line.direction
+                points[name] = np.array([at[2] + film_z, at[1]])
+    return InSection(np.stack([ends[:, 2] + film_z, ends[:, 1]], 1), planes, points)
+
+
+def sentence(settings: Settings) -> str:
+    """What the film brings into focus, in a sentence or two."""
+    if settings.film_pose == UPRIGHT:
+        return "The film is in line: centred, and perpendicular to the axis of the lens"
+    try:
+        found = sharp_focus(settings)
+    except (ValueError, OSError) as error:
+        return str(error)
+    if found is None or found.hinge is None:
+        return "The film is shifted: what is in focus is a plane across the axis"
+    if found.plane is None:
+        return "The plane of sharp focus lies at infinity"
+    lean = math.acos(min(abs(float(found.plane.normal[2])), 1.0))
+    across = abs(float(found.plane.normal[2])) > 1e-6
+    away = -found.plane.offset / float(found.plane.normal[2]) if across else math.inf
+    crosses = f"crosses the axis at {format_distance(away)}" if 0.0 < away < 1e8 else "does not cross the axis ahead"
+    x, y = found.hinge.point[:2]
+    sides = [f"{format_length(abs(v))} {word}" for v, word in (
+        (x, "to the right" if x > 0.0 else "to the left"), (y, "above" if y > 0.0 else "below")) if abs(v) > 0.05]
+    return true_minus(f"The plane of sharp focus leans by {format_angle(lean)} and {crosses}. It turns about the hinge "
+                      f"line when the focus changes, {' and '.join(sides)} the lens")

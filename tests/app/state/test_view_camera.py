@@ -1,0 +1,111 @@
+"""A film out of line in the settings: camera, focus at a click, the blur of a pixel, the section, and its options."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lensbench.app.command.ignored_options import remarks
+from lensbench.app.files.settings_file import load_settings, save_settings
+from lensbench.app.panels.controls.controls import Chooser, controls_panel
+from lensbench.app.state.analysis.query import query
+from lensbench.app.state.build import camera
+from lensbench.app.state.constraints import constrained
+from lensbench.app.state.geometry.circle_of_confusion import Blur
+from lensbench.app.state.geometry.plan import plan
+from lensbench.app.state.settings import Settings, SettingsError
+from lensbench.app.state.view_camera import focused_at, in_section, seen_from, sentence, sharp_focus
+from lensbench.imaging.film_pose import FilmPose
+from tests.app.stand import drive
+
+POSED = replace(Settings(), tilt=math.radians(6.0), swing=math.radians(4.0), rise=3.0, f_number=8.0,
+                focus_distance=1500.0)
+
+
+def test_settings_pose_the_film_and_are_kept(tmp_path):
+    assert camera(POSED).film_pose == FilmPose(math.radians(6.0), math.radians(4.0), 3.0, 0.0)
+    assert POSED.optics != Settings().optics and POSED.picture != Settings().picture
+    save_settings(tmp_path / "posed.toml", POSED)
+    assert load_settings(tmp_path / "posed.toml") == POSED == Settings.from_dict(POSED.to_dict())
+    with pytest.raises(SettingsError, match="tilt of the film 61°"):
+        replace(POSED, tilt=math.radians(61.0)).checked()
+    assert replace(POSED, camera="fisheye").film_pose.is_upright
+    said = remarks(replace(POSED, camera="fisheye"), {"tilt"}, {"tilt": "tilt"}, None)
+    assert "--tilt has no effect on the camera fisheye" in " ".join(said)
+
+
+def test_figures_of_a_film_in_line_say_so():
+    for settings, said in ((POSED, 1), (replace(Settings(), f_number=8.0, focus_distance=1500.0), 0)):
+        asked = query(settings)
+        assert sum("in line" in each for each in asked.remarks(asked.grid(8))) == said
+
+
+def test_a_lens_with_cylinders_keeps_its_film_in_line():
+    anamorphic = replace(POSED, lens="lentil-schneider-anamorphic-31-2001", f_number=None)
+    assert constrained(anamorphic).film_pose.is_upright and constrained(POSED) == POSED
+
+
+@pytest.mark.parametrize("part", [(0.5, 0.5), (0.1, 0.2), (0.8, 0.9)])
+def test_a_click_brings_what_it_shows_into_focus_and_its_blur_is_that_of_the_rays(part):
+    thick, raster = camera(replace(POSED, lens_model="thick")), [[part[0] * 960.0, part[1] * 640.0]]
+    plane = sharp_focus(POSED).plane
+    chief = thick.generate_rays(raster, [[0.5, 0.5]])
+    along = -plane.distance(chief.origins) / (chief.directions @ plane.normal)
+    depth = -float((chief.origins + along[:, None] * chief.directions)[0, 2])
+    assert focused_at(POSED, part, depth) == pytest.approx(1500.0, rel=1e-3)        # depths from the film's middle
+    assert Blur.of(POSED).pixels(depth, part) < 1e-9
+    # 0.4 m behind the plane in focus, from one end of the pupil to the other, in pixels
+    ends = thick.generate_rays(raster * 2, [[0.0, 0.5], [1.0, 0.5]])
+    met = ends.origins + ((-depth - 400.0 - ends.origins[:, 2]) / ends.directions[:, 2])[:, None] * ends.directions
+    apart = np.linalg.norm(np.diff(thick.raster_from_point(met)[0], axis=0))
+    assert Blur.of(POSED).pixels(depth + 400.0, part) == pytest.approx(apart, rel=0.03)     # a slanted cone's ellipse
+
+
+def test_each_point_of_the_film_has_its_own_distance():
+    built, at = seen_from(POSED, (480.0, 0.0))
+    middle, _ = seen_from(POSED, (480.0, 320.0))
+    nearer = 12.0 * math.sin(POSED.tilt) * math.cos(POSED.swing)
+    assert middle.film_distance - built.film_distance == pytest.approx(nearer)
+    assert at[1] == pytest.approx(-3.0 - 12.0 * math.cos(POSED.tilt))
+
+
+def test_section_and_plan_show_the_plane_and_its_lines():
+    tilted = replace(POSED, swing=0.0, rise=0.0)
+    found = in_section(tilted)
+    assert in_section(Settings()) is None and set(found.points) == {"Hinge line", "Scheimpflug line"}
+    assert set(found.planes) == {"sharp", "near", "far"}
+    point, along = found.planes["sharp"]                        # through both lines
+    for name in found.points:
+        off = found.points[name] - point
+        assert off[0] * along[1] - off[1] * along[0] == pytest.approx(0.0, abs=1e-6)
+    assert math.atan2(*(found.film[1] - found.film[0])) == pytest.approx(tilted.tilt)
+    swung, straight = plan(replace(POSED, tilt=0.0)), plan(Settings())
+    assert abs(np.diff(straight.focus[:, 1])[0]) < 1e-9 < 0.05 < swung.focus[1, 1] - swung.focus[0, 1]
+    assert swung.band.shape == (4, 2)
+    assert "hinge" in sentence(POSED) and "in line" in sentence(Settings())
+
+
+def test_the_dials_of_a_view_camera_are_turned_by_hand_and_set_back():
+    seen = {"settings": Settings()}
+    chooser = Chooser()
+
+    def show():
+        seen["settings"] = controls_panel(seen["settings"], chooser)
+
+    def test(ctx):
+        ctx.yield_(3)
+        ctx.item_click("**/Focus")
+        ctx.yield_(3)
+        for name in ("Tilt", "Rise"):
+            ctx.mouse_move(f"**/{name}")
+            ctx.mouse_wheel_y(3.0)
+            ctx.yield_(3)
+        seen["turned"] = seen["settings"]
+        ctx.yield_(2)
+        ctx.item_click("**/In line")
+        ctx.yield_(2)
+
+    drive(show, test, (262, 640))
+    assert seen["turned"].tilt != 0.0 and seen["turned"].rise != 0.0 and seen["turned"].swing == 0.0
+    assert seen["settings"] == Settings()
