@@ -150,9 +150,9 @@ def composed(settings: Settings, shown: Sketch | None, links: Pointed, state: Vi
               for each in edges]
 
     # The camera: film, lens, rays
-    film, pose = settings.film, settings.film_pose
-    plate, outline = memo.of(("film", film, pose), lambda: (
-        film_part(film, pose), strokes("film", [film_outline(film, pose)])))
+    film, film_pose = settings.film, settings.film_pose
+    plate, outline = memo.of(("film", film, film_pose), lambda: (
+        film_part(film, film_pose), strokes("film", [film_outline(film, film_pose)])))
     solids.append(Solid(plate, (*colour.dim[:3], 0.55)))
     lines.append(Line(outline, (*colour.strong[:3], 1.0), 2.0 * pixel))
     if shown is None:
