@@ -6,10 +6,12 @@ LENSBENCH_DEBUG is set; 130 for Ctrl-C. Each command imports the heavy modules t
 
 import argparse
 import ctypes
+import gc
 import os
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -160,19 +162,35 @@ def _add_view_options(parser: argparse.ArgumentParser) -> None:
                         help="write a picture of the whole window and end; needs no display")
 
 
-def _view(arguments: argparse.Namespace) -> int:
-    from lensbench.app.command.options import settings_from
-    from lensbench.app.files.state_text import PREFIX as STATE
-    from lensbench.app.state.settings import PICTURES
+@contextmanager
+def _loading() -> Iterator[None]:
+    """Import without a search for garbage; what is there at the end is left out of all later searches.
 
-    settings = settings_from(arguments)
-    asked = {name for name, value in vars(arguments).items() if value is not None} - {"command"}
-    if not asked and _has_display():
-        settings = _last_session(settings)
-    missing = [name for name in LIBRARIES if not _loads(name)] if sys.platform == "linux" else []
-    if missing:
-        raise UsageError(f"the window needs {', '.join(missing)}: on Debian or Ubuntu, apt-get install {PACKAGES}")
-    from lensbench.app.window import window
+    The window's modules and kernels stay to its end. Searched again and again they would delay the start by a tenth,
+    and hold a frame up by 50 ms now and then.
+    """
+    gc.disable()
+    try:
+        yield
+        gc.freeze()
+    finally:
+        gc.enable()
+
+
+def _view(arguments: argparse.Namespace) -> int:
+    with _loading():
+        from lensbench.app.command.options import settings_from
+        from lensbench.app.files.state_text import PREFIX as STATE
+        from lensbench.app.state.settings import PICTURES
+
+        settings = settings_from(arguments)
+        asked = {name for name, value in vars(arguments).items() if value is not None} - {"command"}
+        if not asked and _has_display():
+            settings = _last_session(settings)
+        missing = [name for name in LIBRARIES if not _loads(name)] if sys.platform == "linux" else []
+        if missing:
+            raise UsageError(f"the window needs {', '.join(missing)}: on Debian or Ubuntu, apt-get install {PACKAGES}")
+        from lensbench.app.window import window
 
     kept = arguments.settings is not None or Path(arguments.lens or "").suffix.lower() in PICTURES \
         or (arguments.lens or "").startswith(STATE)
