@@ -2,7 +2,7 @@
 
 python -m trials.soak --minutes 120 --seed 1
 
-The window stands on no display, in an empty folder. Between its frames come clicks, drags, wheel turns, keys and
+The window needs no display; its folder is empty at first. Between its frames come clicks, drags, wheel turns, keys and
 text, on every panel of every layout; now and then another lens, scene and camera. Printed once a minute: resident
 memory, frames, actions. At the end: growth after the first tenth of the time (least squares), exceptions, threads left.
 Ends with 1 for an exception or a thread.
@@ -139,7 +139,7 @@ class Hand:
             yield
 
     def elsewhere(self, session: Any) -> None:
-        """Close what stands over the panels, and take another lens, scene, camera or layout."""
+        """Close popups and dialogs, and take another lens, scene, camera or layout."""
         from dataclasses import replace
 
         from imgui_bundle import hello_imgui, imgui

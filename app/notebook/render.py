@@ -23,8 +23,8 @@ def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str 
     ----------
     camera : Camera or str
         Any camera; a LensCamera of the model "auto" takes the model that the scene needs. The name of a lens or the
-        path of its file stands for the lens at its best, as `lensbench render` takes it: wide open, on its own film,
-        in front of the scene's subject.
+        path of its file means that lens as `lensbench render` takes it: wide open, on its own film, in front of the
+        scene's subject.
     scene : Scene or str
         The scene, world frame, mm; or the name of a built-in scene or the path of a scene file.
     samples : int
@@ -85,7 +85,7 @@ def _camera(camera: Any, scene: "lb.Scene", scene_name: str | None) -> "lb.Camer
 
     name = scene_name or next((name for name in lb.SCENES if lb.builtin_scene(name) is scene), None)
     if name is None:
-        raise TypeError("the name of a lens alone does not say where the camera stands in a scene of your own: give "
+        raise TypeError("the name of a lens alone does not say where the camera is in a scene of your own: give "
                         "lb.LensCamera(lenses.load(name), lb.Film(), focus_distance)")
     return camera_of(with_lens(Settings(scene=name), os.fspath(camera)))
 

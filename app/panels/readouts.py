@@ -135,7 +135,7 @@ def _compared(settings: Settings, status: Status, other: Settings, other_status:
 def paired_rows(settings: Settings, status: Status, other: Settings, other_status: Status) -> list[PairedRow]:
     """The rows of two settings by their names, in the order of the present ones.
 
-    What follows a comma in a name, as the coating of a T-stop, may differ; it then stands in the meaning alone.
+    What follows a comma in a name, as the coating of a T-stop, may differ; the meaning alone then has it.
     """
     mine = rows(settings, readings(settings), status)
     theirs = {_key(row): row for row in rows(other, readings(other), other_status)}

@@ -23,7 +23,7 @@ class Notice:
 
 
 class Notices:
-    """The notices of one window, the oldest first; the same text stands only once."""
+    """The notices of one window, the oldest first, without duplicates."""
 
     def __init__(self) -> None:
         self._all: list[Notice] = []

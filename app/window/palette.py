@@ -40,7 +40,7 @@ VIEW = "Field of view"          # of whatever camera it is: not one field
 
 @dataclass(frozen=True)
 class Entry:
-    """A row: its text, what stands at its right, and what Enter does. fills: text that it puts into the query."""
+    """A row: its text, the note at its right, and what Enter does. fills: text that it puts into the query."""
 
     text: str
     kind: str

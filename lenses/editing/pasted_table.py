@@ -101,7 +101,7 @@ def pasted(text: str, f_number: float | None = None) -> LensDocument:
 
 
 def _of_marks(marked: Sequence[tuple[int, list[tuple[str, str, str]]]]) -> list[_Line]:
-    """Rows of a table such as r1 = 22.01 d1 = 3.26 n1 = 1.62 ν1 = 60.3; n and ν belong to the row they stand in."""
+    """Rows of a table such as r1 = 22.01 d1 = 3.26 n1 = 1.62 ν1 = 60.3; n and ν belong to their row."""
     rows: dict[int, _Line] = {}
     for line, found in marked:
         own = next((int(place) for letter, place, _ in found if letter.lower() == "r"), None)

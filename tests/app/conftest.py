@@ -18,7 +18,7 @@ PATIENCE = 300.0            # seconds for a picture: the first one compiles the 
 
 
 class Hand:
-    """What a person does with the bench, and what stands on the screen."""
+    """The user of the window: clicks, drags and keys, and the picture on the screen."""
 
     def __init__(self, ctx, session: window.Session):
         self.ctx, self.session = ctx, session

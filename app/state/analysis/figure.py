@@ -127,7 +127,7 @@ class Label:
 
 @dataclass(frozen=True)
 class Area:
-    """A part of a plot and what is said of it under the cursor."""
+    """A part of a plot and its words under the cursor."""
 
     x: tuple[float, float]
     y: tuple[float, float]

@@ -83,7 +83,7 @@ def _axis(b: Axis, a: Axis) -> Axis:
 
 
 def _both(b: str, a: str | None) -> str:
-    """What is said of a place in B, and below it of A."""
+    """The words at a place in B, and those of A below them."""
     return b if a is None else "\n".join((b, *(f"A: {line}" for line in a.split("\n"))))
 
 

@@ -153,7 +153,7 @@ def _head(found: Spots, group: list, columns: str) -> str:
 
 
 def _words(found: Spots, f: int, group: list, column: int, row: int, columns: str) -> list:
-    """Labels of one cell, and what is said of it under the cursor."""
+    """Labels of one cell, and its words under the cursor."""
     rays, k = found.rays, group[0][1]
     cell = (column - 0.5, column + 0.5), (-row - 0.5, 0.5 - row)
     angle = math.degrees(rays.field_angles[f])

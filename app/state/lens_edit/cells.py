@@ -1,6 +1,6 @@
 """Cells of the surface table: their texts, what a typed text means, and the step of a drag.
 
-Lengths in mm. A cell is a quantity of a surface (`lenses.editing.document`); a radius stands for its curvature.
+Lengths in mm. A cell is a quantity of a surface (`lenses.editing.document`); a radius sets its curvature.
 """
 
 import re

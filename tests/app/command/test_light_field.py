@@ -1,4 +1,4 @@
-"""`lensbench lightfield`: what was recorded comes back from its file, and can be focused; what cannot be is said."""
+"""`lensbench lightfield`: a recording comes back from its file and can be focused; errors in one line."""
 
 import json
 

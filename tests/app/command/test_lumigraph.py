@@ -1,4 +1,4 @@
-"""`lensbench lightfield array | novel`: an array of pinholes comes back from its file, and what cannot be is said."""
+"""`lensbench lightfield array | novel`: an array of pinholes comes back from its file; errors."""
 
 import re
 

@@ -167,16 +167,21 @@ def test_settings_are_saved_and_opened_by_the_menu(drive, tmp_path):
     drive(use)
 
 
+def open_export(hand, path, samples):
+    """Open the export of the picture to this file, with so many samples a pixel."""
+    hand.picture()
+    hand.session.export.path = path
+    hand.ctx.item_click("**/Export")
+    hand.ctx.yield_(2)
+    hand.ctx.item_input_value("//Export/##Samples a pixel", samples)
+
+
 @pytest.mark.slow
 def test_an_export_can_be_cancelled_and_finished(drive, tmp_path):
     path = tmp_path / "large.png"
 
     def use(hand):
-        hand.picture()
-        hand.session.export.path = path
-        hand.ctx.item_click("**/Export")
-        hand.ctx.yield_(2)
-        hand.ctx.item_input_value("//Export/##Samples a pixel", 1_000_000)
+        open_export(hand, path, 1_000_000)
         hand.ctx.item_click("//Export/Render")
         hand.ctx.yield_(3)
         hand.drag(hand.at("**/Exposure", 0.5, 0.5), hand.at("**/Exposure", 0.7, 0.5))     # it renders beside the work
@@ -201,11 +206,7 @@ def test_the_export_saves_the_picture_as_it_stands_at_once(drive, tmp_path):
     path = tmp_path / "now.png"
 
     def use(hand):
-        hand.picture()
-        hand.session.export.path = path
-        hand.ctx.item_click("**/Export")
-        hand.ctx.yield_(2)
-        hand.ctx.item_input_value("//Export/##Samples a pixel", 1_000_000)
+        open_export(hand, path, 1_000_000)
         hand.ctx.item_click("//Export/Save as it is now")
         hand.ctx.yield_(3)
         assert not hand.session.export.busy

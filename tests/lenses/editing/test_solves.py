@@ -1,4 +1,4 @@
-"""Solves meet their targets to 1e-12 in forty digits; pickups follow; what has no solution is said."""
+"""Solves meet their targets to 1e-12 in forty digits; pickups follow; a solve without a solution is a finding."""
 
 import pytest
 
