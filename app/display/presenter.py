@@ -196,9 +196,11 @@ class Presenter:
 
     def _around(self, settings: Settings, view: View, update: RenderUpdate, screen: Screen) -> int:
         """The GL name of the look around in a panorama; 0 if the picture is none, or is looked at as a whole."""
-        shown = screen.shown
-        if (view.look is None or shown is None or settings.compare != "off" or self.field_picture is not None
+        if (view.look is None or settings.compare != "off" or self.field_picture is not None
                 or not settings.camera == update.settings.camera == "environment"):
+            return 0
+        shown = screen.shown
+        if shown is None:
             return 0
         self._panorama = self._panorama or Panorama(moderngl.get_context())
         size = max(round(view.room[0]), 1), max(round(view.room[1]), 1)
