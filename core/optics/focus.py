@@ -305,8 +305,10 @@ def _imager(lens: Lens, method: str) -> Callable[[float], float]:
 
     The image distance runs from the last vertex to the plane of least rms blur.
     """
-    converging = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section).efl < inf]
-    which = converging or list(range(len(lens.sections)))           # a section that only diverges does not count
+    which = [0]
+    if not lens.is_rotationally_symmetric:
+        converging = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section).efl < inf]
+        which = converging or list(range(len(lens.sections)))       # a section that only diverges does not count
     if method == "real":
         axes = [0, 1] if lens.is_rotationally_symmetric else which
 

@@ -119,7 +119,7 @@ class Surface:
         """Whether the surface is no cylinder or toroid."""
         return self.curvature_x is None
 
-    @property
+    @cached_property
     def vertex_curvature(self) -> float:
         """Curvature at the vertex in the section y–z (1/mm), including an r² term."""
         return self.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
