@@ -196,6 +196,7 @@ class Session(WindowState):
         self.worker.hold(busy)
         self.apply()
         self.comparing.advance(busy)
+        self.say_of_scene()
         self.editing.advance(held)
         self._heap.advance(monotonic())
 
