@@ -20,7 +20,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.picture.tone import linear
-from lensbench.app.state.scene_assets.depth_map import read_photograph
+from lensbench.app.state.scene_assets.depth_map import own_depth_scene, read_photograph
 from lensbench.app.state.scene_assets.mesh_file import MM, Pose, read_mesh, rotation
 from lensbench.app.state.scene_assets.sky_picture import read_sky
 from lensbench.app.state.scene_texture import read_texture
@@ -252,12 +252,20 @@ def _photograph(table: Table, folder: Path) -> lb.Scene:
     others = sorted(set(table) - {"photograph", "name", "depth_range"})
     if others:
         raise lb.SceneError(f"a scene of a photograph has no {excerpt(others[0])}")
-    found: Table = {"depth_is": "distance", "fill": "plain", "near": None, "far": None}
+    found: Table = {"fill": "plain"}
     found |= _read(_table(table["photograph"], "photograph"), "a photograph", {
         "image": _text, "depth": _text, "fov": _angle, "depth_is": _text, "near": _length, "far": _length,
-        "fill": _text}, ("image", "depth", "fov"))
-    scene = read_photograph(found["image"], found["depth"], folder, found["fov"], found["depth_is"], found["near"],
-                            found["far"], found["fill"])
+        "fill": _text}, ("image",))
+    if "depth" not in found:
+        beside = [name for name in ("depth_is", "near", "far") if name in found]
+        if beside:
+            raise lb.SceneError(f"{beside[0]} belongs to a depth map of its own: name it as depth")
+        scene = own_depth_scene(found["image"], folder, found.get("fov"), found["fill"])
+    elif "fov" not in found:
+        raise lb.SceneError("a photograph with a depth map of its own needs fov, the angle across it")
+    else:
+        scene = read_photograph(found["image"], found["depth"], folder, found["fov"],
+                                found.get("depth_is", "distance"), found.get("near"), found.get("far"), found["fill"])
     return replace(scene, **_given(table, {"name": _text, "depth_range": _depth_range}))
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.state.scene_assets.phone_depth import read_phone_photograph
 from lensbench.app.state.scene_assets.place import asset_path
 from lensbench.app.state.scene_assets.radiance_hdr import HdrError
 from lensbench.app.state.scene_assets.sky_picture import EXR, read_exr
@@ -44,6 +45,25 @@ def read_photograph(image: str, depth: str, folder: Path, fov: float, meaning: s
             away = 1.0 / (1.0 / far + part * (1.0 / near - 1.0 / far))
     picture = read_texture(image, folder).values
     return photograph_scene(picture, away, fov, fill=fill, name=Path(image).stem)
+
+
+def own_depth_scene(image: str, folder: Path, fov: float | None, fill: str) -> lb.Scene:
+    """The scene of a phone's photograph that carries its depth map; SceneError in one line.
+
+    fov: radians across the upright photograph; None: as its focal length on 35 mm film says.
+    """
+    found = read_phone_photograph(image, folder)
+    fov = fov or found.fov
+    if fov is None:
+        raise lb.SceneError(f"photograph {excerpt(image)} does not tell its focal length on 35 mm film: give fov, the "
+                            "angle across it")
+    away = found.away
+    if found.radial and 0.0 < fov < math.pi:            # along the ray, not along the axis
+        rows, columns = away.shape
+        half = math.tan(fov / 2.0)
+        x, y = ((2.0 * np.arange(n) + 1.0) / n - 1.0 for n in (columns, rows))
+        away = away / np.sqrt(1.0 + (half * x) ** 2 + ((half * rows / columns) * y[:, None]) ** 2)
+    return photograph_scene(found.picture.values, away, fov, fill=fill, name=Path(image).stem)
 
 
 def _levels(name: str, folder: Path) -> np.ndarray:

@@ -41,7 +41,7 @@ def test_a_depth_map_is_read_in_its_meaning(folder, depth, middle):
 
 
 @pytest.mark.parametrize(("text", "reason"), [
-    (PHOTO, "depth is missing"), (PHOTO + 'depth = "deep.png"\n', "near and far are missing"),
+    (PHOTO, "carries no depth map"), (PHOTO + 'depth = "deep.png"\n', "near and far are missing"),
     (PHOTO + 'depth = "deep.png"\nnear = 3\nfar = 2\n', "less than far"),
     (PHOTO + 'depth = "black.png"\nnear = 1\nfar = 2\n', "one value only"),
     (PHOTO + 'depth = "a.toml"\nnear = 1\nfar = 2\n', "not a picture"),
