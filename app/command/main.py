@@ -118,6 +118,7 @@ def _parser() -> argparse.ArgumentParser:
         light_field,
         render,
         stability,
+        tolerances,
     )
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
@@ -142,6 +143,8 @@ def _parser() -> argparse.ArgumentParser:
              "Record a light field through a lens; focus it afterwards."),
             ("improve", improve.improve, improve.add_improve_options,
              "Improve a lens by damped least squares on its radii, thicknesses or other numbers."),
+            ("tolerances", tolerances.tolerances, tolerances.add_tolerance_options,
+             "Show what errors of manufacture cost a lens, and the spread of many copies."),
             ("chart", chart.chart, chart.add_chart_options, "Chart the speed of methods against their accuracy."),
             ("stability", stability.stability, stability.add_stability_options,
              "Show where each numerical method breaks down, and what it returns there.")):

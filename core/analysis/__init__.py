@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lensbench.analysis.focus_map import MtfMap, mtf_map
     from lensbench.analysis.focus_wedge import SharpFocus, sharp_focus
     from lensbench.analysis.grid_trace import ray_grid
+    from lensbench.analysis.manufacture import Production, Sensitivity, Tolerances, production, sensitivities
     from lensbench.analysis.meridional_curves import FieldCurves, field_curves
     from lensbench.analysis.narrow_beams import close_foci
     from lensbench.analysis.onion_rings import rippled
@@ -45,6 +46,7 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
     "analysis.focus_map": "MtfMap mtf_map",
     "analysis.focus_wedge": "SharpFocus sharp_focus",
     "analysis.grid_trace": "ray_grid",
+    "analysis.manufacture": "Production Sensitivity Tolerances production sensitivities",
     "analysis.meridional_curves": "FieldCurves field_curves",
     "analysis.onion_rings": "rippled",
     "analysis.point_spread": "PointSpread encircled_energy psf",
@@ -59,10 +61,10 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
-    "Breathing", "Conditions", "Fans", "FieldCurves", "FieldDepth", "FocalShift", "FocusShift", "Longitudinal",
-    "Mtf", "MtfMap", "PointSpread", "RayGrid", "SharpFocus", "Spots", "Sunstar", "Wavefront", "breathing",
-    "chromatic_focal_shift", "close_foci", "conditions", "encircled_energy", "field_curves", "field_depth",
-    "field_name", "focus_shift", "fringe_index", "longitudinal_aberration", "mtf", "mtf_map", "noll_indices", "psf",
-    "ray_fans", "ray_grid", "relative_illumination", "rippled", "sharp_focus", "spots", "sunstar", "wavefronts",
-    "with_sensor_stack", "zernike_name", "zernikes",
+    "Breathing", "Conditions", "Fans", "FieldCurves", "FieldDepth", "FocalShift", "FocusShift", "Longitudinal", "Mtf",
+    "MtfMap", "PointSpread", "Production", "RayGrid", "Sensitivity", "SharpFocus", "Spots", "Sunstar", "Tolerances",
+    "Wavefront", "breathing", "chromatic_focal_shift", "close_foci", "conditions", "encircled_energy", "field_curves",
+    "field_depth", "field_name", "focus_shift", "fringe_index", "longitudinal_aberration", "mtf", "mtf_map",
+    "noll_indices", "production", "psf", "ray_fans", "ray_grid", "relative_illumination", "rippled", "sensitivities",
+    "sharp_focus", "spots", "sunstar", "wavefronts", "with_sensor_stack", "zernike_name", "zernikes",
 ]

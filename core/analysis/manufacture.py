@@ -1,0 +1,326 @@
+"""Tolerances of a lens: what each error of manufacture costs, and what a production run looks like.
+
+Lengths in mm, angles in radians. The lens is focused at infinity; every copy is refocused, as a camera or an assembler
+does. Fields lie along y on both sides of the axis, since a decentred element images them differently. Rays are those
+that pass the rims of the nominal lens, the same for all copies; the contrast is that of the spots times the limit of
+diffraction on the axis.
+"""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.analysis.field_conditions import conditions
+from lensbench.analysis.perturbed_copies import (
+    AROUND_X,
+    AROUND_Y,
+    DX,
+    DY,
+    POSE,
+    bodies,
+    change_gap,
+    change_index,
+    change_radius,
+    copies_of,
+    elements,
+    judge_copies,
+    trace_copies,
+)
+from lensbench.imaging.film import Film
+from lensbench.kernels.figures import significant
+from lensbench.optics.focus import film_distance
+from lensbench.optics.paraxial import first_order
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.scalar_trace import Fate, trace
+
+FIELDS = (0.0, 0.7, -0.7, 1.0, -1.0)    # of the largest image height
+GRID, WIDE = 15, 61             # points across the beam of a field: of its rays, and of the search for its edge
+TRIES = 8                       # shorter heights, for a film larger than the image circle
+CHUNK = 25                      # copies that a thread traces at a time
+MOST_COPIES = 100_000
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Largest errors of manufacture; drawn from a normal distribution whose 2 σ they are, cut there.
+
+    Parameters
+    ----------
+    radius : float
+        Of every radius of curvature between two media, as a part of it.
+    thickness : float
+        Of every thickness and air gap, mm.
+    index : float
+        Of every glass.
+    decentre : float
+        Of every element, or cemented group, across the axis: mm in x and in y.
+    tilt : float
+        Of every element about its front vertex: radians about x and about y.
+
+    Raises
+    ------
+    LensError
+        For a negative number, or one that is not finite.
+    """
+
+    radius: float = 0.001
+    thickness: float = 0.02
+    index: float = 0.0005
+    decentre: float = 0.01
+    tilt: float = math.radians(1.0 / 60.0)
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and 0.0 <= value < 0.5):
+                raise LensError(f"tolerance of {name} {significant(value)}: it must lie from 0 to 0.5")
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What one error costs.
+
+    Parameters
+    ----------
+    kind : str
+        "radius", "thickness", "index", "decentre" or "tilt".
+    surface : int
+        The surface, or the first one of the element, from 0.
+    tolerance : float
+        The error: a part of the radius, mm, or radians.
+    spot : float
+        Growth of the rms spot (mm, mean over the fields) at the worse of both signs.
+    contrast : float
+        Change of the mean contrast at the middle frequency there; negative for a loss.
+    """
+
+    kind: str
+    surface: int
+    tolerance: float
+    spot: float
+    contrast: float
+
+
+@dataclass(frozen=True, eq=False)
+class Production:
+    """A Monte Carlo run of copies.
+
+    Parameters
+    ----------
+    fields : tuple of float
+        Image heights (mm) along y.
+    frequencies : (n,) array
+        Cycles / mm.
+    nominal : (fields, n, 2) array
+        Contrast of the lens as designed, for detail across the field (sagittal), then along it (meridional).
+    contrast : (copies, fields, n, 2) array
+        That of the copies.
+    nominal_spots, spots : (fields,) and (copies, fields) arrays
+        rms radii (mm).
+    focus : (copies,) array
+        Shift of the film (mm) at the best focus of each copy.
+    drawn : (copies, errors) array
+        The errors, in the units of Tolerances, by `names`.
+    names : tuple of (str, int)
+        Kind and surface of each error.
+    """
+
+    fields: tuple[float, ...]
+    frequencies: np.ndarray
+    nominal: np.ndarray
+    contrast: np.ndarray
+    nominal_spots: np.ndarray
+    spots: np.ndarray
+    focus: np.ndarray
+    drawn: np.ndarray
+    names: tuple[tuple[str, int], ...]
+
+    def band(self, percentiles=(5.0, 50.0, 95.0)) -> np.ndarray:
+        """Percentiles (p, fields, n, 2) of the contrast over the copies."""
+        return np.percentile(self.contrast, percentiles, axis=0)
+
+
+class Judge:
+    """The rays of a lens, by which all of its copies are judged: see `sensitivities` for the arguments."""
+
+    def __init__(self, lens: Lens, film: Film | None, frequencies):
+        if not lens.is_rotationally_symmetric:
+            raise LensError("tolerances are computed for rotationally symmetric lenses")
+        given = conditions(lens, film, fields=(0.0,), object_distance=math.inf)
+        self.lens, self.wavelengths = lens, given.wavelengths
+        self.weights = np.array(given.weights) / sum(given.weights)
+        self.film_z = lens.length + film_distance(lens, math.inf)
+        fo = first_order(lens)
+        width, height = lens.film_size or (36.0, 24.0)
+        half = 0.5 * (film.diagonal if film is not None else math.hypot(width, height))
+        self.height, rays = _rays(lens, fo.efl, half)
+        self.origins, self.directions, self.fields = rays
+        self.frequencies = np.asarray((10.0, 20.0, 30.0, 40.0, 60.0) if frequencies is None else frequencies, float)
+        if not (self.frequencies.ndim == 1 and self.frequencies.size and np.isfinite(self.frequencies).all()
+                and (self.frequencies > 0.0).all()):
+            raise LensError("frequencies must be positive numbers of cycles / mm")
+        u = np.minimum(1e-3 * given.wavelengths[given.primary] * fo.f_number * self.frequencies, 1.0)
+        self.limits = 2.0 / math.pi * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
+        self.ends = bodies(lens)
+
+    def judged(self, tables: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Focus (copies,), spots (copies, fields) and contrast (copies, fields, n, 2), on two threads."""
+        count = len(tables)
+        focus, spots = np.empty(count), np.empty((count, len(FIELDS)))
+        contrast = np.empty((count, len(FIELDS), len(self.frequencies), 2))
+
+        def part(first: int) -> None:
+            here = slice(first, first + CHUNK)
+            out = np.empty((len(tables[here]), len(self.wavelengths), len(self.origins), 4))
+            trace_copies(tables[here], self.ends, poses[here], self.film_z, self.origins, self.directions, out)
+            judge_copies(out, self.fields, self.weights, self.frequencies, self.limits, focus[here], spots[here],
+                         contrast[here])
+
+        with ThreadPoolExecutor(2) as pool:
+            list(pool.map(part, range(0, count, CHUNK)))
+        return focus, spots, contrast
+
+
+def _rays(lens: Lens, efl: float, half: float) -> tuple[float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """The largest image height (mm) that light reaches, up to `half`; origins, directions (n, 3) and fields (n,)."""
+    for part in range(TRIES):
+        height = half * (1.0 - part / TRIES)
+        found = [_beam(lens, math.atan(share * height / efl)) for share in FIELDS]
+        if all(beam is not None for beam in found):
+            beams = [beam for beam in found if beam is not None]
+            fields = np.repeat(np.arange(len(beams)), [len(beam[0]) for beam in beams])
+            return height, (np.concatenate([beam[0] for beam in beams]), np.concatenate([beam[1] for beam in beams]),
+                            fields)
+    raise LensError("hardly a ray passes this lens")
+
+
+def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray] | None:
+    """Parallel rays that pass the rims, evenly over the beam; None for fewer than 20."""
+    direction = np.array([0.0, math.sin(angle), math.cos(angle)])       # a ray that rises has its image at y > 0
+    first = lens.surfaces[0].semi_diameter
+    low, high = np.array([-1.2 * first] * 2), np.array([1.2 * first] * 2)
+    before = -lens.length - 2.0 * first
+    for count in (WIDE, GRID):
+        x, y = np.meshgrid(*(np.linspace(a, b, count) for a, b in zip(low, high, strict=True)))
+        at = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1)
+        origins = at + direction * (before / direction[2])
+        passed = trace(lens, origins, direction, forward=True).fate == Fate.PASSED
+        if passed.sum() < 20:
+            return None
+        pitch = (high - low) / (count - 1)
+        low, high = at[passed, :2].min(0) - 0.5 * pitch, at[passed, :2].max(0) + 0.5 * pitch
+    return origins[passed], np.repeat(direction[None], passed.sum(), 0)
+
+
+def _errors(lens: Lens, within: Tolerances) -> list[tuple[str, int, float]]:
+    """Kind, surface and tolerance of every error; decentre and tilt of an element once for each axis."""
+    found: list[tuple[str, int, float]] = []
+    before = lens.front_index
+    for i, surface in enumerate(lens.surfaces):
+        if surface.glass.n_d != before and surface.curvature != 0.0:
+            found.append(("radius", i, within.radius))
+        before = surface.glass.n_d
+    found += [("thickness", i, within.thickness) for i in range(len(lens.surfaces) - 1)]
+    found += [("index", i, within.index) for i, s in enumerate(lens.surfaces[:-1]) if s.glass.n_d > 1.0]
+    for kind, tolerance in (("decentre", within.decentre), ("tilt", within.tilt)):
+        found += [(kind, first, tolerance) for first, _ in elements(lens) for _ in range(2)]
+    return [error for error in found if error[2] > 0.0]
+
+
+def _built(judge: Judge, errors: list[tuple[str, int, float]], drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tables and poses of copies with errors (copies, errors), in their own units."""
+    tables = copies_of(judge.lens, judge.wavelengths, len(drawn))
+    poses = np.zeros((len(drawn), len(judge.ends), POSE))
+    body = {int(first): k for k, (first, _) in enumerate(judge.ends)}
+    change: dict[str, Callable[[np.ndarray, int, np.ndarray], None]] = {
+        "radius": change_radius, "thickness": change_gap, "index": change_index}
+    seen: set[tuple[str, int]] = set()
+    for k, (kind, surface, _) in enumerate(errors):
+        if kind in change:
+            change[kind](tables, surface, drawn[:, k])
+            continue
+        axis = (DX, AROUND_Y) if (kind, surface) in seen else (DY, AROUND_X)       # in the plane of the fields first
+        seen.add((kind, surface))
+        poses[:, body[surface], axis[kind == "tilt"]] = drawn[:, k]
+    return tables, poses
+
+
+def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances | None = None,
+                  frequencies=None) -> tuple[Sensitivity, ...]:
+    """What each error of a lens costs by itself, the costliest first.
+
+    Parameters
+    ----------
+    lens : Lens
+        Rotationally symmetric, stopped down as it is used; decentres and tilts lie in the plane of the fields.
+    film : Film or None
+        Its half-diagonal is the largest image height, or less where no light reaches it; None: `lens.film_size`, else
+        36 × 24 mm.
+    tolerances : Tolerances or None
+        The errors; None: the defaults of the class.
+    frequencies : (n,) array_like or None
+        Cycles / mm; the middle one counts. None: 10 to 60.
+
+    Returns
+    -------
+    tuple of Sensitivity
+
+    Raises
+    ------
+    LensError
+        For a lens with a cylinder or toroid, or one that hardly a ray passes.
+    """
+    judge = Judge(lens, film, frequencies)
+    every = _errors(lens, tolerances or Tolerances())
+    errors = [e for k, e in enumerate(every) if e not in every[:k]]        # one axis of each decentre and tilt
+    drawn = np.zeros((2 * len(errors) + 1, len(errors)))
+    for k, (_, _, tolerance) in enumerate(errors):
+        drawn[2 * k + 1, k], drawn[2 * k + 2, k] = tolerance, -tolerance
+    _, spots, contrast = judge.judged(*_built(judge, errors, drawn))
+    middle = len(judge.frequencies) // 2
+    size, seen = spots.mean(1), contrast[:, :, middle].mean((1, 2))
+    found = []
+    for k, (kind, surface, tolerance) in enumerate(errors):
+        worse = max((2 * k + 1, 2 * k + 2), key=lambda row: (math.isnan(size[row]), size[row]))
+        found.append(Sensitivity(kind, surface, tolerance, float(size[worse] - size[0]),
+                                 float(seen[worse] - seen[0])))
+    return tuple(sorted(found, key=lambda each: -each.spot if each.spot == each.spot else -math.inf))
+
+
+def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | None = None, copies: int = 1000,
+               seed: int = 0, frequencies=None) -> Production:
+    """Copies of a lens with errors drawn at random, each refocused.
+
+    Parameters
+    ----------
+    lens, film, tolerances, frequencies
+        As for `sensitivities`; decentres and tilts lie in both planes.
+    copies : int
+        Number of copies, 1 to 100,000.
+    seed : int
+        Of the random numbers: the same seed draws the same copies.
+
+    Returns
+    -------
+    Production
+
+    Raises
+    ------
+    LensError
+        As `sensitivities`, and for another number of copies.
+    """
+    if not 1 <= copies <= MOST_COPIES:
+        raise LensError(f"{copies} copies: there must be 1 to {MOST_COPIES}")
+    judge = Judge(lens, film, frequencies)
+    errors = _errors(lens, tolerances or Tolerances())
+    random = np.random.default_rng(seed)
+    drawn = random.standard_normal((copies, len(errors)))
+    while (beyond := np.abs(drawn) > 2.0).any():
+        drawn[beyond] = random.standard_normal(int(beyond.sum()))
+    drawn *= 0.5 * np.array([tolerance for _, _, tolerance in errors])
+    _, spots, contrast = judge.judged(*_built(judge, errors, np.zeros((1, len(errors)))))
+    focus, made, seen = judge.judged(*_built(judge, errors, drawn))
+    return Production(tuple(share * judge.height for share in FIELDS), judge.frequencies, contrast[0], seen, spots[0],
+                      made, focus, drawn, tuple((kind, surface) for kind, surface, _ in errors))

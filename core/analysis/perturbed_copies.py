@@ -1,0 +1,164 @@
+"""Rays through many copies of a lens whose numbers differ a little, with elements that are decentred and tilted.
+
+Lengths in mm, angles in radians, lens frame. A copy is a packed table (`scalar_trace.surface_table`), and a pose for
+each element: a piece of glass, or pieces that are cemented, moves as one body. An element with a pose is traced in its
+own frame; the others, and copies without any pose, pay nothing for it.
+"""
+
+import math
+
+import numpy as np
+
+from lensbench.kernels.cache import njit
+from lensbench.optics.prescription import Lens
+from lensbench.optics.scalar_trace import surface_table, trace_ray
+from lensbench.optics.surfaces import AFTER, BEFORE, CURVATURE, VERTEX
+
+# Of a pose: decentre (mm), and tilt about x, then y (radians), at the element's front vertex
+DX, DY, AROUND_X, AROUND_Y = range(4)
+POSE = 4
+
+
+def elements(lens: Lens) -> list[tuple[int, int]]:
+    """First and last surface of each piece of glass, or cemented group, from the scene to the film."""
+    found, first = [], None
+    for i, surface in enumerate(lens.surfaces):
+        if surface.glass.n_d > 1.0 and first is None:
+            first = i
+        elif surface.glass.n_d <= 1.0 and first is not None:
+            found.append((first, i))
+            first = None
+    return found
+
+
+def bodies(lens: Lens) -> np.ndarray:
+    """First and last surface (n, 2) of each body, in order: the elements, and every surface between them by itself."""
+    inside = {i: pair for pair in elements(lens) for i in range(pair[0], pair[1] + 1)}
+    return np.array(sorted({inside.get(i, (i, i)) for i in range(len(lens.surfaces))}), np.int64)
+
+
+def copies_of(lens: Lens, wavelengths: tuple[float, ...], count: int) -> np.ndarray:
+    """Tables (count, wavelengths, surfaces, columns) of equal copies, to be changed; wavelengths in µm."""
+    tables = np.stack([surface_table(lens, wavelength) for wavelength in wavelengths])
+    return np.repeat(tables[None], count, 0)
+
+
+def change_radius(tables: np.ndarray, surface: int, part: np.ndarray) -> None:
+    """Radii longer by a part (copies,) of themselves."""
+    tables[:, :, surface, CURVATURE] /= 1.0 + part[:, None]
+
+
+def change_gap(tables: np.ndarray, surface: int, length: np.ndarray) -> None:
+    """Gaps behind a surface longer by a length (copies,) in mm; all behind it moves."""
+    tables[:, :, surface + 1:, VERTEX] += length[:, None, None]
+
+
+def change_index(tables: np.ndarray, surface: int, change: np.ndarray) -> None:
+    """Indices behind a surface higher by a number (copies,), at every wavelength."""
+    tables[:, :, surface, AFTER] += change[:, None]
+    if surface + 1 < tables.shape[2]:
+        tables[:, :, surface + 1, BEFORE] += change[:, None]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trace_copies(tables, ends, poses, film_z, origins, directions, out):
+    """Rays through copies, to the plane z = film_z.
+
+    tables (copies, wavelengths, surfaces, columns). ends (bodies, 2): see `bodies`. poses (copies, bodies, POSE).
+    origins, directions (rays, 3). out (copies, wavelengths, rays, 4): x, y, and the slopes dx/dz, dy/dz; NaN for a lost
+    ray. Rims end no ray.
+    """
+    for copy in range(tables.shape[0]):
+        for colour in range(tables.shape[1]):
+            table = tables[copy, colour]
+            for ray in range(origins.shape[0]):
+                x, y, z = origins[ray]
+                l, m, n = directions[ray]
+                fate = 0
+                for body in range(ends.shape[0]):
+                    first, last = ends[body, 0], ends[body, 1]
+                    dx, dy, a, b = poses[copy, body]
+                    posed = dx != 0.0 or dy != 0.0 or a != 0.0 or b != 0.0
+                    if posed:
+                        # Into the body's frame: R = R_y(b) R_x(a), about its front vertex
+                        ca, sa, cb, sb = math.cos(a), math.sin(a), math.cos(b), math.sin(b)
+                        vertex = table[first, VERTEX]
+                        u, v, w = x - dx, y - dy, z - vertex
+                        u, w = cb * u - sb * w, sb * u + cb * w
+                        x, y, z = u, ca * v + sa * w, ca * w - sa * v + vertex
+                        u, w = cb * l - sb * n, sb * l + cb * n
+                        l, m, n = u, ca * m + sa * w, ca * w - sa * m
+                    x, y, z, l, m, n, fate, _ = trace_ray(table[first:last + 1], False, x, y, z, l, m, n, None, 0, 1)
+                    if posed:
+                        v, w = ca * y - sa * (z - vertex), sa * y + ca * (z - vertex)
+                        x, y, z = cb * x + sb * w + dx, v + dy, cb * w - sb * x + vertex
+                        v, w = ca * m - sa * n, sa * m + ca * n
+                        l, m, n = cb * l + sb * w, v, cb * w - sb * l
+                    if fate != 0:
+                        break
+                if fate == 0:
+                    out[copy, colour, ray, 0] = x + (film_z - z) * l / n
+                    out[copy, colour, ray, 1] = y + (film_z - z) * m / n
+                    out[copy, colour, ray, 2], out[copy, colour, ray, 3] = l / n, m / n
+                else:
+                    out[copy, colour, ray] = math.nan
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def judge_copies(out, fields, weights, frequencies, limits, focus, spots, contrast):
+    """Refocus copies and read their spots and contrast.
+
+    out: of `trace_copies`, as at the film. fields (rays,): the number of each ray's field. weights (wavelengths,).
+    frequencies (n,) in cycles / mm; limits (n,): the factor of diffraction. focus (copies,): the shift of the film (mm)
+    at which the sum of the squares over all fields is least. spots (copies, fields): rms radius (mm). contrast
+    (copies, fields, n, 2): of detail along x, then y; geometrical, times the limit.
+    """
+    copies, colours, rays = out.shape[0], out.shape[1], out.shape[2]
+    count = spots.shape[1]
+    for copy in range(copies):
+        # Means of each field over all colours
+        total, mean = np.zeros(count), np.zeros((count, 4))
+        for colour in range(colours):
+            for ray in range(rays):
+                if out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
+                    f, w = fields[ray], weights[colour]
+                    total[f] += w
+                    for k in range(4):
+                        mean[f, k] += w * out[copy, colour, ray, k]
+        for f in range(count):
+            for k in range(4):
+                mean[f, k] /= total[f]
+        # The film: offsets p + t s are least in squares, every field counting alike
+        ps, ss = 0.0, 0.0
+        for colour in range(colours):
+            for ray in range(rays):
+                f = fields[ray]
+                if out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
+                    w = weights[colour] / total[f]
+                    for k in range(2):
+                        p, s = out[copy, colour, ray, k] - mean[f, k], out[copy, colour, ray, k + 2] - mean[f, k + 2]
+                        ps += w * p * s
+                        ss += w * s * s
+        t = -ps / ss if ss > 0.0 else 0.0
+        focus[copy] = t
+        real, imaginary = np.zeros((count, frequencies.size, 2)), np.zeros((count, frequencies.size, 2))
+        square = np.zeros(count)
+        for colour in range(colours):
+            w = weights[colour]
+            for ray in range(rays):
+                if not out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
+                    continue
+                f = fields[ray]
+                for k in range(2):
+                    at = (out[copy, colour, ray, k] - mean[f, k]
+                          + t * (out[copy, colour, ray, k + 2] - mean[f, k + 2]))
+                    square[f] += w * at * at
+                    for j in range(frequencies.size):
+                        phase = 2.0 * math.pi * frequencies[j] * at
+                        real[f, j, k] += w * math.cos(phase)
+                        imaginary[f, j, k] += w * math.sin(phase)
+        for f in range(count):
+            spots[copy, f] = math.sqrt(square[f] / total[f])
+            for j in range(frequencies.size):
+                for k in range(2):
+                    contrast[copy, f, j, k] = limits[j] * math.hypot(real[f, j, k], imaginary[f, j, k]) / total[f]
