@@ -36,6 +36,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     lines = ["RDM N; LEN", f"TITLE '{blank}{title}'", "DIM M", *codev_system.lines(system.data, system.aperture),
              *_private_lines(private), *_model_lines(lens, private),
              f"SO 0.0 {'0.1e14' if isinf(distance) else repr(distance)}"]
+    by_numbers: list[int] = []
     for i, s in enumerate(lens.surfaces):
         glass = s.glass
         words = [f"S {s.curvature!r} {s.thickness!r}"]
@@ -46,8 +47,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
             words.append(f"{glass_catalogue.key(glass.name)}_{maker}" if maker else _code(glass))
             if glass.name and not maker:
                 words.append(f"! {' '.join(glass.name.split())[:LONGEST_NAME]}")
-                remarks.append(note(Kind.GLASS, f"surface {i}: no catalogue has its glass, which is written by n_d and "
-                                                "V_d, its name as a comment", i))
+                by_numbers.append(i)
         lines.append(" ".join(words))
         lines += ["  STO"] if i == lens.stop_index else []
         if s.curvature_x is not None:
@@ -62,6 +62,10 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         if glass not in private:
             remarks += media.glass_loss(glass, i, with_maker=True)
     lines += ["SI 0.0 0.0", *_zoom_lines(lens, stations, system.aperture), "GO", ""]
+    if by_numbers:
+        of = f"surface {by_numbers[0]}" if len(by_numbers) == 1 else f"surfaces {', '.join(map(str, by_numbers))}"
+        remarks.append(note(Kind.GLASS, f"{of}: known by n_d and V_d, and not as a catalogue has it, the glass is "
+                                        "written by these numbers, its name as a comment", by_numbers[0]))
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if title != lens.name:
         remarks.append(note(Kind.TEXT, "the name is written in one short line, without quotes"))

@@ -159,3 +159,14 @@ def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
     remarks = lenses.save(odd, tmp_path / "c.seq")
     assert any(remark.kind is Kind.SHAPE and "odd powers" in str(remark) for remark in remarks)
     assert "left out: year" in map(str, remarks)
+
+
+def test_glasses_that_are_written_by_their_numbers_are_named_in_one_line(tmp_path):
+    lens = sample(tmp_path)
+    named = tuple(replace(s, glass=Glass(1.62041, 60.32, f"MY{i}")) if i in (0, 4) else s
+                  for i, s in enumerate(lens.surfaces))
+    found = [str(remark) for remark in lenses.save(replace(lens, surfaces=named), tmp_path / "b.seq")
+             if remark.kind is Kind.GLASS]
+    assert [text for text in found if "by these numbers" in text] == [
+        "surfaces 0, 2, 4: known by n_d and V_d, and not as a catalogue has it, the glass is written by these numbers, "
+        "its name as a comment"], found
