@@ -25,7 +25,7 @@ from lensbench.app.display.presenter import save_window
 from lensbench.app.files.session_file import save_session, session_path
 from lensbench.app.state.constraints import constrained, longer_side_within
 from lensbench.app.state.lens_choice import LOCKS
-from lensbench.app.state.picture.auto_exposure import METERED, metered
+from lensbench.app.state.picture.auto_exposure import METERED, Metering
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
@@ -73,6 +73,7 @@ class Session(WindowState):
         self._warm_up: Task[None] | None = None         # compiles the panels' kernels
         self._finish: Callable[[], None] | None = None
         self._keyboard = Keyboard()
+        self._metering = Metering()
         self._metered: Settings | None = None           # settings with what the meter has chosen
         self._pace: float | None = None                 # frames a second at most, once there is a picture
         self._locked: frozenset[str] = frozenset()      # what the preferences hold
@@ -217,7 +218,10 @@ class Session(WindowState):
         """In the modes P, A and S the meter sets f-number and time; setting by hand what it sets leads to mode M."""
         view, present = self.view, self.history.present
         if view.program not in METERED:
+            self._metered = None            # else the mode would end at once when it is chosen again
             return
+        if present != self._metered:
+            self._metering.forget()
         by_hand = {"P": ("f_number", "shutter"), "A": ("shutter",), "S": ("f_number",)}[view.program]
         if present.exposing != "triangle" or self._metered is not None and any(
                 getattr(present, name) != getattr(self._metered, name) for name in by_hand) \
@@ -227,7 +231,7 @@ class Session(WindowState):
         update = self.presenter.update
         if update is not None and not update.raw and update.generation == self.worker.generation \
                 and not imgui.is_mouse_down(imgui.MouseButton_.left):
-            chosen = metered(present, update.image, view.program)
+            chosen = self._metering.chosen(present, update.image, update.samples, view.program)
             if chosen != present:
                 self.history.correct(chosen)
                 self.edited = chosen

@@ -77,3 +77,27 @@ def metered(settings: Settings, image: NDArray[np.float32], mode: str) -> Settin
         opened = settings.has_lens and narrowed <= widest * (1.0 + 1e-6)
         settings = replace(settings, f_number=None if opened else narrowed)
     return replace(settings, shutter=time)
+
+
+class Metering:
+    """Meters one picture while it refines. A choice that starts the picture anew must not be taken back by its noise.
+
+    Few samples make the highlights brighter than many: without a memory the meter would choose from one sample, then
+    from many, then from one again, and the picture would never be done.
+    """
+
+    def __init__(self) -> None:
+        self._samples = 0               # of the picture that the latest choice was made from
+
+    def forget(self) -> None:
+        """Another picture is taken: its first samples are good enough again."""
+        self._samples = 0
+
+    def chosen(self, settings: Settings, image: NDArray[np.float32], samples: int, mode: str) -> Settings:
+        """As `metered`, of a picture (h, w, 3) with so many samples; unchanged while it has fewer than the last one."""
+        if samples < self._samples:
+            return settings
+        found = metered(settings, image, mode)
+        if found != settings:
+            self._samples = samples
+        return found

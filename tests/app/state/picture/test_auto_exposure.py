@@ -9,7 +9,15 @@ from imgui_bundle import imgui
 
 import lensbench as lb
 from lensbench.app.state.figures import readings
-from lensbench.app.state.picture.auto_exposure import NARROWEST, TIMES, meter_stops, metered, mode_of, with_mode
+from lensbench.app.state.picture.auto_exposure import (
+    NARROWEST,
+    TIMES,
+    Metering,
+    meter_stops,
+    metered,
+    mode_of,
+    with_mode,
+)
 from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
 
@@ -54,6 +62,41 @@ def test_modes_and_settings_name_each_other():
     for mode in ("P", "A", "S"):
         assert mode_of(with_mode(Settings(), mode), mode) == mode
     assert mode_of(Settings(), "A") == "off"
+
+
+@pytest.mark.parametrize("mode", ["P", "S"])
+def test_the_noise_of_the_first_samples_does_not_keep_the_meter_going(mode):
+    """Each choice of an f-number starts the picture anew, and few samples have brighter highlights than many."""
+    rng = np.random.default_rng(7)
+    pictures = {n: (0.2 * rng.gamma(0.05 * n, 1.0 / (0.05 * n), (128, 128, 1)) * np.ones(3)).astype(np.float32)
+                for n in (1, 2, 4, 8, 16, 64, 256)}
+    settings, meter, starts = replace(START, metering="highlights"), Metering(), 0
+    samples = iter(pictures)
+    while (n := next(samples, None)) is not None:
+        chosen = meter.chosen(settings, pictures[n], n, mode)
+        if chosen.f_number != settings.f_number:
+            settings, starts, samples = chosen, starts + 1, iter(pictures)
+            assert starts <= len(pictures)
+    assert starts >= 2                                          # the highlights of one sample are those of noise
+    assert abs(meter_stops(settings, pictures[256])) <= 1.0 / 6.0
+
+
+@pytest.mark.slow
+def test_a_mode_can_be_chosen_again_after_a_change_in_m(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.item_click("**/Mode P")
+        hand.picture()
+        hand.ctx.item_click("**/Mode M")
+        hand.picture()
+        hand.session.take(replace(hand.settings, f_number=11.0))
+        hand.picture()
+        hand.ctx.item_click("**/Mode P")
+        hand.picture()
+        assert mode_of(hand.settings, hand.session.view.program) == "P"
+        assert hand.settings.f_number != 11.0
+
+    drive(use, replace(SMALL, samples=4))
 
 
 @pytest.mark.slow
