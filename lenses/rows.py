@@ -70,16 +70,14 @@ def check_sizes(surface: Surface) -> None:
                        f"{significant(HIGHEST_INDEX)}")
     if not SMALLEST_RIM <= surface.semi_diameter <= LARGEST:
         raise RowError(f"semi-diameter is {significant(surface.semi_diameter)} mm: it must lie between "
-                       f"{significant(SMALLEST_RIM)} and "
-                       f"{significant(LARGEST)} mm")
+                       f"{significant(SMALLEST_RIM)} and {significant(LARGEST)} mm")
     if abs(surface.thickness) > LARGEST:
         raise RowError(f"thickness is {significant(surface.thickness)} mm: no lens has gaps of more than "
                        f"{significant(LARGEST)} mm")
     for power, a in surface.aspheric:
         if abs(a) * surface.semi_diameter ** power > HIGHEST_TERM:
-            raise RowError(f"the aspheric coefficient of r^{power} is {significant(a)}: it would raise the rim "
-                           f"by more than "
-                           f"{significant(HIGHEST_TERM)} mm")
+            raise RowError(f"the aspheric coefficient of r^{power} is {significant(a)}: it would raise the rim by "
+                           f"more than {significant(HIGHEST_TERM)} mm")
 
 
 def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[Finding, ...]]:

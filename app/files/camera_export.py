@@ -1,4 +1,4 @@
-"""Cameras in the words of other renderers: pbrt-v4, Mitsuba 3 and Blender.
+"""Cameras as files of other renderers: pbrt-v4, Mitsuba 3 and Blender.
 
 All lengths become metres. pbrt looks along +z with x to the right, Mitsuba along +z with x to the left, Blender as
 lensbench along −z; y is up in all of them.

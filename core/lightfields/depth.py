@@ -147,7 +147,7 @@ class _ShiftedViews:
         self._grey = np.zeros_like(self._weight)
         for q, (j, i) in enumerate((j, i) for j in self._rows for i in self._columns):
             grey = field.light[j, i].astype(np.float32).mean(0)
-            self._grey[q] = grey / np.maximum(grey + self._weight[q], 1e-6)         # x / (1 + x) tames lights
+            self._grey[q] = grey / np.maximum(grey + self._weight[q], 1e-6)         # x / (1 + x) compresses lights
         self._weight[self._weight < LIT * self._weight.max()] = 0.0
         self._whole = np.maximum(field.coverage.sum((0, 1), dtype=np.float32), 1e-6)
         self._threads = os.cpu_count() or 1

@@ -27,9 +27,9 @@ def figure_findings(lens: Lens) -> list[Finding]:
         return [Finding(Kind.FOCAL_LENGTH, None, "the lens is afocal: it forms no image of its own")]
     findings = []
     if len(sections) == 2 and not abs(sections[0].bfl - sections[1].bfl) <= FOCI * abs(sections[0].efl):
-        findings.append(Finding(Kind.FOCI, None, "the two sections do not focus in one plane: y–z "
-                                              f"{significant(sections[0].bfl, 5)} mm behind the last surface, x–z "
-                                              f"{significant(sections[1].bfl, 5)} mm"))
+        rear, across = (significant(section.bfl, 5) for section in sections)
+        findings.append(Finding(Kind.FOCI, None, f"the two sections do not focus in one plane: y–z {rear} mm behind "
+                                                 f"the last surface, x–z {across} mm"))
     return [*findings, *_back_focus(lens, sections[0]), *_focal_length(lens, sections), *_f_number(lens, sections[0])]
 
 
@@ -46,18 +46,14 @@ def _back_focus(lens: Lens, section: FirstOrder) -> list[Finding]:
     figures = {"back_focus": bfl, "stored": stored}
     beam = axial_beam(lens) if stored != 0.0 and lens.is_rotationally_symmetric else None
     if beam is not None and beam.film_blur < beam.paraxial_blur and abs(off) <= WITHIN * efl:
-        return [Finding(Kind.BACK_FOCUS, len(lens.surfaces) - 1, f"the stored back focus, {significant(stored, 5)} "
-                                                                 f"mm, is set for "
-                        f"the full aperture: there a point on the axis becomes a disk of "
-                        f"{significant(beam.film_blur, 2)} mm rms "
-                        f"radius, at the paraxial focus, {significant(bfl, 5)} mm, one of "
-                        f"{significant(beam.paraxial_blur, 2)} mm",
-                        severity=Severity.NOTE, figures=figures)]
+        message = (f"the stored back focus, {significant(stored, 5)} mm, is set for the full aperture: there a point "
+                   f"on the axis becomes a disk of {significant(beam.film_blur, 2)} mm rms radius, at the paraxial "
+                   f"focus, {significant(bfl, 5)} mm, one of {significant(beam.paraxial_blur, 2)} mm")
+        return [Finding(Kind.BACK_FOCUS, len(lens.surfaces) - 1, message, severity=Severity.NOTE, figures=figures)]
     message = f"the paraxial focus lies {significant(bfl, 5)} mm behind the last surface{inside}"
     if stored != 0.0:
         message += (f", the stored back focus is {significant(stored, 5)} mm: a point on the axis becomes a disk of "
-                    f"{significant(blur, 2)} mm, "
-                    f"{significant(blur / efl, 2)} focal lengths")
+                    f"{significant(blur, 2)} mm, {significant(blur / efl, 2)} focal lengths")
     return [Finding(Kind.BACK_FOCUS, len(lens.surfaces) - 1, message, figures=figures)]
 
 
@@ -74,10 +70,9 @@ def _focal_length(lens: Lens, sections: list[FirstOrder]) -> list[Finding]:
     figures = {"focal_length": lengths[0], "stated": lens.stated_efl}
     in_focus = len(sections) == 1 and lens.surfaces[-1].thickness != 0.0 and not _back_focus(lens, sections[0])
     if lens.zooms and in_focus and min(errors) <= ENGRAVED:
-        return [Finding(Kind.FOCAL_LENGTH, None, f"the focal length is {words}, where {significant(lens.stated_efl)} "
-                                                 f"mm is stated: "
-                        "the zoom is in focus, and its engraved range is nominal", severity=Severity.NOTE,
-                        figures=figures)]
+        message = (f"the focal length is {words}, where {significant(lens.stated_efl)} mm is stated: the zoom is in "
+                   "focus, and its engraved range is nominal")
+        return [Finding(Kind.FOCAL_LENGTH, None, message, severity=Severity.NOTE, figures=figures)]
     message = (f"the focal length is {words}, {significant(100.0 * min(errors), 3)} % from the stated "
                f"{significant(lens.stated_efl)} mm")
     if in_focus:
@@ -98,7 +93,7 @@ def _f_number(lens: Lens, section: FirstOrder) -> list[Finding]:
     assumed = lens.positions is not None and lens.positions.zoom != 0.0 and not lens.positions.stops
     return [Finding(Kind.F_NUMBER, lens.stop_index,
                     f"the stop opens the lens to f/{significant(section.f_number, 3)}, where f/{significant(stated)} "
-                    f"is stated",
+                    "is stated",
                     severity=Severity.NOTE if assumed else Severity.WARNING,
                     figures={"f_number": section.f_number, "stated": stated})]
 

@@ -25,7 +25,7 @@ def focus_popup(settings: Settings) -> Settings:
             small_note(str(error))
     try:
         in_line_only = not design(settings).is_rotationally_symmetric
-    except (ValueError, OSError):               # said elsewhere
+    except (ValueError, OSError):               # a notice says why
         return settings
     if in_line_only:
         small_note("Behind a lens with a cylinder or toroid the film stays in line")

@@ -55,7 +55,7 @@ def plan(settings: Settings) -> Plan:
 
 
 @lru_cache(maxsize=4)
-def _plan(settings: Settings, lens: Stamp) -> Plan:
+def _plan(settings: Settings, lens: Stamp) -> Plan:       # the stamp is part of the key: an edited file is another lens
     frame, got = settings.present_pose, readings(settings)
     origin, forward = frame[:3, 3], -frame[:3, 2]
     rays = _outermost(camera(settings)) if settings.kind.bounded else None

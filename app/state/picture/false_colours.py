@@ -33,7 +33,7 @@ NOTES = {
 MAP = np.array([[int(code[i:i + 2], 16) / 255.0 for i in (0, 2, 4)] for code in (
     "440154", "482878", "3e4989", "31688e", "26828e", "1f9e89", "35b779", "6ece58", "b5de2b", "fde725")])
 ENDS = (0.01, 0.99)             # quantiles of the certain pixels, at the ends of the colour map
-SURE = 0.5                      # a confidence that needs no shade
+SURE = 0.5                      # the confidence from which on a colour is not darkened
 SHADE = 0.3                     # factor of a colour of confidence 0
 
 
@@ -98,7 +98,7 @@ def confidence_codes(depth: lb.Depth) -> NDArray[np.float32]:
 
 
 def with_codes(settings: Settings) -> Settings:
-    """Settings by which the light of codes is saved as these very codes."""
+    """Settings that save light as it is, without exposure and tone curve, so that codes stay the same."""
     return replace(settings.plain("exposing", "noise", "exposure"), tone="none")
 
 

@@ -117,7 +117,7 @@ def _check_nodes(path: Path, name: str, kind: str) -> None:
                 parents[child] += 1
     except (ValueError, AttributeError, TypeError, IndexError, struct.error, RecursionError) as error:
         raise lb.SceneError(f"mesh {excerpt(name)} is damaged, or no file of the kind {kind}") from error
-    # Take away nodes without parents again and again: what is left contains itself
+    # Remove nodes without parents until none is left; nodes that remain contain each other
     free = [k for k, count in enumerate(parents) if count == 0]
     seen = 0
     while free:
