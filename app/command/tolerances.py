@@ -79,15 +79,13 @@ def _plain(costs: "tuple[Sensitivity, ...]", run: "Production") -> dict[str, obj
 
 
 def _print(costs: "tuple[Sensitivity, ...]", run: "Production") -> None:
-    from lensbench.app.state.tolerance_text import amount
+    from lensbench.app.state.tolerance_text import amount, error_name
     from lensbench.kernels.figures import fixed
 
-    print(f"{'Error':22} {'within':>12}  {'spot':>10}  {'contrast':>9}")
+    print(f"{'Error':26} {'within':>12}  {'spot':>10}  {'contrast':>9}")
     for each in costs[:SHOWN]:
-        name = f"{each.kind} of {'surface' if each.kind in ('radius', 'thickness') else 'element at'} {each.surface}"
-        if each.kind == "index":
-            name = f"index behind surface {each.surface}"
-        print(f"{name:26} {amount(each.kind, each.tolerance):>12}  {fixed(1000.0 * each.spot, 3, signed=True):>7} µm  "
+        print(f"{error_name(each.kind, each.surface):26} {amount(each.kind, each.tolerance):>12}  "
+              f"{fixed(1000.0 * each.spot, 3, signed=True):>7} µm  "
               f"{fixed(100.0 * each.contrast, 2, signed=True):>6} %")
     if len(costs) > SHOWN:
         print(f"and {len(costs) - SHOWN} smaller ones (--json prints all)")

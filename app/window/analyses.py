@@ -18,6 +18,7 @@ from lensbench.app.panels.analysis.seidel import seidel_panel
 from lensbench.app.panels.analysis.sensor_stack import sensor_stack_panel
 from lensbench.app.panels.analysis.spots import spots_panel
 from lensbench.app.panels.analysis.sunstar import sunstar_panel
+from lensbench.app.panels.analysis.tolerances import tolerances_panel
 from lensbench.app.panels.analysis.wavefront import wavefront_panel
 from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
@@ -41,6 +42,7 @@ PANELS: dict[str, Callable[[Settings, AnalysisState, Sheet], Settings | None]] =
     "Focus shift": focus_shift_panel,
     "Illumination": illumination_panel,
     "Sensor stack": sensor_stack_panel,
+    "Tolerances": tolerances_panel,
 }
 
 

@@ -1,0 +1,59 @@
+"""The panel *Tolerances*: what each error of manufacture costs, and the contrast of a thousand copies."""
+
+import math
+from dataclasses import replace
+
+from imgui_bundle import imgui
+
+from lensbench.analysis.manufacture import Tolerances
+from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
+from lensbench.app.state.analysis.tolerance_figures import copies_figure, cost_figure
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.toggles import toggles
+from lensbench.optics.prescription import LensError
+
+NAME = "Tolerances"
+KINDS = {"costs": "Costs", "copies": "Copies"}
+TIPS = {"costs": "Growth of the spot and loss of contrast by each error alone, the costliest first",
+        "copies": "Contrast of 1,000 copies with all errors drawn at random: median, 5th and 95th percentile"}
+# Of each tolerance: the unit, its size in that of `Tolerances`, and what it is of
+UNITS = {"radius": ("%", 0.01, "of every radius of curvature"), "thickness": ("mm", 1.0, "of every thickness and gap"),
+         "index": ("", 1.0, "of every glass"), "decentre": ("mm", 1.0, "of every element across the axis"),
+         "tilt": ("′", math.radians(1.0 / 60.0), "of every element about its front vertex, in minutes of arc")}
+
+
+def tolerances_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
+    """Draw the costs or the copies in the rest of the window."""
+    choices = state.choices
+    choices["kind"] = toggles("Show", KINDS, choices.get("kind", "costs"), TIPS, 0.0)
+    imgui.same_line(0.0, 12.0)
+    choices["within"] = _edited(choices.get("within", Tolerances()), choices)
+    tools(NAME, state)
+    make, points = (cost_figure, (1, 1)) if choices["kind"] == "costs" else (copies_figure, (100, 1000))
+    analysis(NAME, settings, state, sheet, make, (choices["within"],), points)
+
+
+def _edited(within: Tolerances, choices: dict) -> Tolerances:
+    """A button whose popup holds the five tolerances; those that it leaves."""
+    if imgui.button("Errors…"):
+        imgui.open_popup("Errors of manufacture")
+    imgui.set_item_tooltip("The tolerances: the largest errors, 2 σ of what is drawn")
+    if not imgui.begin_popup("Errors of manufacture"):
+        return within
+    for name, (unit, size, what) in UNITS.items():
+        imgui.set_next_item_width(theme.em(5.0))
+        changed, value = imgui.input_double(f"{name.capitalize()} {unit}###{name}", getattr(within, name) / size, 0.0,
+                                            0.0, "%.5g")
+        imgui.set_item_tooltip(f"Tolerance {what}; 0 for none")
+        if changed:
+            try:
+                within, choices["refused"] = replace(within, **{name: value * size}), ""
+            except LensError as error:
+                choices["refused"] = str(error)
+    if choices.get("refused"):
+        imgui.text_colored(theme.colours().warning, choices["refused"])
+    if imgui.button("Usual values"):
+        within, choices["refused"] = Tolerances(), ""
+    imgui.end_popup()
+    return within

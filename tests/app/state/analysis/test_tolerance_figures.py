@@ -1,0 +1,40 @@
+"""The figures of the panel *Tolerances*: what is drawn is what the table says, and the design lies by the median."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lensbench.analysis.manufacture import Tolerances
+from lensbench.app.state.analysis.figure import Bars, Curve, Label
+from lensbench.app.state.analysis.query import query
+from lensbench.app.state.analysis.tolerance_figures import SHOWN, copies_figure, cost_figure
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.tolerance_text import error_name
+
+TRIPLET = replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=5.6, film_width=24.0, film_height=16.0)
+
+
+@pytest.mark.slow
+def test_the_costs_are_bars_with_the_signs_of_their_errors():
+    figure = cost_figure(query(TRIPLET), 1, Tolerances(decentre=0.1))
+    (spots,), (losses,) = figure.rows
+    for plot, column, scale in ((spots, 3, 1000.0), (losses, 4, -100.0)):
+        (bars,) = [layer for layer in plot.layers if isinstance(layer, Bars)]
+        assert bars.y.tolist() == [scale * row[column] for row in figure.table.rows[:SHOWN]]
+        assert plot.y.low < bars.y.min() <= bars.y.max() < plot.y.high
+        labels = [layer.text for layer in plot.layers if isinstance(layer, Label)]
+        assert labels[0] == f"d {figure.table.rows[0][1]:.0f}" and len(labels) == SHOWN
+    assert figure.remarks == (f"the costliest: {error_name('decentre', int(figure.table.rows[0][1]))}, ± 0.1 mm",)
+
+
+@pytest.mark.slow
+def test_the_copies_lie_around_the_design():
+    figure = copies_figure(query(TRIPLET), 60, Tolerances())
+    (axis, _, corner), = figure.rows
+    curves = [layer for layer in corner.layers if isinstance(layer, Curve)]
+    assert len(axis.layers) == 4 and len(curves) == 8
+    for median, low, high in (curves[0:3], curves[4:7]):
+        assert (low.y <= median.y).all() and (median.y <= high.y).all()
+    assert np.abs(curves[0].y - curves[3].y).max() < 0.1
+    assert len(figure.table.rows) == 5 * len(curves[0].x) * 2 and "60 copies" in figure.conditions
