@@ -48,8 +48,14 @@ def read_exr(path: Path, channels: tuple[tuple[str, ...], ...] = CHANNELS) -> np
     import OpenEXR
 
     try:
+        with OpenEXR.File(str(path), header_only=True) as file:         # before its pixels take memory
+            low, high = (np.asarray(corner, np.int64) for corner in file.header()["dataWindow"])
+        if np.prod(high - low + 1) > MOST_TEXELS:
+            raise HdrError(f"it has more than {MOST_TEXELS // 1_000_000} million pixels")
         with OpenEXR.File(str(path), separate_channels=True) as file:
             found = {key: np.asarray(channel.pixels) for key, channel in file.channels().items()}
+    except HdrError:
+        raise
     except Exception as error:      # the library raises its own kinds and Python's
         raise HdrError("it is no whole OpenEXR file") from error
     for names in channels:
@@ -57,8 +63,6 @@ def read_exr(path: Path, channels: tuple[tuple[str, ...], ...] = CHANNELS) -> np
             parts = [found[key] for key in names]
             if len({part.shape for part in parts}) > 1 or parts[0].ndim != 2:
                 raise HdrError("its channels differ in size")
-            if parts[0].size > MOST_TEXELS:
-                raise HdrError(f"it has more than {MOST_TEXELS // 1_000_000} million pixels")
             return np.stack(parts, -1).astype(np.float32)
     sets = [", ".join(dict.fromkeys(names)) for names in channels]
     raise HdrError(f"it has neither channels {' nor '.join(sets)}")

@@ -52,11 +52,10 @@ class ImageSky:
         The radiance below the horizon is the mean of the picture there; zenith and horizon are least squares over the
         solid angle above, none negative.
         """
-        values = self.image.values.astype(np.float64) * self.brightness
-        height = len(values)
+        means = self.image.values.mean(1, dtype=np.float64) * self.brightness
+        height = len(means)
         edges = np.cos(math.pi * np.arange(height + 1) / height)
         weights, sines = edges[:-1] - edges[1:], (edges[:-1] + edges[1:]) / 2.0
-        means = values.mean(1)
         above = sines > 0.0
         ground = np.average(means[~above], 0, weights[~above])
         roots = np.sqrt(weights[above])[:, None]

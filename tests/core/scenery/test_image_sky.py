@@ -1,6 +1,7 @@
 """A sky shown by a picture: what rays see of it, and the light that it gives, against sums over the sphere in numpy."""
 
 import math
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -131,3 +132,13 @@ def test_a_sharp_coat_mirrors_the_sun_before_the_picture_and_the_picture_beside_
     lamp = lb.Rectangle((3000.0, 0.0, 0.0), (0.0, 0.0, 10.0), (0.0, 10.0, 0.0), lb.Material((9.0,) * 3, "lamp"),
                         velocity=(1.0, 0.0, 0.0))
     np.testing.assert_allclose(shoot(replace(picture, plates=(coat, lamp)).steps(), 0.0, [ahead]), plain, rtol=1e-5)
+
+
+def test_the_gradient_of_a_large_picture_takes_no_copy_of_it():
+    sky = lb.ImageSky(lb.Image.of(np.ones((256, 512, 3))))
+    tracemalloc.start()
+    try:
+        assert sky.gradient.zenith == pytest.approx((1.0,) * 3)
+        assert tracemalloc.get_traced_memory()[1] < 0.5 * len(sky.image.data)
+    finally:
+        tracemalloc.stop()

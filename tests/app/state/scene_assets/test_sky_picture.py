@@ -5,6 +5,7 @@ import OpenEXR
 import pytest
 
 import lensbench as lb
+from lensbench.app.state.scene_assets import sky_picture
 from lensbench.app.state.scene_assets.radiance_hdr import HdrError, read_hdr
 from lensbench.app.state.scene_assets.sky_picture import read_sky
 
@@ -95,3 +96,13 @@ def test_bad_skies_are_one_clear_line(tmp_path, values):
         with pytest.raises(lb.SceneError, match=reason) as caught:
             read_sky(name, tmp_path.resolve())
         assert "\n" not in str(caught.value)
+
+
+def test_the_size_of_an_open_exr_picture_is_known_before_its_pixels(tmp_path, monkeypatch):
+    path = tmp_path / "large.exr"
+    noise = np.random.default_rng(3).random((20, 40, 3), np.float32)
+    OpenEXR.File({}, {"RGB": noise}).write(str(path))
+    path.write_bytes(path.read_bytes()[:-2000])         # reading all of it fails
+    monkeypatch.setattr(sky_picture, "MOST_TEXELS", 500)
+    with pytest.raises(lb.SceneError, match="million pixels"):
+        read_sky("large.exr", tmp_path)
