@@ -33,7 +33,7 @@ def motion() -> Iterator[tuple[str, float, str]]:
     camera = lb.LensCamera(lens, FILM, 1200.0, shutter_close=1.0 / 60.0)
     rest = replace(moving, spheres=tuple(_at_rest(o) for o in moving.spheres),
                    plates=tuple(_at_rest(o) for o in moving.plates))
-    yield "moving / still things, fairground, 1/60 s", _ratio([(camera, moving), (camera, rest)], True), "×"
+    yield "moving / static objects, fairground, 1/60 s", _ratio([(camera, moving), (camera, rest)], True), "×"
 
 
 def _pan(part: float) -> lb.AnimatedTransform:

@@ -249,7 +249,7 @@ def drag() -> Iterator[tuple[str, float, str]]:
         yield f"dial to picture, {dial}, CPU time of all cores, median", float(np.median(worked)), "ms"
     mixed, alone = dragged_errors()
     yield "display error while focus is dragged, 1 sample", 1e3 * mixed, "‰"
-    yield "the same without samples of the picture before", 1e3 * alone, "‰"
+    yield "the same without reuse of samples", 1e3 * alone, "‰"
 
 
 def window() -> Iterator[tuple[str, float, str]]:
@@ -267,14 +267,14 @@ def browser() -> Iterator[tuple[str, float, str]]:
     made, frames = browsed()
     yield "all thumbnails of the lens browser, first time", made, "s"
     yield "lens browser scrolled at 1920 × 1080: frames, median", 1.0 / float(np.median(frames)), "/s"
-    yield "lens browser scrolled: longest frame of 20", 1e3 * float(np.percentile(frames, 95)), "ms"
+    yield "lens browser scrolled: frame time, p95", 1e3 * float(np.percentile(frames, 95)), "ms"
 
 
 def starts() -> Iterator[tuple[str, float, str]]:
     """From starting Python to the first picture on the screen, with and without compiled kernels."""
     start(cached=True)
     yield "start to first picture, kernels cached", min(start(cached=True) for _ in range(3)), "s"
-    yield "start to first picture, first ever", start(cached=False), "s"
+    yield "start to first picture, empty kernel cache", start(cached=False), "s"
 
 
 if __name__ == "__main__":

@@ -98,7 +98,7 @@ def _curve(variant: Variant, runs: list[list[tuple[float, float]]]) -> Curve:
     points = tuple((min(second for second, _ in same), 100.0 * math.sqrt(np.mean([error for _, error in same])))
                    for same in zip(*runs, strict=False))
     figures = {f"to {significant(goal)} %, s": reached(points, goal) for goal in GOALS}
-    return Curve(variant.name, variant.tint, points, figures | {"at last, %": points[-1][1]}, variant.white)
+    return Curve(variant.name, variant.tint, points, figures | {"final error, %": points[-1][1]}, variant.white)
 
 
 def reached(points: tuple[tuple[float, float], ...], goal: float) -> float:
