@@ -8,7 +8,8 @@ shoulder, and the edge is a cylinder of the larger one.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +22,7 @@ from lensbench.app.state.settings import Settings
 
 STEP = 0.06             # of the edge's radius, the tallest strip: its chord errs by less than a pixel on a screen
 SURFACE_POINTS = 33     # of an outline's curve, rim to rim
+HEIGHTS = np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, SURFACE_POINTS))      # of the rim, closer towards it
 EDGE_POINTS, EDGE_STEPS = 65, 7     # heights of which one is the edge, and how often the gap beside it is divided
 
 
@@ -29,13 +31,26 @@ class Element:
     """One piece of glass between surfaces `front` and `front` + 1.
 
     outline (n, 2): closed, counter-clockwise, from the lower end of the front surface.
-    strips (m, 4, 2): quadrilaterals, each convex, that fill it without overlap.
+    front_at, rear_at: z of the two surfaces at heights; corners: heights from 0 at which the shape has corners.
     """
 
     front: int
     glass: lb.Glass
     outline: np.ndarray
-    strips: np.ndarray
+    front_at: Callable[[ArrayLike], np.ndarray]
+    rear_at: Callable[[ArrayLike], np.ndarray]
+    corners: tuple[float, ...]
+
+    @cached_property
+    def strips(self) -> np.ndarray:
+        """Quadrilaterals (m, 4, 2), each convex, that fill the outline without overlap."""
+        upper, edge = [0.0], self.corners[-1]
+        for low, high in pairwise(self.corners):
+            count = max(1, math.ceil((high - low) / (STEP * edge)))
+            upper += [low + (high - low) * (k + 1) / count for k in range(count)]
+        y = np.array([-h for h in reversed(upper[1:])] + upper)
+        left, right = np.stack([self.front_at(y), y], axis=1), np.stack([self.rear_at(y), y], axis=1)
+        return np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
 
     def holds(self, z: float, y: float) -> bool:
         """Whether a point lies in the glass."""
@@ -73,8 +88,7 @@ def elements(lens: lb.Lens) -> tuple[Element, ...]:
 @lru_cache(maxsize=16)
 def surface_curves(lens: lb.Lens) -> tuple[np.ndarray, ...]:
     """Each surface from rim to rim as points (n, 2) of (z, y), index by index."""
-    y = np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, SURFACE_POINTS))
-    return tuple(np.array([(z + sag(surface, height), height) for height in surface.semi_diameter * y])
+    return tuple(np.array([(z + sag(surface, height), height) for height in surface.semi_diameter * HEIGHTS])
                  for surface, z in zip(lens.surfaces, lens.vertices, strict=True))
 
 
@@ -98,23 +112,14 @@ def _element(index: int, front: lb.Surface, front_z: float, rear: lb.Surface, re
     def curve(at: Callable[[ArrayLike], np.ndarray], semi_diameter: float) -> np.ndarray:
         """From the lower edge to the upper: shoulder, surface, shoulder."""
         rim = min(semi_diameter, edge)
-        y = rim * np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, SURFACE_POINTS))
+        y = rim * HEIGHTS
         if rim < edge:
             y = np.concatenate([[-edge], y, [edge]])
         return np.stack([at(y), y], axis=1)
 
     outline = np.concatenate([curve(front_at, front.semi_diameter), curve(rear_at, rear.semi_diameter)[::-1]])
-
-    # Strips between heights, among them those of the rims, where the shape has corners
     corners = sorted({0.0, min(front.semi_diameter, edge), min(rear.semi_diameter, edge), edge})
-    upper = [0.0]
-    for low, high in zip(corners, corners[1:], strict=False):
-        count = max(1, math.ceil((high - low) / (STEP * edge)))
-        upper += [low + (high - low) * (k + 1) / count for k in range(count)]
-    y = np.array([-h for h in reversed(upper[1:])] + upper)
-    left, right = np.stack([front_at(y), y], axis=1), np.stack([rear_at(y), y], axis=1)
-    strips = np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
-    return Element(index, front.glass, outline, strips)
+    return Element(index, front.glass, outline, front_at, rear_at, tuple(corners))
 
 
 @dataclass(frozen=True)
