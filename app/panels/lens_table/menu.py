@@ -14,13 +14,14 @@ from lensbench.app.state.lens_edit.editing import can_save_in_place, reverted
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
-from lensbench.lenses.editing import structure
+from lensbench.lenses.editing import attachments, structure
 from lensbench.lenses.editing.cells import with_rule, without_rule
 from lensbench.lenses.editing.document import SOLVES, TARGETS, LensDocument, Pickup, Solve, value_of, words
 
 Edit = Callable[[LensDocument], LensDocument]
 SCALE, MORE = "Scale the lens", "More edits of surfaces"
 BUTTONS = ("Insert", "Delete", "Split", "Flip", "Move up", "Move down")
+CLOSE_UP = (1.0, 2.0, 4.0)      # dioptres
 SOLVE_TITLES = {"image": "Ends at the image", "edge": "Edge thickness", "efl": "Focal length",
                 "marginal slope": "Slope of the marginal ray", "f-number": "f-number"}
 
@@ -163,7 +164,29 @@ def row_menu(settings: Settings, document: LensDocument, state: LensTableState) 
     for icon, title, key, _, edit in row_edits(document, state.first, state.last):
         if imgui.menu_item(f"{icon}  {title}###menu {title}", key, False, edit is not None)[0] and edit is not None:
             settings = _do(settings, title, edit, document, state)
+    if imgui.begin_menu(f"{fa.ICON_FA_CIRCLE_PLUS}  Attach###menu Attach"):
+        for title, edit in attachment_edits(document):
+            if imgui.menu_item(title, "", False)[0]:
+                settings = _do(settings, title, edit, document, state)
+        imgui.end_menu()
     return settings
+
+
+def attachment_edits(document: LensDocument) -> list[tuple[str, Edit]]:
+    """What can be screwed onto the lens, with its title."""
+    width = attachments.front_width(document)
+    found: list[tuple[str, Edit]] = [("Filter in front", lambda d: attachments.attached_in_front(
+        d, attachments.plate(attachments.FILTER, width), "filter"))]
+    for power in CLOSE_UP:
+        found.append((f"Close-up lens +{power:g} in front", partial(_closer, power=power, width=width)))
+    rear = document.surfaces[-1].semi_diameter
+    found.append(("Plate behind", lambda d: attachments.attached_behind(
+        d, attachments.plate(attachments.FILTER, 1.2 * rear), "plate")))
+    return found
+
+
+def _closer(document: LensDocument, power: float, width: float) -> LensDocument:
+    return attachments.attached_in_front(document, attachments.close_up_lens(power, width), f"close-up lens +{power:g}")
 
 
 def cell_menu(settings: Settings, document: LensDocument, quantity: str, state: LensTableState) -> Settings:

@@ -1,0 +1,130 @@
+"""What is screwed onto a lens: a filter, a close-up lens, a cover plate, a converter or another lens.
+
+Lengths in mm. Each function returns a new document; what is attached consists of surfaces like any others, which can be
+edited, and carries comments with its name.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from lensbench.kernels.figures import significant
+from lensbench.lenses.editing.cells import with_value
+from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument
+from lensbench.lenses.editing.structure import inserted
+from lensbench.optics.glass import AIR, Glass
+from lensbench.optics.prescription import Lens, Surface
+
+CROWN = Glass(1.5168, 64.17, "N-BK7")
+FILTER = 2.0                    # mm: thickness of a filter
+EDGE = 1.0                      # mm: of a close-up lens at its rim
+GAP = 2.0                       # mm of air at the nearest places of the rims
+
+
+def plate(thickness: float, semi_diameter: float, glass: Glass = CROWN) -> tuple[Surface, ...]:
+    """A plane-parallel plate: a filter, or a cover glass. EditError for sizes that are not positive."""
+    _positive(thickness=thickness, semi_diameter=semi_diameter)
+    return Surface(0.0, thickness, semi_diameter, glass), Surface(0.0, 0.0, semi_diameter)
+
+
+def close_up_lens(dioptres: float, semi_diameter: float, glass: Glass = CROWN) -> tuple[Surface, ...]:
+    """A plano-convex lens, its convex side towards the scene, for a power from −20 to 20 dioptres (1/m).
+
+    A negative power makes it plano-concave. EditError for a power beyond, or a rim beyond the sphere.
+    """
+    _positive(semi_diameter=semi_diameter)
+    if not 0.0 < abs(dioptres) <= 20.0:
+        raise EditError(f"close-up lens of {significant(dioptres)} dioptres: choose −20 to 20, and not 0")
+    curvature = 1e-3 * dioptres / (glass.n_d - 1.0)
+    if abs(curvature) * semi_diameter >= 0.95:
+        raise EditError(f"a lens of {significant(dioptres)} dioptres is no wider than "
+                        f"{significant(0.95 / abs(curvature), 3)} mm: make it narrower")
+    front = Surface(curvature, 1.0, semi_diameter, glass)
+    sag = float(front.sag(0.0, semi_diameter))
+    return replace(front, thickness=EDGE + max(sag, 0.0)), Surface(0.0, 0.0, semi_diameter)
+
+
+def front_width(document: LensDocument, thickness: float = FILTER) -> float:
+    """Semi-diameter (mm) of an attachment that leaves the light of the first surface free, up to 45° from the axis."""
+    first = document.surfaces[0]
+    return first.semi_diameter + _clearance(first, -1.0) + thickness
+
+
+def attached_in_front(document: LensDocument, surfaces: Sequence[Surface], name: str,
+                      gap: float | None = None) -> LensDocument:
+    """The document with surfaces before its first one.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The lens, in air.
+    surfaces : sequence of Surface
+        From the scene on, as of `plate`, `close_up_lens`, or of another lens; the last thickness is replaced.
+    name : str
+        Comment of the first of them.
+    gap : float or None
+        Last vertex of the attachment → first vertex of the lens (mm); None: GAP at the nearest places.
+
+    Returns
+    -------
+    LensDocument
+        The stop stays the surface that it was; solves and pickups are settled anew.
+
+    Raises
+    ------
+    EditError
+        For a lens that is not in air, a gap below 0, or too many surfaces.
+    """
+    if document.lens.front_index != 1.0:
+        raise EditError("only in front of a lens in air something can be attached")
+    made = _ended(surfaces, _clearance(document.surfaces[0], -1.0) if gap is None else gap)
+    return inserted(document, 0, made, (name,))
+
+
+def attached_behind(document: LensDocument, surfaces: Sequence[Surface], name: str,
+                    gap: float | None = None) -> LensDocument:
+    """The document with surfaces behind its last one; the arguments are those of `attached_in_front`.
+
+    The last gap of the lens becomes that to the attachment. EditError also where that gap follows from a rule.
+    """
+    count, last = len(document.surfaces), document.surfaces[-1]
+    if last.glass != AIR:
+        raise EditError("only behind a lens that ends in air something can be attached")
+    apart = _clearance(last, 1.0) if gap is None else gap
+    made = _ended(surfaces, 0.0)
+    if not apart >= 0.0:
+        raise EditError(f"gap {significant(apart)} mm: it must not be negative")
+    return inserted(with_value(document, count - 1, THICKNESS, apart), count, made, (name,))
+
+
+def surfaces_of(lens: Lens, reverse: bool = False) -> tuple[Surface, ...]:
+    """The surfaces of another lens to attach, its stop as any surface; reverse: turned round, as with a reversing ring.
+
+    EditError for a lens that is not in air.
+    """
+    if lens.front_index != 1.0 or lens.surfaces[-1].glass != AIR:
+        raise EditError(f"{lens.name or 'the lens'} is not in air: it cannot be attached")
+    if not reverse:
+        return lens.surfaces
+    behind = [(s.thickness, s.glass) for s in lens.surfaces[:-1]][::-1] + [(0.0, AIR)]
+    return tuple(s.reversed(*each) for s, each in zip(reversed(lens.surfaces), behind, strict=True))
+
+
+def _ended(surfaces: Sequence[Surface], gap: float) -> list[Surface]:
+    """The surfaces with another last gap, in air."""
+    if not surfaces or surfaces[-1].glass != AIR:
+        raise EditError("what is attached must end in air")
+    if not gap >= 0.0:
+        raise EditError(f"gap {significant(gap)} mm: it must not be negative")
+    return [*surfaces[:-1], replace(surfaces[-1], thickness=gap)]
+
+
+def _clearance(surface: Surface, side: float) -> float:
+    """Gap (mm) at the vertex that leaves GAP at the rim too; side: −1 before the surface, 1 behind it."""
+    sag = float(surface.sag(0.0, surface.semi_diameter))
+    return GAP + max(side * sag, 0.0) if sag == sag else GAP + surface.semi_diameter
+
+
+def _positive(**sizes: float) -> None:
+    for name, size in sizes.items():
+        if not 0.0 < size < 1e6:
+            raise EditError(f"{name.replace('_', ' ')} {significant(size)} mm: it must be positive")
