@@ -51,7 +51,7 @@ class Analyses:
 
     def __init__(self, window: WindowState):
         self._window = window
-        self.worker = AnalysisWorker(window.wake)
+        self.worker = AnalysisWorker(window.wake, lambda: window.worker.waiting > 0.0)
         self.sheet = Sheet(self.worker, window.requests, window.view.links)
         self.states = {name: AnalysisState() for name in PANELS}
         self._saving: Task[None] | None = None

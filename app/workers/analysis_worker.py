@@ -1,18 +1,21 @@
 """The figures of the analysis panels, computed on a background thread: coarse at once, refined when still.
 
 Panels say in every frame what they show; what no panel shows is not computed. All figures of one lens share its rays.
+They begin after the first pass of the picture of the same settings: it has the processors to itself.
 """
 
 import threading
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from time import monotonic
+from time import monotonic, sleep
 
 from lensbench.app.state.analysis.figure import Figure
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.workers.task import Task, error_text, report_unforeseen
 
 STILL = 0.25                    # seconds without a change before a figure is refined
+PATIENCE = 0.15                 # seconds that a figure waits for the picture, at the most
+LOOK = 0.001                    # seconds between two looks for the picture
 
 
 @dataclass(frozen=True)
@@ -36,10 +39,13 @@ class Answer:
 
 
 class AnalysisWorker:
-    """The newest answer of each panel; it stays until the next one is there."""
+    """The newest answer of each panel; it stays until the next one is there.
 
-    def __init__(self, wake: Callable[[], None] = lambda: None):
-        self._wake = wake
+    wake: called when there is news. waits: whether the picture still waits for its first pass.
+    """
+
+    def __init__(self, wake: Callable[[], None] = lambda: None, waits: Callable[[], bool] = lambda: False):
+        self._wake, self._waits = wake, waits
         self._lock = threading.Lock()
         self._wanted: dict[str, tuple[Job, float]] = {}         # of the panels of the frame before, and of this one
         self._asked: dict[str, tuple[Job, float]] = {}          # of this frame: the job, and since when it is wanted
@@ -50,7 +56,8 @@ class AnalysisWorker:
     def busy(self) -> bool:
         """Whether a panel waits for a refined figure."""
         with self._lock:
-            return any(not self._is_done(name, job, refined=True) for name, (job, _) in self._wanted.items())
+            return any(not self._is_done(name, job, refined=True)
+                       for name, (job, _) in (*self._wanted.items(), *self._asked.items()))
 
     def advance(self) -> None:
         """Begin a frame: what the panels of the last one did not want is no longer wanted."""
@@ -61,15 +68,18 @@ class AnalysisWorker:
                 self._task = Task("Analysis", self._work, self._wake)
 
     def want(self, name: str, job: Job) -> Answer | None:
-        """The newest answer for the panel of this name, and a request for that of this job. None: there is none yet."""
+        """The newest answer for the panel of this name, and a request for that of this job. None: there is none yet.
+
+        The work begins with the next frame: at the end of this one the picture has begun.
+        """
         with self._lock:
             known = self._wanted.get(name)
-            self._asked[name] = known if known is not None and known[0] == job else (job, monotonic())
-            self._wanted[name] = self._asked[name]
-            idle = self._task is None or self._task.done
-            if idle and not self._is_done(name, job, refined=False):
-                self._task = Task("Analysis", self._work, self._wake)
-            return self._answers.get(name)
+            new = known is None or known[0] != job
+            self._asked[name] = known if known is not None and not new else (job, monotonic())
+            answer = self._answers.get(name)
+        if new:
+            self._wake()
+        return answer
 
     def stop(self) -> None:
         """Compute nothing more; the figure at work is finished."""
@@ -82,14 +92,18 @@ class AnalysisWorker:
         answer = self._answers.get(name)
         return answer is not None and answer.job == job and (answer.refined or not refined)
 
-    def _next(self) -> tuple[str, Job, bool] | None:
-        """The most urgent figure: a coarse one that is missing, or a refined one whose job has been still."""
-        for name, (job, _) in self._wanted.items():
-            if not self._is_done(name, job, refined=False):
-                return name, job, False
+    def _next(self) -> tuple[str, Job, bool, float] | None:
+        """The most urgent figure: a coarse one that is missing, or a refined one whose job has been still.
+
+        Its panel, its job, whether it is refined, and for how many seconds it is wanted.
+        """
+        now = monotonic()
         for name, (job, since) in self._wanted.items():
-            if monotonic() - since > STILL and not self._is_done(name, job, refined=True):
-                return name, job, True
+            if not self._is_done(name, job, refined=False):
+                return name, job, False, now - since
+        for name, (job, since) in self._wanted.items():
+            if now - since > STILL and not self._is_done(name, job, refined=True):
+                return name, job, True, now - since
         return None
 
     def _work(self, task: Task[None]) -> None:
@@ -98,7 +112,10 @@ class AnalysisWorker:
                 found = self._next()
             if found is None:
                 return
-            name, job, refined = found
+            name, job, refined, wanted_for = found
+            if wanted_for < PATIENCE and self._waits():
+                sleep(LOOK)
+                continue
             answer = _answer(job, refined)
             with self._lock:
                 self._answers[name] = answer

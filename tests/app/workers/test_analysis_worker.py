@@ -49,8 +49,8 @@ def test_a_panel_that_is_no_longer_drawn_computes_nothing(monkeypatch):
     worker = AnalysisWorker()
     worker.advance()
     worker.want("Spots", Job(make, "first"))
-    assert begun.wait(20.0)
     worker.advance()                            # a frame in which no panel is drawn
+    assert begun.wait(20.0)
     worker.advance()
     go_on.set()
     while worker._task is not None and not worker._task.done:
@@ -68,3 +68,26 @@ def test_an_error_is_a_message_and_the_next_job_has_its_own_answer():
     answer = waited(worker, Job(make, "dark"), lambda answer: answer.figure is None)
     assert answer.message == "no light of these fields reaches the film" and answer.refined
     assert waited(worker, Job(make, "lit"), lambda answer: answer.job.query == "lit").figure is not None
+
+
+def test_figures_begin_after_the_first_pass_of_the_picture_but_do_not_wait_for_ever(monkeypatch):
+    monkeypatch.setattr(analysis_worker, "PATIENCE", 1e9)
+    picture, seen = [], []
+
+    def make(query, points):
+        seen.append((query, bool(picture)))
+        return Figure("", (), Table((), ()))
+
+    worker = AnalysisWorker(waits=lambda: not picture)
+    job = Job(make, "a lens")
+    assert worker.want("Spots", job) is None and worker.busy
+    worker.advance()
+    sleep(0.02)
+    assert seen == [] and worker.busy
+    picture.append("first pass")
+    waited(worker, job, lambda answer: True)
+    assert seen == [("a lens", True)]
+    picture.clear()
+    monkeypatch.setattr(analysis_worker, "PATIENCE", 0.01)
+    waited(worker, Job(make, "another"), lambda answer: answer.job.query == "another")
+    assert seen == [("a lens", True), ("another", False)]
