@@ -19,6 +19,7 @@ def tooltip() -> bool:
     return window is not None and window.active
 
 
+@pytest.mark.slow
 def test_escape_closes_what_has_opened(drive):
     def use(hand):
         hand.picture()

@@ -87,6 +87,7 @@ def test_a_version_changes_with_the_compiler(monkeypatch):
     assert version() != before
 
 
+@pytest.mark.slow
 def test_every_version_of_the_package_is_the_same_in_another_process():
     """Sets, addresses and the order of imports differ from process to process."""
     script = """
@@ -225,6 +226,7 @@ def test_damaged_shipped_kernels_are_compiled_again(shipped, damage):
     assert files(shipped.folder) == [shipped.name]
 
 
+@pytest.mark.slow
 def test_a_level_is_compiled_for_only_where_the_processor_has_it():
     script = "from lensbench.kernels import cache; import numba; print(cache.level, numba.config.CPU_NAME)"
 
