@@ -86,6 +86,7 @@ def test_section_and_plan_show_the_plane_and_its_lines():
     assert "hinge" in sentence(POSED) and "in line" in sentence(Settings())
 
 
+@pytest.mark.slow
 def test_the_dials_of_a_view_camera_are_turned_by_hand_and_set_back():
     seen = {"settings": Settings()}
     chooser = Chooser()

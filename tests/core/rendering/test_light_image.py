@@ -392,3 +392,16 @@ def test_a_borrowed_light_has_the_place_the_size_and_the_light_of_its_own(focus,
         figures.append((total, *middle, spread))
     np.testing.assert_allclose(figures[1][0], figures[0][0], rtol=0.02)
     np.testing.assert_allclose(figures[1][1:], figures[0][1:], atol=0.35)       # pixels; a sharp one is one pixel
+
+
+@pytest.mark.slow
+def test_lights_traced_to_a_tilted_film_bring_what_the_camera_gathers():
+    camera = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), lb.Film(36.0, 24.0, 45, 30), 1200.0, 4.0,
+                           film_pose=lb.FilmPose(0.17, -0.1, 2.0, 1.0))
+    scene, pictures = lb.load_scene("still-life"), []
+    for traced, samples in ((True, 512), (False, 4096)):
+        made = lb.Rendering(camera, scene, light_tracing=traced)
+        made.add(samples)
+        pictures.append(np.asarray(made.image()))
+    assert pictures[0].mean() == pytest.approx(pictures[1].mean(), rel=2e-3)
+    assert pictures[0][:12].mean() == pytest.approx(pictures[1][:12].mean(), rel=4e-3)      # the string of lights
