@@ -170,7 +170,11 @@ def _findings(share: np.ndarray, method: str) -> tuple[Finding, ...]:
 
 def _pattern(pupil: np.ndarray, rays: RayGrid, f: int, line: float, centre: np.ndarray, pitch: float,
              samples: int) -> np.ndarray:
-    """Diffraction pattern (M, M) of a pupil (4, N, N) of `pupil_functions`."""
+    """Diffraction pattern (M, M) of a pupil (4, N, N) of `pupil_functions`.
+
+    The pattern of a sampled pupil repeats itself with the period λ / step. One period holds all light; the window may
+    be wider than that, and is dark beyond it.
+    """
     w, _, cover, root = pupil
     n = w.shape[-1]
     step_s, step_t = rays.steps[f]
@@ -180,6 +184,9 @@ def _pattern(pupil: np.ndarray, rays: RayGrid, f: int, line: float, centre: np.n
     wave = _zoom(np.ascontiguousarray(_zoom(pupil_field, pitch * step_s / line, samples).T), pitch * step_t / line,
                  samples)                                           # (sagittal, tangential)
     light = float((cover * root * root).sum())
+    at = np.abs(pitch * (np.arange(samples) - 0.5 * (samples - 1)))
+    wave[at > 0.5 * line / step_s] = 0.0
+    wave[:, at > 0.5 * line / step_t] = 0.0
     return ((wave.real**2 + wave.imag**2) * np.float32(step_s * step_t / (line * line * light))).T
 
 

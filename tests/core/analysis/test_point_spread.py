@@ -41,6 +41,16 @@ def test_the_pattern_holds_all_light_and_its_transform_is_the_mtf():
     np.testing.assert_allclose(otf.real, lb.analysis.mtf(grid, nu).otf[0, 0, 0].real, atol=3e-3)
 
 
+def test_a_window_beyond_the_period_of_the_samples_shows_one_pattern():
+    """The pattern of a sampled pupil repeats; a window for the narrow side of a cut pupil reaches the copies."""
+    grid = pupil_of(circle)
+    period = LINE / grid.steps[0, 0]
+    one, wide = (lb.analysis.psf(grid, 250, part * period, method="diffraction") for part in (1.0, 2.5))
+    assert wide.captured[0, 0] == pytest.approx(one.captured[0, 0], rel=2e-3)
+    beyond = np.abs(wide.offsets[0]) > 0.5 * period
+    assert beyond.sum() > 100 and wide.density[0, 0][beyond].max() == wide.density[0, 0][:, beyond].max() == 0.0
+
+
 @pytest.mark.parametrize("method", ["diffraction", "geometric"])
 def test_the_centroid_is_that_of_the_spot(method):
     stack = lb.stopped_down(lenses.load("lib-tronnier-1953"), 4.0)
