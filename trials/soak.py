@@ -27,6 +27,7 @@ MODIFIERS = ((), (), (), (), ("ctrl",), ("shift",), ("ctrl", "shift"), ("alt",))
 QUIT = {("q", "ctrl"), ("q", "ctrl", "shift")}          # would end the trial
 SIZE = (1280, 720)
 LEAVE = 0.1                                             # part of the time before growth is measured: caches fill
+SHARED = ("pymp", "lensbench analysis_")                # threads that stay for the next analysis, at most two
 REST = 120                                              # actions between two looks at another lens, scene or camera
 
 
@@ -210,7 +211,7 @@ def soak(minutes: float, seed: int) -> tuple[list[tuple[float, float]], list[str
     except Exception as error:
         failed(error)
     gc.collect()
-    left = [thread.name for thread in set(threading.enumerate()) - before if not thread.name.startswith("pymp")]
+    left = [thread.name for thread in set(threading.enumerate()) - before if not thread.name.startswith(SHARED)]
     return samples, failures + [f"a thread is left: {name}" for name in left]
 
 
