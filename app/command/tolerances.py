@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lensbench.app.command.errors import UsageError
+from lensbench.kernels.figures import significant
 
 if TYPE_CHECKING:
     from lensbench.analysis.manufacture import Production, Sensitivity
@@ -29,7 +30,7 @@ def add_tolerance_options(parser: argparse.ArgumentParser) -> None:
             ("decentre", 0.01, "MM", "of every element, across the axis"),
             ("tilt", 1.0, "ARCMIN", "of every element, about its front vertex")):
         parser.add_argument(f"--{name}", type=float, default=default, metavar=unit,
-                            help=f"tolerance {what}; {default:g} by default, 0 for none")
+                            help=f"tolerance {what}; {significant(default)} by default, 0 for none")
     parser.add_argument("--copies", type=int, default=1000, metavar="N", help="of the Monte Carlo run; 1000 by default")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of its random numbers")
     parser.add_argument("-o", "--output", metavar="FILE", help="chart of the contrast of the copies: .svg or .png")

@@ -9,6 +9,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import sentence
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.paragraph import small_note
+from lensbench.kernels.figures import significant
 
 
 def in_use(settings: Settings) -> bool:
@@ -18,7 +19,7 @@ def in_use(settings: Settings) -> bool:
 
 def film_dials(settings: Settings) -> Settings:
     """Draw the four dials, a button that sets them to 0, and what is in focus; the changed settings."""
-    most = float(f"{0.5 * max(settings.film_width, settings.film_height):.2g}")
+    most = float(significant(0.5 * max(settings.film_width, settings.film_height), 2))
     lean, move = dial_scales.lean_scale(), dial_scales.move_scale(most)
     settings = replace(
         settings,

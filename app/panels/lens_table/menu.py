@@ -14,6 +14,7 @@ from lensbench.app.state.lens_edit.editing import can_save_in_place, reverted
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.kernels.figures import significant
 from lensbench.lenses.editing import attachments, structure
 from lensbench.lenses.editing.cells import with_rule, without_rule
 from lensbench.lenses.editing.document import SOLVES, TARGETS, LensDocument, Pickup, Solve, value_of, words
@@ -178,7 +179,7 @@ def attachment_edits(document: LensDocument) -> list[tuple[str, Edit]]:
     found: list[tuple[str, Edit]] = [("Filter in front", lambda d: attachments.attached_in_front(
         d, attachments.plate(attachments.FILTER, width), "filter"))]
     for power in CLOSE_UP:
-        found.append((f"Close-up lens +{power:g} in front", partial(_closer, power=power, width=width)))
+        found.append((f"Close-up lens +{significant(power)} in front", partial(_closer, power=power, width=width)))
     rear = document.surfaces[-1].semi_diameter
     found.append(("Plate behind", lambda d: attachments.attached_behind(
         d, attachments.plate(attachments.FILTER, 1.2 * rear), "plate")))
@@ -186,7 +187,8 @@ def attachment_edits(document: LensDocument) -> list[tuple[str, Edit]]:
 
 
 def _closer(document: LensDocument, power: float, width: float) -> LensDocument:
-    return attachments.attached_in_front(document, attachments.close_up_lens(power, width), f"close-up lens +{power:g}")
+    return attachments.attached_in_front(document, attachments.close_up_lens(power, width),
+                                         f"close-up lens +{significant(power)}")
 
 
 def cell_menu(settings: Settings, document: LensDocument, quantity: str, state: LensTableState) -> Settings:

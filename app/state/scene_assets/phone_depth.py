@@ -18,6 +18,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.scene_assets.place import asset_path
 from lensbench.app.state.scene_texture import FORMATS, MOST_BYTES, MOST_TEXELS, image_of
+from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
 
 XMP, EXTENDED = b"http://ns.adobe.com/xap/1.0/\0", b"http://ns.adobe.com/xmp/extension/\0"
@@ -111,7 +112,8 @@ def _distances(found: dict[str, bytes], part: np.ndarray, name: str) -> np.ndarr
     except (KeyError, ValueError) as error:
         raise lb.SceneError(f"photograph {excerpt(name)}: its depth map has no Near and Far in m or mm") from error
     if not 0.0 < near < far < math.inf:
-        raise lb.SceneError(f"photograph {excerpt(name)}: its depth map goes from {near:g} mm to {far:g} mm")
+        raise lb.SceneError(f"photograph {excerpt(name)}: its depth map goes from {significant(near)} mm to "
+                            f"{significant(far)} mm")
     if form == b"RangeInverse":
         return far * near / (far - part * (far - near))
     if form == b"RangeLinear":
