@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lensbench.lenses.catalogue import Card, describe, names
     from lensbench.lenses.checks import check
     from lensbench.lenses.file_error import LensFileError
-    from lensbench.lenses.formats import FORMATS, READERS, WRITERS, Format
+    from lensbench.lenses.formats.table import FORMATS, READERS, WRITERS, Format
     from lensbench.lenses.lens_file import load, save
     from lensbench.optics.finding import Finding, Kind, Severity
 
@@ -24,7 +24,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "lenses.catalogue": "Card describe names",
     "lenses.checks": "check",
     "lenses.file_error": "LensFileError",
-    "lenses.formats": "FORMATS READERS WRITERS Format",
+    "lenses.formats.table": "FORMATS READERS WRITERS Format",
     "lenses.lens_file": "load save",
     "optics.finding": "Finding Kind Severity",
 }

@@ -5,8 +5,8 @@ from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 
-from lensbench.lenses import toml_header
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.formats import toml_header
 
 LIBRARY = Path(__file__).parent / "library"
 COPIED = ("title", "kind", "year", "source", "maker", "designer", "patent", "film_size", "estimates", "stated_efl",

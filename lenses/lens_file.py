@@ -9,7 +9,7 @@ from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses import catalogue
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.formats import READERS, UTF8_SUFFIXES, WRITERS
+from lensbench.lenses.formats.table import READERS, UTF8_SUFFIXES, WRITERS
 from lensbench.optics.finding import Finding
 from lensbench.optics.prescription import Lens
 

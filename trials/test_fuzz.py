@@ -16,7 +16,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.scene_file import SceneFileError, load_scene
 from lensbench.lenses import agf
-from lensbench.lenses.formats import READERS, WRITERS
+from lensbench.lenses.formats.table import READERS, WRITERS
 from tests.app.files.test_damaged_files import WAYS, files, goes_on  # noqa: F401 - the fixture
 from tests.app.state.test_scene_file import DOCUMENT
 from tests.lenses.damage import lenses_outlive

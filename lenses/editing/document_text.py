@@ -22,11 +22,11 @@ import tomllib
 from typing import Any
 
 from lensbench.kernels.quotation import excerpt
-from lensbench.lenses import toml_format
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.toml_header import line_of
-from lensbench.lenses.toml_text import digits, quoted
+from lensbench.lenses.formats import toml_format
+from lensbench.lenses.formats.toml_header import line_of
+from lensbench.lenses.formats.toml_text import digits, quoted
 from lensbench.optics.finding import Finding, Kind, note
 
 TABLES = ("comments", "solves", "pickups")

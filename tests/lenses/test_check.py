@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 
 from lensbench import Glass, Lens, Surface, first_order, lenses
+from tests.lenses.formats.test_toml_format import prescriptions
 from tests.lenses.published import published
 from tests.lenses.test_position_table import lenses_with_positions
-from tests.lenses.test_toml_format import prescriptions
 from tests.library import EVERY
 
 MOVING = [each for each in EVERY if lenses.load(each if isinstance(each, str) else each.values[0]).positions]

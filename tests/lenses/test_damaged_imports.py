@@ -6,7 +6,7 @@ The short form of `make fuzz`, which goes through 2,000 mishaps of each kind for
 import pytest
 
 from lensbench import Lens, lenses
-from lensbench.lenses.formats import WRITERS
+from lensbench.lenses.formats.table import WRITERS
 from tests.lenses.damage import lenses_outlive
 from tests.lenses.samples import DATA
 from tests.mishaps import by_bytes, by_lines

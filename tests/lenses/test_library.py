@@ -11,7 +11,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.lenses.counts import counts
-from lensbench.lenses.toml_header import COUNTS
+from lensbench.lenses.formats.toml_header import COUNTS
 
 ROOT = Path(__file__).parents[2]
 NAMES = lenses.names()

@@ -10,7 +10,7 @@ from pathlib import Path
 from lensbench import lenses
 from lensbench.app.studies.timing import least_times
 from lensbench.lenses.catalogue import path_of
-from lensbench.lenses.formats import WRITERS
+from lensbench.lenses.formats.table import WRITERS
 
 CANDIDATES = 12         # lenses with the most surfaces, of which the slowest is sought
 

@@ -2,11 +2,12 @@
 
 from math import inf, isinf
 
-from lensbench.lenses import configurations, media, zemax_system
+from lensbench.lenses import configurations, media
+from lensbench.lenses.formats import zemax_system
+from lensbench.lenses.formats.zemax import EVEN_POWERS, GLASS_COMMENT, ODD_POWERS
 from lensbench.lenses.rows import radius_text
 from lensbench.lenses.stations import Station, stations_of
 from lensbench.lenses.written_system import written_system
-from lensbench.lenses.zemax import EVEN_POWERS, GLASS_COMMENT, ODD_POWERS
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens, Surface
 from lensbench.optics.system import Aperture, ApertureKind

@@ -22,8 +22,7 @@ from dataclasses import replace
 from decimal import Decimal
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses import codev_system, configurations, glass_catalogue, media
-from lensbench.lenses.codev_system import SYSTEM
+from lensbench.lenses import configurations, glass_catalogue, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import (
     check_lines,
@@ -35,6 +34,8 @@ from lensbench.lenses.encoding import (
     plain_number,
 )
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.formats import codev_system
+from lensbench.lenses.formats.codev_system import SYSTEM
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Solve
 from lensbench.optics.finding import Kind, Severity, note

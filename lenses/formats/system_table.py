@@ -14,9 +14,9 @@ All entries are optional. The kinds are the words of `ApertureKind` and `FieldKi
 from typing import Any
 
 from lensbench.kernels.quotation import excerpt
-from lensbench.lenses.position_table import TableError
+from lensbench.lenses.formats.position_table import TableError
+from lensbench.lenses.formats.toml_text import digits, listed, quoted
 from lensbench.lenses.rows import RowError, number
-from lensbench.lenses.toml_text import digits, listed, quoted
 from lensbench.optics.system import (
     Aperture,
     ApertureKind,

@@ -42,11 +42,11 @@ from math import radians
 from typing import Any
 
 from lensbench.kernels.quotation import excerpt
-from lensbench.lenses import position_table, system_table, toml_header
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.formats import position_table, system_table, toml_header
+from lensbench.lenses.formats.toml_header import line_of, parse
+from lensbench.lenses.formats.toml_text import digits, listed, quoted
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
-from lensbench.lenses.toml_header import line_of, parse
-from lensbench.lenses.toml_text import digits, listed, quoted
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Iris, Lens, Surface

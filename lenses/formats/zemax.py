@@ -27,13 +27,14 @@ import re
 from math import inf
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses import configurations, media, zemax_system
+from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.formats import zemax_system
+from lensbench.lenses.formats.zemax_system import number_in
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Solve
-from lensbench.lenses.zemax_system import number_in
 from lensbench.optics.finding import Kind
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Lens

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from lensbench.lenses import (
+from lensbench.lenses.formats import (
     codev,
     codev_writer,
     deeplens,

@@ -30,8 +30,8 @@ from typing import TYPE_CHECKING, Any
 
 from lensbench.kernels.quotation import excerpt
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.formats.toml_text import digits, listed, quoted
 from lensbench.lenses.numbers import RowError, number
-from lensbench.lenses.toml_text import digits, listed, quoted
 
 if TYPE_CHECKING:
     from lensbench.optics.prescription import Lens

@@ -21,10 +21,10 @@ from typing import Any
 
 from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
+from lensbench.lenses.formats.toml_text import digits, listed, quoted
 from lensbench.lenses.paraxial import focal_length
 from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.stations import focus_fractions, with_gaps, zoom_fractions
-from lensbench.lenses.toml_text import digits, listed, quoted
 from lensbench.optics.finding import Kind, note
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.zoom_positions import Positions, PositionsError

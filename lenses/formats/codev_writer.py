@@ -8,9 +8,10 @@ from dataclasses import replace
 from decimal import Decimal
 from math import isinf
 
-from lensbench.lenses import codev_system, configurations, glass_catalogue, media
-from lensbench.lenses.codev import TERMS
+from lensbench.lenses import configurations, glass_catalogue, media
 from lensbench.lenses.encoding import LONGEST_NAME, is_number
+from lensbench.lenses.formats import codev_system
+from lensbench.lenses.formats.codev import TERMS
 from lensbench.lenses.stations import Station, stations_of
 from lensbench.lenses.written_system import written_system
 from lensbench.optics.finding import Finding, Kind, note
