@@ -1,5 +1,6 @@
 """Every format to every other, on the whole library: the same lens to the last digit, or a finding for each loss."""
 
+import re
 from dataclasses import replace
 from itertools import product
 
@@ -39,7 +40,11 @@ LABELS = {"stated_efl": "focal length", "stated_f_number": "f-number"}
 
 def unnamed_losses(given, found, remarks):
     """Differences between two lenses without a finding of that kind about that surface."""
-    about = {(remark.kind, remark.surface) for remark in remarks}
+    about = set()
+    for remark in remarks:
+        listed = re.match(r"surfaces ([0-9, ]+):", remark.message)      # one finding about several of them
+        numbers = [int(number) for number in listed[1].split(",")] if listed else [remark.surface]
+        about |= {(remark.kind, number) for number in numbers}
     whole = {kind for kind, _ in about}
     lost = []
     left = list(found.surfaces)
