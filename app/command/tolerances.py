@@ -92,7 +92,7 @@ def _print(costs: "tuple[Sensitivity, ...]", run: "Production") -> None:
         print(f"and {len(costs) - SHOWN} smaller ones (--json prints all)")
     band, middle = run.band(), len(run.frequencies) // 2
     print(f"\n{len(run.spots)} copies, contrast at {fixed(run.frequencies[middle], 0)} cycles/mm: designed, and the "
-          "5th, 50th and 95th percentile")
+          "5th, 50th and 95th percentile.\nEach is focused at infinity, where its spot on the axis is smallest")
     for k in (0, 1, 3):
         for j, name in ((0, "sagittal"), (1, "meridional")):
             row = "  ".join(fixed(100.0 * value, 1).rjust(5) for value in (

@@ -1,9 +1,9 @@
 """Tolerances of a lens: what each error of manufacture costs, and what a production run looks like.
 
-Lengths in mm, angles in radians. The lens is focused at infinity; every copy is refocused, as a camera or an assembler
-does. Fields lie along y on both sides of the axis, since a decentred element images them differently. Rays are those
-that pass the rims of the nominal lens, the same for all copies; the contrast is that of the spots times the limit of
-diffraction on the axis.
+Lengths in mm, angles in radians. The lens is focused at infinity; every copy is refocused on the axis, as a camera or
+an assembler does. Fields lie along y on both sides of the axis, since a decentred element images them differently. Rays
+are those that pass the rims of the nominal lens, the same for all copies; the contrast is that of the spots times the
+limit of diffraction on the axis.
 """
 
 import math
@@ -120,7 +120,7 @@ class Production:
     nominal_spots, spots : (fields,) and (copies, fields) arrays
         rms radii (mm).
     focus : (copies,) array
-        Shift of the film (mm) at the best focus of each copy.
+        Shift of the film (mm) to where each copy's spot on the axis is smallest.
     drawn : (copies, errors) array
         The errors, in the units of Tolerances, by `names`.
     names : tuple of (str, int)

@@ -110,7 +110,7 @@ def judge_copies(out, fields, weights, frequencies, limits, focus, spots, contra
 
     out: of `trace_copies`, as at the film. fields (rays,): the number of each ray's field. weights (wavelengths,).
     frequencies (n,) in cycles / mm; limits (n,): the factor of diffraction. focus (copies,): the shift of the film (mm)
-    at which the sum of the squares over all fields is least. spots (copies, fields): rms radius (mm). contrast
+    at which the spot of the first field, on the axis, is least. spots (copies, fields): rms radius (mm). contrast
     (copies, fields, n, 2): of detail along x, then y; geometrical, times the limit.
     """
     copies, colours, rays = out.shape[0], out.shape[1], out.shape[2]
@@ -128,12 +128,12 @@ def judge_copies(out, fields, weights, frequencies, limits, focus, spots, contra
         for f in range(count):
             for k in range(4):
                 mean[f, k] /= total[f]
-        # The film: offsets p + t s are least in squares, every field counting alike
+        # The film: offsets p + t s of the first field are least in squares
         ps, ss = 0.0, 0.0
         for colour in range(colours):
             for ray in range(rays):
                 f = fields[ray]
-                if out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
+                if f == 0 and out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
                     w = weights[colour] / total[f]
                     for k in range(2):
                         p, s = out[copy, colour, ray, k] - mean[f, k], out[copy, colour, ray, k + 2] - mean[f, k + 2]

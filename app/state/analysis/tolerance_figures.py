@@ -35,7 +35,7 @@ def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
     table = Table(("error", "surface", "tolerance", "growth of the spot (mm)", "change of contrast"), tuple(
         (each.kind, float(each.surface), each.tolerance, each.spot, each.contrast) for each in found))
     words = ("R radius, t thickness, n index, d decentre and a tilt of the element that begins at the surface · "
-             "contrast at 30 lp/mm · each copy refocused, object at infinity")
+             "contrast at 30 lp/mm · each copy focused on the axis, object at infinity")
     first = shown[0]
     said = (f"the costliest: {error_name(first.kind, first.surface)}, {amount(first.kind, first.tolerance)}",)
     return Figure("Tolerances", tuple((plot,) for plot in plots), table, words, said)
@@ -58,8 +58,8 @@ def copies_figure(query: Query, copies: int, within: Tolerances, seed: int = 0) 
                              DASHED if j else SOLID, 1.2)]
         plots.append(Plot(Axis("Frequency (lp/mm)", 0.0, run.frequencies[-1]), Axis("Contrast", 0.0, 1.0),
                           tuple(layers), f"{fixed(run.fields[k], 1)} mm"))
-    words = (f"{len(run.spots)} copies · normal errors, 2 σ within the tolerance · each refocused, object at infinity "
-             "· rays, times the limit of diffraction")
+    words = (f"{len(run.spots)} copies · normal errors, 2 σ within the tolerance · each focused on the axis, at "
+             "infinity · rays, times the limit of diffraction")
     return Figure("Copies", (tuple(plots),), _table(run, band), words, ())
 
 
