@@ -85,7 +85,7 @@ def test_copies_are_the_lenses_with_their_numbers():
                  if kind == "index"}
         # The spot on the axis by the reference tracer, with the indices changed in its table
         judge = Judge(TRIPLET, lb.Film(24.0, 16.0), None)
-        here, weights, points = judge.fields == 0, [], []
+        here, weights, points, slopes = judge.fields == 0, [], [], []
         for wavelength, weight in zip(judge.wavelengths, judge.weights, strict=True):
             table = surface_table(lens, wavelength).copy()
             for i, error in index.items():
@@ -96,11 +96,15 @@ def test_copies_are_the_lenses_with_their_numbers():
             trace_rays(table, False, judge.origins[here], judge.directions[here], hit, after, np.empty(n, np.int32),
                        np.empty(n, np.int32), None, 1)
             z = judge.film_z + made.focus[copy]
-            points.append(hit[:, :2] + (z - hit[:, 2:]) * after[:, :2] / after[:, 2:])
+            slopes.append(after[:, :2] / after[:, 2:])
+            points.append(hit[:, :2] + (z - hit[:, 2:]) * slopes[-1])
             weights.append(np.full(n, weight))
-        p, w = np.concatenate(points), np.concatenate(weights) / np.concatenate(weights).sum()
-        p = p - (w[:, None] * p).sum(0)
-        assert math.sqrt((w * (p * p).sum(1)).sum()) == pytest.approx(made.spots[copy, 0], rel=1e-9)
+        p, s, w = (np.concatenate(parts) for parts in (points, slopes, weights))
+        w = w / w.sum()
+        p, s = p - (w[:, None] * p).sum(0), s - (w[:, None] * s).sum(0)
+        spot, nearer, farther = (math.sqrt((w * ((p + t * s) ** 2).sum(1)).sum()) for t in (0.0, -1e-3, 1e-3))
+        assert spot == pytest.approx(made.spots[copy, 0], rel=1e-9)
+        assert spot < nearer and spot < farther         # the film stands where the axis is sharpest
         turned = np.abs((w[:, None, None] * np.exp(2j * np.pi * judge.frequencies[:, None] * p[:, None, :])).sum(0))
         assert judge.limits[:, None] * turned == pytest.approx(made.contrast[copy, 0], rel=1e-9)
 
