@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Term:
-    """A word, the letters that stand for it, and its meaning."""
+    """A word, its letters in the read-outs, and its meaning."""
 
     name: str
     symbol: str

@@ -9,7 +9,7 @@ from lensbench.app.widgets import theme
 
 
 class _Recorder:
-    """Stands where a draw list is expected, and notes the calls."""
+    """Takes the place of a draw list, and notes the calls."""
 
     def __init__(self) -> None:
         self.calls: list[tuple[str, tuple[Any, ...]]] = []

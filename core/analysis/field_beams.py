@@ -366,7 +366,7 @@ def _finish(out, of_field, images, axes, curvatures, values, victim):
 def scatter(landed, victims, keep, c, mirrored, rows, victim):
     """Put the rows (9, n) and victims (n,) of rays into wavelength c of (9, F, C, N, N) and (F, C, N, N).
 
-    keep: (n,) cells of the rays, indices into F × N × N. mirrored: whether a ray stands for its mirror image as well.
+    keep: (n,) cells of the rays, indices into F × N × N. mirrored: whether a ray counts for its mirror image too.
     """
     columns = rows.shape[4]
     cells = rows.shape[3] * columns

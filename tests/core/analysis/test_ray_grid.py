@@ -210,7 +210,7 @@ def test_what_cannot_be_shown_is_said(make, message):
 
 @pytest.mark.parametrize("points", [12, 13])
 def test_mirrored_beams_have_the_rays_of_beams_traced_in_full(monkeypatch, points):
-    """Half of the rays are traced, and stand for their mirror images: across any meridian, and behind five blades."""
+    """Half of the rays are traced, and count for their mirror images: across any meridian, and behind five blades."""
     stack = replace(lens("dgauss"), blades=5)
     away, oblique = lb.film_distance(lens("dgauss"), inf), [(6.0, 8.0), (0.0, 15.0)]
     for each, fields in ((stack, [0.0, 12.0]), (lens("dgauss"), oblique)):

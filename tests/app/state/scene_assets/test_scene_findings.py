@@ -1,4 +1,4 @@
-"""Approximations of a picture are said."""
+"""Approximations of a picture are reported as findings."""
 
 from dataclasses import replace
 
