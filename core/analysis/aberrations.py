@@ -283,17 +283,17 @@ def _chief_ray(lens: Lens, field_angle: float, wavelength: float, clip: bool) ->
         z, angle = found
     table, stop = surface_table(lens, wavelength), lens.stop_index
     direction = np.array([[0.0, copysign(1.0, field_angle) * sin(angle), cos(angle)]])
-    points = np.full((2, 1, len(table) + 1, 3), nan)
+    points = np.full((2, 1, len(lens.surfaces) + 1, 3), nan)
     after, at = np.zeros((1, 3)), np.array([[0.0, 0.0, lens.vertices[stop]]])
     fate, surface = np.zeros(1, np.int32), np.zeros(1, np.int32)
-    for order, first, last in ((-1, 0, stop), (1, stop, len(table))):
+    for order, first, last in ((-1, 0, stop), (1, stop, len(lens.surfaces))):
         if first == last:
             continue
-        trace_rays(table[first:last], clip, at, order * direction, np.empty((1, 3)), after, fate, surface,
+        trace_rays(table.part(first, last), clip, at, order * direction, np.empty((1, 3)), after, fate, surface,
                    points[max(order, 0)], order)
         if fate[0] != PASSED and not (order < 0 and fate[0] == BACKWARD and surface[0] == 0):
             return _end(int(fate[0]), int(surface[0]), order, first, last)
-    path = np.concatenate([points[0, 0, 1:stop + 1][::-1], points[1, 0, 1:len(table) - stop + 1]])
+    path = np.concatenate([points[0, 0, 1:stop + 1][::-1], points[1, 0, 1:len(lens.surfaces) - stop + 1]])
     return ChiefRay(field_angle, z, path, after[0])
 
 
@@ -312,7 +312,7 @@ def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | 
     leave the lens decreases again: then the result is the reason, in words.
     """
     stop = lens.stop_index
-    table, start, n = surface_table(lens, wavelength)[:stop], lens.vertices[stop], lens.indices(wavelength)
+    table, start, n = surface_table(lens, wavelength).part(0, stop), lens.vertices[stop], lens.indices(wavelength)
     magnified = ray_matrix(lens, 0, stop, wavelength)[0] * n[stop] / n[0]       # scene angle over angle at stop
     side = -1.0 if magnified > 0.0 else 1.0
 

@@ -15,6 +15,7 @@ from lensbench.kernels.cache import njit
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import BACKWARD, PASSED, surface_table, trace_ray
+from lensbench.optics.surfaces import SurfaceTable
 
 SAMPLES = 513           # directions at the stop, in which fields are bracketed
 STEEPEST = 0.4999 * pi  # of them, rad
@@ -52,22 +53,23 @@ class ChiefRays:
         return _angles(self.directions)
 
 
-def shoot(lens: Lens, film_distance: float, at_stop: np.ndarray, table: np.ndarray) -> ChiefRays:
+def shoot(lens: Lens, film_distance: float, at_stop: np.ndarray, table: SurfaceTable) -> ChiefRays:
     """The chief rays of these directions at the stop, x and y (n, 2) of unit vectors; table: of the scalar tracer."""
     made = np.empty((5, len(at_stop), 3))
-    _shoot(table, lens.stop_index, lens.vertices[lens.stop_index], lens.length + film_distance,
-           np.ascontiguousarray(at_stop), made)
+    stop = lens.stop_index
+    _shoot(table.part(0, stop), table.part(stop, len(lens.surfaces)), lens.vertices[stop],
+           lens.length + film_distance, np.ascontiguousarray(at_stop), made)
     start, points, directions, images, image_directions = made
     return ChiefRays(start[:, :2].copy(), points, directions, images[:, :2].copy(), image_directions)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _shoot(table, stop, stop_z, film_z, at_stop, made):
+def _shoot(before, behind, stop_z, film_z, at_stop, made):
     """Chief rays of directions at the stop (n, 2) into made (5, n, 3): the fields of ChiefRays; NaN for a lost ray.
 
-    table: of the scalar tracer; stop: index of the stop; stop_z, film_z: places in the lens frame, mm.
+    before, behind: tables of the scalar tracer, up to the stop and from it on; stop_z, film_z: places in the lens
+    frame, mm.
     """
-    before, behind = table[:stop], table[stop:]
     for i in range(at_stop.shape[0]):
         l, m = at_stop[i, 0], at_stop[i, 1]
         square = 1.0 - l * l - m * m
@@ -75,7 +77,7 @@ def _shoot(table, stop, stop_z, film_z, at_stop, made):
         if good:
             n = np.sqrt(square)
             x, y, z, dx, dy, dz = 0.0, 0.0, stop_z, -l, -m, -n
-            if stop > 0:
+            if before.kinds.size > 0:
                 x, y, z, dx, dy, dz, fate, surface = trace_ray(before, False, 0.0, 0.0, stop_z, -l, -m, -n, None, i, -1)
                 # Light that reaches the first surface from beyond 90° runs backwards in the scene
                 good = fate == PASSED or (fate == BACKWARD and surface == 0)

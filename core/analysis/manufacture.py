@@ -34,7 +34,7 @@ from lensbench.kernels.figures import significant
 from lensbench.optics.focus import film_distance
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError
-from lensbench.optics.scalar_trace import Fate, trace
+from lensbench.optics.scalar_trace import Fate, surface_table, trace
 
 FIELDS = (0.0, 0.7, -0.7, 1.0, -1.0)    # of the largest image height
 GRID, WIDE = 15, 61             # points across the beam of a field: of its rays, and of the search for its edge
@@ -163,7 +163,7 @@ class Judge:
             raise LensError("frequencies must be positive numbers of cycles / mm")
         u = np.minimum(1e-3 * given.wavelengths[given.primary] * fo.f_number * self.frequencies, 1.0)
         self.limits = 2.0 / math.pi * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
-        self.ends = bodies(lens)
+        self.ends, self.kinds = bodies(lens), surface_table(lens).kinds
 
     def judged(self, tables: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Focus (copies,), spots (copies, fields) and contrast (copies, fields, n, 2), on two threads."""
@@ -174,7 +174,8 @@ class Judge:
         def part(first: int) -> None:
             here = slice(first, first + CHUNK)
             out = np.empty((len(tables[here]), len(self.wavelengths), len(self.origins), 4))
-            trace_copies(tables[here], self.ends, poses[here], self.film_z, self.origins, self.directions, out)
+            trace_copies(self.kinds, tables[here], self.ends, poses[here], self.film_z, self.origins,
+                         self.directions, out)
             judge_copies(out, self.fields, self.weights, self.frequencies, self.limits, focus[here], spots[here],
                          contrast[here])
 

@@ -1,8 +1,8 @@
 """Rays through many copies of a lens whose numbers differ a little, with elements that are decentred and tilted.
 
-Lengths in mm, angles in radians, lens frame. A copy is a packed table (`scalar_trace.surface_table`), and a pose for
-each element: a piece of glass, or pieces that are cemented, moves as one body. An element with a pose is traced in its
-own frame; the others, and copies without any pose, pay nothing for it.
+Lengths in mm, angles in radians, lens frame. A copy has numbers of its own in the table of the scalar tracer, and a
+pose for each element: a piece of glass, or pieces that are cemented, moves as one body. An element with a pose is
+traced in its own frame; the others, and copies without any pose, pay nothing for it.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 from lensbench.kernels.cache import njit
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import surface_table, trace_ray
-from lensbench.optics.surfaces import AFTER, BEFORE, CURVATURE, VERTEX
+from lensbench.optics.surfaces import AFTER, BEFORE, CURVATURE, VERTEX, SurfaceTable
 
 # Of a pose: decentre (mm), and tilt about x, then y (radians), at the element's front vertex
 DX, DY, AROUND_X, AROUND_Y = range(4)
@@ -38,8 +38,8 @@ def bodies(lens: Lens) -> np.ndarray:
 
 
 def copies_of(lens: Lens, wavelengths: tuple[float, ...], count: int) -> np.ndarray:
-    """Tables (count, wavelengths, surfaces, columns) of equal copies, to be changed; wavelengths in µm."""
-    tables = np.stack([surface_table(lens, wavelength) for wavelength in wavelengths])
+    """Numbers (count, wavelengths, surfaces, columns) of equal copies, to be changed; wavelengths in µm."""
+    tables = np.stack([surface_table(lens, wavelength).numbers for wavelength in wavelengths])
     return np.repeat(tables[None], count, 0)
 
 
@@ -61,10 +61,11 @@ def change_index(tables: np.ndarray, surface: int, change: np.ndarray) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trace_copies(tables, ends, poses, film_z, origins, directions, out):
+def trace_copies(kinds, tables, ends, poses, film_z, origins, directions, out):
     """Rays through copies, to the plane z = film_z.
 
-    tables (copies, wavelengths, surfaces, columns). ends (bodies, 2): see `bodies`. poses (copies, bodies, POSE).
+    kinds (surfaces,). tables (copies, wavelengths, surfaces, columns): numbers. ends (bodies, 2): see `bodies`. poses
+    (copies, bodies, POSE).
     origins, directions (rays, 3). out (copies, wavelengths, rays, 4): x, y, and the slopes dx/dz, dy/dz; NaN for a lost
     ray. Rims end no ray.
     """
@@ -77,6 +78,7 @@ def trace_copies(tables, ends, poses, film_z, origins, directions, out):
                 fate = 0
                 for body in range(ends.shape[0]):
                     first, last = ends[body, 0], ends[body, 1]
+                    body_table = SurfaceTable(kinds[first:last + 1], table[first:last + 1])
                     dx, dy, a, b = poses[copy, body]
                     posed = dx != 0.0 or dy != 0.0 or a != 0.0 or b != 0.0
                     if posed:
@@ -88,7 +90,7 @@ def trace_copies(tables, ends, poses, film_z, origins, directions, out):
                         x, y, z = u, ca * v + sa * w, ca * w - sa * v + vertex
                         u, w = cb * l - sb * n, sb * l + cb * n
                         l, m, n = u, ca * m + sa * w, ca * w - sa * m
-                    x, y, z, l, m, n, fate, _ = trace_ray(table[first:last + 1], False, x, y, z, l, m, n, None, 0, 1)
+                    x, y, z, l, m, n, fate, _ = trace_ray(body_table, False, x, y, z, l, m, n, None, 0, 1)
                     if posed:
                         v, w = ca * y - sa * (z - vertex), sa * y + ca * (z - vertex)
                         x, y, z = cb * x + sb * w + dx, v + dy, cb * w - sb * x + vertex

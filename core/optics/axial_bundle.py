@@ -77,11 +77,12 @@ def trace_axial(table, height, nearness, forward, across, up):
     → (x, y, dx/dz, dy/dz, fate) on the plane of the vertex met last. The ray starts on the
     first plane, so a far point costs no accuracy.
     """
-    last = table.shape[0] - 1
+    numbers = table.numbers
+    last = numbers.shape[0] - 1
     slope = height * nearness
     scale = 1.0 / sqrt(1.0 + slope**2)
     along = scale if forward else -scale
-    start, end = (table[0, VERTEX], table[last, VERTEX]) if forward else (table[last, VERTEX], table[0, VERTEX])
+    start, end = (numbers[0, VERTEX], numbers[last, VERTEX]) if forward else (numbers[last, VERTEX], numbers[0, VERTEX])
     x, y, z, dx, dy, dz, fate, _ = trace_ray(
         table, True, across * height, up * height, start, across * slope * scale, up * slope * scale, along, None, 0, 0)
     slope_x, slope_y = dx / dz, dy / dz
@@ -94,7 +95,7 @@ def marginal_height(table, nearness, forward, across=0.0, up=1.0):
 
     (across, up): its direction from the axis, a unit vector. 0 if no ray passes.
     """
-    rim = 2.0 * sqrt(table[0, RIM2] if forward else table[table.shape[0] - 1, RIM2])
+    rim = 2.0 * sqrt(table.numbers[0 if forward else table.kinds.size - 1, RIM2])
     inside, outside = 0.0, 0.0
     for step in range(1, _SCAN + 1):
         outside = rim * step / _SCAN

@@ -28,7 +28,6 @@ from lensbench.optics.surfaces import (
     EVEN,
     FIRST_TERM,
     HIGHEST_POWER,
-    KIND,
     SPHERE,
     TERMS,
     TOROID,
@@ -372,18 +371,19 @@ def surface_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, 
     end = 0.0
     records = []
     for i in order:
-        surface, shape = lens.surfaces[i], lens.surfaces[i].shape
+        surface = lens.surfaces[i]
+        kind, numbers = surface.shape
         before, after = (indices[i + 1], indices[i]) if sceneward else (indices[i], indices[i + 1])
         z = sign * (vertices[i] - lens.length - film_distance)
-        c, kind = sign * surface.curvature, int(shape[KIND])
+        c = sign * surface.curvature
         _, length = RUNS[kind]
-        fields = {GAP: z - end, CURVATURE: c, RIM: shape[UNIT],
+        fields = {GAP: z - end, CURVATURE: c, RIM: numbers[UNIT],
                   SLOWNESS: before**-2, STEP: after**2 - before**2, BEND: before**2 * c}
         if kind == TOROID:
-            fields[CURVATURE_X] = sign * shape[ACROSS]
+            fields[CURVATURE_X] = sign * numbers[ACROSS]
         elif kind != SPHERE:
             fields[K] = surface.conic
-            fields[COEFFICIENTS] = sign * shape[FIRST_TERM:FIRST_TERM + length - COEFFICIENTS]
+            fields[COEFFICIENTS] = sign * numbers[FIRST_TERM:FIRST_TERM + length - COEFFICIENTS]
         records.append((kind, pack(length, fields)))
         end = z
     runs = [Step(RUNS[kind][0], np.concatenate([record for _, record in run]))

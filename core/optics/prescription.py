@@ -125,13 +125,13 @@ class Surface:
         return self.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
 
     @cached_property
-    def shape(self) -> np.ndarray:
-        """The shape as a row of the table of `surfaces`, (COLUMNS,)."""
+    def shape(self) -> tuple[int, np.ndarray]:
+        """The shape as a kind and a row of numbers of the table of `surfaces`."""
         return shape(self.curvature, self.conic, self.aspheric, self.curvature_x, self.semi_diameter)
 
     def sag(self, x, y=0.0) -> np.ndarray:
         """Height z (mm) above the vertex's plane at points x, y (mm, broadcast); NaN beyond the equator."""
-        return sags(self.shape, x, y)
+        return sags(*self.shape, x, y)
 
     def scaled(self, factor: float) -> "Surface":
         """The surface and the gap behind it, scaled by `factor`."""

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, DTypeLike
 from lensbench.kernels.cache import njit
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.optics.surfaces import AFTER, BEFORE, COLUMNS, CURVATURE, KIND, RIM2, SPHERE, VERTEX, intersect
+from lensbench.optics.surfaces import AFTER, BEFORE, COLUMNS, CURVATURE, RIM2, SPHERE, VERTEX, SurfaceTable, intersect
 
 
 class Fate(IntEnum):
@@ -136,21 +136,21 @@ def _meet_blades(lens: Lens, forward: np.ndarray, points: np.ndarray, after: np.
         paths[met, at + 1:] = np.nan
 
 
-def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.float64) -> np.ndarray:
-    """The lens as the kernels read it: a row of COLUMNS for each surface (mm, lens frame), at a wavelength in µm."""
+def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.float64) -> SurfaceTable:
+    """The lens as the kernels read it (mm, lens frame), at a wavelength in µm; the numbers are a copy of their own."""
     known = lens.known.get(("surface table", wavelength))
     if known is None:
         known = lens.known["surface table", wavelength] = _surface_table(lens, wavelength)
-    return known.astype(dtype)
+    return SurfaceTable(known.kinds, known.numbers.astype(dtype))
 
 
-def _surface_table(lens: Lens, wavelength: float) -> np.ndarray:
+def _surface_table(lens: Lens, wavelength: float) -> SurfaceTable:
     n = lens.indices(wavelength)
-    table = np.empty((len(lens.surfaces), COLUMNS))
+    kinds, numbers = np.empty(len(lens.surfaces), np.int64), np.empty((len(lens.surfaces), COLUMNS))
     for i, (surface, z) in enumerate(zip(lens.surfaces, lens.vertices, strict=True)):
-        table[i] = surface.shape
-        table[i, [VERTEX, RIM2, BEFORE, AFTER]] = z, surface.semi_diameter**2, n[i], n[i + 1]
-    return table
+        kinds[i], numbers[i] = surface.shape
+        numbers[i, [VERTEX, RIM2, BEFORE, AFTER]] = z, surface.semi_diameter**2, n[i], n[i + 1]
+    return SurfaceTable(kinds, numbers)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -162,8 +162,9 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
     neither a flat surface nor a far origin causes cancellation.
     The points go to paths[ray] unless paths is None.
     """
-    count = table.shape[0]
-    zero, one = table.dtype.type(0), table.dtype.type(1)
+    kinds, numbers = table.kinds, table.numbers
+    count = kinds.size
+    zero, one = numbers.dtype.type(0), numbers.dtype.type(1)
     forward = dz > zero if order == 0 else order > 0
     sign = one if forward else -one
     reached = BEFORE_THE_LENS
@@ -173,12 +174,14 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
         return x, y, z, dx, dy, dz, MISSED, reached
 
     first = 0 if forward else count - 1
-    index = table[first, BEFORE] if forward else table[first, AFTER]
+    index = numbers[first, BEFORE] if forward else numbers[first, AFTER]
     p, q, r = index * dx, index * dy, index * dz
     for step in range(count):
         i = step if forward else count - 1 - step
-        c, vertex = table[i, CURVATURE], table[i, VERTEX]
-        index, index_after = (table[i, BEFORE], table[i, AFTER]) if forward else (table[i, AFTER], table[i, BEFORE])
+        c, vertex = numbers[i, CURVATURE], numbers[i, VERTEX]
+        index, index_after = numbers[i, BEFORE], numbers[i, AFTER]
+        if not forward:
+            index, index_after = index_after, index
 
         # End a ray that the last refraction turned against its travel
         if step > 0 and r * sign <= zero:
@@ -194,7 +197,7 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
             x_foot, y_foot, z_foot = x_foot - back * p, y_foot - back * q, z_foot - back * r
 
         # Intersect the surface
-        if table[i, KIND] == SPHERE:
+        if kinds[i] == SPHERE:
             F = c * (x_foot * x_foot + y_foot * y_foot + z_foot * z_foot) - z_foot - z_foot
             cos2_in = r * r - squared * c * F
             if not cos2_in >= zero:
@@ -220,7 +223,7 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
             paths[ray, step + 1, 0], paths[ray, step + 1, 1], paths[ray, step + 1, 2] = x, y, z
 
         # Clip at the rim
-        if clip and x * x + y * y > table[i, RIM2]:
+        if clip and x * x + y * y > numbers[i, RIM2]:
             return x, y, z, p / index, q / index, r / index, CLIPPED, reached
 
         # Refract
@@ -230,7 +233,7 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
         g = (sign * sqrt(cos2_out) - cos_in) / sqrt(steepness)
         p, q, r = p + g * normal_x, q + g * normal_y, r + g * normal_z
 
-    index = table[count - 1, AFTER] if forward else table[0, BEFORE]
+    index = numbers[count - 1, AFTER] if forward else numbers[0, BEFORE]
     return x, y, z, p / index, q / index, r / index, PASSED if r * sign > zero else BACKWARD, reached
 
 

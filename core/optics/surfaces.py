@@ -7,12 +7,13 @@ curvatures in its sections x–z and y–z has z = A / (1 + √(1 − c_x² x² 
 A = c_x x² + c_y y²; it is a cylinder if one of them is 0. The gradient is that of
 F = 0 with F_z > 0, of any length.
 
-The scalar tracer's table has a row for each surface, with the columns named here. Coefficients are
-stored as a_p h^p, h the semi-diameter, so that float32 neither overflows nor underflows.
+The scalar tracer's table has a kind and a row of numbers for each surface, with the columns named here. Coefficients
+are stored as a_p h^p, h the semi-diameter, so that float32 neither overflows nor underflows.
 """
 
 from collections.abc import Iterable
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,67 +27,81 @@ TERMS = HIGHEST_POWER - 1
  VERTEX,                                # z of the vertex in the lens frame (mm)
  RIM2,                                  # square of the semi-diameter (mm²)
  BEFORE, AFTER,                         # indices of the media on the scene's and on the film's side
- KIND,                                  # SPHERE … TOROID
  K,                                     # conic constant
  ACROSS,                                # c of the section x–z (1/mm)
  UNIT,                                  # 1 / h²
  FIRST_TERM,                            # coefficients of r², r³, … (ASPHERE) or r², r⁴, … (EVEN)
- ) = range(10)
+ ) = range(9)
 COLUMNS = FIRST_TERM + TERMS
 
 TOLERANCE = 450                 # × machine epsilon: residual of a hit, 1e-13 mm in float64
 _STEPS, _HALVINGS = 60, 30      # of Newton's method, and of one of its steps
 
 
+class SurfaceTable(NamedTuple):
+    """Surfaces as the scalar tracer reads them, in the order from the scene to the film.
+
+    kinds: (n,) of SPHERE … TOROID. numbers: (n, COLUMNS), float32 or float64.
+    """
+
+    kinds: np.ndarray
+    numbers: np.ndarray
+
+    def part(self, first: int, end: int) -> "SurfaceTable":
+        """Surfaces first … end − 1, as views."""
+        return SurfaceTable(self.kinds[first:end], self.numbers[first:end])
+
+
 def shape(curvature: float, conic: float, aspheric: Iterable[tuple[int, float]], curvature_x: float | None,
-          semi_diameter: float) -> np.ndarray:
-    """A row of the table, (COLUMNS,), with the columns that describe the shape filled in; lengths in mm."""
-    row = np.zeros(COLUMNS)
+          semi_diameter: float) -> tuple[int, np.ndarray]:
+    """Kind, and a row of numbers (COLUMNS,) with the columns that describe the shape filled in; lengths in mm."""
+    kind, row = SPHERE, np.zeros(COLUMNS)
     terms = dict(aspheric)
     row[CURVATURE], row[K], row[ACROSS], row[UNIT] = curvature, conic, curvature, semi_diameter**-2
     if curvature_x is not None:
-        row[KIND], row[ACROSS] = TOROID, curvature_x
+        kind, row[ACROSS] = TOROID, curvature_x
     elif terms:
         even = all(power % 2 == 0 for power in terms)
-        row[KIND] = EVEN if even else ASPHERE
+        kind = EVEN if even else ASPHERE
         for power, a in terms.items():
             row[FIRST_TERM + (power // 2 - 1 if even else power - 2)] = a * semi_diameter**power
     elif conic != 0.0 and curvature != 0.0:
-        row[KIND] = CONIC
-    return row
+        kind = CONIC
+    return kind, row
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _terms(table, i, r2):
     """(Σ a_p r^p, its derivative by r divided by r) for r² = r2."""
-    zero = table.dtype.type(0)
+    numbers = table.numbers
+    zero = numbers.dtype.type(0)
     value, slope = zero, zero
-    u = r2 * table[i, UNIT]
-    if table[i, KIND] == EVEN:
+    u = r2 * numbers[i, UNIT]
+    if table.kinds[i] == EVEN:
         for j in range(HIGHEST_POWER // 2 - 1, -1, -1):
-            a = table[i, FIRST_TERM + j]
+            a = numbers[i, FIRST_TERM + j]
             value = value * u + a
-            slope = slope * u + table.dtype.type(2 * j + 2) * a
+            slope = slope * u + numbers.dtype.type(2 * j + 2) * a
     else:
         root = sqrt(u)
         for j in range(TERMS - 1, -1, -1):
-            a = table[i, FIRST_TERM + j]
+            a = numbers[i, FIRST_TERM + j]
             value = value * root + a
-            slope = slope * root + table.dtype.type(j + 2) * a
-    return value * u, slope * table[i, UNIT]
+            slope = slope * root + numbers.dtype.type(j + 2) * a
+    return value * u, slope * numbers[i, UNIT]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sag_and_slopes(table, i, x, y):
     """(sag, ∂/∂x, ∂/∂y) at (x, y); NaN beyond the equator of the conic or toroid."""
-    one = table.dtype.type(1)
-    c, kind = table[i, CURVATURE], table[i, KIND]
+    numbers, kind = table.numbers, table.kinds[i]
+    one, c = numbers.dtype.type(1), numbers[i, CURVATURE]
     if kind == TOROID:
-        across = table[i, ACROSS]
+        across = numbers[i, ACROSS]
         bend = across * x * x + c * y * y
         inside = one - across * across * x * x - c * c * y * y
-        if not inside > table.dtype.type(0):
-            nan = table.dtype.type(np.nan)
+        if not inside > numbers.dtype.type(0):
+            nan = numbers.dtype.type(np.nan)
             return nan, nan, nan
         root = sqrt(inside)
         share = one / (one + root)
@@ -94,9 +109,9 @@ def sag_and_slopes(table, i, x, y):
         return (z, across * x * share * (one + one + z * across / root),
                 c * y * share * (one + one + z * c / root))
     r2 = x * x + y * y
-    inside = one - (one + table[i, K]) * c * c * r2
-    if not inside > table.dtype.type(0):
-        nan = table.dtype.type(np.nan)
+    inside = one - (one + numbers[i, K]) * c * c * r2
+    if not inside > numbers.dtype.type(0):
+        nan = numbers.dtype.type(np.nan)
         return nan, nan, nan
     root = sqrt(inside)
     z, slope = c * r2 / (one + root), c / root
@@ -117,12 +132,13 @@ def intersect(table, i, x, y, z, p, q, r, sign):
     Newton's method from the conic (a toroid: from the sphere of mean curvature). Each step is halved until the
     residual falls; a ray that does not converge to TOLERANCE is a miss.
     """
-    real = table.dtype.type
+    numbers = table.numbers
+    real = numbers.dtype.type
     zero, one, half = real(0), real(1), real(0.5)
-    kind, c, k = table[i, KIND], table[i, CURVATURE], table[i, K]
+    kind, c, k = table.kinds[i], numbers[i, CURVATURE], numbers[i, K]
     nan = real(np.nan)
     if kind == TOROID:
-        c, k = half * (c + table[i, ACROSS]), zero
+        c, k = half * (c + numbers[i, ACROSS]), zero
 
     # Intersect the conic: F − 2 b t + a t² = 0
     squared = p * p + q * q + r * r
@@ -153,7 +169,7 @@ def intersect(table, i, x, y, z, p, q, r, sign):
 
     # Iterate, halving each step until the residual falls
     residual = z + t * r - at
-    rounding = real(np.finfo(table.dtype).eps)
+    rounding = real(np.finfo(numbers.dtype).eps)
     least_step = rounding * (one + abs(x) + abs(y) + abs(z)) / sqrt(squared)
     for _ in range(_STEPS):
         through = sign * (r - slope_x * p - slope_y * q)
@@ -186,15 +202,16 @@ def intersect(table, i, x, y, z, p, q, r, sign):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sags(table, x, y, out):
-    """Sag of row 0 at points (n,) into out (n,)."""
+    """Sag of surface 0 at points (n,) into out (n,)."""
     for j in range(x.size):
         out[j] = sag_and_slopes(table, 0, x[j], y[j])[0]
 
 
-def sags(row: np.ndarray, x, y) -> np.ndarray:
-    """Sag (mm) of one shape (COLUMNS,) at points x, y (mm, broadcast); NaN beyond the equator."""
+def sags(kind: int, row: np.ndarray, x, y) -> np.ndarray:
+    """Sag (mm) of a kind with numbers (COLUMNS,) at points x, y (mm, broadcast); NaN beyond the equator."""
     # Copies: numpy 2.0 warns where numba asks whether a broadcast view may be written
     x, y = (np.array(each) for each in np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)))
     out = np.empty(x.size)
-    _sags(row[None, :], np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), out)
+    table = SurfaceTable(np.array([kind]), row[None, :])
+    _sags(table, np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), out)
     return out.reshape(x.shape)

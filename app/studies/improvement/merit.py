@@ -17,6 +17,7 @@ from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, GlassError
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import surface_table, trace_rays
+from lensbench.optics.surfaces import SurfaceTable
 
 FIELDS = (0.0, 0.7, 1.0)        # of the largest field angle
 RINGS, ARMS = 4, 5              # of rays over half of the pupil; the other half mirrors it
@@ -220,7 +221,7 @@ def _forward(lens: Lens) -> float:
     return ray_matrix(lens, 0, lens.stop_index)[0]
 
 
-def _traced(table: np.ndarray, origins: np.ndarray, directions: np.ndarray,
+def _traced(table: SurfaceTable, origins: np.ndarray, directions: np.ndarray,
             clip: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points (n, 3), directions (n, 3) and fates (n,) behind the lens of a table."""
     count = len(origins)
@@ -231,7 +232,7 @@ def _traced(table: np.ndarray, origins: np.ndarray, directions: np.ndarray,
     return points, after, fate
 
 
-def _hits(table: np.ndarray, at: np.ndarray, directions: np.ndarray, z: float) -> np.ndarray:
+def _hits(table: SurfaceTable, at: np.ndarray, directions: np.ndarray, z: float) -> np.ndarray:
     """Where rays from (at, z) meet the last surface of a table, (n, 2); NaN for those that do not."""
     points, _, fate = _traced(table, np.column_stack([at, np.full(len(at), z)]), directions, False)
     return np.where((fate == 0)[:, None], points[:, :2], np.nan)

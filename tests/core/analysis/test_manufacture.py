@@ -64,7 +64,8 @@ def test_tilted_and_decentred_elements_agree_with_forty_digits():
     directions = np.column_stack([random.normal(0.0, 0.05, (6, 2)), np.ones(6)])
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     out = np.empty((4, 1, 6, 4))
-    trace_copies(copies_of(DOUBLET, (lb.D_LINE,), 4), bodies(DOUBLET), poses, 90.0, origins, directions, out)
+    tables = copies_of(DOUBLET, (lb.D_LINE,), 4)
+    trace_copies(surface_table(DOUBLET).kinds, tables, bodies(DOUBLET), poses, 90.0, origins, directions, out)
     wanted = [[oracle(DOUBLET, pose, 90.0, o, d) for o, d in zip(origins, directions, strict=True)] for pose in poses]
     assert np.abs(out[:, 0] - wanted).max() < 1e-12
     assert np.abs(out[1, 0] - out[0, 0]).max() > 1e-2            # the poses do something
@@ -87,10 +88,10 @@ def test_copies_are_the_lenses_with_their_numbers():
         judge = Judge(TRIPLET, lb.Film(24.0, 16.0), None)
         here, weights, points, slopes = judge.fields == 0, [], [], []
         for wavelength, weight in zip(judge.wavelengths, judge.weights, strict=True):
-            table = surface_table(lens, wavelength).copy()
+            table = surface_table(lens, wavelength)
             for i, error in index.items():
-                table[i, AFTER] += error
-                table[i + 1, BEFORE] += error
+                table.numbers[i, AFTER] += error
+                table.numbers[i + 1, BEFORE] += error
             n = int(here.sum())
             hit, after = np.empty((n, 3)), np.empty((n, 3))
             trace_rays(table, False, judge.origins[here], judge.directions[here], hit, after, np.empty(n, np.int32),
