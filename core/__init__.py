@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from lensbench.imaging.film_pose import FilmPose
     from lensbench.imaging.sensor import Sensor
     from lensbench.imaging.transform import TransformError, look_at
-    from lensbench.kernels.concentric_map import unit_disk
+    from lensbench.kernels.concentric_map import unit_disk, unit_square
     from lensbench.lightfields.capture import capture_light_field, picture_through
     from lensbench.lightfields.depth import Depth, find_depth
     from lensbench.lightfields.light_field import LightField, LightFieldError, light_field_bytes
@@ -141,7 +141,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "imaging.film_pose": "FilmPose",
     "imaging.sensor": "Sensor",
     "imaging.transform": "TransformError look_at",
-    "kernels.concentric_map": "unit_disk",
+    "kernels.concentric_map": "unit_disk unit_square",
     "lightfields.capture": "capture_light_field picture_through",
     "lightfields.depth": "Depth find_depth",
     "lightfields.light_field": "LightField LightFieldError light_field_bytes",
@@ -187,5 +187,5 @@ __all__ = [
     "load_scene", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus", "open_region",
     "photograph_scene", "picture_through", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render",
     "save", "section_foci", "seidel", "show", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
-    "transmission", "unit_disk", "vignetting", "working_f_number",
+    "transmission", "unit_disk", "unit_square", "vignetting", "working_f_number",
 ]

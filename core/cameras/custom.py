@@ -12,6 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from lensbench.cameras.base import Camera
+from lensbench.cameras.custom_landing import CustomLanding
+from lensbench.cameras.film_landing import FilmLanding
 from lensbench.cameras.rays import CameraError, checked_times
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import TIME, U0, U1, WEIGHT, L, N, Step, X, Y, Z
@@ -42,6 +44,11 @@ class CustomCamera(Camera):
     time_dependent : bool
         Whether the function depends on its time. False lets light tracing and the averages over the pupil work as
         behind a camera at rest.
+    back : callable or None
+        Function of origins (n, 3) and unit directions (n, 3) of rays in the camera frame, towards the scene, that
+        returns raster (n, 2) and uv (n, 2): the inverse of `rays`, for any points on the rays as origins. It lets small
+        lights be traced to the film. A ray that misses the pupil gets a uv outside [0, 1]², as `unit_square` gives
+        it, or inf. Needs time_dependent=False.
     **placement
         Keyword arguments of `Camera`: transform and shutter. Weights are those of the function.
 
@@ -49,12 +56,14 @@ class CustomCamera(Camera):
     ------
     CameraError
         A function whose results have other shapes, are not finite, or contain a direction of length 0 or a negative
-        weight, here or in a picture; weights="physical"; a medium of an index other than 1.
+        weight, here or in a picture; a `back` that is not the inverse of `rays`, here or in a picture, or whose rays
+        have no étendue; weights="physical"; a medium of an index other than 1.
     """
 
     film: Film
     rays: Callable = None                       # type: ignore[assignment]
     time_dependent: bool = True
+    back: Callable | None = None
 
     def __post_init__(self):
         super().__post_init__()
@@ -69,6 +78,12 @@ class CustomCamera(Camera):
         shares = np.array(PROBES)
         size = [self.film.pixels_x, self.film.pixels_y]
         self._checked_rays(shares * size, np.roll(shares, 1, 0), np.full(len(shares), self.shutter_open))
+        if self.back is not None:
+            if not callable(self.back):
+                raise CameraError("back is a function of origins and directions that returns raster and uv")
+            if self.time_dependent:
+                raise CameraError("a camera with a way back must not depend on time: add time_dependent=False")
+            self._way_back      # noqa: B018  (tested here, not in the first picture)
 
     @property
     def moves(self) -> bool:
@@ -99,6 +114,16 @@ class CustomCamera(Camera):
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """Step that calls the function; see `Camera.camera_steps`."""
         return [self._stage.step]
+
+    def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
+        """Stages by the user's way back, or None without one; see `Camera.film_landing`."""
+        return None if self.back is None else self._way_back.film_landing
+
+    @cached_property
+    def _way_back(self) -> CustomLanding:
+        assert self.back is not None
+        return CustomLanding(self.film, lambda raster, uv: self._checked_rays(raster, uv, np.zeros(len(raster))),
+                             self.back)
 
     @cached_property
     def _stage(self) -> PythonStage:

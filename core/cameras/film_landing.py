@@ -23,12 +23,15 @@ from lensbench.kernels.block import CLEARANCE, WEIGHT, B, L, M, N, Step, X, Y, Z
  PLANE_Z, FILM_P, FILM_S, PUPIL_P, PUPIL_S, APPROACH_FILM, APPROACH_PUPIL) = range(12)
 
 
+Triple = tuple[float, float, float]
+
+
 class FilmLanding(NamedTuple):
     """Stages of a camera for light that is traced from its source."""
 
     steps: list[Step]       # from a ray towards the film, X … N, and its WEIGHT to raster X, Y and WEIGHT
     bounding: list[Step]    # the same without the stop's blades; CLEARANCE then says by how much a ray passes or misses
-    front: float            # z (mm, camera frame) of the axis point before the lens at which rays are aimed
+    front: Triple           # point before the lens (mm, camera frame) at which rays are aimed
     radius: float           # mm; rays that miss the sphere of this radius about that point are blocked; 0: a pinhole
 
 
@@ -129,7 +132,7 @@ def ideal_film_landing(lens: Gaussian, film: Step, gain: float) -> FilmLanding |
     if determinant == 0.0:
         p[GAIN], p[FILM_S] = gain / slope**2 / pixel, 1.0 / slope
         arriving = [Step(land_ideal, p)]
-        return FilmLanding(arriving, arriving, z, 0.0)
+        return FilmLanding(arriving, arriving, (0.0, 0.0, z), 0.0)
 
     # Otherwise invert the 2 × 2 map from film and pupil point to P and S
     p[GAIN], p[APPROACH_PUPIL] = gain / (iris.area * determinant**2) / pixel, aim_p
@@ -139,7 +142,7 @@ def ideal_film_landing(lens: Gaussian, film: Step, gain: float) -> FilmLanding |
     swapped = Step(swap_raster_and_pupil, np.zeros(1))
     blades = [] if iris.is_round else [swapped, *iris.blocking(1.0), swapped]
     reach = abs(origin_p) + abs(origin) * math.hypot(p[HALF_X], p[HALF_Y])
-    return FilmLanding([*arriving, *blades], arriving, z, reach)
+    return FilmLanding([*arriving, *blades], arriving, (0.0, 0.0, z), reach)
 
 
 @stage

@@ -398,7 +398,7 @@ class LensCamera(Camera):
         first = lens.surfaces[0]
         reach = first.semi_diameter + min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
         return FilmLanding([*trace_steps(lens, self.film_distance, wavelength, "film"), arriving], [*whole, arriving],
-                       -lens.length - self.film_distance, reach)
+                       (0.0, 0.0, -lens.length - self.film_distance), reach)
 
     @property
     def gain(self) -> float:

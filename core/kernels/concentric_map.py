@@ -67,3 +67,29 @@ def unit_disk(uv) -> np.ndarray:
     angle = near / np.where(far != 0.0, far, 1.0) * (math.pi / 4)
     sine, cosine = far * np.sin(angle), far * np.cos(angle)
     return np.where(steep, (sine, cosine), (cosine, sine)).T.copy()
+
+
+def unit_square(points) -> np.ndarray:
+    """Pupil samples of points of a round pupil: the inverse of `unit_disk`.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        Points x, y in radii of the pupil.
+
+    Returns
+    -------
+    (n, 2) array
+        Pupil samples uv: in [0, 1]² inside the unit disk, and outside that square for points outside the disk.
+
+    References
+    ----------
+    Shirley and Chiu 1997, A low distortion map between disk and square.
+    """
+    x, y = np.asarray(points, float).T
+    steep = np.abs(y) > np.abs(x)
+    across, along = np.where(steep, (y, x), (x, y))
+    far = np.copysign(np.hypot(x, y), across)
+    near = far * np.arctan(along / np.where(across != 0.0, across, 1.0)) * (4 / math.pi)
+    a, b = np.where(steep, (near, far), (far, near))
+    return np.stack([0.5 * (b + 1.0), 0.5 * (a + 1.0)], 1)

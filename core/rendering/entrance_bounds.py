@@ -1,6 +1,6 @@
 """Entrance bounds: where light from a point must cross the entrance plane of a lens to reach the film.
 
-Each point has a rectangle on a plane through an axis point before the lens, perpendicular to the direction of the
+Each point has a rectangle on a plane through a point before the lens, perpendicular to the direction of the
 light; the first axis of the rectangle lies in the plane through the light and the optical axis. The search traces a
 grid of rays, then ever finer grids in the rectangle about the rays that passed, or about the ray that
 came nearest to passing. Camera frame, mm.
@@ -15,6 +15,7 @@ from lensbench.cameras.film_landing import FilmLanding
 from lensbench.kernels.block import CLEARANCE, KEYS, PITCH, WEIGHT, B, L, M, N, X, Y, Z, lane_buffer
 from lensbench.kernels.cache import njit
 from lensbench.kernels.program import Program, run_steps
+from lensbench.kernels.python_stage import raise_pending
 
 COLUMNS = 16                # rays along the first axis
 ROWS = B // COLUMNS         # and along the second
@@ -42,8 +43,9 @@ class EntranceBounds(NamedTuple):
 @njit(nogil=True, cache=True, error_model="numpy")
 def _set_ray(lanes, i, u, v, frame, front, px, py, pz):
     """Set lane i to the ray from a point P through the place (u, v) of its entrance plane."""
-    x, y = u * frame[0, 0] + v * frame[1, 0], u * frame[0, 1] + v * frame[1, 1]
-    z = u * frame[0, 2] + v * frame[1, 2] + front
+    x = u * frame[0, 0] + v * frame[1, 0] + front[0]
+    y = u * frame[0, 1] + v * frame[1, 1] + front[1]
+    z = u * frame[0, 2] + v * frame[1, 2] + front[2]
     l, m, n = x - px, y - py, z - pz
     size = 1.0 / math.sqrt(l * l + m * m + n * n)
     lanes[X * PITCH + i], lanes[Y * PITCH + i], lanes[Z * PITCH + i] = x, y, z
@@ -164,12 +166,14 @@ def entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.ndarray,
     boxes[:, 2:] = landing.radius
     if landing.radius > 0.0:
         program = Program(landing.bounding, real)
-        _find_bounds(points, radii, landing.front, frames, boxes, passing, best, lane_buffer(real), program.code)
+        _find_bounds(points, radii, np.array(landing.front), frames, boxes, passing, best, lane_buffer(real),
+                     program.code)
+        raise_pending()
     else:
         passing[:] = 1.0
         towards, frames = np.tile([0.0, 0.0, -1.0], (n, 1)), np.tile([[1.0, 0, 0], [0, 1.0, 0]], (n, 1, 1))
     passing[~is_boundable(landing, points, radii)] = 0.0
-    start = np.array([0.0, 0.0, landing.front])
+    start = np.array(landing.front)
     return EntranceBounds(start + np.einsum("ni,nij->nj", boxes[:, :2], frames), boxes[:, 2:, None] * frames,
                           towards, passing, start + np.einsum("ni,nij->nj", best, frames))
 
@@ -199,7 +203,7 @@ def shared_entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.n
     np.maximum.at(enclosing, group, needed)
 
     # Find the rectangle of each group; where its middle is dark, that of every point
-    found = entrance_bounds(landing, [0.0, 0.0, landing.front] + middle * far[:, None], enclosing, real)
+    found = entrance_bounds(landing, landing.front + middle * far[:, None], enclosing, real)
     found = EntranceBounds(*(values[group] for values in found))
     alone = np.nonzero(found.passing == 0.0)[0]
     if alone.size:
@@ -210,14 +214,14 @@ def shared_entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.n
 
 def is_boundable(landing: FilmLanding, points: np.ndarray, radii) -> np.ndarray:
     """Whether spheres about points (…, 3) have entrance bounds: they lie before the lens, and not near it."""
-    towards = points - [0.0, 0.0, landing.front]
+    towards = points - landing.front
     distance = np.sqrt((towards**2).sum(-1))
     return ((towards[..., 2] <= -LEAST_COSINE * distance)
             & (distance >= LEAST_DISTANCE * (landing.radius + radii)))
 
 
 def _directions(landing: FilmLanding, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit directions (n, 3) and distances (n,) of points (n, 3) from the axis point before the lens."""
-    towards = points - [0.0, 0.0, landing.front]
+    """Unit directions (n, 3) and distances (n,) of points (n, 3) from the point before the lens."""
+    towards = points - landing.front
     distance = np.sqrt((towards**2).sum(1))
     return towards / distance[:, None], distance

@@ -49,6 +49,7 @@ from lensbench.kernels.block import (
 from lensbench.kernels.cache import njit
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program, run_steps
+from lensbench.kernels.python_stage import raise_pending
 from lensbench.kernels.sampling import sobol_net
 from lensbench.optics.glass import D_LINE
 from lensbench.rendering.light_layer import (
@@ -221,8 +222,10 @@ class LightImage:
     def _list_rays(self, found: np.ndarray, lanes: np.ndarray, task: _Task) -> int:
         """Trace a task and list the rays that reach the film; returns their number."""
         light, program = self._selected[task.light], task.program
-        return _list_rays(found, lanes, program.code, task.light, task.first, task.blocks, self._seed,
-                          light.image if light.shared > 0 else NO_IMAGE, light.is_round)
+        n = _list_rays(found, lanes, program.code, task.light, task.first, task.blocks, self._seed,
+                       light.image if light.shared > 0 else NO_IMAGE, light.is_round)
+        raise_pending()
+        return n
 
     def _own_number(self, number: int) -> int:
         """The number of passes with lights before this one."""

@@ -142,7 +142,7 @@ def _paths(landing: FilmLanding, mirrors: list[SpecularObject], centres: np.ndar
     straight path only.
     """
     # Collect the points that need bounds: lights, their mirror images, and balls as a whole
-    start = np.array([0.0, 0.0, landing.front])
+    start = np.array(landing.front)
     decided, parts = np.ones(len(centres), bool), [(np.arange(len(centres)), -1, centres, radii)]
     for k, mirror in enumerate(mirrors):
         if mirror.radius > 0.0 and not is_boundable(landing, mirror.centre, mirror.radius):
@@ -187,7 +187,7 @@ def _candidates(scene: Scene, landing: FilmLanding, small: list[SmallLight], mir
             centres[at] = mirror_image(mirror, centres[at], True)
             for axis in axes:
                 axis[at] = mirror_image(mirror, axis[at], False)
-    start = np.array([0.0, 0.0, landing.front])
+    start = np.array(landing.front)
     origin = np.where(balls[:, 3:4] > 0.0, balls[:, :3], start)
     reach = np.sqrt((np.abs(bounds.axes).sum(1)**2).sum(1)) + np.sqrt(((bounds.middles - start)**2).sum(1))
     rights, ups = _covers(is_ball[which], radii[which], axes, centres - origin,

@@ -116,7 +116,7 @@ def test_no_light_that_would_pass_the_lens_misses_the_rectangle_before_it(name, 
             point = middle + [*offset, 0.0]
             cross, directions, passed, _ = through_the_front(camera, point)
             assert passed.sum() > 100
-            start = np.column_stack([cross, np.full(len(cross), landing.front)])[passed]
+            start = np.column_stack([cross, np.full(len(cross), landing.front[2])])[passed]
             w, d = front.towards[0], directions[passed]
             on_plane = start + d * (((front.middles[0] - start) @ w) / (d @ w))[:, None]
             a, b = ((on_plane - front.middles[0]) @ axis / (axis @ axis) for axis in front.axes[0])
