@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from lensbench.lightfields.light_field import LightField, LightFieldError, light_field_bytes
     from lensbench.lightfields.lumigraph import Lumigraph, NovelView, array_camera, capture_lumigraph, lumigraph_pinhole
     from lensbench.lightfields.plenoptic import PlenopticCamera, RawPicture
+    from lensbench.optics.coatings import COATINGS, Coating, CoatingError, Layer, Reflectance
     from lensbench.optics.depth_of_field import (
         circle_of_confusion,
         depth_of_field,
@@ -147,6 +148,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "lightfields.light_field": "LightField LightFieldError light_field_bytes",
     "lightfields.lumigraph": "Lumigraph NovelView array_camera capture_lumigraph lumigraph_pinhole",
     "lightfields.plenoptic": "PlenopticCamera RawPicture",
+    "optics.coatings": "COATINGS Coating CoatingError Layer Reflectance",
     "optics.depth_of_field":
         "circle_of_confusion depth_of_field hyperfocal real_circle_of_confusion thick_circle_of_confusion",
     "optics.focus": "FocusError film_distance focused focused_distance nearest_focus section_foci",
@@ -170,22 +172,23 @@ _HOMES = {           # the imports above, as they are made at run time
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
-    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Aperture", "ApertureKind",
-    "BareSensor", "Camera", "CameraError", "ChiefRay", "Choice", "CustomCamera", "Depth", "Differentials", "Disk",
-    "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure", "ExposureError", "Falloff", "Fate",
-    "FieldKind", "FieldPoint", "Film", "FilmError", "FilmPose", "FirstOrder", "FisheyeCamera", "Floor", "FocusError",
-    "Glass", "GlassError", "Image", "ImageSky", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
-    "LensError", "LightField", "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "Mesh", "NovelView",
-    "OrthographicCamera", "Pattern", "PerspectiveCamera", "Picture", "PinholeCamera", "Places", "PlenopticCamera",
-    "Positions", "PositionsError", "RawPicture", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel",
-    "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "SystemData", "SystemDataError", "Trace", "TransformError",
-    "Vignetting", "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene",
-    "capture_light_field", "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion", "depth_map",
-    "depth_of_field", "depth_resolution", "develop", "distortion", "distortion_grid", "equivalent", "ev100",
-    "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent", "find_depth",
-    "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance", "light_field_bytes",
-    "load_scene", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus", "open_region",
-    "photograph_scene", "picture_through", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render",
-    "save", "section_foci", "seidel", "show", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
-    "transmission", "unit_disk", "unit_square", "vignetting", "working_f_number",
+    "AIR", "COATINGS", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Aperture",
+    "ApertureKind", "BareSensor", "Camera", "CameraError", "ChiefRay", "Choice", "Coating", "CoatingError",
+    "CustomCamera", "Depth", "Differentials", "Disk", "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil",
+    "Exposure", "ExposureError", "Falloff", "Fate", "FieldKind", "FieldPoint", "Film", "FilmError", "FilmPose",
+    "FirstOrder", "FisheyeCamera", "Floor", "FocusError", "Glass", "GlassError", "Image", "ImageSky", "Importance",
+    "Intrinsics", "Iris", "IrisError", "Layer", "Lens", "LensCamera", "LensError", "LightField", "LightFieldError",
+    "Lumigraph", "Material", "Medium", "MediumError", "Mesh", "NovelView", "OrthographicCamera", "Pattern",
+    "PerspectiveCamera", "Picture", "PinholeCamera", "Places", "PlenopticCamera", "Positions", "PositionsError",
+    "RawPicture", "Rays", "Rectangle", "Reflectance", "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky",
+    "Spaces", "Sphere", "Sun", "Surface", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting",
+    "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field",
+    "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion", "depth_map", "depth_of_field",
+    "depth_resolution", "develop", "distortion", "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff",
+    "fate_colours", "field_of_view", "film_distance", "film_extent", "find_depth", "first_order", "focal_length",
+    "focused", "focused_distance", "hyperfocal", "irradiance", "light_field_bytes", "load_scene", "look_at",
+    "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus", "open_region", "photograph_scene",
+    "picture_through", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "save", "section_foci",
+    "seidel", "show", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "unit_disk",
+    "unit_square", "vignetting", "working_f_number",
 ]

@@ -226,8 +226,12 @@ def glass_loss(glass: Glass, i: int, with_maker: bool = False,
 
 
 def _beyond_surfaces(lens: Lens) -> list[Finding]:
-    """Findings about properties that no other format holds: the blades of the stop, the index in front."""
+    """Findings about properties that no other format holds: blades of the stop, coatings, the index in front."""
     remarks = []
+    coated = [i for i, surface in enumerate(lens.surfaces) if surface.coating is not None]
+    if coated:
+        remarks.append(note(Kind.LEFT_OUT, f"the coatings of {len(coated)} of {len(lens.surfaces)} surfaces are left "
+                                           "out", coated[0] if len(coated) == 1 else None))
     if not lens.iris.is_round:
         remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as the circle about them",
                             lens.stop_index))

@@ -1,11 +1,9 @@
-"""The coating that the T-stop of a lens assumes: chosen, or by the year of the lens."""
+"""The coating that T-stop and ghosts of a lens assume: chosen, or by the year of the lens."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
 import lensbench as lb
 from lensbench.app.state.lens_settings import AUTO
-from lensbench.kernels.figures import significant
-from lensbench.optics.transmission import COATINGS
 
 if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
@@ -21,7 +19,17 @@ class Coating(NamedTuple):
 
 
 def coating(settings: "Settings", lens: lb.Lens) -> Coating:
-    """The coating of these settings; by default that of the year of the lens, and single-layer where none is known."""
+    """The coating of these settings; by default that of the year of the lens, and single-layer where none is known.
+
+    Surfaces that carry a coating of their own keep it.
+    """
+    found = _assumed(settings, lens)
+    own = sum(surface.coating is not None for surface in lens.surfaces)
+    return found if not own else found._replace(why=f"{found.why}; {own} of {len(lens.surfaces)} surfaces have a "
+                                                    "coating of their own")
+
+
+def _assumed(settings: "Settings", lens: lb.Lens) -> Coating:
     if settings.coating != AUTO:
         return Coating(settings.coating, f"{_loss(settings.coating)}; chosen")
     if lens.year is None:
@@ -31,5 +39,5 @@ def coating(settings: "Settings", lens: lb.Lens) -> Coating:
 
 
 def _loss(name: str) -> str:
-    part = COATINGS[name]
-    return "the reflection of bare glass" if part is None else f"{significant(100.0 * part)} % lost a surface to air"
+    return {"uncoated": "the reflection of bare glass", "single-layer": "a quarter wave of MgF₂",
+            "multi-layer": "three layers on every surface to air"}[name]

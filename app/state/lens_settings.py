@@ -19,5 +19,6 @@ class LensSettings:
         None, unit="mm", bounds=LENGTH, none="designed", read=read_length, metavar="LENGTH",
         help="scale the whole prescription to this focal length (of a zoom its shortest), such as 35mm")
     coating: str = setting("auto", choices=COATINGS, restarts=NOTHING, figures=True,
-                           help="of the surfaces to air, for the T-stop alone: uncoated, single-layer (1.5%% lost a "
-                           "surface), multi-layer (0.3%%), or auto, by the year of the lens: coated after 1945")
+                           help="of the surfaces to air, for T-stop and ghosts: uncoated, single-layer (MgF2, about "
+                           "1.3%% lost a surface), multi-layer (three layers, 0.3%%), or auto, by the year of the "
+                           "lens: coated after 1945")

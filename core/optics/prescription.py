@@ -17,6 +17,7 @@ import numpy as np
 from lensbench.kernels.figures import significant
 from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.lazy_names import called
+from lensbench.optics.coatings import Coating
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import AIR, D_LINE, Glass
 from lensbench.optics.iris import Iris, IrisError
@@ -53,6 +54,8 @@ class Surface:
     curvature_x : float or None
         None for rotational symmetry. Otherwise the curvature (1/mm) of the section x–z, and `curvature` is that of
         y–z: a cylinder or toroid, which has neither conic nor aspheric terms.
+    coating : Coating or None
+        None: not known; what asks for it then says which it assumes.
     radius : float
         Keyword alone, in place of the curvature: R in mm, positive if the centre of curvature lies at +z; math.inf for
         a plane.
@@ -70,10 +73,11 @@ class Surface:
     conic: float = 0.0
     aspheric: tuple[tuple[int, float], ...] = ()
     curvature_x: float | None = None
+    coating: Coating | None = None
 
     def __init__(self, curvature: float | None = None, thickness: float = 0.0, semi_diameter: float | None = None,
                  glass: Glass = AIR, conic: float = 0.0, aspheric: Iterable[tuple[int, float]] = (),
-                 curvature_x: float | None = None, *, radius: float | None = None):
+                 curvature_x: float | None = None, coating: Coating | None = None, *, radius: float | None = None):
         if semi_diameter is None:
             raise TypeError("a surface needs its semi_diameter, the radius of its rim in mm")
         if (curvature is None) == (radius is None):
@@ -83,7 +87,7 @@ class Surface:
                 raise LensError(f"radius of curvature {radius}: it must be a number of mm, or math.inf for a plane")
             curvature = 1.0 / radius
         given = {"curvature": curvature, "thickness": thickness, "semi_diameter": semi_diameter, "glass": glass,
-                 "conic": conic, "aspheric": aspheric, "curvature_x": curvature_x}
+                 "conic": conic, "aspheric": aspheric, "curvature_x": curvature_x, "coating": coating}
         for name, value in given.items():
             object.__setattr__(self, name, value)
         self._check()

@@ -7,6 +7,7 @@ from math import hypot, inf, pi, sqrt
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.axial_bundle import marginal_height
+from lensbench.optics.coatings import BARE, Coating, named_coating
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError
@@ -46,12 +47,29 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
     return 1.0 / (2.0 * sine) if sine > 0.0 else inf
 
 
-# Reflected part of a coated surface to air, a usual mean over visible light; None: as bare glass reflects
-COATINGS: dict[str, float | None] = {"uncoated": None, "single-layer": 0.015, "multi-layer": 0.003}
+def surface_coatings(lens: Lens, coating: str | Coating = "uncoated") -> tuple[Coating, ...]:
+    """The coating of each surface: its own, else the given one where it meets air, else none.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    coating : str or Coating
+        Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer" (`COATINGS`), or
+        any coating. Cemented surfaces are bare.
+
+    Raises
+    ------
+    CoatingError
+        For an unknown name.
+    """
+    usual, n = named_coating(coating), lens.indices()
+    return tuple(surface.coating if surface.coating is not None else usual if 1.0 in n[i:i + 2] else BARE
+                 for i, surface in enumerate(lens.surfaces))
 
 
-def transmission(lens: Lens, wavelength: float = D_LINE, coating: str = "uncoated") -> float:
-    """Transmitted part of the light on the axis: Π (1 − R), for bare surfaces R = ((n′ − n) / (n′ + n))² by Fresnel.
+def transmission(lens: Lens, wavelength: float = D_LINE, coating: str | Coating = "uncoated") -> float:
+    """Transmitted part of the light on the axis: Π (1 − R), R the reflectance of each surface at normal incidence.
 
     Parameters
     ----------
@@ -59,9 +77,8 @@ def transmission(lens: Lens, wavelength: float = D_LINE, coating: str = "uncoate
         The lens; absorption in the glass is neglected.
     wavelength : float
         Micrometres.
-    coating : {"uncoated", "single-layer", "multi-layer"}
-        Of the surfaces to air, which reflect 1.5 % with a single layer and 0.3 % with several, or less where the bare
-        surface does. Cemented surfaces are bare.
+    coating : str or Coating
+        As of `surface_coatings`.
 
     Returns
     -------
@@ -70,23 +87,18 @@ def transmission(lens: Lens, wavelength: float = D_LINE, coating: str = "uncoate
 
     Raises
     ------
-    LensError
+    CoatingError
         For an unknown coating.
     """
-    if coating not in COATINGS:
-        raise LensError(f"coating {coating!r}: choose one of {', '.join(COATINGS)}")
-    coated = COATINGS[coating]
     n = lens.indices(wavelength)
     passed = 1.0
-    for before, after in zip(n[:-1], n[1:], strict=True):
-        reflected = ((after - before) / (after + before)) ** 2
-        if coated is not None and 1.0 in (before, after):
-            reflected = min(reflected, coated)
-        passed *= 1.0 - reflected
+    for own, before, after in zip(surface_coatings(lens, coating), n[:-1], n[1:], strict=True):
+        if before != after:
+            passed *= 1.0 - float(own.reflectance(before, after, wavelength=wavelength).mean)
     return passed
 
 
-def t_number(lens: Lens, coating: str = "uncoated") -> float:
+def t_number(lens: Lens, coating: str | Coating = "uncoated") -> float:
     """f-number of a lens without losses and blades that passes as much light.
 
     It is N / √(transmission · open part of the stop), N the f-number for an object at infinity.
@@ -95,8 +107,8 @@ def t_number(lens: Lens, coating: str = "uncoated") -> float:
     ----------
     lens : Lens
         The lens.
-    coating : {"uncoated", "single-layer", "multi-layer"}
-        Of its surfaces to air, as in `transmission`.
+    coating : str or Coating
+        As of `surface_coatings`.
 
     Returns
     -------

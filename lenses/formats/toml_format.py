@@ -26,7 +26,7 @@ medium are those *after* the surface. Radius 0 or inf is a plane, V_d 0 is unkno
 "stop" at the end of a row marks the aperture stop. Tables hold the properties that few
 surfaces have, by the number of the surface from 0: `aspheric`, the coefficients of r^p
 (mm^(1−p)); `radius_x`, the radius of a cylinder or toroid in the section x–z (`radius`
-is that of y–z); `dispersion`, the formula of a glass. `positions` holds the gaps of a
+is that of y–z); `dispersion`, the formula of a glass; `coating` (see `coating_table`). `positions` holds the gaps of a
 zoom lens, or of a lens that moves groups to focus (see `position_table`), `system` what
 the lens was designed for (see `system_table`). `front_index`
 is the index of the medium in front of the lens, such as water. The table `stop`
@@ -43,7 +43,7 @@ from typing import Any
 
 from lensbench.kernels.quotation import excerpt
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.formats import position_table, system_table, toml_header
+from lensbench.lenses.formats import coating_table, position_table, system_table, toml_header
 from lensbench.lenses.formats.toml_header import line_of, parse
 from lensbench.lenses.formats.toml_text import digits, listed, quoted
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
@@ -188,7 +188,8 @@ def _numbers(value: object) -> Any:
 
 
 # The reader of an entry of each table behind the rows
-ENTRIES: dict[str, Callable[[object], Any]] = {"aspheric": _terms, "radius_x": curvature, "dispersion": _dispersion}
+ENTRIES: dict[str, Callable[[object], Any]] = {"aspheric": _terms, "radius_x": curvature, "dispersion": _dispersion,
+                                                   "coating": coating_table.read}
 
 
 def _entry_line(text: str, table: str, key: str) -> int | None:
@@ -219,7 +220,7 @@ def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tup
         if "dispersion" in more:
             made = replace(made, glass=Glass(made.glass.n_d, made.glass.v_d, glass, **more["dispersion"]))
         made = replace(made, conic=number(values.get("conic", 0.0), "conic"), aspheric=more.get("aspheric", ()),
-                       curvature_x=more.get("radius_x"))
+                       curvature_x=more.get("radius_x"), coating=more.get("coating"))
         check_sizes(made)
     except ValueError as error:
         raise RowError(str(error)) from None
@@ -276,6 +277,8 @@ def _entries(lens: Lens) -> dict[str, dict[int, str]]:
             tables["aspheric"][i] = f"{{ {', '.join(f'r{power} = {digits(a)}' for power, a in s.aspheric)} }}"
         if s.curvature_x is not None:
             tables["radius_x"][i] = radius_text(s.curvature_x)
+        if s.coating is not None:
+            tables["coating"][i] = coating_table.entry(s.coating)
         if glass != Glass(glass.n_d, glass.v_d, glass.name):
             ends = "" if glass.wavelengths is None else f", wavelengths = {listed(glass.wavelengths)}"
             tables["dispersion"][i] = (f"{{ formula = {quoted(glass.formula)}, "

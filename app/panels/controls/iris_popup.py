@@ -20,8 +20,9 @@ from lensbench.optics.iris import Iris
 
 SHORT = {AUTO: "Year", "uncoated": "None", "single-layer": "Single", "multi-layer": "Multi"}
 COATING_TIPS = {AUTO: "By the year of the lens: coated after 1945, with several layers after 1970",
-                "uncoated": "Bare glass", "single-layer": "One layer: 1.5 % is lost at each surface to air",
-                "multi-layer": "Several layers: 0.3 % is lost at each surface to air"}
+                "uncoated": "Bare glass",
+                "single-layer": "A quarter wave of MgF₂: about 1.3 % is lost at each surface to air",
+                "multi-layer": "Three layers: about 0.3 % is lost at each surface to air"}
 BLADES = (0, 5, 6, 7, 8, 9, 11)
 
 
@@ -50,7 +51,7 @@ def stop_popup(settings: Settings) -> Settings:
         settings = replace(settings, coating=toggles("Coating", SHORT, settings.coating, COATING_TIPS, 3.9))
         with suppress(ValueError, OSError):
             of = coating(settings, design(settings))
-            small_note(f"For the T-stop: {of.name}, {of.why}")
+            small_note(f"For T-stop and ghosts: {of.name}, {of.why}")
     return settings
 
 

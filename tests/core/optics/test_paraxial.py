@@ -154,17 +154,24 @@ def test_transmission_is_fresnels_at_every_glass_surface():
 
 def test_a_coating_replaces_the_reflection_of_surfaces_to_air_alone():
     one = biconvex(index=1.5)
-    assert lb.transmission(one, coating="single-layer") == pytest.approx(0.985**2, rel=1e-15)
-    assert lb.t_number(one, "multi-layer") == pytest.approx(lb.first_order(one).f_number / 0.997, rel=1e-15)
-    weak = biconvex(index=1.1)                      # bare, it reflects less than a layer
-    assert lb.transmission(weak, coating="single-layer") == lb.transmission(weak)
+    layer = ((1.38**2 - 1.5) / (1.38**2 + 1.5)) ** 2            # a quarter wave at 0.55 µm
+    assert lb.transmission(one, 0.55, "single-layer") == pytest.approx((1.0 - layer)**2, rel=1e-14)
+    assert lb.transmission(one, 0.55, lb.Coating.table((0.5,), (0.02,))) == pytest.approx(0.98**2, rel=1e-14)
     gauss = lens("dgauss")
-    n = gauss.indices()
-    by_hand = np.prod([1.0 - (0.003 if 1.0 in (a, b) else ((a - b) / (a + b)) ** 2)
+    n = gauss.indices(0.55)
+    by_hand = np.prod([1.0 - (0.0 if 1.0 in (a, b) else ((a - b) / (a + b)) ** 2)      # none at 0.55 µm to air
                        for a, b in zip(n[:-1], n[1:], strict=True) if a != b])
-    assert lb.transmission(gauss, coating="multi-layer") == pytest.approx(by_hand, rel=1e-12)
-    with pytest.raises(lb.LensError, match="choose one of"):
+    assert lb.transmission(gauss, 0.55, coating="multi-layer") == pytest.approx(by_hand, rel=1e-12)
+    with pytest.raises(lb.CoatingError, match="choose one of"):
         lb.transmission(one, coating="gold")
+
+
+def test_a_surface_with_a_coating_of_its_own_keeps_it():
+    one = biconvex(index=1.5)
+    first = replace(one.surfaces[0], coating=lb.Coating.table((0.5,), (0.1,)))
+    own = replace(one, surfaces=(first, *one.surfaces[1:]))
+    assert lb.transmission(own) == pytest.approx(0.9 * 0.96, rel=1e-14)
+    assert lb.transmission(own, 0.55, lb.Coating()) == lb.transmission(own, 0.55, "uncoated")
 
 
 def test_equal_lenses_are_found_by_their_hash_also_in_another_process():

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import lensbench as lb
 from lensbench import AIR, Glass, Lens, Surface, lenses
 from tests.library import EVERY
 
@@ -233,3 +234,37 @@ def load_text(folder, text):
     path = folder / "lens.toml"
     path.write_text(text, encoding="utf-8")
     return lenses.load(path)
+
+
+COATED = ROWS + """
+[coating]
+0 = "multi-layer"
+1 = { layers = [[1.38, 0.25], [2.05, 0.5], ["matched", 0.25]], wavelength = 0.53 }
+3 = { wavelengths = [0.45, 0.65], angles_deg = [0.0, 40.0], reflectances = [[0.004, 0.01], [0.003, 0.009]] }
+"""
+
+
+def test_coatings_are_kept_to_the_last_bit_and_other_formats_say_that_they_leave_them_out(tmp_path):
+    (tmp_path / "a.toml").write_text(COATED)
+    lens = lenses.load(tmp_path / "a.toml")
+    first, second, stop, last = (surface.coating for surface in lens.surfaces)
+    assert first == lb.COATINGS["multi-layer"] and stop is None
+    assert second.layers[2].index is None and second.wavelength == 0.53
+    assert last.angles[1] == math.radians(40.0) and last.reflectances[1][0] == 0.003
+    odd = replace(lens, surfaces=(replace(lens.surfaces[0], coating=replace(last, angles=(0.0, 0.7))),
+                                  *lens.surfaces[1:]))
+    for each in (lens, odd):
+        assert not lenses.save(each, tmp_path / "b.toml") and lenses.load(tmp_path / "b.toml") == each
+    assert any("coatings of 3 of 4 surfaces" in finding.message for finding in lenses.save(lens, tmp_path / "c.len"))
+
+
+@pytest.mark.parametrize(("entry", "message"), [
+    ('"gold"', "is no coating"), ("{ layers = [[1.38]] }", "a layer is its index"),
+    ("{ layers = [[0.2, 0.25]] }", "must lie between 1 and 10"), ("{}", "a coating is a name"),
+    ("{ wavelengths = [0.5], reflectances = [[2.0]] }", "from 0 to 1|between 0 and 1"),
+    ("{ wavelengths = [0.5], angles = [0.0], angles_deg = [0.0], reflectances = [[0.1]] }", "not both")])
+def test_a_wrong_coating_names_its_line(tmp_path, entry, message):
+    (tmp_path / "a.toml").write_text(f"{ROWS}[coating]\n1 = {entry}\n")
+    with pytest.raises(lenses.LensFileError, match=message) as found:
+        lenses.load(tmp_path / "a.toml")
+    assert found.value.line == ROWS.count("\n") + 2
