@@ -43,13 +43,13 @@ class Reflectance(NamedTuple):
 
 
 class Layer(NamedTuple):
-    """A thin layer: its index, and its optical thickness n d in waves of the coating's design wavelength.
+    """A thin layer: its index n, and its optical thickness n d in waves of the coating's design wavelength.
 
-    index None: n₁ √(n / n₀) for the glass n that is coated in a medium n₀, n₁ the first layer; this makes the
+    n None: n₁ √(n / n₀) for the glass n that is coated in a medium n₀, n₁ the first layer; this makes the
     reflectance of a quarter, half and quarter wave zero at the design wavelength, whatever the glass.
     """
 
-    index: float | None
+    n: float | None
     waves: float
 
 

@@ -249,7 +249,7 @@ def test_coatings_are_kept_to_the_last_bit_and_other_formats_say_that_they_leave
     lens = lenses.load(tmp_path / "a.toml")
     first, second, stop, last = (surface.coating for surface in lens.surfaces)
     assert first == lb.COATINGS["multi-layer"] and stop is None
-    assert second.layers[2].index is None and second.wavelength == 0.53
+    assert second.layers[2].n is None and second.wavelength == 0.53
     assert last.angles[1] == math.radians(40.0) and last.reflectances[1][0] == 0.003
     odd = replace(lens, surfaces=(replace(lens.surfaces[0], coating=replace(last, angles=(0.0, 0.7))),
                                   *lens.surfaces[1:]))
