@@ -189,7 +189,7 @@ class Coating:
         def cosine(index: float) -> np.ndarray:
             return np.sqrt((1.0 - (tangential / index) ** 2).astype(complex))
 
-        first = self.layers[0].index if self.layers else None
+        first = self.layers[0].n if self.layers else None
         stack = [((first or 1.0) * (high / low) ** 0.5 if index is None else index, waves)
                  for index, waves in self.layers]
         found = []
