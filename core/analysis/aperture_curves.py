@@ -3,17 +3,20 @@
 Lengths in mm. Foci are measured from the film, positive behind it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isinf, nan
 
 import numpy as np
 
 from lensbench.analysis.axial_curves import paraxial_focus
+from lensbench.analysis.axial_rays import RadialBeam, axial_rays, on_axis
 from lensbench.analysis.chief_rays import find_chief_rays
 from lensbench.analysis.falloff import Falloff, falloff
 from lensbench.analysis.field_conditions import Conditions
 from lensbench.analysis.focus_map import best_places, through_focus
 from lensbench.analysis.grid_trace import ray_grid
+from lensbench.analysis.traced_grid import RayGrid
 from lensbench.imaging.film import Film
 from lensbench.kernels.figures import f_number_text, significant
 from lensbench.optics.finding import Finding, Kind
@@ -21,14 +24,16 @@ from lensbench.optics.focus import FocusError, focused, nearest_focus
 from lensbench.optics.focus import film_distance as focus_on
 from lensbench.optics.paraxial import first_order, stopped_down
 from lensbench.optics.prescription import Lens, LensError
-from lensbench.optics.system import FieldKind
 
 STOPS = 8               # half stops from the widest, that focus shift takes by default
 FREQUENCY = 30.0        # cycles/mm, at which the MTF chooses a focus
 PLACES = 81             # of the film, for the MTF
-PUPIL = 64
+PUPIL = 64              # points across a pupil that is not round
+RAYS, REACH = 97, 1.03  # rays of a round one, to beyond the rim of the stop
 DISTANCES = 12          # focus distances of breathing, by default
 FARTHEST = 100.0        # focal lengths: beyond, breathing changes no more
+
+_Beam = tuple[float, float, Callable[[float, np.ndarray], np.ndarray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,25 +136,44 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
         raise LensError("this lens is afocal: it has no focus to shift")
     numbers = widest * np.sqrt(2.0) ** np.arange(STOPS + 1) if f_numbers is None else \
         np.atleast_1d(np.asarray(f_numbers, float))
-    axis = Conditions(FieldKind.REAL_IMAGE_HEIGHT, ((0.0, 0.0),), conditions.wavelengths, conditions.weights,
-                      conditions.primary, conditions.object_distance)
+    radial = lens.is_rotationally_symmetric and lens.iris.is_round
+    wide = axial_rays(lens, film_distance, conditions, np.linspace(0.0, REACH, RAYS)) if radial else None
+    shares = np.array(conditions.weights)
     blur, mtf, depth = (np.full(len(numbers), nan) for _ in range(3))
     for i, number in enumerate(numbers):
-        rays = ray_grid(stopped_down(lens, float(number)), film_distance, axis, PUPIL)
-        # Sums over the colours' rays: rms blur is least at −Σ offset slope / Σ slope²
-        share = np.array(axis.weights)[:, None, None] * rays.weight[0]
-        s, t, m_s, m_t = rays.light[:, 0]
-        spread = (share * (m_s**2 + m_t**2)).sum()
-        blur[i] = -(share * (s * m_s + t * m_t)).sum() / spread
-        cone = np.sqrt(spread / share.sum())            # rms slope
+        stopped = stopped_down(lens, float(number))
+        share = stopped.stop.semi_diameter / lens.stop.semi_diameter
+        known = wide is not None and wide.pass_within(share)
+        product, square, otf = _round_beam(wide.within(share), shares) if wide is not None and known else \
+            _traced_beam(ray_grid(stopped, film_distance, on_axis(conditions), PUPIL), shares)
+        # rms blur is least at −mean (offset slope) / mean slope²
+        blur[i] = -product / square
+        cone = np.sqrt(square)                          # rms slope
         depth[i] = 0.5 * limit / (np.sqrt(2.0) * cone)
         reach = max(3.0 / (frequency * cone * 2.0 * np.sqrt(2.0)), 2.0 * abs(blur[i]))
         places = blur[i] + np.linspace(-0.5 * reach, 0.5 * reach, PLACES)
-        otf = np.einsum("cak,c->k", through_focus(rays, frequency, places)[0], axis.weights)
-        mtf[i] = best_places(places, np.abs(otf)[None])[0]
-    foci = [paraxial_focus(lens, axis.object_distance, line) for line in axis.wavelengths]
-    return FocusShift(numbers, blur, mtf, float(np.average(foci, weights=axis.weights)) - film_distance, frequency,
-                      depth, limit)
+        mtf[i] = best_places(places, np.abs(otf(frequency, places)).mean(0)[None])[0]
+    foci = [paraxial_focus(lens, conditions.object_distance, line) for line in conditions.wavelengths]
+    paraxial = float(np.average(foci, weights=conditions.weights)) - film_distance
+    return FocusShift(numbers, blur, mtf, paraxial, frequency, depth, limit)
+
+
+def _round_beam(beams: list[RadialBeam], shares: np.ndarray) -> _Beam:
+    """Of a round pupil in each wavelength: mean offset × slope, mean slope², and the white OTF (axes, K) at K places of
+    the film; one axis, for both are alike.
+    """
+    product, square = shares @ np.array([beam.moments() for beam in beams])
+    return product, square, lambda frequency, places: shares @ np.stack(
+        [beam.through_focus(frequency, places)[None] for beam in beams], 1)
+
+
+def _traced_beam(rays: RayGrid, shares: np.ndarray) -> _Beam:
+    """The same of a grid with one field on the axis, for pupils that are not round."""
+    weight = shares[:, None, None] * rays.weight[0]
+    s, t, m_s, m_t = rays.light[:, 0]
+    total = weight.sum()
+    return (float((weight * (s * m_s + t * m_t)).sum() / total), float((weight * (m_s**2 + m_t**2)).sum() / total),
+            lambda frequency, places: np.einsum("cak,c->ak", through_focus(rays, frequency, places)[0], shares))
 
 
 def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None = None) -> Breathing:

@@ -9,13 +9,12 @@ from math import inf, isinf, nan
 import numpy as np
 
 from lensbench.analysis.aberrations import check_symmetry
-from lensbench.analysis.fans import ray_fans
+from lensbench.analysis.axial_rays import axial_rays
+from lensbench.analysis.field_beams import OFFSET_T, SLOPE_T
 from lensbench.analysis.field_conditions import Conditions
-from lensbench.analysis.grid_trace import ray_grid
 from lensbench.optics.glass import GlassError
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError
-from lensbench.optics.system import FieldKind
 
 HEIGHTS, COLOURS = 33, 61
 VIOLET, RED = 0.4, 0.7          # µm, ends of the visible spectrum
@@ -83,15 +82,14 @@ def longitudinal_aberration(lens: Lens, film_distance: float, conditions: Condit
     check_symmetry(lens)
     if points < 2:
         raise LensError(f"{points} heights: at least 2 are needed")
-    axis = Conditions(FieldKind.REAL_IMAGE_HEIGHT, ((0.0, 0.0),), conditions.wavelengths, conditions.weights,
-                      conditions.primary, conditions.object_distance)
-    fans = ray_fans(ray_grid(lens, film_distance, axis), 2 * points - 1)
-    upper = slice(points - 1, None)
+    rays = axial_rays(lens, film_distance, conditions, np.linspace(0.0, 1.0, points))
+    if not (rays.victim == -1).any():
+        raise LensError("rims end all rays of the axis")
     with np.errstate(divide="ignore", invalid="ignore"):
-        foci = np.where(fans.passed, -fans.offset[..., 1] / fans.slope[..., 1], nan)[0, 1, :, upper]
+        foci = np.where(rays.victim == -1, -rays.rows[:, OFFSET_T] / rays.rows[:, SLOPE_T], nan)
     foci[:, 0] = [paraxial_focus(lens, conditions.object_distance, line) - film_distance
                   for line in conditions.wavelengths]
-    return Longitudinal(conditions, fans.heights[upper], foci)
+    return Longitudinal(conditions, rays.heights, foci)
 
 
 def chromatic_focal_shift(lens: Lens, film_distance: float, conditions: Conditions,

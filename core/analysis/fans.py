@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.analysis.field_beams import OFFSET_S, OFFSET_T, OPD, SLOPE_S, SLOPE_T
+from lensbench.analysis.field_beams import OFFSET_S, OFFSET_T, OPD, SLOPE_S, SLOPE_T, FieldBeams
 from lensbench.analysis.traced_grid import RayGrid
 from lensbench.optics.prescription import LensError
 
@@ -91,20 +91,8 @@ def ray_fans(rays: RayGrid, points: int = 65) -> Fans:
     beams, count = rays.beams, len(rays.images)
     heights = np.linspace(-1.0, 1.0, points)
     pupil = np.full((2, count, 2, points), np.nan)              # coordinate, field, fan, ray
-    steps = REACH * np.linspace(-1.0, 1.0, SEARCH)
     for a in (0, 1):
-        # The pupil coordinate at even heights in the stop
-        slope = beams.stop_slopes[:, :, a]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            extent = 1.0 / np.hypot(slope[:, 0], slope[:, 1])
-        line = beams.chief_pupil[:, a, None] + extent[:, None] * steps
-        other = np.broadcast_to(beams.chief_pupil[:, 1 - a, None], line.shape)
-        at = np.einsum("kfq,fk->fq", beams.on_stop(*((line, other) if a == 0 else (other, line))), beams.axes[:, a])
-        for f in range(count):
-            good = np.isfinite(at[f])
-            if good.sum() > 3:
-                order = np.argsort(at[f][good])
-                pupil[a, f, a] = np.interp(heights, at[f][good][order], line[f][good][order], np.nan, np.nan)
+        pupil[a, :, a] = pupil_by_height(beams, a, heights)
         pupil[1 - a, :, a] = beams.chief_pupil[:, 1 - a, None]
     places, _ = beams.towards_scene(*np.ascontiguousarray(pupil))
     of_field = np.repeat(np.arange(count), 2 * points)
@@ -121,3 +109,24 @@ def ray_fans(rays: RayGrid, points: int = 65) -> Fans:
         victim[c] = np.where(np.isfinite(places).all(-1), ends.reshape(victim.shape[1:]), -2)
     return Fans(rays, heights, offset.transpose(1, 2, 0, 3, 4), slope.transpose(1, 2, 0, 3, 4),
                 opd.transpose(1, 2, 0, 3), victim.transpose(1, 2, 0, 3), pupil.transpose(1, 2, 3, 0))
+
+
+def pupil_by_height(beams: FieldBeams, axis: int, heights: np.ndarray) -> np.ndarray:
+    """(F, K) pupil coordinates along an axis of rays from the reference points that meet the stop at these heights.
+
+    heights: (K,) over the stop's radius. The other coordinate is that of the chief ray. NaN where the stop has no such
+    height.
+    """
+    slope = beams.stop_slopes[:, :, axis]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        extent = 1.0 / np.hypot(slope[:, 0], slope[:, 1])
+    line = beams.chief_pupil[:, axis, None] + extent[:, None] * REACH * np.linspace(-1.0, 1.0, SEARCH)
+    other = np.broadcast_to(beams.chief_pupil[:, 1 - axis, None], line.shape)
+    at = np.einsum("kfq,fk->fq", beams.on_stop(*((line, other) if axis == 0 else (other, line))), beams.axes[:, axis])
+    found = np.full((len(line), len(heights)), np.nan)
+    for f in range(len(line)):
+        good = np.isfinite(at[f])
+        if good.sum() > 3:
+            order = np.argsort(at[f][good])
+            found[f] = np.interp(heights, at[f][good][order], line[f][good][order], np.nan, np.nan)
+    return found

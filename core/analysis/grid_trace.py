@@ -90,7 +90,9 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
         For a film that is not behind the lens or not in air, for an afocal lens, for fewer than 8 points, and where
         no light of any field reaches the film.
     """
-    _check(lens, film_distance, conditions, pupil)
+    if pupil < 8:
+        raise LensError(f"{pupil} points across the pupil: at least 8 are needed")
+    check_traceable(lens, film_distance, conditions)
     line, distance = conditions.primary_wavelength, conditions.object_distance
     wanted, by_image = wanted_chief_rays(lens, conditions)
     chief = find_chief_rays(lens, film_distance, wanted, distance, by_image, line)
@@ -125,12 +127,10 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
     return made
 
 
-def _check(lens: Lens, film_distance: float, conditions: Conditions, pupil: int) -> None:
+def check_traceable(lens: Lens, film_distance: float, conditions: Conditions) -> None:
     """LensError for what has no rays to trace."""
     if not 0.0 < film_distance < inf:
         raise LensError(f"film distance {significant(film_distance)} mm: the film must lie behind the last vertex")
-    if pupil < 8:
-        raise LensError(f"{pupil} points across the pupil: at least 8 are needed")
     if lens.indices()[-1] != 1.0:
         raise LensError("this lens ends in glass: its film must be in air")
     if isinf(first_order(lens, conditions.primary_wavelength).efl) and isinf(conditions.object_distance):

@@ -6,13 +6,14 @@ which is three times as fast. Lens frame.
 """
 
 import math
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from lensbench.kernels.block import CLEARANCE, KEYS, B, L, M, N, X, Y, Z, lane_buffer, rows
 from lensbench.kernels.cache import njit
-from lensbench.kernels.program import Program, run_steps
+from lensbench.kernels.program import Code, Program, run_steps
 from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
@@ -33,10 +34,17 @@ class ClearanceTracer(NamedTuple):
 
 def clearance_tracer(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> ClearanceTracer:
     """A tracer for one thread, since it owns its lane buffers. film_distance: mm; wavelength: µm."""
-    steps = surface_steps(lens, film_distance, wavelength)
-    double, single = ((lane_buffer(real), Program(steps, real).code, np.zeros(KEYS, np.uint32))
-                      for real in (np.float64, np.float32))
+    double, single = ((lane_buffer(real), code, np.zeros(KEYS, np.uint32))
+                      for real, code in zip((np.float64, np.float32), _codes(lens, film_distance, wavelength),
+                                            strict=True))
     return ClearanceTracer(double, single, SINGLE * max(1.0, lens.surfaces[-1].semi_diameter / lens.stop.semi_diameter))
+
+
+@lru_cache(maxsize=8)
+def _codes(lens: Lens, film_distance: float, wavelength: float) -> tuple[Code, Code]:
+    """The surfaces as the driver reads them, for float64 and float32 lanes: tracers of many pixels share them."""
+    steps = surface_steps(lens, film_distance, wavelength)
+    return Program(steps, np.float64).code, Program(steps, np.float32).code
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

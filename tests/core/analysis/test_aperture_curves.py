@@ -7,6 +7,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.analysis.axial_rays import axial_rays, on_axis
+from lensbench.analysis.focus_map import through_focus
 from lensbench.optics.finding import Kind
 from tests.core.oracles import biconvex
 
@@ -63,3 +65,29 @@ def test_an_afocal_lens_has_no_focus_to_shift():
     plate = lb.Lens((lb.Surface(0.0, 5.0, 8.0, lb.Glass(1.5)), lb.Surface(0.0, 0.0, 8.0)), 0)
     with pytest.raises(lb.LensError, match="afocal"):
         lb.analysis.focus_shift(plate, 30.0, AXIS)
+
+
+@pytest.mark.parametrize("distance", [inf, 600.0])
+def test_one_fan_stands_for_the_grids_of_all_smaller_stops(distance):
+    """The rays of a meridian and a quarter of two round pupils give what the grid's rays and cells give."""
+    stack = lenses.load("pbrt-dgauss-50mm")
+    away = lb.film_distance(stack, distance) + 0.3
+    conditions = lb.analysis.conditions(stack, object_distance=distance - away - stack.length)
+    wide = axial_rays(stack, away, conditions, np.linspace(0.0, 1.03, 97))
+    places, weights = np.linspace(-0.5, 0.1, 7), np.array(conditions.weights)
+    for number in (2.8, 8.0):
+        stopped = lb.stopped_down(stack, number)
+        share = stopped.stop.semi_diameter / stack.stop.semi_diameter
+        assert wide.pass_within(share)
+        beams = wide.within(share)
+        rays = lb.analysis.ray_grid(stopped, away, on_axis(conditions), 64)
+        expected = through_focus(rays, 30.0, places)[0]
+        found = np.stack([beam.through_focus(30.0, places) for beam in beams])
+        # Cells at the round rim leave 1e-3 of the grid's pupil in doubt
+        np.testing.assert_allclose(expected, found[:, None] * np.ones((1, 2, 1)), atol=4e-3)
+        part = weights[:, None, None] * rays.weight[0] / rays.weight[0].sum((1, 2), keepdims=True)
+        s, t, m_s, m_t = rays.light[:, 0]
+        product, square = weights @ np.array([beam.moments() for beam in beams])
+        assert square == pytest.approx((part * (m_s**2 + m_t**2)).sum(), rel=1e-3)
+        assert product == pytest.approx((part * (s * m_s + t * m_t)).sum(), rel=2e-3)
+    assert not wide.pass_within(1.05)
