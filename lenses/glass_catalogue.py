@@ -91,9 +91,13 @@ def shipped() -> tuple[Entry, ...]:
 def _entry(line: str) -> Entry:
     maker, name, n_d, v_d, status, formula, low, high, coefficients = line.split(",")
 
-    def make() -> Glass:
-        return from_formula(name, formula, [float(c) for c in coefficients.split()], (float(low), float(high)))
-    return Entry(maker, name, float(n_d) if n_d else None, float(v_d) if v_d else None, status == "old", cache(make))
+    return Entry(maker, name, float(n_d) if n_d else None, float(v_d) if v_d else None, status == "old",
+                 partial(_made, name, formula, coefficients, float(low), float(high)))
+
+
+@cache
+def _made(name: str, formula: str, coefficients: str, low: float, high: float) -> Glass:
+    return from_formula(name, formula, [float(c) for c in coefficients.split()], (low, high))
 
 
 class _Known(NamedTuple):

@@ -25,9 +25,9 @@ class ByteCache(Generic[Given, Value]):
         """The value for these arguments, computed if it is not known."""
         key = (arguments, tuple(sorted(named.items())))
         with self._lock:
-            if key in self._kept:
-                self._kept[key] = self._kept.pop(key)
-                return self._kept[key][0]
+            if known := self._kept.pop(key, None):
+                self._kept[key] = known
+                return known[0]
         value = self._function(*arguments, **named)
         with self._lock:
             for last in list(self._kept)[-1:]:          # its value may have grown by cached properties

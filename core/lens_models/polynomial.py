@@ -128,7 +128,7 @@ class Polynomial:
         towards, points = fit_vector_fields(abc, weights, fields, n, low)
 
         there, here = evaluate_polynomials(abc, towards, n), evaluate_polynomials(abc, points, low)
-        if not _holds(film / table.radius, v, there, here, nearness):
+        if not _holds(film, table.radius, v, there, here, nearness):
             raise LensError(f"no polynomial of degree {degree} fits this lens on this film: choose another degree, "
                             "a smaller film or the full trace")
 
@@ -277,17 +277,21 @@ def _errors(film, lines, v, radius, there, here, nearness, first):
     return (math.sqrt(total / seen), math.sqrt(worst)) if seen else (math.inf, math.inf)
 
 
-def _holds(u: np.ndarray, v: np.ndarray, there: np.ndarray, here: np.ndarray, nearness: float) -> bool:
+@njit(cache=True, error_model="numpy", nogil=True)
+def _holds(film, radius, v, there, here, nearness):
     """Whether the fitted directions are unit vectors but for OFF, which the stage normalises.
 
-    u (n,), v (2, n): film points and aims; there, here: as for `_errors`, of all rays. A fit that oscillates between
+    film (n,), v (2, n): film points and aims; there, here: as for `_errors`, of all rays. A fit that oscillates between
     its rays, or whose equations are singular, gives vectors of any length, or nan.
     """
-    with np.errstate(over="ignore", invalid="ignore"):
-        px, py, pz = here[0] * u + here[1] * v[0], here[1] * v[1], here[2]
-        x, y = there[0] * u + there[1] * v[0] - nearness * px, there[1] * v[1] - nearness * py
-        size = np.sqrt(x * x + y * y + (there[2] - nearness * pz) ** 2)
-    return bool((np.abs(size - 1.0) <= OFF).all())
+    for r in range(film.size):
+        u, vx, vy = film[r] / radius, v[0, r], v[1, r]
+        dx = there[0, r] * u + there[1, r] * vx - nearness * (here[0, r] * u + here[1, r] * vx)
+        dy = (there[1, r] - nearness * here[1, r]) * vy
+        dz = there[2, r] - nearness * here[2, r]
+        if not abs(math.sqrt(dx * dx + dy * dy + dz * dz) - 1.0) <= OFF:
+            return False
+    return True
 
 
 def _film_scale(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float:

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from lensbench.kernels.block import BLUE, GREEN, RED, TIME, V0, V1, WEIGHT, L, M, N, Step, X, Y, Z
+from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.program import Program
 from lensbench.scenery import scene_steps
 from lensbench.scenery.objects import Floor, ImageSky, Mesh, SceneError, Shape, Sky, Sphere, Sun, Triple, check, unit
@@ -22,6 +23,7 @@ from lensbench.scenery.shading.participating_medium import Medium
 from lensbench.scenery.small_lights import ExcludedLight
 
 
+@hashed_once
 @dataclass(frozen=True)
 class Scene:
     """Scene in front of the camera: shapes, lights and surroundings. Compared by value; lengths in mm, world frame.

@@ -7,6 +7,7 @@ import numpy as np
 
 from lensbench.kernels.block import GLASS, METAL
 from lensbench.kernels.figures import significant
+from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.quotation import excerpt
 from lensbench.scenery.values import SceneError, Triple, check
 
@@ -113,6 +114,7 @@ class Pattern:
             raise SceneError("a pattern has an image if and only if its kind is image")
 
 
+@hashed_once
 @dataclass(frozen=True)
 class Material:
     """Reflection and emission of a surface.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.layout import Packed
 from lensbench.scenery.intersect.triangle_tree import MOST_TRIANGLES
 from lensbench.scenery.objects.material import Material
@@ -17,6 +18,7 @@ MOST_OPEN = 0.01        # of the edges of a solid: where its surface may have ga
 SAME = 1e-5             # of its size: nearer vertices are one
 
 
+@hashed_once
 @dataclass(frozen=True)
 class Mesh:
     """Triangles of one material, visible from both sides, at rest. Compared by value; see `Mesh.of`.

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.layout import Packed
 from lensbench.scenery.objects.material import Material
 from lensbench.scenery.objects.shape import Moving
@@ -106,6 +107,7 @@ class Planar(Moving):
         return planar_reflection(self)
 
 
+@hashed_once
 @dataclass(frozen=True)
 class Rectangle(Planar):
     """Rectangle, visible from both sides.
@@ -158,6 +160,7 @@ class Rectangle(Planar):
         return cls(centre, triple(right * width / 2), triple(up * height / 2), material)
 
 
+@hashed_once
 @dataclass(frozen=True)
 class Disk(Planar):
     """Disk, visible from both sides.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.layout import Packed
 from lensbench.scenery.objects.material import Material
 from lensbench.scenery.objects.shape import Moving
@@ -14,6 +15,7 @@ from lensbench.scenery.shading.soft_shadows import sphere_lamp, sphere_occluder
 from lensbench.scenery.values import SceneError, Triple, check
 
 
+@hashed_once
 @dataclass(frozen=True)
 class Sphere(Moving):
     """Sphere, visible from outside.

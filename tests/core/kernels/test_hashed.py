@@ -3,6 +3,7 @@
 import pickle
 from dataclasses import dataclass, replace
 
+import lensbench as lb
 from lensbench.kernels.hashed import hashed_once
 
 
@@ -36,3 +37,13 @@ def test_neither_a_changed_value_nor_one_in_another_process_inherits_the_hash():
     assert hash(replace(one, size=2.0)) != hash(one)
     sent = pickle.loads(pickle.dumps(one))
     assert "_hash" not in vars(sent) and sent == one
+
+
+def test_a_scene_is_hashed_once_however_often_a_cache_asks_for_it():
+    mesh = lb.Mesh.of([(0, 0, -1), (1, 0, -1), (0, 1, -1)], [(0, 1, 2)], name=Counted("mesh"))
+    scene, again = (lb.Scene(Counted("scene"), spheres=(lb.Sphere((0, 0, -9), 1, lb.Material((1.0,) * 3)),),
+                             meshes=(mesh,)) for _ in range(2))
+    before = Counted.hashed
+    assert hash(scene) == hash(scene) == hash(again) and scene == again
+    assert Counted.hashed - before == 3                 # two scenes of one mesh
+    assert "_hash" not in vars(pickle.loads(pickle.dumps(scene)))
