@@ -172,8 +172,6 @@ class Hand:
 
 def soak(minutes: float, seed: int) -> tuple[list[tuple[float, float]], list[str]]:
     """(minutes, MB) once a minute, and what failed."""
-    from imgui_bundle import immapp
-
     from lensbench.app.window import window
 
     failures: list[str] = []
@@ -207,7 +205,7 @@ def soak(minutes: float, seed: int) -> tuple[list[tuple[float, float]], list[str
 
     runner.callbacks.after_swap = step
     try:
-        immapp.run(runner, immapp.AddOnsParams(with_implot=True))
+        window.show(runner)
     except Exception as error:
         failed(error)
     gc.collect()

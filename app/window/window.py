@@ -68,6 +68,20 @@ def without_display() -> None:
     glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.EGL_CONTEXT_API)
 
 
+def show(runner: hello_imgui.RunnerParams) -> None:
+    """Show a window until it is closed.
+
+    Frame by frame: `immapp.run` of imgui's Python package first looks for the sources of all its callers, which takes
+    a quarter of a second.
+    """
+    immapp.manual_render.setup_from_runner_params(runner, immapp.AddOnsParams(with_implot=True))
+    try:
+        while not runner.app_shall_exit:
+            immapp.manual_render.render()
+    finally:
+        immapp.manual_render.tear_down()
+
+
 def run(settings: Settings, screenshot: Path | str | None = None, follows: bool = False) -> int:
     """Open the window, return when it is closed: 0, or 1 if the picture was not ready in time for the screenshot.
 
@@ -81,7 +95,7 @@ def run(settings: Settings, screenshot: Path | str | None = None, follows: bool 
         if screenshot is not None:
             without_display()
             _photograph(session, runner, Path(screenshot))
-        immapp.run(runner, immapp.AddOnsParams(with_implot=True))
+        show(runner)
     finally:
         session.compilers.stop()
         session.worker.stop()

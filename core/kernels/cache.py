@@ -40,9 +40,11 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
+import numpy.ma  # noqa: F401  numba asks for it at the first array: two threads at once recursed in numpy's late import
 from llvmlite import binding
 from numba import njit
 from numba.core import caching, dispatcher, serialize, sigutils
+from numba.core.runtime import rtsys
 from numba.extending import _Intrinsic
 
 __all__ = ["KernelCache", "NotCompiledError", "folder", "is_compiled", "level", "njit", "resumable", "used", "version"]
@@ -164,6 +166,11 @@ class KernelCache(caching.FunctionCache):
     def path(self, signature: Any, codegen: Any) -> Path:
         """The file for a signature and a processor."""
         return folder / f"{self._stem}-{self._version}-{_digest(str(signature), str(codegen.magic_tuple()))}.kernel"
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled kernel, or None; numba's own first fills the tables of its compiler, a quarter of a second."""
+        rtsys.initialize(target_context)    # the functions that count references of arrays
+        return self._load_overload(sig, target_context)
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         path = self.path(sig, target_context.codegen())

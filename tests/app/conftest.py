@@ -121,7 +121,7 @@ def slow_frames():
 
         runner.callbacks.after_swap = step
         try:
-            immapp.run(runner, immapp.AddOnsParams(with_implot=True))
+            window.show(runner)
         finally:
             session.worker.stop()
         return session

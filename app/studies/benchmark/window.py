@@ -23,7 +23,7 @@ from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.light_field_query import Look
 from lensbench.app.state.picture import tone
 from lensbench.app.state.settings import Settings
-from lensbench.app.window.window import IDLE_PACE, Session, parameters, without_display
+from lensbench.app.window.window import IDLE_PACE, Session, parameters, show, without_display
 from lensbench.app.workers.light_field_worker import LightFieldWorker
 from lensbench.app.workers.render_update import RenderUpdate
 
@@ -64,8 +64,6 @@ class _Driven(Session):
 def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = False,
          size: tuple[int, int] = SIZE) -> None:
     """Show the window until `watch`, called after each frame, returns True; idle: slow down at rest as usual."""
-    from imgui_bundle import immapp
-
     without_display()
     session = _Driven(settings, remember=False, threads=2)
     runner = parameters(session, size)
@@ -78,7 +76,7 @@ def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = Fals
             runner.app_shall_exit = True
 
     runner.callbacks.after_swap = after
-    immapp.run(runner, immapp.AddOnsParams(with_implot=True))
+    show(runner)
 
 
 def _focused(settings: Settings, turn: int) -> Settings:

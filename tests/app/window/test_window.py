@@ -297,5 +297,5 @@ def test_a_lens_is_opened_by_its_path_and_a_wrong_path_is_said_where_it_was_type
 
 def test_a_screenshot_that_failed_in_an_open_window_is_no_error_at_its_end(monkeypatch):
     monkeypatch.setattr(window, "parameters", lambda session: setattr(session, "shot_problem", "no space is left"))
-    monkeypatch.setattr(window.immapp, "run", lambda *_: None)
+    monkeypatch.setattr(window, "show", lambda _: None)
     assert window.run(SMALL) == 0

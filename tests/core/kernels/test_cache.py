@@ -277,3 +277,29 @@ def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one(tmp_path
                           env={**os.environ, "XDG_CACHE_HOME": str(tmp_path / "file")})
     there, folder = done.stdout.split()
     assert there == "True" and not folder.startswith(str(tmp_path)) and not os.path.exists(folder)
+
+
+LOAD = """
+import sys
+import numpy as np
+from numba import njit
+from lensbench.optics.surfaces import sags, shape
+print(sags(*shape(0.02, -1.0, [], None, 10.0), [3.0], [4.0]))
+print("numba.typed.typedlist" in sys.modules)
+
+@njit
+def lengths(points):
+    lengths = [np.sqrt(x * x + y * y) for x, y in points]
+    return np.array(lengths)
+
+print(lengths(np.array([[3.0, 4.0]])))
+"""
+
+
+@pytest.mark.slow
+def test_a_stored_kernel_is_loaded_without_the_tables_of_the_compiler_which_are_there_when_one_is_compiled(tmp_path):
+    reports = [subprocess.run([sys.executable, "-c", LOAD], capture_output=True, text=True, check=True,
+                              env=os.environ | {"XDG_CACHE_HOME": str(tmp_path)}).stdout.splitlines()
+               for _ in range(2)]
+    assert reports[0] == ["[0.25]", "True", "[5.]"]
+    assert reports[1] == ["[0.25]", "False", "[5.]"]
