@@ -78,13 +78,14 @@ class _Candidates(NamedTuple):
     rights: np.ndarray          # (n, 3) half-axes of the parallelogram, or of the ellipse where `disks`,
     ups: np.ndarray             # (n, 3) that covers the light
     disks: np.ndarray           # (n,)
+    filled: np.ndarray          # (n,) whether the light fills it; a mesh has an outline of its own
     bounds: EntranceBounds
 
     def only(self, keep: np.ndarray) -> "_Candidates":
         """Some of the paths, by index."""
         bounds = EntranceBounds(*(values[keep] for values in self.bounds))
         return _Candidates(self.which[keep], self.by[keep], self.balls[keep], self.centres[keep], self.rights[keep],
-                           self.ups[keep], self.disks[keep], bounds)
+                           self.ups[keep], self.disks[keep], self.filled[keep], bounds)
 
 
 class _Images(NamedTuple):
@@ -95,7 +96,7 @@ class _Images(NamedTuple):
     discs: np.ndarray           # (n, 4) centre and half-sizes of the blurred image, pixels
     met: np.ndarray             # (n,) share of the camera's rays in the image that meet the light
     beside: np.ndarray          # (n,) whether the image lies beside the film
-    steady: np.ndarray          # (n,) whether the image is the same all over the pupil
+    steady: np.ndarray          # (n,) whether the image is the light's shape, the same all over the pupil
     density: np.ndarray         # (n,) rays per pixel
     needed: np.ndarray          # (n,) rays in one pass
 
@@ -175,8 +176,9 @@ def _candidates(scene: Scene, landing: FilmLanding, small: list[SmallLight], mir
     """The lights on their paths. lights: centres, radii and half-axes; paths: as of `_paths`."""
     centres, radii, axes = lights
     which, by, bounds = paths
-    is_ball = np.array([scene.objects[light.number].family == "sphere" for light in small])
-    is_round = np.array([scene.objects[light.number].round for light in small])
+    is_ball = np.array([scene.objects[light.number].family != "planar" for light in small])
+    is_round = is_ball | np.array([scene.objects[light.number].round for light in small])
+    is_mesh = np.array([scene.objects[light.number].family == "mesh" for light in small])
     balls = np.zeros((len(which), 5))
     centres, axes = centres[which], [axis[which] for axis in axes]
     for k, mirror in enumerate(mirrors):
@@ -192,7 +194,7 @@ def _candidates(scene: Scene, landing: FilmLanding, small: list[SmallLight], mir
     reach = np.sqrt((np.abs(bounds.axes).sum(1)**2).sum(1)) + np.sqrt(((bounds.middles - start)**2).sum(1))
     rights, ups = _covers(is_ball[which], radii[which], axes, centres - origin,
                           np.where(balls[:, 3] > 0.0, balls[:, 3], reach))
-    return _Candidates(which, by, balls, centres, rights, ups, is_round[which], bounds)
+    return _Candidates(which, by, balls, centres, rights, ups, is_round[which], ~is_mesh[which], bounds)
 
 
 def _covers(spheres: np.ndarray, radii: np.ndarray, axes: list[np.ndarray], away: np.ndarray, reach: np.ndarray
@@ -219,7 +221,7 @@ def _images(camera: Camera, landing: FilmLanding, seen: _Candidates) -> _Images:
     # Trace the light's centre and half-axes through the middle and towards the rim of the pupil
     bounds, program = seen.bounds, Program(landing.bounding)
     middle, axes = _landed(program, seen, bounds.best)
-    steady = np.isfinite(axes).all((1, 2))
+    steady = seen.filled & np.isfinite(axes).all((1, 2))
     low, high = middle.copy(), middle.copy()
     for k in (0, 1) if landing.radius > 0.0 else ():
         for part in (-0.5, 0.5):

@@ -22,7 +22,7 @@ from lensbench.scenery.intersect.pictured import is_large, pictured_floor_step, 
 from lensbench.scenery.intersect.planar import planar, planar_parameters
 from lensbench.scenery.intersect.sky import SKY_DISTANCE, UP, sky, sky_parameters, sun_disk, sun_disk_parameters
 from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
-from lensbench.scenery.objects import ImageSky, Shape, Sky, by_family, displaced, unit
+from lensbench.scenery.objects import ImageSky, Mesh, Shape, Sky, by_family, displaced, unit
 from lensbench.scenery.shading.clearcoat import SHARP, clearcoat, clearcoat_parameters
 from lensbench.scenery.shading.diffuse_bounce import (
     SHINES,
@@ -44,6 +44,7 @@ from lensbench.scenery.shading.illumination import (
 )
 from lensbench.scenery.shading.image_clearcoat import image_clearcoat_step
 from lensbench.scenery.shading.image_sky_light import add_tinted, sky_cells, sky_rays_step
+from lensbench.scenery.shading.mesh_lamps import mesh_lamp_step
 from lensbench.scenery.shading.mesh_shadows import gradient_rays, mesh_shadow_steps
 from lensbench.scenery.shading.moving_clearcoat import (
     moving_clearcoat,
@@ -248,7 +249,7 @@ def _light(scene: Scene, shadows: bool, opening: float, sky_too: bool = True) ->
     shade = list(mesh_shadow_steps(scene.meshes)) if shadows else []
     hidden = [Step(shadow_stage, *occluders)] if occluders.parameters.size else []
     hidden += [Step(moving_shadows, *moved)] if moved.parameters.size else []
-    hidden += shade
+    between, hidden = hidden, [*hidden, *shade]
 
     # Sky and ambient light
     if not shadows:
@@ -269,6 +270,9 @@ def _light(scene: Scene, shadows: bool, opening: float, sky_too: bool = True) ->
         steps += [Step(sun_rays, *sunlight), *hidden, Step(add_lit, scene.sun.colour)] if shade else [
             _step(sun, moving_sun, join(sunlight, occluders), moved)]
     for o in lamps if shadows else _moving(lamps):
+        if isinstance(o, Mesh):
+            steps += [mesh_lamp_step(o), *between, *mesh_shadow_steps(scene.meshes, o), Step(add_lit, o.material.colour)]
+            continue
         here = displaced(o, opening)
         shining, motion = here.lamp_parameters(), Packed(motion_parameters([here], opening))
         if shade:

@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike
 
 from lensbench.kernels.figures import significant
 from lensbench.kernels.hashed import hashed_once
-from lensbench.kernels.layout import Packed
+from lensbench.kernels.layout import Packed, pack
 from lensbench.scenery.intersect.triangle_tree import MOST_TRIANGLES
 from lensbench.scenery.objects.material import Material
+from lensbench.scenery.shading.soft_shadows import LAMP, LAMP_RADIUS2, MIDDLE, RADIANCE, SPHERE_LAMP
 from lensbench.scenery.values import SceneError, Triple, triple
 
 MOST_OPEN = 0.01        # of the edges of a solid: where its surface may have gaps
@@ -30,8 +31,9 @@ class Mesh:
     faces : bytes
         (m, 3) int32: the three corners of each triangle.
     material : Material
-        Of the whole mesh. Its image, if any, needs `uv`; other patterns are refused, and "lamp". "glass" is a solid of
-        index 1.5 with a closed surface; `Mesh.of` turns its triangles outward.
+        Of the whole mesh. Its image, if any, needs `uv`; other patterns are refused. "glass" is a solid of index 1.5
+        with a closed surface; `Mesh.of` turns its triangles outward. A "lamp" shines evenly to both sides, without
+        image and colours.
     normals, uv, colours : bytes
         Of each vertex, or empty: unit normals (n, 3), which smooth the surface, places (n, 2) in the image, from 0, 0
         at its lower left corner to 1, 1, repeated beyond, and linear colours (n, 3), which multiply the material's.
@@ -119,8 +121,8 @@ class Mesh:
             raise SceneError("a mesh has no pattern but an image")
         if pattern is not None and not self.uv:
             raise SceneError("a mesh with an image needs places in it (uv)")
-        if self.material.kind == "lamp":
-            raise SceneError('a mesh cannot be a lamp: make it a "light", and put a lamp beside it')
+        if self.material.kind == "lamp" and (pattern is not None or self.colours):
+            raise SceneError('a mesh that is a lamp shines evenly: leave image and colours out, or make it a "light"')
 
     @cached_property
     def points(self) -> np.ndarray:
@@ -189,8 +191,9 @@ class Mesh:
         return self.points[np.argmax(away, 0)].astype(float)
 
     def lamp_parameters(self) -> Packed:
-        """A mesh is no lamp."""
-        raise SceneError("a mesh cannot be a lamp")
+        """Parameters of a sphere of the same silhouette, for pictures without shadows; see `mesh_lamps`."""
+        return Packed(pack(LAMP, {MIDDLE: self.centre, LAMP_RADIUS2: self.area / math.pi,
+                                  RADIANCE: self.material.colour}), [SPHERE_LAMP])
 
     def occluder_numbers(self) -> np.ndarray:
         """A mesh has shadows of its own: `mesh_shadows`."""

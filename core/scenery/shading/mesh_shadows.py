@@ -60,9 +60,12 @@ LIFT = 2e-5             # offset of a shadow ray from its surface, as a fraction
 CROSSINGS = 16          # surfaces of glass that light passes at the most
 
 
-def mesh_shadow_steps(meshes: tuple) -> tuple[Step, ...]:
-    """The stages `mesh_shadows` and `glass_shadows` for the meshes that hide light; none for those that shine."""
-    opaque = tuple(o for o in meshes if o.material.kind != "glass" and not o.material.shines)
+def mesh_shadow_steps(meshes: tuple, lamp=None) -> tuple[Step, ...]:
+    """The stages `mesh_shadows` and `glass_shadows` for the meshes that hide light; none for those that shine.
+
+    lamp: a mesh that hides its own light, or None.
+    """
+    opaque = tuple(o for o in meshes if o.material.kind != "glass" and (o is lamp or not o.material.shines))
     clear = tuple(o for o in meshes if o.material.kind == "glass")
     steps = []
     if opaque:

@@ -32,6 +32,12 @@ def sphere_mesh(rings, radius, centre, bumps=0.0, **others):
     return lb.Mesh.of(points, faces, normals=normals, **others)
 
 
+def even_lights(count):
+    """Points (2, n) of the square by the R2 sequence (Roberts 2018): a grid would choose one triangle in many."""
+    k = np.arange(1, count + 1)
+    return (k * 0.7548776662466927) % 1.0, (k * 0.5698402909980532) % 1.0
+
+
 def soup(count, seed=0, size=30.0):
     """Random triangles within 300 mm of the point 800 mm ahead."""
     random = np.random.default_rng(seed)
@@ -280,6 +286,58 @@ def test_meshes_hide_lights_that_are_traced_to_the_film():
     assert traced.image().sum() == pytest.approx(0.5 * full.image().sum(), rel=0.05)
 
 
+@slow
+def test_a_sphere_of_triangles_lights_its_surroundings_as_a_sphere_in_closed_form():
+    """L r² cos θ / d², exact for a sphere above the horizon; the triangles lie 0.05 % inside the sphere."""
+    shining, grey = lb.Material((9.0, 6.0, 3.0), "lamp"), lb.Material((0.5, 0.5, 0.5))
+    bulb = sphere_mesh(100, 80.0, (0.0, 0.0, -1000.0), material=shining)
+    floor = lb.Disk((0.0, -300.0, 0.0), (0.0, 1.0, 0.0), 5000.0, grey)
+    v0, v1 = even_lights(1 << 16)
+    for place in ((60.0, -300.0, -900.0), (700.0, -300.0, -1500.0)):
+        lit = np.array(place)
+        rays = np.tile(lit + [0.0, 1.0, 0.0], (len(v0), 1)), np.tile([0.0, -1.0, 0.0], (len(v0), 1))
+        seen = shoot(lb.Scene("bulb", DARK, plates=(floor,), meshes=(bulb,)).steps(), *rays, (v0, v1)).mean(0)
+        to = np.array([0.0, 0.0, -1000.0]) - lit
+        expected = 0.5 * np.array([9.0, 6.0, 3.0]) * 80.0**2 * to[1] / np.linalg.norm(to) ** 3
+        np.testing.assert_allclose(seen, expected, rtol=5e-3)
+    # what lies between hides it, and it hides no other light
+    lid = lb.Disk((0.0, -150.0, -1000.0), (0.0, 1.0, 0.0), 600.0, grey)
+    below = np.tile([0.0, -299.0, -1000.0], (len(v0), 1)), rays[1]
+    assert (shoot(lb.Scene("lid", DARK, plates=(floor, lid), meshes=(bulb,)).steps(), *below, (v0, v1)) == 0.0).all()
+
+
+@slow
+def test_a_lamp_of_two_triangles_lights_as_a_rectangle():
+    corners = [[-60.0, 200.0, -900.0], [180.0, 200.0, -900.0], [180.0, 240.0, -1200.0], [-60.0, 240.0, -1200.0]]
+    shining = lb.Material((9.0, 8.0, 7.0), "lamp")
+    lamp = lb.Mesh.of(corners, [[0, 1, 2], [0, 2, 3]], shining)
+    plate = lb.Rectangle((60.0, 220.0, -1050.0), (120.0, 0.0, 0.0), (0.0, 20.0, -150.0), shining)
+    ball = lb.Sphere((30.0, -100.0, -1000.0), 60.0)
+    base = lb.Scene("lamp", DARK, floor=lb.Floor(-250.0), spheres=(ball,))
+    v0, v1 = even_lights(1 << 16)
+    for x in (-200.0, 40.0, 300.0):
+        way = np.tile([x, -550.0, -1000.0], (len(v0), 1))
+        origins = np.tile([0.0, 300.0, 0.0], (len(v0), 1))
+        found, expected = (shoot(replace(base, **lamps).steps(), origins, way, (v0, v1)).mean(0)
+                           for lamps in ({"meshes": (lamp,)}, {"plates": (plate,)}))
+        np.testing.assert_allclose(found, expected, rtol=5e-3)
+
+
+@slow
+def test_a_small_mesh_that_shines_is_traced_to_the_film_with_the_light_that_rays_find():
+    light = sphere_mesh(24, 8.0, (100.0, 40.0, -2500.0), material=lb.Material((800.0, 700.0, 500.0), "light"))
+    bar = lb.Mesh.of([[-150.0, 60.0, -2500.0], [-130.0, 60.0, -2500.0], [-140.0, 75.0, -2500.0]], [[0, 1, 2]],
+                     lb.Material((900.0, 700.0, 500.0), "light"))
+    scene = lb.Scene("bulbs", DARK, meshes=(light, bar))
+    camera = lb.PerspectiveCamera(lb.Film(36.0, 24.0, 96, 64), fov=0.2, lens_radius=20.0, focus_distance=1000.0)
+    traced, plain = lb.Rendering(camera, scene), lb.Rendering(camera, scene, light_tracing=False)
+    traced.add(64)
+    plain.add(4096)
+    assert traced.light_traced == {0, 1}
+    for half in (slice(0, 48), slice(48, 96)):
+        assert traced.image()[:, half].sum() == pytest.approx(plain.image()[:, half].sum(), rel=0.02)
+
+
 def test_a_scene_without_meshes_has_the_stages_it_had():
     scene = lb.builtin_scene("still-life")
     names = {step.kernel.__name__ for step in (*scene.steps(), *scene.depth_steps())}
@@ -294,7 +352,7 @@ def test_a_scene_without_meshes_has_the_stages_it_had():
     ({"vertices": [[0, 0, 0], [1e300, 0, 0], [0, 1, 0]]}, "not finite"),
     ({"vertices": [[0, 0, 0], [1e12, 0, 0], [0, 1, 0]]}, "100 km"),
     ({"vertices": [[0, 0], [1, 0], [0, 1]]}, "shape"), ({"normals": [[0, 0, 1]]}, "as many as"),
-    ({"material": lb.Material(kind="lamp")}, "lamp"), ({"material": lb.Material(kind="glass")}, "close its surface"),
+    ({"material": lb.Material(kind="lamp"), "colours": np.ones((3, 3))}, "shines evenly"), ({"material": lb.Material(kind="glass")}, "close its surface"),
     ({"material": lb.Material(pattern=lb.Pattern("star"))}, "no pattern but"),
     ({"material": lb.Material(pattern=lb.Pattern("image", image=lb.Image.of(np.ones((2, 2, 3)))))}, "uv"),
 ])
