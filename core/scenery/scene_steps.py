@@ -271,7 +271,8 @@ def _light(scene: Scene, shadows: bool, opening: float, sky_too: bool = True) ->
             _step(sun, moving_sun, join(sunlight, occluders), moved)]
     for o in lamps if shadows else _moving(lamps):
         if isinstance(o, Mesh):
-            steps += [mesh_lamp_step(o), *between, *mesh_shadow_steps(scene.meshes, o), Step(add_lit, o.material.colour)]
+            steps += [mesh_lamp_step(o), *between, *mesh_shadow_steps(scene.meshes, o),
+                      Step(add_lit, o.material.colour)]
             continue
         here = displaced(o, opening)
         shining, motion = here.lamp_parameters(), Packed(motion_parameters([here], opening))

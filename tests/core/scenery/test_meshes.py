@@ -352,7 +352,8 @@ def test_a_scene_without_meshes_has_the_stages_it_had():
     ({"vertices": [[0, 0, 0], [1e300, 0, 0], [0, 1, 0]]}, "not finite"),
     ({"vertices": [[0, 0, 0], [1e12, 0, 0], [0, 1, 0]]}, "100 km"),
     ({"vertices": [[0, 0], [1, 0], [0, 1]]}, "shape"), ({"normals": [[0, 0, 1]]}, "as many as"),
-    ({"material": lb.Material(kind="lamp"), "colours": np.ones((3, 3))}, "shines evenly"), ({"material": lb.Material(kind="glass")}, "close its surface"),
+    ({"material": lb.Material(kind="lamp"), "colours": np.ones((3, 3))}, "shines evenly"),
+    ({"material": lb.Material(kind="glass")}, "close its surface"),
     ({"material": lb.Material(pattern=lb.Pattern("star"))}, "no pattern but"),
     ({"material": lb.Material(pattern=lb.Pattern("image", image=lb.Image.of(np.ones((2, 2, 3)))))}, "uv"),
 ])
