@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.kernels.byte_cache import byte_cache
-from lensbench.scenery.objects import Image, Shape, Triple, triple
+from lensbench.scenery.objects import Image, Mesh, Shape, Triple, triple
 
 MOST_KEPT = 512 << 20   # bytes of the shapes of scenes seen before
 SMALL = 0.05            # radians: greatest angular radius of a small light
@@ -55,7 +55,7 @@ def small_lights(objects: tuple[Shape, ...], place=BLACK) -> list[SmallLight]:
 def _all(objects: tuple[Shape, ...]) -> tuple[SmallLight, ...]:
     lights: list[SmallLight] = []
     for j, o in enumerate(objects):
-        if not o.material.shines or o.moves or (o.family == "mesh" and len(o.faces) > MOST_FACES):
+        if not o.material.shines or o.moves or (isinstance(o, Mesh) and len(o.faces) > MOST_FACES):
             continue
         if o.material.pattern is None:
             right, up = o.half_axes
