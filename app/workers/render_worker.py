@@ -160,6 +160,11 @@ class RenderWorker:
         return 0.0 if current or self.error is not None else perf_counter() - self._started
 
     @property
+    def first_seconds(self) -> float:
+        """Seconds from the newest restart that has a picture to its first one; inf before any."""
+        return self._first_seconds
+
+    @property
     def paused(self) -> bool:
         """Whether the render is held."""
         return self._paused

@@ -236,11 +236,12 @@ def main(argv: list[str] | None = None) -> int:
     from lensbench.app.studies.benchmark.light_field import choices, light_fields
     from lensbench.app.studies.benchmark.motion import motion
     from lensbench.app.studies.benchmark.pixel import pixels
+    from lensbench.app.studies.benchmark.plots import beside_plots
     from lensbench.app.studies.benchmark.ray_differentials import differentials
     from lensbench.app.studies.benchmark.window import browser, drag, starts, window
 
-    parts = {"start": starts, "drag": drag, "window": window, "browser": browser, **PARTS, "models": polynomials,
-             "choice": choices, "pixel": pixels, "light-field": light_fields, "motion": motion,
+    parts = {"start": starts, "drag": drag, "window": window, "browser": browser, "plots": beside_plots, **PARTS,
+             "models": polynomials, "choice": choices, "pixel": pixels, "light-field": light_fields, "motion": motion,
              "exposure": exposure, "analysis": analysis, "differentials": differentials, "files": files}
     parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
     usual = [name for name in parts if name not in LONG]

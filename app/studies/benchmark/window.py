@@ -23,13 +23,12 @@ from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.light_field_query import Look
 from lensbench.app.state.picture import tone
 from lensbench.app.state.settings import Settings
-from lensbench.app.window.window import IDLE_PACE, Session, parameters, show, without_display
+from lensbench.app.studies.benchmark.driven_window import SMALL, DrivenSession, focused, run
+from lensbench.app.window.window import IDLE_PACE
 from lensbench.app.workers.light_field_worker import LightFieldWorker
 from lensbench.app.workers.render_update import RenderUpdate
 
-SIZE = (1280, 720)
 LENSES = tuple(lenses.names()[::15])     # of the library, each opened for the first time
-SMALL = Settings(pixels_x=640, pixels_y=360, film_width=32.0, film_height=18.0, samples=100_000)
 MOVES = 20                      # moves of each dial
 REST = 12                       # frames between two moves
 DRAGGED = 30                    # pictures of a drag that does not rest
@@ -40,56 +39,13 @@ BROWSED = (1920, 1080)          # pixels of the window in which the lens browser
 START_LIMIT = 300.0             # s
 
 
-class _Driven(Session):
-    """A session whose dials are moved by a script in place of the panel."""
-
-    move: Callable[[Settings], Settings] | None = None
-    moved = worked = 0.0
-
-    def begin(self) -> None:
-        """Begin a frame with the scripted settings."""
-        super().begin()
-        if self.move is not None:
-            self.edited, self.move = self.move(self.edited), None
-            self.moved, self.worked = time.perf_counter(), time.process_time()
-            self.hurry()
-
-    @property
-    def current(self) -> bool:
-        """Whether the picture on the screen belongs to the present settings."""
-        update = self.presenter.update
-        return update is not None and update.generation == self.worker.generation
-
-
-def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = False,
-         size: tuple[int, int] = SIZE) -> None:
-    """Show the window until `watch`, called after each frame, returns True; idle: slow down at rest as usual."""
-    without_display()
-    session = _Driven(settings, remember=False, threads=2)
-    runner = parameters(session, size)
-    if not idle:
-        runner.fps_idling.enable_idling = False
-        runner.fps_idling.fps_max = 0.0
-
-    def after() -> None:
-        if watch(session):
-            runner.app_shall_exit = True
-
-    runner.callbacks.after_swap = after
-    show(runner)
-
-
-def _focused(settings: Settings, turn: int) -> Settings:
-    return replace(settings, focus_distance=800.0 + 37.0 * turn)
-
-
 # By name: scene, and the settings after so many moves
 DIALS: dict[str, tuple[str, Callable[[Settings, int], Settings]]] = {
-    "focus": ("still-life", _focused),
+    "focus": ("still-life", focused),
     "aperture": ("still-life", lambda settings, turn: replace(settings, f_number=2.0 * 2.0 ** (turn % 13 / 4.0))),
     "field of view": ("still-life", lambda settings, turn: replace(settings, crop=1.0 - 0.02 * turn)),
     "lens": ("still-life", lambda settings, turn: with_lens(settings, LENSES[turn % len(LENSES)])),
-    "night-lights": ("night-lights", _focused),
+    "night-lights": ("night-lights", focused),
 }
 
 
@@ -103,7 +59,7 @@ def latencies(dial: str = "focus") -> list[tuple[float, float]]:
     found: list[tuple[float, float]] = []
     rest = [0]
 
-    def watch(session: _Driven) -> bool:
+    def watch(session: DrivenSession) -> bool:
         if session.moved and session.current:
             found.append((time.perf_counter() - session.moved, time.process_time() - session.worked))
             session.moved, rest[0] = 0.0, REST
@@ -113,7 +69,7 @@ def latencies(dial: str = "focus") -> list[tuple[float, float]]:
                 session.move = partial(_nth, turned, len(found))
         return len(found) > MOVES
 
-    _run(replace(SMALL, scene=scene), watch)
+    run(replace(SMALL, scene=scene), watch)
     return found[1:]
 
 
@@ -124,14 +80,14 @@ def dragged_errors() -> tuple[float, float]:
     """
     shown: list[RenderUpdate] = []
 
-    def watch(session: _Driven) -> bool:
+    def watch(session: DrivenSession) -> bool:
         update = session.presenter.update
         if session.move is None and update is not None and session.current and (shown or session.settled(64)):
             shown.append(update)
-            session.move = partial(_focused, turn=len(shown))
+            session.move = partial(focused, turn=len(shown))
         return len(shown) > DRAGGED
 
-    _run(SMALL, watch)
+    run(SMALL, watch)
     errors = []
     for k in JUDGED:
         update = shown[k]
@@ -152,12 +108,12 @@ def paces() -> list[float]:
     """Seconds from frame to frame while two threads render."""
     marks: list[float] = []
 
-    def watch(session: _Driven) -> bool:
+    def watch(session: DrivenSession) -> bool:
         if session.settled(8):
             marks.append(time.perf_counter())
         return len(marks) > FRAMES
 
-    _run(SMALL, watch)
+    run(SMALL, watch)
     return list(np.diff(marks[20:]))
 
 
@@ -169,7 +125,7 @@ def browsed() -> tuple[float, list[float]]:
     made: list[float] = []
     marks: list[float] = []
 
-    def watch(session: _Driven) -> bool:
+    def watch(session: DrivenSession) -> bool:
         now = time.perf_counter()
         if not opened[0]:
             if session.settled(8):
@@ -188,7 +144,7 @@ def browsed() -> tuple[float, list[float]]:
         marks.append(now)
         return len(marks) > FRAMES
 
-    _run(SMALL, watch, size=BROWSED)
+    run(SMALL, watch, size=BROWSED)
     return made[0], list(np.diff(marks[20:]))
 
 
@@ -210,7 +166,7 @@ def _dragged(record: Callable[[LightFieldWorker, Settings], None],
     marks: list[float] = []
     seen: list[object] = [None]
 
-    def watch(session: _Driven) -> bool:
+    def watch(session: DrivenSession) -> bool:
         controller = session.light_field
         if controller.worker.recording is None:
             if session.settled(1) and controller.worker.task is None:
@@ -223,7 +179,7 @@ def _dragged(record: Callable[[LightFieldWorker, Settings], None],
             controller.look = turned(controller.look, time.perf_counter())
         return len(marks) > FRAMES
 
-    _run(SMALL, watch)
+    run(SMALL, watch)
     return list(np.diff(marks[20:]))
 
 
@@ -278,10 +234,10 @@ def starts() -> Iterator[tuple[str, float, str]]:
 if __name__ == "__main__":
     began = float(sys.argv[1])
 
-    def first(session: _Driven) -> bool:
+    def first(session: DrivenSession) -> bool:
         """Print the time when the first picture is on the screen, and end."""
         if session.current:
             print(time.time() - began)
         return session.current
 
-    _run(SMALL, first, idle=True)
+    run(SMALL, first, idle=True)
