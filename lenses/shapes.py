@@ -36,6 +36,13 @@ def shape_of(surface: Surface) -> Shape:
     return Shape.CONIC if surface.conic else Shape.SPHERE
 
 
+def lost_poses(lens: Lens) -> list[Finding]:
+    """A warning for each surface out of line, for a format that holds no decentre and no tilt."""
+    return [Finding(Kind.SHAPE, i, f"surface {i} is decentred or tilted, which this format cannot hold: it is written "
+                                   "in line, and this is another lens")
+            for i, surface in enumerate(lens.surfaces) if surface.pose is not None]
+
+
 def lost_shapes(lens: Lens, held: frozenset[Shape], instead: str) -> list[Finding]:
     """A warning for each surface whose shape a format cannot hold. instead: the shape written in its place."""
     found = [(i, shape_of(surface)) for i, surface in enumerate(lens.surfaces)]

@@ -377,6 +377,7 @@ def _curvatures(surface: Surface, y: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def check_symmetry(lens: Lens) -> None:
-    """LensError for a lens with a cylinder or toroid."""
+    """LensError for a lens without rotational symmetry."""
     if not lens.is_rotationally_symmetric:
-        raise LensError("aberrations are computed for rotationally symmetric lenses: this one has a cylinder or toroid")
+        raise LensError("aberrations are computed for rotationally symmetric lenses: this one has "
+                        f"{lens.asymmetry}")

@@ -2,8 +2,8 @@
 
 Lengths in mm, lens frame. A chief ray is given by its direction at the stop, which determines the point of the scene
 that it comes from as well as the point of the film that it meets. For a rotationally symmetric lens one meridian holds
-all of them: it is sampled once, and each field's place in it found by the secant rule. A lens with a cylinder or toroid
-takes Newton's method in two directions. Rims do not end chief rays.
+all of them: it is sampled once, and each field's place in it found by the secant rule. Other lenses take Newton's
+method in two directions. Rims do not end chief rays.
 """
 
 from dataclasses import dataclass
@@ -57,18 +57,18 @@ def shoot(lens: Lens, film_distance: float, at_stop: np.ndarray, table: SurfaceT
     """The chief rays of these directions at the stop, x and y (n, 2) of unit vectors; table: of the scalar tracer."""
     made = np.empty((5, len(at_stop), 3))
     stop = lens.stop_index
-    _shoot(table.part(0, stop), table.part(stop, len(lens.surfaces)), lens.vertices[stop],
+    _shoot(table.part(0, stop), table.part(stop, len(lens.surfaces)), lens.vertex(stop),
            lens.length + film_distance, np.ascontiguousarray(at_stop), made)
     start, points, directions, images, image_directions = made
     return ChiefRays(start[:, :2].copy(), points, directions, images[:, :2].copy(), image_directions)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _shoot(before, behind, stop_z, film_z, at_stop, made):
+def _shoot(before, behind, place, film_z, at_stop, made):
     """Chief rays of directions at the stop (n, 2) into made (5, n, 3): the fields of ChiefRays; NaN for a lost ray.
 
-    before, behind: tables of the scalar tracer, up to the stop and from it on; stop_z, film_z: places in the lens
-    frame, mm.
+    before, behind: tables of the scalar tracer, up to the stop and from it on; place (3,) of the middle of the
+    stop, film_z: of the film, lens frame, mm.
     """
     for i in range(at_stop.shape[0]):
         l, m = at_stop[i, 0], at_stop[i, 1]
@@ -76,12 +76,14 @@ def _shoot(before, behind, stop_z, film_z, at_stop, made):
         good = square > 0.0
         if good:
             n = np.sqrt(square)
-            x, y, z, dx, dy, dz = 0.0, 0.0, stop_z, -l, -m, -n
+            x, y, z, dx, dy, dz = place[0], place[1], place[2], -l, -m, -n
             if before.kinds.size > 0:
-                x, y, z, dx, dy, dz, fate, surface = trace_ray(before, False, 0.0, 0.0, stop_z, -l, -m, -n, None, i, -1)
+                x, y, z, dx, dy, dz, fate, surface = trace_ray(
+                    before, False, place[0], place[1], place[2], -l, -m, -n, None, i, -1)
                 # Light that reaches the first surface from beyond 90° runs backwards in the scene
                 good = fate == PASSED or (fate == BACKWARD and surface == 0)
-            u, v, w, du, dv, dw, fate, surface = trace_ray(behind, False, 0.0, 0.0, stop_z, l, m, n, None, i, 1)
+            u, v, w, du, dv, dw, fate, surface = trace_ray(
+                behind, False, place[0], place[1], place[2], l, m, n, None, i, 1)
             good = good and fate == PASSED
         if not good:
             made[:, i] = np.nan

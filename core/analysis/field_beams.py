@@ -14,10 +14,10 @@ from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import surface_steps
+from lensbench.optics.block_trace import surface_steps, trace_steps
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
-from lensbench.optics.path_trace import PATH, STOP_SHARE, VICTIM, open_steps, path_steps
+from lensbench.optics.path_trace import PATH, STOP_SHARE, VICTIM, path_steps
 from lensbench.optics.prescription import Lens
 from lensbench.optics.system import FieldKind
 
@@ -85,7 +85,7 @@ class FieldBeams:
         pupil_z, film_z = first_order(lens, wavelength).exit_pupil.z, lens.length + film_distance
         gap = film_z - pupil_z
         curvatures = chief.image_directions[:, 2] * (1.0 / gap if gap and not isinf(gap) else 0.0)
-        backward = Program(open_steps(lens, film_distance, wavelength), np.float64)
+        backward = Program(trace_steps(lens, film_distance, wavelength), np.float64)
         behind = slice(0, len(lens.surfaces) - lens.stop_index)
         to_stop = Program(surface_steps(lens, film_distance, wavelength, part=behind), np.float64)
         made = cls(lens, film_distance, chief, object_distance, wavelength, axes, frames, sources, chief_pupil,
@@ -210,7 +210,8 @@ class FieldBeams:
     def on_stop(self, s: np.ndarray, t: np.ndarray) -> np.ndarray:
         """(2, F, …) x and y on the stop, in its radii, of rays from the reference points; NaN for lost rays."""
         given, dark = self._from_film(s, t)
-        at = self.to_stop.run(given, [X, Y], s.size).reshape(2, *s.shape) / self.lens.stop.semi_diameter
+        at = self.to_stop.run(given, [X, Y], s.size).T - self.lens.vertex(self.lens.stop_index)[:2]
+        at = at.T.reshape(2, *s.shape) / self.lens.stop.semi_diameter
         return np.where(dark, nan, at)
 
     def linear_stop_share(self, s: np.ndarray, t: np.ndarray) -> np.ndarray:

@@ -27,6 +27,7 @@ from lensbench.analysis.perturbed_copies import (
     copies_of,
     elements,
     judge_copies,
+    set_poses,
     trace_copies,
 )
 from lensbench.imaging.film import Film
@@ -147,7 +148,7 @@ class Judge:
 
     def __init__(self, lens: Lens, film: Film | None, frequencies):
         if not lens.is_rotationally_symmetric:
-            raise LensError("tolerances are computed for rotationally symmetric lenses")
+            raise LensError(f"tolerances are computed for rotationally symmetric lenses: this one has {lens.asymmetry}")
         given = conditions(lens, film, fields=(0.0,), object_distance=math.inf)
         self.lens, self.wavelengths = lens, given.wavelengths
         self.weights = np.array(given.weights) / sum(given.weights)
@@ -165,7 +166,7 @@ class Judge:
         self.limits = 2.0 / math.pi * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
         self.ends, self.kinds = bodies(lens), surface_table(lens).kinds
 
-    def judged(self, tables: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def judged(self, tables: np.ndarray, posed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Focus (copies,), spots (copies, fields) and contrast (copies, fields, n, 2), on two threads."""
         count = len(tables)
         focus, spots = np.empty(count), np.empty((count, len(FIELDS)))
@@ -174,8 +175,7 @@ class Judge:
         def part(first: int) -> None:
             here = slice(first, first + CHUNK)
             out = np.empty((len(tables[here]), len(self.wavelengths), len(self.origins), 4))
-            trace_copies(self.kinds, tables[here], self.ends, poses[here], self.film_z, self.origins,
-                         self.directions, out)
+            trace_copies(self.kinds, posed[here], tables[here], self.film_z, self.origins, self.directions, out)
             judge_copies(out, self.fields, self.weights, self.frequencies, self.limits, focus[here], spots[here],
                          contrast[here])
 
@@ -231,7 +231,7 @@ def _errors(lens: Lens, within: Tolerances) -> list[tuple[str, int, float]]:
 
 
 def _built(judge: Judge, errors: list[tuple[str, int, float]], drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tables and poses of copies with errors (copies, errors), in their own units."""
+    """Tables of copies with errors (copies, errors), in their own units, and which surfaces are out of line."""
     tables = copies_of(judge.lens, judge.wavelengths, len(drawn))
     poses = np.zeros((len(drawn), len(judge.ends), POSE))
     body = {int(first): k for k, (first, _) in enumerate(judge.ends)}
@@ -245,7 +245,7 @@ def _built(judge: Judge, errors: list[tuple[str, int, float]], drawn: np.ndarray
         axis = (DX, AROUND_Y) if (kind, surface) in seen else (DY, AROUND_X)       # in the plane of the fields first
         seen.add((kind, surface))
         poses[:, body[surface], axis[kind == "tilt"]] = drawn[:, k]
-    return tables, poses
+    return tables, set_poses(tables, judge.ends, poses)
 
 
 def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances | None = None,

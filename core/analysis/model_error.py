@@ -107,7 +107,7 @@ class ModelErrors:
     def _refusal(self, model: str) -> str:
         """Why the model cannot be used at all; "" where it can."""
         if not self.camera.lens.is_rotationally_symmetric:
-            return "the lens has a cylinder or toroid"
+            return f"the lens has {self.camera.lens.asymmetry}"
         if not self.camera.film_pose.is_upright:
             return "the film is tilted or shifted"
         if model == "polynomial" and not self.camera.lens.iris.is_round:

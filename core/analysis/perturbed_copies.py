@@ -1,8 +1,8 @@
 """Rays through many copies of a lens whose numbers differ a little, with elements that are decentred and tilted.
 
-Lengths in mm, angles in radians, lens frame. A copy has numbers of its own in the table of the scalar tracer, and a
-pose for each element: a piece of glass, or pieces that are cemented, moves as one body. An element with a pose is
-traced in its own frame; the others, and copies without any pose, pay nothing for it.
+Lengths in mm, angles in radians, lens frame. A copy has numbers of its own in the table of the scalar tracer. Its
+elements have poses: a piece of glass, or pieces that are cemented, moves as one body. Surfaces in line pay nothing for
+it.
 """
 
 import math
@@ -12,7 +12,8 @@ import numpy as np
 from lensbench.kernels.cache import njit
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import surface_table, trace_ray
-from lensbench.optics.surfaces import AFTER, BEFORE, CURVATURE, VERTEX, SurfaceTable
+from lensbench.optics.surface_pose import Frame, SurfacePose
+from lensbench.optics.surfaces import AFTER, AXES, BEFORE, CURVATURE, PLACE, VERTEX, SurfaceTable
 
 # Of a pose: decentre (mm), and tilt about x, then y (radians), at the element's front vertex
 DX, DY, AROUND_X, AROUND_Y = range(4)
@@ -60,44 +61,40 @@ def change_index(tables: np.ndarray, surface: int, change: np.ndarray) -> None:
         tables[:, :, surface + 1, BEFORE] += change[:, None]
 
 
+def set_poses(tables: np.ndarray, ends: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Put the bodies of copies out of line; → whether each surface of a copy is, (copies, surfaces).
+
+    ends (bodies, 2): see `bodies`. poses (copies, bodies, POSE): each about the front vertex of its body, which stands
+    where the gaps of the copy put it.
+    """
+    posed = np.zeros((len(tables), tables.shape[2]), np.bool_)
+    for copy, body in zip(*np.nonzero(poses.any(2)), strict=True):
+        dx, dy, about_x, about_y = poses[copy, body].tolist()
+        first, last = ends[body].tolist()
+        vertices = tables[copy, 0, first:last + 1, VERTEX].tolist()
+        frame = Frame.of(SurfacePose(dx, dy, about_x, about_y), vertices[0])
+        for i, z in enumerate(vertices, start=first):
+            posed[copy, i] = True
+            tables[copy, :, i, PLACE:AXES] = frame.at(z)
+            tables[copy, :, i, AXES:AXES + 9] = frame.rotation.ravel()
+    return posed
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def trace_copies(kinds, tables, ends, poses, film_z, origins, directions, out):
+def trace_copies(kinds, posed, tables, film_z, origins, directions, out):
     """Rays through copies, to the plane z = film_z.
 
-    kinds (surfaces,). tables (copies, wavelengths, surfaces, columns): numbers. ends (bodies, 2): see `bodies`. poses
-    (copies, bodies, POSE).
-    origins, directions (rays, 3). out (copies, wavelengths, rays, 4): x, y, and the slopes dx/dz, dy/dz; NaN for a lost
-    ray. Rims end no ray.
+    kinds (surfaces,). posed (copies, surfaces): whether a surface is out of line. tables (copies, wavelengths,
+    surfaces, columns): numbers. origins, directions (rays, 3). out (copies, wavelengths, rays, 4): x, y, and the slopes
+    dx/dz, dy/dz; NaN for a lost ray. Rims end no ray.
     """
     for copy in range(tables.shape[0]):
         for colour in range(tables.shape[1]):
-            table = tables[copy, colour]
+            table = SurfaceTable(kinds, posed[copy], tables[copy, colour])
             for ray in range(origins.shape[0]):
-                x, y, z = origins[ray]
-                l, m, n = directions[ray]
-                fate = 0
-                for body in range(ends.shape[0]):
-                    first, last = ends[body, 0], ends[body, 1]
-                    body_table = SurfaceTable(kinds[first:last + 1], table[first:last + 1])
-                    dx, dy, a, b = poses[copy, body]
-                    posed = dx != 0.0 or dy != 0.0 or a != 0.0 or b != 0.0
-                    if posed:
-                        # Into the body's frame: R = R_y(b) R_x(a), about its front vertex
-                        ca, sa, cb, sb = math.cos(a), math.sin(a), math.cos(b), math.sin(b)
-                        vertex = table[first, VERTEX]
-                        u, v, w = x - dx, y - dy, z - vertex
-                        u, w = cb * u - sb * w, sb * u + cb * w
-                        x, y, z = u, ca * v + sa * w, ca * w - sa * v + vertex
-                        u, w = cb * l - sb * n, sb * l + cb * n
-                        l, m, n = u, ca * m + sa * w, ca * w - sa * m
-                    x, y, z, l, m, n, fate, _ = trace_ray(body_table, False, x, y, z, l, m, n, None, 0, 1)
-                    if posed:
-                        v, w = ca * y - sa * (z - vertex), sa * y + ca * (z - vertex)
-                        x, y, z = cb * x + sb * w + dx, v + dy, cb * w - sb * x + vertex
-                        v, w = ca * m - sa * n, sa * m + ca * n
-                        l, m, n = cb * l + sb * w, v, cb * w - sb * l
-                    if fate != 0:
-                        break
+                x, y, z, l, m, n, fate, _ = trace_ray(
+                    table, False, origins[ray, 0], origins[ray, 1], origins[ray, 2], directions[ray, 0],
+                    directions[ray, 1], directions[ray, 2], None, 0, 1)
                 if fate == 0:
                     out[copy, colour, ray, 0] = x + (film_z - z) * l / n
                     out[copy, colour, ray, 1] = y + (film_z - z) * m / n

@@ -48,7 +48,8 @@ class LensCamera(Camera):
     lens : Lens
         Prescription. A lens whose front_index is not 1 is immersed in the medium, without a window; its f-number is
         that in air, as engraved. A lens with a cylinder or toroid is traced; it is focused between its two foci
-        (`section_foci`), and its f-number is that of the section y–z.
+        (`section_foci`), and its f-number is that of the section y–z. A lens with surfaces out of line is traced, too;
+        its f-number, first-order data and paraxial focus are those of the lens in line.
     film : Film
         Size (mm) and pixels.
     focus_distance : float
@@ -85,9 +86,9 @@ class LensCamera(Camera):
     LensError
         An f-number to which the lens cannot open.
     CameraError
-        An unknown model, degree or focus method; a lens with a cylinder or toroid that has blades, or a model other
-        than the trace; dispersion with unknown indices; "thick" with the exit pupil on the film; "thin" or "pinhole"
-        with the entrance pupil at infinity or beyond the object.
+        An unknown model, degree or focus method; for a lens without rotational symmetry a model other than the trace;
+        surfaces so far out of line that the film's centre is dark; dispersion with unknown indices; "thick" with the
+        exit pupil on the film; "thin" or "pinhole" with the entrance pupil at infinity or beyond the object.
     """
 
     lens: Lens
@@ -116,10 +117,8 @@ class LensCamera(Camera):
         if self.model == "polynomial" and self.degree not in DEGREES:
             raise CameraError(f"polynomial degree {self.degree}: choose one of {', '.join(map(str, DEGREES))}")
         if not self.lens.is_rotationally_symmetric and self.model not in ("auto", "trace"):
-            raise CameraError(f"the {self.model} model needs a rotationally symmetric lens, and this one has a "
-                              "cylinder or toroid: choose the full trace")
-        if not self.lens.is_rotationally_symmetric and not self.lens.iris.is_round:
-            raise CameraError("a lens with a cylinder or toroid has no blades here: leave its stop round")
+            raise CameraError(f"the {self.model} model needs a rotationally symmetric lens, and this one has "
+                              f"{self.lens.asymmetry}: choose the full trace")
         lens = self.lens.at(close=0.0)
         if self.f_number is not None:
             lens = stopped_down(lens, self.f_number)
@@ -137,6 +136,9 @@ class LensCamera(Camera):
                              "where there is no room for a film")
         if not self.film_pose.is_upright:
             self._check_pose()
+        if not self.lens.is_in_line and not self.axis_irradiance > 0.0:
+            raise CameraError("no light reaches the film's centre through the surfaces out of line: decentre or tilt "
+                              "them less, or enlarge their rims")
         if not self.follows_rays:
             _ = self.gaussian                       # evaluated here, so that an impossible ideal lens raises
         if self.dispersion and not self.disperses and missing_dispersion(self.lens):
@@ -145,7 +147,7 @@ class LensCamera(Camera):
     def _check_pose(self) -> None:
         """CameraError where a film out of line cannot stand behind this lens."""
         if not self.lens.is_rotationally_symmetric:
-            raise CameraError("the film cannot be tilted or shifted behind a lens with a cylinder or toroid")
+            raise CameraError(f"the film cannot be tilted or shifted behind a lens with {self.lens.asymmetry}")
         nearest = self.film_distance + float(self.film_corners[:, 2].min())
         if not nearest > 0.0:
             raise CameraError(f"the tilted film reaches {significant(-nearest, 3)} mm beyond the last vertex of the "
@@ -314,8 +316,7 @@ class LensCamera(Camera):
     @property
     def front(self) -> float:
         """Coordinate z (mm, camera frame) of the lens's foremost point: its first vertex, or the rim before it."""
-        first = self.lens.surfaces[0]
-        return min(0.0, float(first.sag(first.semi_diameter))) - self.lens.length - self.film_distance
+        return min(0.0, *_first_rim(self.lens)[:, 2].tolist()) - self.lens.length - self.film_distance
 
     def film_slopes(self, film_xy, directions):
         """Derivatives in closed form for the ideal models; see `Camera.film_slopes`."""
@@ -396,7 +397,8 @@ class LensCamera(Camera):
                     else posed_landing_step(self.film, self.film_pose, gain))
         whole = trace_steps(lens, self.film_distance, wavelength, "film", blades=False)
         first = lens.surfaces[0]
-        reach = first.semi_diameter + min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
+        reach = float(np.hypot(*_first_rim(lens)[:, :2].T).max())
+        reach += min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
         return FilmLanding([*trace_steps(lens, self.film_distance, wavelength, "film"), arriving], [*whole, arriving],
                        (0.0, 0.0, -lens.length - self.film_distance), reach)
 
@@ -470,6 +472,15 @@ class LensCamera(Camera):
         position_pdf = np.ones(len(passes)) / self._film_area
         we = facing * position_pdf * (lens.front_index**2 * self.film_distance**2 / normaliser)
         return FilmImportance(film, we, position_pdf, direction_pdf, passes & (area > 0.0))
+
+
+def _first_rim(lens: Lens) -> np.ndarray:
+    """Points (n, 3) of the rim of the first surface, lens frame (mm): one of them where it is in line."""
+    first, frame = lens.surfaces[0], lens.frames[0]
+    turn = np.zeros(1) if frame is None else np.linspace(0.0, 2.0 * math.pi, 17)
+    x, y = first.semi_diameter * np.cos(turn), first.semi_diameter * np.sin(turn)
+    rim = np.column_stack([x, y, first.sag(x, y)])
+    return rim if frame is None else rim @ frame.rotation.T + frame.shift
 
 
 def _taking_film_distance(init: Callable[..., None]) -> Callable[..., None]:

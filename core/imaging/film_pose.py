@@ -6,13 +6,14 @@ the film's own frame, whose axes and centre the pose places in the camera frame.
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, degrees, isfinite, radians, sin
+from math import degrees, isfinite, radians
 
 import numpy as np
 
 from lensbench.imaging.film import FilmError
 from lensbench.kernels.block import B, Step, X, Y, Z, rows, stage
 from lensbench.kernels.figures import significant
+from lensbench.kernels.rotation import rotation_matrix
 
 STEEPEST = radians(60.0)        # of tilt and swing
 FARTHEST = 1e4                  # mm: of rise and shift
@@ -70,8 +71,7 @@ class FilmPose:
     @cached_property
     def axes(self) -> np.ndarray:
         """Unit vectors (3, 3), a row each: along the film's x and y, and its normal away from the lens."""
-        ct, st, cs, ss = cos(self.tilt), sin(self.tilt), cos(self.swing), sin(self.swing)
-        return np.array([[cs, 0.0, ss], [-ss * st, ct, cs * st], [-ss * ct, -st, cs * ct]])
+        return rotation_matrix(self.tilt, -self.swing).T
 
     @cached_property
     def centre(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Sine and versine of an angle that differs from lane to lane, for motion while the shutter is open."""
+"""Rotations: the matrix of two tilts, and sine and versine of an angle that differs from lane to lane."""
 
 import math
 
@@ -9,6 +9,12 @@ from lensbench.kernels.cache import njit
 # Taylor coefficients of sine and cosine: the error at π/2 is below 2e-17, and below 7e-9 with the first seven
 _SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(11))
 _COSINE = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(11))
+
+
+def rotation_matrix(about_x: float, about_y: float) -> np.ndarray:
+    """R_y(about_y) · R_x(about_x), (3, 3): right-handed, by radians, about the fixed axes x, then y."""
+    ca, sa, cb, sb = math.cos(about_x), math.sin(about_x), math.cos(about_y), math.sin(about_y)
+    return np.array([[cb, sb * sa, sb * ca], [0.0, ca, -sa], [-sb, cb * sa, cb * ca]])
 
 
 @njit(inline="always")

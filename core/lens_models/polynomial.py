@@ -108,7 +108,7 @@ class Polynomial:
         if degree not in DEGREES:
             raise LensError(f"polynomial degree {degree}: choose one of {', '.join(map(str, DEGREES))}")
         if not lens.is_rotationally_symmetric:
-            raise LensError("a polynomial is fitted in rotation invariants, and this lens has a cylinder or toroid")
+            raise LensError(f"a polynomial is fitted in rotation invariants, and this lens has {lens.asymmetry}")
         if table.splits:
             raise LensError("no polynomial: near the edge of the light, this lens splits its exit-pupil regions, and "
                             "only the trace finds the dark between the pieces: choose the trace, or a smaller film")

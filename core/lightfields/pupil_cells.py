@@ -89,9 +89,10 @@ def _radial_rims(table: PupilTable, farthest: float) -> tuple[np.ndarray, np.nda
 
 
 def _grid_rims(grid: PupilGrid) -> tuple[np.ndarray, np.ndarray]:
-    """Film points (2, n) of a quadrant of the film, and slopes (2, n) to the rim, for two planes of symmetry."""
+    """Film points (2, n) of the quadrants that the grid knows, and slopes (2, n) to the rim."""
+    low = 0.0 if len(grid.nodes.edge) == 1 else -1.0
     x, y, turn = (axis.ravel() for axis in np.meshgrid(
-        np.linspace(0.0, grid.half_width, FILM_POINTS), np.linspace(0.0, grid.half_height, FILM_POINTS),
+        grid.half_width * np.linspace(low, 1.0, FILM_POINTS), grid.half_height * np.linspace(low, 1.0, FILM_POINTS),
         (np.arange(4 * SECTORS) + 0.5) / (4 * SECTORS)))
     l, m, n, weight = Program([grid.step(1.0)], np.float64).run(
         {X: x, Y: y, U0: turn, U1: np.full_like(turn, 1.0)}, [L, M, N, WEIGHT], len(turn))

@@ -4,7 +4,8 @@ Lengths in mm, lens frame. A point on the axis is given by its nearness in 1/mm:
 over its distance before the first vertex (or behind the last, for light that runs
 backwards), 0 at infinity. Rays are given by their points on the plane of
 the vertex that they meet first. For a lens with rotational symmetry the rays of one meridian represent all; a lens with
-a cylinder or toroid has four equal quadrants, and an even fan of directions represents one of them.
+a cylinder or toroid has four equal quadrants, and an even fan of directions represents one of them; one with surfaces
+out of line is traced in all four.
 """
 
 from functools import lru_cache
@@ -38,7 +39,8 @@ def zone_rule() -> tuple[np.ndarray, np.ndarray]:
 def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Directions (n, a, 2), x and y, and their weights (n, a) per squared rim height in the pupil's area.
 
-    They cover a quarter of the ellipse that is the paraxial pupil, by the trapezium rule over equal areas.
+    They cover a quarter of the ellipse that is the paraxial pupil, by the trapezium rule over equal areas, or all of it
+    for a lens with surfaces out of line.
     nearness: (n,), 1/mm.
     """
     if lens.is_rotationally_symmetric:
@@ -47,9 +49,12 @@ def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for section in lens.sections:
         a, b, _, _ = ray_matrix(section, 0, lens.stop_index)
         axes.append(1.0 / np.maximum(np.abs(a + b * nearness * lens.front_index), 1e-6))
-    azimuth, weights = np.linspace(0.0, 0.5 * pi, FAN), np.ones(FAN)
-    weights[[0, -1]] = 0.5
-    corners = np.array(axes).T[:, None, :] * np.stack([np.cos(azimuth), np.sin(azimuth)], 1)
+    if lens.is_in_line:
+        azimuth, weights = np.linspace(0.0, 0.5 * pi, FAN), np.ones(FAN)
+        weights[[0, -1]] = 0.5
+    else:
+        azimuth, weights = 2.0 * pi * np.arange(4 * FAN) / (4 * FAN), np.ones(4 * FAN)
+    corners = np.array([axes[0], axes[-1]]).T[:, None, :] * np.stack([np.cos(azimuth), np.sin(azimuth)], 1)
     reach2 = (corners**2).sum(2, keepdims=True)
     return corners / np.sqrt(reach2), weights / reach2[..., 0]
 

@@ -12,15 +12,15 @@ numbers are squared then, and his G is N.
 """
 
 import math
-from itertools import groupby
-from operator import itemgetter
+from collections.abc import Sequence
 
 import numpy as np
 
 from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, CLEARANCE, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.kernels.layout import pack
+from lensbench.kernels.layout import offsets, pack
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
+from lensbench.optics.surface_pose import IN_LINE, Frame
 from lensbench.optics.surfaces import (
     ACROSS,
     ASPHERE,
@@ -47,6 +47,9 @@ K, COEFFICIENTS = SPHERE_RECORD, SPHERE_RECORD + 1  # conic constant; coefficien
 CURVATURE_X = SPHERE_RECORD                         # c of the section x–z of a toroid
 CONIC_RECORD = TOROID_RECORD = COEFFICIENTS
 EVEN_RECORD, ASPHERE_RECORD = COEFFICIENTS + HIGHEST_POWER // 2, COEFFICIENTS + TERMS
+
+# Parameters of `change_frame`: a rotation, row by row, and a shift (mm)
+ROTATION, SHIFT, FRAME = offsets(9, 3)
 
 # Parameters of `enter_lens` and `leave_lens`
 SIGN, END = range(2)                    # 1 towards the film, −1 towards the scene; z of the last vertex along the light
@@ -88,6 +91,19 @@ def leave_lens(lanes, p, ints, key):
         z[i] = (z[i] + end) * sign
         n[i] *= sign
         weight[i] = weight[i] if clearance[i] <= real(1) else real(0)
+
+
+@stage
+def change_frame(lanes, p, ints, key):
+    """Into the frame of surfaces out of line, or back: point and direction, from the last vertex met as before."""
+    row = rows(lanes)
+    X_, Y_, Z_, L_, M_, N_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]
+    a, b, c = p[SHIFT], p[SHIFT + 1], p[SHIFT + 2]
+    for i in range(B):
+        x, y, z, l, m, n = X_[i], Y_[i], Z_[i], L_[i], M_[i], N_[i]
+        X_[i], Y_[i], Z_[i] = xx * x + xy * y + xz * z + a, yx * x + yy * y + yz * z + b, zx * x + zy * y + zz * z + c
+        L_[i], M_[i], N_[i] = xx * l + xy * m + xz * n, yx * l + yy * m + yz * n, zx * l + zy * m + zz * n
 
 
 @stage
@@ -357,19 +373,43 @@ RUNS = {SPHERE: (refract_at_spheres, SPHERE_RECORD), CONIC: (refract_at_conics, 
 
 
 def surface_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
-                  part: slice = slice(None)) -> list[Step]:
+                  part: slice = slice(None), at_stop: Sequence[Step] = ()) -> list[Step]:
     """Steps that trace the surfaces of a lens, with a circular stop.
 
     film_distance: last vertex → film (mm). wavelength: µm. towards: "scene" (from the film), or "film" (from the
-    scene). part: of the surfaces in that order. A ray ends on the last surface. Between two parts, and in front of the
-    lens, a direction has the length of the index there.
+    scene). part: of the surfaces in that order. at_stop: steps behind the stop, in its frame. A ray ends on the last
+    surface. Between two parts, and in front of the lens, a direction has the length of the index there.
+
+    Surfaces out of line that move as one are met in their common frame, in which the lens is in line: a step moves the
+    rays there, and another one back.
     """
     indices, vertices = lens.indices(wavelength), lens.vertices
     sceneward = towards == "scene"
     order = (range(len(vertices) - 1, -1, -1) if sceneward else range(len(vertices)))[part]
     sign = -1.0 if sceneward else 1.0
-    end = 0.0
-    records = []
+    end, frame = 0.0, IN_LINE
+    steps = [Step(enter_lens, [sign])]
+    run: list[np.ndarray] = []                          # records of surfaces of one kind
+    running = -1
+
+    def change_to(other: Frame) -> None:
+        """Append the step into another frame; the last vertex met stays the origin of z, which runs with the light."""
+        nonlocal frame
+        if other is not frame:
+            moved = frame.into(other)
+            z = sign * end + lens.length + film_distance            # of the last vertex met, lens frame
+            mirror = np.array([1.0, 1.0, sign])
+            shift = mirror * (moved.shift + z * (moved.rotation[:, 2] - [0.0, 0.0, 1.0]))
+            rotation = mirror[:, None] * moved.rotation * mirror
+            steps.append(Step(change_frame, np.concatenate([rotation.ravel(), shift])))
+            frame = other
+
+    def close_run() -> None:
+        """Append the step of the run."""
+        if run:
+            steps.append(Step(RUNS[running][0], np.concatenate(run)))
+            run.clear()
+
     for i in order:
         surface = lens.surfaces[i]
         kind, numbers = surface.shape
@@ -384,11 +424,18 @@ def surface_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, 
         elif kind != SPHERE:
             fields[K] = surface.conic
             fields[COEFFICIENTS] = sign * numbers[FIRST_TERM:FIRST_TERM + length - COEFFICIENTS]
-        records.append((kind, pack(length, fields)))
-        end = z
-    runs = [Step(RUNS[kind][0], np.concatenate([record for _, record in run]))
-            for kind, run in groupby(records, itemgetter(0))]
-    return [Step(enter_lens, [sign]), *runs, Step(leave_lens, [sign, end])]
+        own = lens.frames[i] or IN_LINE
+        if kind != running or own is not frame:
+            close_run()
+            change_to(own)
+        run.append(pack(length, fields))
+        running, end = kind, z
+        if at_stop and i == lens.stop_index:
+            close_run()
+            steps += at_stop
+    close_run()
+    change_to(IN_LINE)
+    return [*steps, Step(leave_lens, [sign, end])]
 
 
 @stage
@@ -408,14 +455,7 @@ def trace_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, to
     blades: whether the blades of the stop block rays, or its circle alone.
     """
     blocking = lens.iris.blocking(lens.stop.semi_diameter) if blades else []
-    if not blocking:
-        steps = surface_steps(lens, film_distance, wavelength, towards)
-    else:
-        count = len(lens.surfaces)
-        behind = lens.stop_index + 1 if towards == "film" else count - lens.stop_index
-        steps = [*surface_steps(lens, film_distance, wavelength, towards, slice(behind)), *blocking]
-        if behind < count:
-            steps += surface_steps(lens, film_distance, wavelength, towards, slice(behind, count))
+    steps = surface_steps(lens, film_distance, wavelength, towards, at_stop=blocking)
     n = lens.front_index
     if n == 1.0:
         return steps

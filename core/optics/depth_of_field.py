@@ -177,7 +177,10 @@ def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayL
     outside = before > 0.0
     nearness = 1.0 / before[outside]
     places, slopes, weights = pupil_rays(lens, nearness)
-    radii = np.hypot(*np.moveaxis(places + film_distance * slopes, 2, 0))
+    spots = places + film_distance * slopes
+    if not lens.is_in_line:                             # they lie beside the axis: their width is about their middle
+        spots -= (weights[..., None] * spots).sum(1, keepdims=True)
+    radii = np.hypot(*np.moveaxis(spots, 2, 0))
     spread, extent = np.full((2, len(before)), np.nan)
     spread[outside] = 2.0 * np.sqrt(2.0 * (weights * radii**2).sum(1))
     extent[outside] = 2.0 * radii.max(axis=1)

@@ -49,6 +49,7 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
         Film → object (mm); math.inf is allowed.
     method : {"paraxial", "real"}
         "paraxial": the thick lens in closed form. "real": least rms blur of the traced bundle over the full pupil.
+        The former knows no decentre or tilt: it focuses the lens in line.
         For a lens with a cylinder or toroid both are the best compromise between its two foci; "paraxial" is
         the limit of "real" as the stop closes.
 
@@ -69,7 +70,7 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
     if lens.has_focus_groups:
         moved = focused(lens, focus_distance, method)
         return moved.surfaces[-1].thickness + _travel(moved.at(close=0.0), method)[0]
-    if method == "real" or not lens.is_rotationally_symmetric:
+    if method == "real" or len(lens.sections) > 1:
         return _solved(lens, focus_distance, method)
     fo = _focusable(lens)
     _check_distance(focus_distance, nearest_focus(lens))
@@ -150,7 +151,7 @@ def nearest_focus(lens: Lens) -> float:
     if lens.has_focus_groups:
         return _travel(lens.at(close=0.0), "paraxial")[1]
     fo = _focusable(lens)
-    if not lens.is_rotationally_symmetric:
+    if len(lens.sections) > 1:
         return _conjugates(lens, _imager(lens, "paraxial"))[1]
     n = lens.front_index
     object_distance = max((n + sqrt(n)) * fo.efl, fo.front_principal)       # from the front principal plane
@@ -182,7 +183,7 @@ def focused_distance(lens: Lens, film_distance: float) -> float:
         If the lens forms no real image.
     """
     fo = _focusable(lens)
-    if not lens.is_rotationally_symmetric:
+    if len(lens.sections) > 1:
         return _object_of(lens, film_distance, _imager(lens, "paraxial"))
     extension = film_distance - fo.bfl
     if not extension > 0.0:
@@ -306,14 +307,16 @@ def _imager(lens: Lens, method: str) -> Callable[[float], float]:
     The image distance runs from the last vertex to the plane of least rms blur.
     """
     which = [0]
-    if not lens.is_rotationally_symmetric:
+    if len(lens.sections) > 1:
         converging = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section).efl < inf]
         which = converging or list(range(len(lens.sections)))       # a section that only diverges does not count
     if method == "real":
-        axes = [0, 1] if lens.is_rotationally_symmetric else which
+        axes = [0, 1] if len(lens.sections) == 1 else which
 
         def of_rays(nearness: float) -> float:
             places, slopes, weights = pupil_rays(lens, np.array([nearness]))
+            if not lens.is_in_line:                     # the spot lies beside the axis: its blur is about its middle
+                places, slopes = (rays - (weights[..., None] * rays).sum(1, keepdims=True) for rays in (places, slopes))
             return _sharpest(places[0][:, axes], slopes[0][:, axes], weights[0, :, None])
         return of_rays
 

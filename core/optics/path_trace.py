@@ -29,7 +29,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.optics.block_trace import GAP, RIM, RUNS, scale_directions, surface_steps
+from lensbench.optics.block_trace import GAP, RIM, RUNS, change_frame, scale_directions, surface_steps
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 
@@ -44,16 +44,22 @@ _LENGTHS = {id(kernel): length for kernel, length in RUNS.values()}     # of a r
 
 
 @stage
-def begin_path(lanes, p, ints, key):
-    """Keep the ray as it comes; nothing has ended it."""
-    real = lanes.dtype.type
+def keep_ray(lanes, p, ints, key):
+    """Keep the ray as it comes into the lens, or into another frame: the path goes on from there."""
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
     x0, y0, z0, l0, m0, n0 = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5]
-    victim = row[VICTIM]
     for i in range(B):
         x0[i], y0[i], z0[i] = x[i], y[i], z[i]
         l0[i], m0[i], n0[i] = l[i], m[i], n[i]
+
+
+@stage
+def begin_path(lanes, p, ints, key):
+    """Nothing has ended the ray."""
+    real = lanes.dtype.type
+    victim = rows(lanes)[VICTIM]
+    for i in range(B):
         victim[i] = real(-1)
 
 
@@ -76,28 +82,6 @@ def add_path(lanes, p, ints, key):
         share[i] = (x[i] * x[i] + y[i] * y[i]) * rim if at_stop else share[i]
 
 
-def open_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> list[Step]:
-    """Steps that trace unit vectors from the film to the scene, with one CLEARANCE of all rims and of the blades.
-
-    film_distance: last vertex → film (mm). wavelength: µm.
-    """
-    enter, *runs, leave = surface_steps(lens, film_distance, wavelength, "scene")
-    steps, met, stop = [enter], 0, len(lens.surfaces) - lens.stop_index     # surfaces met up to the stop, included
-    for run in runs:
-        length = _LENGTHS[id(run.kernel)]
-        count = run.parameters.size // length
-        here = stop - met
-        if 0 < here <= count:
-            steps += [Step(run.kernel, run.parameters[:here * length]), *lens.iris.blocking(lens.stop.semi_diameter)]
-            if here < count:
-                steps.append(Step(run.kernel, run.parameters[here * length:]))
-        else:
-            steps.append(run)
-        met += count
-    return [*steps, leave] if lens.front_index == 1.0 else [*steps, leave, Step(scale_directions,
-                                                                                [1.0 / lens.front_index])]
-
-
 def path_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> list[Step]:
     """Steps that trace unit vectors from the scene to the last surface, with PATH, VICTIM and STOP_SHARE.
 
@@ -107,9 +91,12 @@ def path_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> 
     enter, *runs, leave = surface_steps(lens, film_distance, wavelength, "film")
     blocking = lens.iris.blocking(lens.stop.semi_diameter)
     steps = [] if lens.front_index == 1.0 else [Step(scale_directions, [lens.front_index])]
-    steps += [enter, Step(begin_path)]
+    steps += [enter, Step(keep_ray), Step(begin_path)]
     surface = 0
     for run in runs:
+        if run.kernel is change_frame:
+            steps += [run, Step(keep_ray)]
+            continue
         length = _LENGTHS[id(run.kernel)]
         for start in range(0, run.parameters.size, length):
             record = run.parameters[start:start + length]

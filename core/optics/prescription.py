@@ -21,6 +21,7 @@ from lensbench.optics.coatings import Coating
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import AIR, D_LINE, Glass
 from lensbench.optics.iris import Iris, IrisError
+from lensbench.optics.surface_pose import Frame, SurfacePose
 from lensbench.optics.surfaces import HIGHEST_POWER, sags, shape
 from lensbench.optics.system import SystemData
 from lensbench.optics.zoom_positions import Positions, PositionsError
@@ -56,6 +57,8 @@ class Surface:
         y–z: a cylinder or toroid, which has neither conic nor aspheric terms.
     coating : Coating or None
         None: not known; what asks for it then says which it assumes.
+    pose : SurfacePose or None
+        Decentre and tilt of this surface; None where it is in line.
     radius : float
         Keyword alone, in place of the curvature: R in mm, positive if the centre of curvature lies at +z; math.inf for
         a plane.
@@ -74,10 +77,12 @@ class Surface:
     aspheric: tuple[tuple[int, float], ...] = ()
     curvature_x: float | None = None
     coating: Coating | None = None
+    pose: SurfacePose | None = None
 
     def __init__(self, curvature: float | None = None, thickness: float = 0.0, semi_diameter: float | None = None,
                  glass: Glass = AIR, conic: float = 0.0, aspheric: Iterable[tuple[int, float]] = (),
-                 curvature_x: float | None = None, coating: Coating | None = None, *, radius: float | None = None):
+                 curvature_x: float | None = None, coating: Coating | None = None, pose: SurfacePose | None = None, *,
+                 radius: float | None = None):
         if semi_diameter is None:
             raise TypeError("a surface needs its semi_diameter, the radius of its rim in mm")
         if (curvature is None) == (radius is None):
@@ -87,7 +92,8 @@ class Surface:
                 raise LensError(f"radius of curvature {radius}: it must be a number of mm, or math.inf for a plane")
             curvature = 1.0 / radius
         given = {"curvature": curvature, "thickness": thickness, "semi_diameter": semi_diameter, "glass": glass,
-                 "conic": conic, "aspheric": aspheric, "curvature_x": curvature_x, "coating": coating}
+                 "conic": conic, "aspheric": aspheric, "curvature_x": curvature_x, "coating": coating,
+                 "pose": None if pose is None or pose.is_in_line else pose}
         for name, value in given.items():
             object.__setattr__(self, name, value)
         self._check()
@@ -120,7 +126,7 @@ class Surface:
 
     @property
     def is_rotationally_symmetric(self) -> bool:
-        """Whether the surface is no cylinder or toroid."""
+        """Whether the surface is no cylinder or toroid; its pose does not count."""
         return self.curvature_x is None
 
     @cached_property
@@ -142,13 +148,15 @@ class Surface:
         return replace(self, curvature=self.curvature / factor, thickness=self.thickness * factor,
                        semi_diameter=self.semi_diameter * factor,
                        aspheric=tuple((power, a * factor ** (1 - power)) for power, a in self.aspheric),
-                       curvature_x=None if self.curvature_x is None else self.curvature_x / factor)
+                       curvature_x=None if self.curvature_x is None else self.curvature_x / factor,
+                       pose=self.pose and self.pose.scaled(factor))
 
     def reversed(self, thickness: float, glass: Glass) -> "Surface":
-        """The surface met from behind, with another gap (mm) and medium behind it."""
+        """The surface met from behind, turned about y, with another gap (mm) and medium behind it."""
         return replace(self, curvature=-self.curvature or 0.0, thickness=thickness, glass=glass,
                        aspheric=tuple((power, -a) for power, a in self.aspheric),
-                       curvature_x=None if self.curvature_x is None else -self.curvature_x or 0.0)
+                       curvature_x=None if self.curvature_x is None else -self.curvature_x or 0.0,
+                       pose=self.pose and self.pose.turned())
 
 
 def _sound_terms(terms: Iterable[tuple[int, float]]) -> tuple[tuple[int, float], ...]:
@@ -241,6 +249,10 @@ class Lens:
         if self.positions is not None and self.positions.gaps[-1] >= len(self.surfaces):
             raise LensError(f"the gap behind surface {self.positions.gaps[-1]} varies: this lens has surfaces 0 to "
                             f"{len(self.surfaces) - 1}")
+        for i, surface in enumerate(self.surfaces):
+            if surface.pose is not None and not 0 <= i - surface.pose.pivot < len(self.surfaces):
+                raise LensError(f"surface {i} pivots about the vertex of surface {i - surface.pose.pivot}: this lens "
+                                f"has surfaces 0 to {len(self.surfaces) - 1}")
         if not (isfinite(self.front_index) and 1.0 <= self.front_index <= 3.0):
             raise LensError(f"index {significant(self.front_index)} before the lens: it must lie between 1 (air) and 3")
         if self.film_size is not None and not all(0.0 < side < inf for side in self.film_size):
@@ -262,8 +274,55 @@ class Lens:
 
     @cached_property
     def is_rotationally_symmetric(self) -> bool:
-        """Whether no surface is a cylinder or toroid; blades do not count."""
-        return all(surface.is_rotationally_symmetric for surface in self.surfaces)
+        """Whether no surface is a cylinder or toroid, or out of line; blades do not count."""
+        return self.is_in_line and all(surface.is_rotationally_symmetric for surface in self.surfaces)
+
+    @cached_property
+    def is_in_line(self) -> bool:
+        """Whether no surface is decentred or tilted."""
+        return all(surface.pose is None for surface in self.surfaces)
+
+    @property
+    def asymmetry(self) -> str:
+        """What the lens has that keeps it from rotational symmetry, in words for a message; "" for nothing."""
+        toroid = any(not surface.is_rotationally_symmetric for surface in self.surfaces)
+        return " and ".join(["a cylinder or toroid"] * toroid + ["a surface out of line"] * (not self.is_in_line))
+
+    @cached_property
+    def in_line(self) -> "Lens":
+        """The lens without its decentres and tilts."""
+        return self if self.is_in_line else replace(self, surfaces=tuple(replace(surface, pose=None)
+                                                                         for surface in self.surfaces))
+
+    @cached_property
+    def frames(self) -> tuple[Frame | None, ...]:
+        """The motion that puts each surface out of line, one and the same for those that move as one; None in line."""
+        known: dict[tuple[SurfacePose, int], Frame] = {}
+        found: list[Frame | None] = []
+        for i, surface in enumerate(self.surfaces):
+            if surface.pose is None:
+                found.append(None)
+                continue
+            key = replace(surface.pose, pivot=0), i - surface.pose.pivot
+            if key not in known:
+                known[key] = Frame.of(surface.pose, self.vertices[key[1]])
+            found.append(known[key])
+        return tuple(found)
+
+    def vertex(self, i: int) -> np.ndarray:
+        """Where the vertex of surface i stands (3,), lens frame (mm)."""
+        frame, z = self.frames[i], self.vertices[i]
+        return np.array([0.0, 0.0, z]) if frame is None else frame.at(z)
+
+    def in_frame_of(self, i: int, points: np.ndarray) -> np.ndarray:
+        """Points (n, 3) of the lens frame in the frame of surface i: its vertex is the origin, and +z its axis; mm."""
+        moved, frame = points - self.vertex(i), self.frames[i]
+        return moved if frame is None else moved @ frame.rotation
+
+    def mirrored(self, across: bool, up: bool) -> "Lens":
+        """The lens mirrored along x (`across`), along y (`up`), or both; the iris keeps its place."""
+        return self if self.is_in_line else replace(self, surfaces=tuple(
+            replace(surface, pose=surface.pose and surface.pose.mirrored(across, up)) for surface in self.surfaces))
 
     @property
     def in_air(self) -> "Lens":
@@ -271,23 +330,25 @@ class Lens:
         return self if self.front_index == 1.0 else replace(self, front_index=1.0)
 
     def section(self, axis: str) -> "Lens":
-        """The rotationally symmetric lens with the section x–z ("x") or y–z ("y") of this one."""
+        """The rotationally symmetric lens, in line, with the section x–z ("x") or y–z ("y") of this one."""
         if axis not in ("x", "y"):
             raise LensError(f"section {axis!r}: it is 'x' for x–z or 'y' for y–z")
         return self if self.is_rotationally_symmetric else self._cut[axis == "y"]
 
     @cached_property
     def _cut(self) -> tuple["Lens", "Lens"]:
-        """The lenses with the sections x–z and y–z of this one."""
+        """The lenses with the sections x–z and y–z of this one, in line."""
         return tuple(replace(self, surfaces=tuple(               # type: ignore[return-value]
             surface if surface.curvature_x is None else
             replace(surface, curvature=surface.curvature if upright else surface.curvature_x, curvature_x=None)
-            for surface in self.surfaces)) for upright in (False, True))
+            for surface in self.in_line.surfaces)) for upright in (False, True))
 
     @property
     def sections(self) -> tuple["Lens", ...]:
-        """The lenses of the sections x–z and y–z; a rotationally symmetric lens itself alone."""
-        return (self,) if self.is_rotationally_symmetric else (self.section("x"), self.section("y"))
+        """The lenses of the sections x–z and y–z, in line; that of a lens without cylinder or toroid alone."""
+        if self.in_line.is_rotationally_symmetric:
+            return (self.in_line,)
+        return self.section("x"), self.section("y")
 
     def _repr_html_(self) -> str:
         """Section and figures, for a notebook."""

@@ -15,7 +15,19 @@ from numpy.typing import ArrayLike, DTypeLike
 from lensbench.kernels.cache import njit
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.optics.surfaces import AFTER, BEFORE, COLUMNS, CURVATURE, RIM2, SPHERE, VERTEX, SurfaceTable, intersect
+from lensbench.optics.surfaces import (
+    AFTER,
+    AXES,
+    BEFORE,
+    COLUMNS,
+    CURVATURE,
+    PLACE,
+    RIM2,
+    SPHERE,
+    VERTEX,
+    SurfaceTable,
+    intersect,
+)
 
 
 class Fate(IntEnum):
@@ -127,7 +139,7 @@ def _meet_blades(lens: Lens, forward: np.ndarray, points: np.ndarray, after: np.
     """End the rays that meet the blades of the stop; forward (n,): whether a ray runs from the scene."""
     for from_scene in (True, False):
         at = 1 + (lens.stop_index if from_scene else len(lens.surfaces) - 1 - lens.stop_index)
-        x, y, _ = (paths[:, at] / lens.stop.semi_diameter).T
+        x, y, _ = (lens.in_frame_of(lens.stop_index, paths[:, at]) / lens.stop.semi_diameter).T
         met = (forward == from_scene) & np.isfinite(x) & ~lens.iris.contains(x, y)
         met &= (fate != CLIPPED) | (surface != lens.stop_index)
         travel = paths[met, at] - paths[met, at - 1]
@@ -141,16 +153,36 @@ def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.
     known = lens.known.get(("surface table", wavelength))
     if known is None:
         known = lens.known["surface table", wavelength] = _surface_table(lens, wavelength)
-    return SurfaceTable(known.kinds, known.numbers.astype(dtype))
+    return SurfaceTable(known.kinds, known.posed, known.numbers.astype(dtype))
 
 
 def _surface_table(lens: Lens, wavelength: float) -> SurfaceTable:
     n = lens.indices(wavelength)
     kinds, numbers = np.empty(len(lens.surfaces), np.int64), np.empty((len(lens.surfaces), COLUMNS))
+    posed = np.zeros(len(lens.surfaces), np.bool_)
     for i, (surface, z) in enumerate(zip(lens.surfaces, lens.vertices, strict=True)):
         kinds[i], numbers[i] = surface.shape
         numbers[i, [VERTEX, RIM2, BEFORE, AFTER]] = z, surface.semi_diameter**2, n[i], n[i + 1]
-    return SurfaceTable(kinds, numbers)
+        if (frame := lens.frames[i]) is not None:
+            posed[i] = True
+            numbers[i, PLACE:AXES], numbers[i, AXES:AXES + 9] = lens.vertex(i), frame.rotation.ravel()
+    return SurfaceTable(kinds, posed, numbers)
+
+
+@njit(inline="always")
+def _into(numbers, i, x, y, z):
+    """A vector of the lens frame in the frame of surface i, which is out of line."""
+    return (numbers[i, AXES] * x + numbers[i, AXES + 3] * y + numbers[i, AXES + 6] * z,
+            numbers[i, AXES + 1] * x + numbers[i, AXES + 4] * y + numbers[i, AXES + 7] * z,
+            numbers[i, AXES + 2] * x + numbers[i, AXES + 5] * y + numbers[i, AXES + 8] * z)
+
+
+@njit(inline="always")
+def _out_of(numbers, i, x, y, z):
+    """A vector of the frame of surface i in the lens frame."""
+    return (numbers[i, AXES] * x + numbers[i, AXES + 1] * y + numbers[i, AXES + 2] * z,
+            numbers[i, AXES + 3] * x + numbers[i, AXES + 4] * y + numbers[i, AXES + 5] * z,
+            numbers[i, AXES + 6] * x + numbers[i, AXES + 7] * y + numbers[i, AXES + 8] * z)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -162,7 +194,7 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
     neither a flat surface nor a far origin causes cancellation.
     The points go to paths[ray] unless paths is None.
     """
-    kinds, numbers = table.kinds, table.numbers
+    kinds, posed, numbers = table.kinds, table.posed, table.numbers
     count = kinds.size
     zero, one = numbers.dtype.type(0), numbers.dtype.type(1)
     forward = dz > zero if order == 0 else order > 0
@@ -187,43 +219,52 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
         if step > 0 and r * sign <= zero:
             return x, y, z, p / index, q / index, r / index, BACKWARD, reached
 
+        # Take the frame of the surface: its vertex is the origin
+        x_foot, y_foot, z_foot, l, m, n = x, y, z - vertex, p, q, r
+        if posed[i]:
+            x_foot, y_foot, z_foot = _into(numbers, i, x - numbers[i, PLACE], y - numbers[i, PLACE + 1],
+                                           z - numbers[i, PLACE + 2])
+            l, m, n = _into(numbers, i, p, q, r)
+
         # Move to the foot of the perpendicular from the vertex
         squared = index * index
-        z_foot = z - vertex
-        back = (p * x + q * y + r * z_foot) / squared
-        x_foot, y_foot, z_foot = x - back * p, y - back * q, z_foot - back * r
+        back = (l * x_foot + m * y_foot + n * z_foot) / squared
+        x_foot, y_foot, z_foot = x_foot - back * l, y_foot - back * m, z_foot - back * n
         if step == 0:                                   # repeat: a far origin leaves a coarse rounding error
-            back = (p * x_foot + q * y_foot + r * z_foot) / squared
-            x_foot, y_foot, z_foot = x_foot - back * p, y_foot - back * q, z_foot - back * r
+            back = (l * x_foot + m * y_foot + n * z_foot) / squared
+            x_foot, y_foot, z_foot = x_foot - back * l, y_foot - back * m, z_foot - back * n
 
         # Intersect the surface
         if kinds[i] == SPHERE:
             F = c * (x_foot * x_foot + y_foot * y_foot + z_foot * z_foot) - z_foot - z_foot
-            cos2_in = r * r - squared * c * F
+            cos2_in = n * n - squared * c * F
             if not cos2_in >= zero:
                 return x, y, z, p / index, q / index, r / index, MISSED, reached
             cos_in = sign * sqrt(cos2_in)
-            t = F / (r + cos_in)
-            z_hit = z_foot + t * r
+            t = F / (n + cos_in)
+            z_hit = z_foot + t * n
             if not c * z_hit < one:
                 return x, y, z, p / index, q / index, r / index, MISSED, reached
-            x, y, z = x_foot + t * p, y_foot + t * q, z_hit + vertex
-            normal_x, normal_y, normal_z, steepness = -c * x, -c * y, one - c * z_hit, one
+            x_hit, y_hit = x_foot + t * l, y_foot + t * m
+            normal_x, normal_y, normal_z, steepness = -c * x_hit, -c * y_hit, one - c * z_hit, one
         else:
             x_hit, y_hit, z_hit, normal_x, normal_y, normal_z = intersect(
-                table, i, x_foot, y_foot, z_foot, p, q, r, sign)
+                table, i, x_foot, y_foot, z_foot, l, m, n, sign)
             if not z_hit == z_hit:
                 return x, y, z, p / index, q / index, r / index, MISSED, reached
-            x, y, z = x_hit, y_hit, z_hit + vertex
             steepness = normal_x * normal_x + normal_y * normal_y + normal_z * normal_z
-            cos_in = (p * normal_x + q * normal_y + r * normal_z) / sqrt(steepness)
+            cos_in = (l * normal_x + m * normal_y + n * normal_z) / sqrt(steepness)
             cos2_in = cos_in * cos_in
         reached = i
+        x, y, z = x_hit, y_hit, z_hit + vertex
+        if posed[i]:
+            x, y, z = _out_of(numbers, i, x_hit, y_hit, z_hit)
+            x, y, z = x + numbers[i, PLACE], y + numbers[i, PLACE + 1], z + numbers[i, PLACE + 2]
         if paths is not None:
             paths[ray, step + 1, 0], paths[ray, step + 1, 1], paths[ray, step + 1, 2] = x, y, z
 
         # Clip at the rim
-        if clip and x * x + y * y > numbers[i, RIM2]:
+        if clip and x_hit * x_hit + y_hit * y_hit > numbers[i, RIM2]:
             return x, y, z, p / index, q / index, r / index, CLIPPED, reached
 
         # Refract
@@ -231,7 +272,9 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
         if not cos2_out >= zero:
             return x, y, z, p / index, q / index, r / index, TOTAL_REFLECTION, reached
         g = (sign * sqrt(cos2_out) - cos_in) / sqrt(steepness)
-        p, q, r = p + g * normal_x, q + g * normal_y, r + g * normal_z
+        p, q, r = l + g * normal_x, m + g * normal_y, n + g * normal_z
+        if posed[i]:
+            p, q, r = _out_of(numbers, i, p, q, r)
 
     index = numbers[count - 1, AFTER] if forward else numbers[0, BEFORE]
     return x, y, z, p / index, q / index, r / index, PASSED if r * sign > zero else BACKWARD, reached

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.kernels.cache import njit
+from lensbench.kernels.layout import offsets
 
 SPHERE, CONIC, EVEN, ASPHERE, TOROID = range(5)         # kinds; EVEN: even powers only, ASPHERE: any
 HIGHEST_POWER = 20                                      # of an aspheric term; the lowest is 2
@@ -30,9 +31,10 @@ TERMS = HIGHEST_POWER - 1
  K,                                     # conic constant
  ACROSS,                                # c of the section x–z (1/mm)
  UNIT,                                  # 1 / h²
+ PLACE,                                 # x, y, z of the vertex of a surface out of line, lens frame (mm)
+ AXES,                                  # and its rotation, row by row
  FIRST_TERM,                            # coefficients of r², r³, … (ASPHERE) or r², r⁴, … (EVEN)
- ) = range(9)
-COLUMNS = FIRST_TERM + TERMS
+ COLUMNS) = offsets(1, 1, 1, 1, 1, 1, 1, 1, 3, 9, TERMS)
 
 TOLERANCE = 450                 # × machine epsilon: residual of a hit, 1e-13 mm in float64
 _STEPS, _HALVINGS = 60, 30      # of Newton's method, and of one of its steps
@@ -41,15 +43,17 @@ _STEPS, _HALVINGS = 60, 30      # of Newton's method, and of one of its steps
 class SurfaceTable(NamedTuple):
     """Surfaces as the scalar tracer reads them, in the order from the scene to the film.
 
-    kinds: (n,) of SPHERE … TOROID. numbers: (n, COLUMNS), float32 or float64.
+    kinds: (n,) of SPHERE … TOROID. posed: (n,) whether a surface is out of line, at PLACE and AXES. numbers:
+    (n, COLUMNS), float32 or float64.
     """
 
     kinds: np.ndarray
+    posed: np.ndarray
     numbers: np.ndarray
 
     def part(self, first: int, end: int) -> "SurfaceTable":
         """Surfaces first … end − 1, as views."""
-        return SurfaceTable(self.kinds[first:end], self.numbers[first:end])
+        return SurfaceTable(self.kinds[first:end], self.posed[first:end], self.numbers[first:end])
 
 
 def shape(curvature: float, conic: float, aspheric: Iterable[tuple[int, float]], curvature_x: float | None,
@@ -212,6 +216,6 @@ def sags(kind: int, row: np.ndarray, x, y) -> np.ndarray:
     # Copies: numpy 2.0 warns where numba asks whether a broadcast view may be written
     x, y = (np.array(each) for each in np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)))
     out = np.empty(x.size)
-    table = SurfaceTable(np.array([kind]), row[None, :])
+    table = SurfaceTable(np.array([kind]), np.zeros(1, np.bool_), row[None, :])
     _sags(table, np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), out)
     return out.reshape(x.shape)

@@ -3,7 +3,7 @@
 Lengths in mm. The film is in air.
 """
 
-from math import hypot, inf, pi, sqrt
+from math import cos, hypot, inf, pi, prod, sin, sqrt
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.axial_bundle import marginal_height
@@ -12,6 +12,8 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.scalar_trace import surface_table
+
+AZIMUTHS = 16           # directions of the marginal rays of a lens with surfaces out of line
 
 
 def working_f_number(lens: Lens, film_distance: float) -> float:
@@ -22,7 +24,8 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
     Parameters
     ----------
     lens : Lens
-        The lens. For a cylinder or toroid the result is the geometric mean of the sections, as the light is.
+        The lens. For a cylinder or toroid the result is the geometric mean of the sections, as the light is;
+        with surfaces out of line that of AZIMUTHS directions.
     film_distance : float
         Last vertex → film (mm).
 
@@ -38,12 +41,14 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
     """
     if not film_distance > 0.0:
         raise LensError(f"film distance {significant(film_distance)} mm: the film must lie behind the last vertex")
-    meridians = ((0.0, 1.0),) if lens.is_rotationally_symmetric else ((0.0, 1.0), (1.0, 0.0))
+    meridians = [(0.0, 1.0)] if lens.is_rotationally_symmetric else [(0.0, 1.0), (1.0, 0.0)]
+    if not lens.is_in_line:
+        meridians = [(cos(turn), sin(turn)) for turn in (2.0 * pi * k / AZIMUTHS for k in range(AZIMUTHS))]
     sines = []
     for across, up in meridians:
         height = marginal_height(surface_table(lens), 1.0 / film_distance, False, across, up)
         sines.append(height / hypot(height, film_distance))
-    sine = sines[0] if len(sines) == 1 else sqrt(sines[0] * sines[1])
+    sine = prod(sines) ** (1.0 / len(sines)) if len(sines) != 1 else sines[0]
     return 1.0 / (2.0 * sine) if sine > 0.0 else inf
 
 

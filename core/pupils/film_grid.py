@@ -4,7 +4,8 @@ Film coordinates u and v are x and y over half the film's width and height. The 
 centre and on columns, which fan out from there at even shares v / (u + v). The last ring lies where the light ends, or
 at the film's corner; towards an end of the light the rings crowd, for a region shrinks there as a square root. A
 polynomial, the course, first takes up the motion of the regions' centres, for the region of a small stop moves by many
-times its size. Lens frame, mm.
+times its size. A lens with two planes of symmetry needs one quadrant of the film; a lens with surfaces out of line
+needs four, each of which is the first quadrant of the mirrored lens. Lens frame, mm.
 """
 
 import math
@@ -21,20 +22,23 @@ from lensbench.pupils.rim_solver import REACH
 RINGS, COLUMNS, SECTORS = 16, 11, 48        # of nodes; and triangles in a region
 EDGE_POINTS = 8 * (COLUMNS - 1) + 1         # columns at which the distance of the last ring is known
 POINTS = 64                     # solved points on each rim
-TERMS = 10                      # coefficients of the course, along x and along y
+TERMS, GENERAL_TERMS = 10, 21   # coefficients of the course along x, and along y: of one quadrant, and of four
+DEGREE = 5                      # of the course of four quadrants
+SIDES = ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))           # signs of x and y in the quadrants
 MILD_CROWDING = 0.25            # of the rings where the light does not end
 LARGEST_GROWTH = 2.5            # × a node's region: beyond it, the neighbours' outline replaces the region
 SPREAD = 1.003                  # sampled region over the true one where they are compared: it bulges between
 
 
 class Nodes(NamedTuple):
-    """RINGS × COLUMNS film points in the quadrant x ≥ 0, y ≥ 0, the region of each cut into SECTORS triangles.
+    """RINGS × COLUMNS film points in each of q quadrants, one or four, the region of each cut into SECTORS triangles.
 
-    edge: (EDGE_POINTS,) distance √(u² + v²) of the last ring at even shares v / (u + v); no light falls beyond it.
-    Ring k lies where 1 − √(1 − crowding · √(u² + v²) / edge) is k / (RINGS − 1) of its value at the edge. course:
-    (2, TERMS) coefficients of `course_terms` for x and y of the centres (mm), to which `centres` (RINGS, COLUMNS, 2)
-    in mm is added. outline: (RINGS, COLUMNS, SECTORS + 1, 2) corners in mm from there, counter-clockwise from the one
-    in +x, at equal areas; 0 where there is no light.
+    Everything is given as mirrored into the quadrant x ≥ 0, y ≥ 0. edge: (q, EDGE_POINTS) distance √(u² + v²) of the
+    last ring at even shares v / (u + v); no light falls beyond it. Ring k lies where 1 − √(1 − crowding · √(u² + v²) /
+    edge) is k / (RINGS − 1) of its value at the edge. course: (2, TERMS or GENERAL_TERMS) coefficients of
+    `course_terms` for x and y of the centres (mm), to which `centres` (q, RINGS, COLUMNS, 2) in mm is added. outline:
+    (q, RINGS, COLUMNS, SECTORS + 1, 2) corners in mm from there, counter-clockwise from the one in +x, at equal areas;
+    0 where there is no light.
     """
 
     edge: np.ndarray
@@ -47,40 +51,61 @@ class Nodes(NamedTuple):
 def solve_nodes(lens: Lens, film_distance: float, half_film: np.ndarray, wavelength: float) -> Nodes:
     """Nodes of a film with half sides half_film (2,) mm, enlarged until the regions between them hold all light."""
     tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter)
-    # Solve a grid twice as fine as the nodes, which shows how much larger the nodes' regions must be
+    sides = np.array(SIDES[:1] if lens.is_in_line else SIDES)
+    lenses = [lens.mirrored(*(side < 0.0)) for side in sides]
     share = np.linspace(0.0, 1.0, 2 * COLUMNS - 1)
     directions = np.stack([1.0 - share, share], 1) / np.hypot(1.0 - share, share)[:, None]
-    edge, ends = edge_of_light(Aim(lens, film_distance, wavelength), directions * half_film, math.sqrt(2.0))
-    crowding = 1.0 if ends else MILD_CROWDING
-    rings = 1.0 - np.linspace(0.0, 1.0, 2 * RINGS - 1) * (1.0 - math.sqrt(1.0 - crowding))
-    film = (((1.0 - rings**2) / crowding)[:, None] * edge)[:, :, None] * directions
-    centres, rims = solve_outlines(lens, film_distance, (film * half_film).reshape(-1, 2), POINTS, tolerance,
-                                   wavelength)
-    # Fit the course to the centres
-    lit, of_film = np.asarray(rims.any((1, 2))), course_terms(film.reshape(-1, 2))
-    course = np.array([np.linalg.lstsq(power[lit], centres[lit, axis], rcond=None)[0]
+    ends = {each: edge_of_light(Aim(each, film_distance, wavelength), directions * half_film, math.sqrt(2.0))
+            for each in dict.fromkeys(lenses)}
+    crowding = 1.0 if any(light_ends for _, light_ends in ends.values()) else MILD_CROWDING
+    rings = (1.0 - (1.0 - np.linspace(0.0, 1.0, 2 * RINGS - 1) * (1.0 - math.sqrt(1.0 - crowding))) ** 2) / crowding
+    # Solve grids twice as fine as the nodes, which show how much larger the nodes' regions must be
+    films = {each: (rings[:, None] * edge)[:, :, None] * directions for each, (edge, _) in ends.items()}
+    solved = {each: solve_outlines(each, film_distance, (film * half_film).reshape(-1, 2), POINTS, tolerance,
+                                   wavelength) for each, film in films.items()}
+    # Fit the course to the centres of all quadrants
+    shape = films[lens].shape
+    film = np.stack([films[each].reshape(-1, 2) for each in lenses]) * sides[:, None]
+    centres = np.stack([solved[each][0] for each in lenses])
+    rims = np.stack([solved[each][1].reshape(*shape[:2], POINTS, 2) for each in lenses])
+    of_film = course_terms(film.reshape(-1, 2), len(sides) > 1)
+    lit, true = np.asarray(rims.any((3, 4))).ravel(), (centres * sides[:, None]).reshape(-1, 2)
+    course = np.array([np.linalg.lstsq(power[lit], true[lit, axis], rcond=None)[0]
                        for axis, power in enumerate(of_film)])
-    centres = (centres - course_at(course, of_film)).reshape(film.shape)
-    rims = rims.reshape(*film.shape[:2], POINTS, 2)
-    # Cut the regions; a node that is dark, or would grow too much, takes the outline of its neighbours
+    off = (centres - course_at(course, of_film).reshape(centres.shape) * sides[:, None]).reshape(-1, *shape)
+    cut = [_cut(*quadrant) for quadrant in zip(off, rims, strict=True)]
+    edges = [_cubic_midpoints(_cubic_midpoints(ends[each][0])) for each in lenses]
+    return Nodes(np.stack(edges), crowding, course, *(np.stack(part) for part in zip(*cut, strict=True)))
+
+
+def _cut(centres: np.ndarray, rims: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Centres and outlines of the nodes of a quadrant, from those of the grid twice as fine.
+
+    A node that is dark, or would grow too much, takes the outline of its neighbours.
+    """
     at, outline = centres[::2, ::2].copy(), rims[::2, ::2].copy()
     _adopt_neighbours(centres, rims, np.asarray(~outline.any((2, 3))), at, outline)
     growth = _growth(centres, rims, at, _equal_areas(outline))
     _adopt_neighbours(centres, rims, growth.max(2) > LARGEST_GROWTH, at, outline)
     corners = _equal_areas(outline)
-    growth = _growth(centres, rims, at, corners)
-    outline = corners * (SPREAD * growth)[..., None]
-    return Nodes(_cubic_midpoints(_cubic_midpoints(edge)), crowding, course, at, outline)
+    return at, corners * (SPREAD * _growth(centres, rims, at, corners))[..., None]
 
 
 def course_at(course: np.ndarray, of_film: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Course (n, 2) in mm at film points with these `course_terms`; course: (2, TERMS) coefficients."""
+    """Course (n, 2) in mm at film points with these `course_terms`; course: (2, terms) coefficients."""
     return np.stack([power @ terms for power, terms in zip(of_film, course, strict=True)], 1)
 
 
-def course_terms(film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Terms (n, TERMS) of the course along x and y at film points (n, 2): u, or v, times powers of u² and v² to 3."""
+def course_terms(film: np.ndarray, general: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Terms (n, terms) of the course along x and y at film points (n, 2).
+
+    For two planes of symmetry they are u, or v, times powers of u² and v² up to 3; in general all u^i v^j with
+    i + j ≤ DEGREE, by rising i, then j.
+    """
     u, v = film.T
+    if general:
+        terms = np.stack([u**i * v**j for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i)], 1)
+        return terms, terms
     s, t = u * u, v * v
     even = np.stack([u**0, s, t, s * s, s * t, t * t, s**3, s * s * t, s * t * t, t**3], 1)
     return even * u[:, None], even * v[:, None]

@@ -1,8 +1,9 @@
 """Sampler on a film grid: exit-pupil regions behind a lens without rotational symmetry, for a camera to sample.
 
-A lens with a cylinder or toroid has two planes of symmetry, so one quadrant of the film serves for all four. The
-sampler interpolates the regions between the nodes of `film_grid`, which are a hair larger than the true ones, so that
-no light is lost; the trace blocks the rest. The weight holds the area of the sampled triangle. Lens frame, mm.
+A lens with a cylinder or toroid has two planes of symmetry, so one quadrant of the film serves for all four; a lens
+with surfaces out of line has four of its own, mirrored into the first. The sampler interpolates the regions between the
+nodes of `film_grid`, which are a hair larger than the true ones, so that no light is lost; the trace blocks the rest.
+The weight holds the area of the sampled triangle. Lens frame, mm.
 """
 
 import math
@@ -45,7 +46,9 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid import (
     COLUMNS,
+    DEGREE,
     EDGE_POINTS,
+    GENERAL_TERMS,
     RINGS,
     SECTORS,
     TERMS,
@@ -57,21 +60,17 @@ from lensbench.pupils.film_grid import (
 
 ROUNDING = 1e-5                 # share by which rounding may put a point in the film's corner beyond the last ring
 
-# Parameters of `aim_in_quadrant`, then its tables: the corners of all nodes, x, then y; their centres, x, then y
+# Parameters of `aim_in_quadrant`, then its tables, quadrant by quadrant: distances of the last ring at EDGE_POINTS
+# columns; the corners of all nodes, x, then y; their centres, x, then y
 (FILM_DISTANCE,                 # mm
  INVERSE_WIDTH, INVERSE_HEIGHT, # 1 / half the film's width and height, 1/mm
  CROWDING,                      # of the rings
  RING_SCALE,                    # rings per unit of 1 − √(1 − crowding · distance)
  GAIN,                          # 1 / normaliser
- COURSE_X) = range(7)           # coefficients of the course
-COURSE_Y = COURSE_X + TERMS
-EDGE = COURSE_Y + TERMS         # distance of the last ring at EDGE_POINTS columns
-CORNERS_X = EDGE + EDGE_POINTS
+ COURSE) = range(7)             # coefficients of the course, along x, then y
 NODE_CORNERS, NODES = SECTORS + 1, RINGS * COLUMNS
-CORNERS_Y = CORNERS_X + NODES * NODE_CORNERS
-CENTRES_X = CORNERS_Y + NODES * NODE_CORNERS
-CENTRES_Y = CENTRES_X + NODES
-END = CENTRES_Y + NODES
+# Integers: number of quadrants, 1 or 4; offsets of the tables
+QUADRANTS, EDGE, CORNERS_X, CORNERS_Y, CENTRES_X, CENTRES_Y = range(6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +108,13 @@ class PupilGrid:
         """
         nodes = self.nodes
         # Corners of each film point's triangles, and its rear point, both from the region's centre
-        u, v = (np.abs(film_xy) / [self.half_width, self.half_height]).T
+        signed = film_xy / [self.half_width, self.half_height]
+        u, v = np.abs(signed).T
+        general = len(nodes.edge) > 1
+        quadrant = ((film_xy < 0.0) @ [1, 2]) * general
         column = np.divide(v, u + v, out=np.zeros_like(v), where=u + v > 0.0)
-        distance = np.hypot(u, v) / np.interp(column, np.linspace(0.0, 1.0, EDGE_POINTS), nodes.edge)
+        at_columns = np.linspace(0.0, 1.0, EDGE_POINTS)
+        distance = np.hypot(u, v) / np.choose(quadrant, [np.interp(column, at_columns, edge) for edge in nodes.edge])
         ring = 1.0 - np.sqrt(1.0 - nodes.crowding * np.minimum(distance, 1.0))
         ring /= 1.0 - math.sqrt(1.0 - nodes.crowding)
         cells = np.stack([np.minimum(ring * (RINGS - 1), RINGS - 1.001),
@@ -121,10 +124,11 @@ class PupilGrid:
         for x in (0, 1):
             for y in (0, 1):
                 share = np.abs(1 - x - f[:, 0]) * np.abs(1 - y - f[:, 1])
-                corners += share[:, None, None] * nodes.outline[i[:, 0] + x, i[:, 1] + y]
-                centre += share[:, None] * nodes.centres[i[:, 0] + x, i[:, 1] + y]
-        centre += course_at(nodes.course, course_terms(np.stack([u, v], 1)))
-        at = rear_xy * np.where(film_xy < 0.0, -1.0, 1.0) - centre
+                corners += share[:, None, None] * nodes.outline[quadrant, i[:, 0] + x, i[:, 1] + y]
+                centre += share[:, None] * nodes.centres[quadrant, i[:, 0] + x, i[:, 1] + y]
+        side = np.where(film_xy < 0.0, -1.0, 1.0)
+        course = course_at(nodes.course, course_terms(signed if general else np.abs(signed), general))
+        at = rear_xy * side - (centre + course * side if general else centre + course)
         # Last corner, counter-clockwise, before the rear point
         turn = np.unwrap(np.arctan2(corners[..., 1], corners[..., 0]))
         angle = turn[:, 0] + (np.arctan2(at[:, 1], at[:, 0]) - turn[:, 0]) % (2.0 * math.pi)
@@ -137,23 +141,24 @@ class PupilGrid:
     def step(self, normaliser: float) -> Step:
         """Step that aims from the film into the region; WEIGHT becomes cos⁴θ · area / normaliser."""
         nodes = self.nodes
-        p = np.empty(END)
+        tables = (nodes.course, nodes.edge, nodes.outline[..., 0], nodes.outline[..., 1], nodes.centres[..., 0],
+                  nodes.centres[..., 1])
+        starts = np.cumsum([COURSE, *(table.size for table in tables[:-1])])
+        p = np.empty(COURSE)
         p[FILM_DISTANCE] = self.film_distance
         p[INVERSE_WIDTH], p[INVERSE_HEIGHT] = 1.0 / self.half_width, 1.0 / self.half_height
         p[CROWDING], p[RING_SCALE] = nodes.crowding, (RINGS - 1) / (1.0 - math.sqrt(1.0 - nodes.crowding))
         p[GAIN] = 1.0 / normaliser
-        p[COURSE_X:EDGE], p[EDGE:CORNERS_X] = nodes.course.ravel(), nodes.edge
-        p[CORNERS_X:CORNERS_Y], p[CORNERS_Y:CENTRES_X] = nodes.outline[..., 0].ravel(), nodes.outline[..., 1].ravel()
-        p[CENTRES_X:CENTRES_Y], p[CENTRES_Y:] = nodes.centres[..., 0].ravel(), nodes.centres[..., 1].ravel()
-        return Step(aim_in_quadrant, p)
+        return Step(aim_in_quadrant, np.concatenate([p, *(table.ravel() for table in tables)]),
+                    [len(nodes.edge), *starts[1:].tolist()])
 
 
 @stage
 def aim_in_quadrant(lanes, p, ints, key):
     """Aim from a film point X, Y (mm, Z = 0) into its exit-pupil region: L, M, N and WEIGHT. p: see FILM_DISTANCE.
 
-    The film point is mirrored into the first quadrant, its region interpolated between four nodes, and the ray mirrored
-    back.
+    ints: see QUADRANTS. The film point is mirrored into the first quadrant, its region interpolated between four nodes,
+    and the ray mirrored back.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -162,7 +167,9 @@ def aim_in_quadrant(lanes, p, ints, key):
     ax, ay, bx, by, centre_x, centre_y = row[A6], row[A7], row[A8], row[A9], row[A10], row[A11]
     at, share = row[L], row[M]                  # scratch until the direction is known
     distance, gain = p[FILM_DISTANCE], p[GAIN]
-    _find_cell(lanes, p)
+    corners_x, corners_y = p[ints[CORNERS_X]:], p[ints[CORNERS_Y]:]
+    centres_x, centres_y = p[ints[CENTRES_X]:], p[ints[CENTRES_Y]:]
+    _find_cell(lanes, p, ints)
     # Add up the triangle's corners and the centre of the four nodes by their shares
     for k in range(4):
         beside, above = real(k % 2), real(k // 2)
@@ -172,22 +179,22 @@ def aim_in_quadrant(lanes, p, ints, key):
             share[i] = f * g
             at[i] = node[i] + beside + above * real(COLUMNS)
             corner[i] = at[i] * real(NODE_CORNERS) + np.floor(turn[i])
-        gather(found, p[CORNERS_X:], corner)
+        gather(found, corners_x, corner)
         for i in range(B):
             ax[i] += share[i] * found[i]
-        gather(found, p[CORNERS_X + 1:], corner)
+        gather(found, corners_x[1:], corner)
         for i in range(B):
             bx[i] += share[i] * found[i]
-        gather(found, p[CORNERS_Y:], corner)
+        gather(found, corners_y, corner)
         for i in range(B):
             ay[i] += share[i] * found[i]
-        gather(found, p[CORNERS_Y + 1:], corner)
+        gather(found, corners_y[1:], corner)
         for i in range(B):
             by[i] += share[i] * found[i]
-        gather(found, p[CENTRES_X:], at)
+        gather(found, centres_x, at)
         for i in range(B):
             centre_x[i] += share[i] * found[i]
-        gather(found, p[CENTRES_Y:], at)
+        gather(found, centres_y, at)
         for i in range(B):
             centre_y[i] += share[i] * found[i]
     for i in range(B):
@@ -215,7 +222,7 @@ def aim_in_quadrant(lanes, p, ints, key):
 
 
 @stage
-def _find_cell(lanes, p):
+def _find_cell(lanes, p, ints):
     """Find the grid cell of each film point.
 
     A0: the node below it; A1, A2: how far it lies towards the next column and ring; A3: triangle, and place in it.
@@ -225,8 +232,9 @@ def _find_cell(lanes, p):
     row = rows(lanes)
     x, y, u, weight = row[X], row[Y], row[U0], row[WEIGHT]
     node, right, up, turn, place, near, far = row[A0], row[A1], row[A2], row[A3], row[A4], row[A6], row[A8]
-    ax, ay, bx, by, centre_x, centre_y = row[A6], row[A7], row[A8], row[A9], row[A10], row[A11]
+    ax, ay, bx, by = row[A6], row[A7], row[A8], row[A9]
     across, along, crowding, apart = p[INVERSE_WIDTH], p[INVERSE_HEIGHT], p[CROWDING], p[RING_SCALE]
+    four, edges = ints[QUADRANTS] > 1, p[ints[EDGE]:]
     last_edge, last_ring, last_column = real(EDGE_POINTS - 1.001), real(RINGS - 1.001), real(COLUMNS - 1.001)
     # Distance from the film's centre, and column, of (s, t) = (u, v)
     for i in range(B):
@@ -237,25 +245,42 @@ def _find_cell(lanes, p):
         t = up[i] * real(EDGE_POINTS - 1)
         t = t if t < last_edge else last_edge
         place[i], turn[i] = np.floor(t), t - np.floor(t)
+    # Quadrant of a lens without planes of symmetry
+    for i in range(B):
+        quadrant = (real(1) if x[i] < real(0) else real(0)) + (real(2) if y[i] < real(0) else real(0))
+        ax[i] = quadrant if four else real(0)
+    for i in range(B):
+        node[i], place[i] = ax[i] * real(NODES), place[i] + ax[i] * real(EDGE_POINTS)
     # Ring, from the distance of the last ring at this column
-    gather(near, p[EDGE:], place)
-    gather(far, p[EDGE + 1:], place)
+    gather(near, edges, place)
+    gather(far, edges[1:], place)
     for i in range(B):
         s = right[i] / (near[i] + turn[i] * (far[i] - near[i]))
         weight[i] = real(1) if s <= real(1 + ROUNDING) else real(0)
         s = s if s < real(1) else real(1)
         s, t = (real(1) - math.sqrt(real(1) - crowding * s)) * apart, up[i] * real(COLUMNS - 1)
         s, t = s if s < last_ring else last_ring, t if t < last_column else last_column
-        node[i] = np.floor(s) * real(COLUMNS) + np.floor(t)
+        node[i] += np.floor(s) * real(COLUMNS) + np.floor(t)
         right[i], up[i], turn[i] = t - np.floor(t), s - np.floor(s), u[i] * real(SECTORS)
         ax[i], ay[i], bx[i], by[i] = real(0), real(0), real(0), real(0)
-    # Course of the centres: the polynomials of `course_terms`, in s = u² and t = v²
+    if four:
+        _general_course(lanes, p)
+    else:
+        _symmetric_course(lanes, p)
+
+
+@stage
+def _symmetric_course(lanes, p):
+    """A10, A11: the course at the film point, mirrored into the first quadrant, with the terms of `course_terms`."""
+    row = rows(lanes)
+    x, y, centre_x, centre_y = row[X], row[Y], row[A10], row[A11]
+    across, along = p[INVERSE_WIDTH], p[INVERSE_HEIGHT]
+    k = COURSE
     a0, a1, a2, a3, a4, a5, a6, a7, a8, a9 = (
-        p[COURSE_X], p[COURSE_X + 1], p[COURSE_X + 2], p[COURSE_X + 3], p[COURSE_X + 4],
-        p[COURSE_X + 5], p[COURSE_X + 6], p[COURSE_X + 7], p[COURSE_X + 8], p[COURSE_X + 9])
+        p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8], p[k + 9])
+    k = COURSE + TERMS
     b0, b1, b2, b3, b4, b5, b6, b7, b8, b9 = (
-        p[COURSE_Y], p[COURSE_Y + 1], p[COURSE_Y + 2], p[COURSE_Y + 3], p[COURSE_Y + 4],
-        p[COURSE_Y + 5], p[COURSE_Y + 6], p[COURSE_Y + 7], p[COURSE_Y + 8], p[COURSE_Y + 9])
+        p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8], p[k + 9])
     for i in range(B):
         e, f = abs(x[i]) * across, abs(y[i]) * along
         s, t = e * e, f * f
@@ -263,3 +288,27 @@ def _find_cell(lanes, p):
                            + t * (a2 + t * (a5 + t * a9)))
         centre_y[i] = f * (b0 + s * (b1 + s * (b3 + s * b6) + t * (b4 + s * b7 + t * b8))
                            + t * (b2 + t * (b5 + t * b9)))
+
+
+@stage
+def _general_course(lanes, p):
+    """A10, A11: the course at the film point, with all terms u^i v^j, mirrored into the first quadrant."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, centre_x, centre_y = row[X], row[Y], row[A10], row[A11]
+    across, along = p[INVERSE_WIDTH], p[INVERSE_HEIGHT]
+    for i in range(B):
+        centre_x[i], centre_y[i] = real(0), real(0)
+    # Horner's rule in u; the coefficients of each u^i are a polynomial in v of degree DEGREE − i
+    k = COURSE + GENERAL_TERMS
+    for power in range(DEGREE, -1, -1):
+        k -= DEGREE + 1 - power
+        for i in range(B):
+            u, v = x[i] * across, y[i] * along
+            a, b = real(0), real(0)
+            for j in range(DEGREE - power, -1, -1):
+                a, b = a * v + p[k + j], b * v + p[k + GENERAL_TERMS + j]
+            centre_x[i], centre_y[i] = centre_x[i] * u + a, centre_y[i] * u + b
+    for i in range(B):
+        centre_x[i] = -centre_x[i] if x[i] < real(0) else centre_x[i]
+        centre_y[i] = -centre_y[i] if y[i] < real(0) else centre_y[i]

@@ -157,7 +157,8 @@ class Aim:
         size = 1.0 / np.sqrt((vectors**2).sum(1) + self.film_distance**2)
         given = {X: np.tile(film[:, 0], 3), Y: np.tile(film[:, 1], 3), L: vectors[:, 0] * size, M: vectors[:, 1] * size,
                  N: -self.film_distance * size}
-        here, beside, above = (self._to_stop.run(given, [X, Y], 3 * n).T / radius).reshape(3, n, 2)
+        on_stop = self._to_stop.run(given, [X, Y], 3 * n).T - self.lens.vertex(self.lens.stop_index)[:2]
+        here, beside, above = (on_stop / radius).reshape(3, n, 2)
         (a, c), (b, d) = ((beside - here) / small).T, ((above - here) / small).T
         with np.errstate(divide="ignore", invalid="ignore"):
             inverse = np.array([[d, -b], [-c, a]]) / (a * d - b * c)

@@ -19,7 +19,7 @@ from lensbench.pupils.outline_solver import solve_outlines
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.rim_solver import solve_rims
 
-_OUTLINE = 1024          # points on the region of a lens with a cylinder or toroid
+_OUTLINE = 1024          # points on the region of a lens without rotational symmetry
 _RINGS = 512             # heights on the axis's region, traced to the stop to find where its blades begin
 _BISECTIONS = 20         # of a rim with blades: to 1e-6 of the region's size
 
@@ -190,7 +190,7 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
     Raises
     ------
     LensError
-        Negative film radii, a film that is not behind the lens, or a lens with a cylinder or toroid.
+        Negative film radii, a film that is not behind the lens, or a lens without rotational symmetry.
     """
     radii = np.atleast_1d(np.asarray(film_radii, float))
     if not (np.isfinite(radii).all() and (radii >= 0.0).all() and math.isfinite(film_distance) and film_distance > 0.0):
@@ -242,6 +242,20 @@ def _cos4_area(outline: np.ndarray, film_distance: float) -> float:
     return total
 
 
+def _outline(lens: Lens, film_distance: float, film_xy: np.ndarray, wavelength: float) -> np.ndarray:
+    """Outline (m, 2) of the region that a film point sees through a round stop; empty where no light passes."""
+    if not lens.is_rotationally_symmetric:
+        centre, rim = solve_outlines(lens, film_distance, [film_xy], _OUTLINE, 1e-8 * lens.stop.semi_diameter,
+                                     wavelength)
+        return np.asarray(centre[0] + rim[0] if rim.any() else np.zeros((0, 2)))
+    r = math.hypot(*film_xy)
+    pupil = exit_pupil(lens, film_distance, [r], wavelength)
+    if not pupil.area[0] > 0.0:
+        return np.zeros((0, 2))
+    cosine, sine = film_xy / r if r > 0.0 else (1.0, 0.0)
+    return np.asarray(pupil.boundary(0) @ np.array([[cosine, sine], [-sine, cosine]]))
+
+
 def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D_LINE) -> np.ndarray:
     """Region that a film point sees through the stop's blades, on the plane of the last vertex.
 
@@ -266,22 +280,11 @@ def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D
     Raises
     ------
     LensError
-        A lens with both blades and a cylinder or toroid, or a film that is not behind the lens.
+        A film that is not behind the lens.
     """
     film_xy = np.asarray(film_xy, float)
-    if not lens.is_rotationally_symmetric:
-        if not lens.iris.is_round:
-            raise LensError("a lens with a cylinder or toroid has no blades here: leave its stop round")
-        centre, rim = solve_outlines(lens, film_distance, [film_xy], _OUTLINE, 1e-8 * lens.stop.semi_diameter,
-                                     wavelength)
-        return centre[0] + rim[0] if rim.any() else np.zeros((0, 2))
-    r = math.hypot(*film_xy)
-    pupil = exit_pupil(lens, film_distance, [r], wavelength)
-    if not pupil.area[0] > 0.0:
-        return np.zeros((0, 2))
-    cosine, sine = film_xy / r if r > 0.0 else (1.0, 0.0)
-    rim = pupil.boundary(0) @ np.array([[cosine, sine], [-sine, cosine]])
-    if lens.iris.is_round:
+    rim = _outline(lens, film_distance, film_xy, wavelength)
+    if lens.iris.is_round or not len(rim):
         return rim
     film = np.array([*film_xy, lens.length + film_distance])
 

@@ -244,10 +244,10 @@ def solve_rims(lens: Lens, film_distance: float, film_radii, points: int, tolera
     The points run from the farthest in +x to that in −x, evenly spaced to about a twentieth; all are 0 for a film
     radius whose region is empty. tolerance: of the rims (mm). within: ends of the search on the meridian (mm), for all
     radii or for each; by default wherever regions can be. by: tracer of this lens, if one exists already. LensError for
-    a lens with a cylinder or toroid.
+    a lens without rotational symmetry.
     """
     if not lens.is_rotationally_symmetric:
-        raise LensError("a lens with a cylinder or toroid has no exit pupil by film radius: "
+        raise LensError(f"a lens with {lens.asymmetry} has no exit pupil by film radius: "
                         "lb.open_region has it for film points")
     by = by or clearance_tracer(lens, film_distance, wavelength)
     radii = np.ascontiguousarray(film_radii, float)

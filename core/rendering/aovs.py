@@ -206,9 +206,8 @@ def _fate_steps(lens: Lens, film_distance: float) -> list[Step]:
     plane = float(rear.sag(rear.semi_diameter)) - film_distance
     steps = [Step(aim_at_rear_opening, [plane, rear.semi_diameter])]
     for back, colour in enumerate(fate_colours(lens)[::-1]):
-        surface = surface_steps(lens, film_distance, part=slice(back, back + 1))
-        blades = lens.iris.blocking(lens.stop.semi_diameter) if back + lens.stop_index == len(lens.surfaces) - 1 else []
-        steps += [*surface, *blades, Step(show_fate, colour)]
+        steps += [*surface_steps(lens, film_distance, part=slice(back, back + 1),
+                                 at_stop=lens.iris.blocking(lens.stop.semi_diameter)), Step(show_fate, colour)]
     return [*steps, Step(show_passed)]
 
 

@@ -16,6 +16,7 @@ from lensbench.lenses.rows import RowError, check_sizes
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.surface_pose import SurfacePose
 
 AIR_GAP = 0.1           # mm: of a cemented surface that is separated
 
@@ -75,7 +76,7 @@ def split(document: LensDocument, surface: int, share: float = 0.5) -> LensDocum
     first = replace(front, thickness=front.thickness * share)
     rest = front.thickness - first.thickness
     behind = document.surfaces[min(surface + 1, len(document.surfaces) - 1)]
-    plane = Surface(0.0, rest, max(front.semi_diameter, behind.semi_diameter), front.glass)
+    plane = Surface(0.0, rest, max(front.semi_diameter, behind.semi_diameter), front.glass, pose=_behind(front))
     changed = replace(document, lens=_with(document.lens, surface, first))
     return inserted(changed, surface + 1, [plane])
 
@@ -158,9 +159,14 @@ def air_spaced(document: LensDocument, surface: int, gap: float = AIR_GAP) -> Le
     if surface == 0 or document.surfaces[surface - 1].glass.n_d == 1.0 or front.glass.n_d == 1.0:
         raise EditError(f"surface {surface} is not cemented: there is no glass on both of its sides")
     _fixed(document.lens, {surface}, "separated")
-    rear = front
+    rear = replace(front, pose=_behind(front))
     changed = replace(document, lens=_with(document.lens, surface, replace(front, thickness=gap, glass=AIR)))
     return inserted(changed, surface + 1, [rear])
+
+
+def _behind(surface: Surface) -> SurfacePose | None:
+    """The pose of the next surface in the body that a surface belongs to."""
+    return surface.pose and replace(surface.pose, pivot=surface.pose.pivot + 1)
 
 
 def with_stop(document: LensDocument, surface: int) -> LensDocument:
@@ -223,7 +229,8 @@ def _reordered(document: LensDocument, order: Sequence[int | Surface], comments:
     """
     lens, findings = document.lens, list(document.findings)
     place = {old: new for new, old in enumerate(order) if isinstance(old, int)}
-    surfaces = tuple(lens.surfaces[each] if isinstance(each, int) else each for each in order)
+    surfaces = tuple(_pivoted(lens, each, new, place, findings) if isinstance(each, int) else each
+                     for new, each in enumerate(order))
     said = tuple((comments or {}).get(new, "") if not isinstance(each, int) else document.comment(each)
                  for new, each in enumerate(order))
 
@@ -254,6 +261,18 @@ def _reordered(document: LensDocument, order: Sequence[int | Surface], comments:
     except (LensError, ValueError) as error:
         raise EditError(str(error)) from None
     return settled(changed) if settle else changed
+
+
+def _pivoted(lens: Lens, old: int, new: int, place: dict[int, int], findings: list[Finding]) -> Surface:
+    """A surface in its new place, out of line about the same pivot, or about its own vertex where that is deleted."""
+    surface = lens.surfaces[old]
+    if surface.pose is None:
+        return surface
+    pivot = place.get(old - surface.pose.pivot)
+    if pivot is None:
+        findings.append(note(Kind.LEFT_OUT, f"surface {new} pivots about its own vertex: the surface about whose "
+                                            "vertex it was tilted is deleted", new))
+    return replace(surface, pose=replace(surface.pose, pivot=0 if pivot is None else new - pivot))
 
 
 def _fixed(lens: Lens, gaps: set[int], what: str) -> None:

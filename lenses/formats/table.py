@@ -20,7 +20,7 @@ from lensbench.lenses.formats import (
     zemax,
     zemax_writer,
 )
-from lensbench.lenses.shapes import COMMON, ROTATIONAL, Shape, lost_shapes
+from lensbench.lenses.shapes import COMMON, ROTATIONAL, Shape, lost_poses, lost_shapes
 from lensbench.lenses.written_system import WHOLE, lost_system
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens
@@ -46,6 +46,7 @@ class Format:
     instead: str = "its other terms are written"
     system: frozenset[str] = WHOLE          # parts of the system data that it holds, see `lost_system`
     has_positions: bool = True              # whether it holds the zoom and focus positions of a lens
+    has_poses: bool = False                 # whether it holds the decentres and tilts of surfaces
     is_utf8: bool = False                   # other programs use the encoding of their machine
     recognises: Callable[[str], bool] = lambda text: True
 
@@ -54,6 +55,8 @@ class Format:
         assert self.write is not None, f"{self.name} files are only read"
         text, remarks = self.write(lens)
         found = [*lost_shapes(lens, self.shapes, self.instead), *remarks, *lost_system(lens.system, self.system)]
+        if not self.has_poses:
+            found += lost_poses(lens)
         if lens.positions is not None and not self.has_positions:
             found.append(note(Kind.POSITION, "its zoom and focus positions are left out: the lens is written in the "
                                              "present one"))
@@ -61,7 +64,7 @@ class Format:
 
 
 FORMATS = (
-    Format(".toml", "lensbench", toml_format.read, toml_format.write, is_utf8=True),
+    Format(".toml", "lensbench", toml_format.read, toml_format.write, has_poses=True, is_utf8=True),
     Format(".dat", "pbrt", pbrt_format.read, pbrt_format.write, frozenset({Shape.SPHERE}),
            "its sphere alone is written", frozenset(), has_positions=False, is_utf8=True),
     Format(".zmx", "Zemax", zemax.read, zemax_writer.write),

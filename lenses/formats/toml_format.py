@@ -26,7 +26,9 @@ medium are those *after* the surface. Radius 0 or inf is a plane, V_d 0 is unkno
 "stop" at the end of a row marks the aperture stop. Tables hold the properties that few
 surfaces have, by the number of the surface from 0: `aspheric`, the coefficients of r^p
 (mm^(1−p)); `radius_x`, the radius of a cylinder or toroid in the section x–z (`radius`
-is that of y–z); `dispersion`, the formula of a glass; `coating` (see `coating_table`). `positions` holds the gaps of a
+is that of y–z); `pose`, the decentre and tilt of a surface out of line (see
+`lb.SurfacePose`; angles in radians, or in degrees as tilt_x_deg); `dispersion`, the
+formula of a glass; `coating` (see `coating_table`). `positions` holds the gaps of a
 zoom lens, or of a lens that moves groups to focus (see `position_table`), `system` what
 the lens was designed for (see `system_table`). `front_index`
 is the index of the medium in front of the lens, such as water. The table `stop`
@@ -37,7 +39,7 @@ bit.
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from math import radians
 from typing import Any
 
@@ -49,10 +51,12 @@ from lensbench.lenses.formats.toml_text import digits, listed, quoted
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import Glass
-from lensbench.optics.prescription import Iris, Lens, Surface
+from lensbench.optics.prescription import Iris, Lens, LensError, Surface
+from lensbench.optics.surface_pose import PoseError, SurfacePose
 
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")
+POSE = tuple(field.name for field in fields(SurfacePose))
 STOP = ("blades", "rotation", "rotation_deg", "roundness")
 
 
@@ -75,7 +79,10 @@ def read(text: str, path: str) -> Lens:
         if is_stop:
             marked.append(i)
     stop_index, findings = stop_of(tuple(surfaces), marked)
-    lens = Lens(tuple(surfaces), stop_index, **toml_header.fields(header), findings=findings)
+    try:
+        lens = Lens(tuple(surfaces), stop_index, **toml_header.fields(header), findings=findings)
+    except LensError as error:
+        raise LensFileError(path, line_of(text, "pose"), str(error)) from None
     if "front_index" in header:
         try:
             lens = replace(lens, front_index=header["front_index"])
@@ -187,9 +194,26 @@ def _numbers(value: object) -> Any:
     return number(value, "a coefficient")
 
 
+def _pose(value: object) -> SurfacePose:
+    """The pose of a surface from { decentre_y = 0.5, tilt_x_deg = 2.0, pivot = 1 }."""
+    if not isinstance(value, dict) or not value.keys() <= {*POSE, "tilt_x_deg", "tilt_y_deg"}:
+        raise RowError(f"a pose is written {{ decentre_y = 0.5, tilt_x_deg = 2.0 }}, of {', '.join(POSE)}, tilt_x_deg, "
+                       "tilt_y_deg")
+    numbers: dict[str, Any] = {name: number(each, name) for name, each in value.items()}
+    for name in ("tilt_x", "tilt_y"):
+        if f"{name}_deg" in numbers:
+            if name in numbers:
+                raise RowError(f"give {name} in radians or in degrees, not both")
+            numbers[name] = radians(numbers.pop(f"{name}_deg"))
+    try:
+        return SurfacePose(**numbers)
+    except PoseError as error:
+        raise RowError(str(error)) from None
+
+
 # The reader of an entry of each table behind the rows
-ENTRIES: dict[str, Callable[[object], Any]] = {"aspheric": _terms, "radius_x": curvature, "dispersion": _dispersion,
-                                                   "coating": coating_table.read}
+ENTRIES: dict[str, Callable[[object], Any]] = {"aspheric": _terms, "radius_x": curvature, "pose": _pose,
+                                                   "dispersion": _dispersion, "coating": coating_table.read}
 
 
 def _entry_line(text: str, table: str, key: str) -> int | None:
@@ -220,7 +244,8 @@ def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tup
         if "dispersion" in more:
             made = replace(made, glass=Glass(made.glass.n_d, made.glass.v_d, glass, **more["dispersion"]))
         made = replace(made, conic=number(values.get("conic", 0.0), "conic"), aspheric=more.get("aspheric", ()),
-                       curvature_x=more.get("radius_x"), coating=more.get("coating"))
+                       curvature_x=more.get("radius_x"), coating=more.get("coating"),
+                       pose=more.get("pose"))
         check_sizes(made)
     except ValueError as error:
         raise RowError(str(error)) from None
@@ -279,6 +304,9 @@ def _entries(lens: Lens) -> dict[str, dict[int, str]]:
             tables["radius_x"][i] = radius_text(s.curvature_x)
         if s.coating is not None:
             tables["coating"][i] = coating_table.entry(s.coating)
+        if s.pose is not None:
+            numbers = {name: getattr(s.pose, name) for name in POSE}
+            tables["pose"][i] = f"{{ {', '.join(f'{k} = {digits(v)}' for k, v in numbers.items() if v)} }}"
         if glass != Glass(glass.n_d, glass.v_d, glass.name):
             ends = "" if glass.wavelengths is None else f", wavelengths = {listed(glass.wavelengths)}"
             tables["dispersion"][i] = (f"{{ formula = {quoted(glass.formula)}, "

@@ -45,8 +45,8 @@ TEXTS = ("title", "kind", "source", "notes", "maker", "designer", "patent", "est
 NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_tele_efl", "computed_f_number", "image_circle",
            "front_index")
 COUNTS = ("surfaces", "elements", "groups", "aspheres", "focus_groups")
-REST = ("columns", "surfaces", "stop", "system", "positions", "aspheric", "radius_x", "dispersion", "coating",
-        "comments", "solves", "pickups")
+REST = ("columns", "surfaces", "stop", "system", "positions", "aspheric", "radius_x", "pose", "dispersion",
+        "coating", "comments", "solves", "pickups")
 KEYS = ("format", "units", "year", "film_size", "counts", *REST, *TEXTS, *NUMBERS)
 
 

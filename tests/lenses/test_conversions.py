@@ -14,6 +14,7 @@ from lensbench.lenses.encoding import is_number
 from lensbench.lenses.media import code
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.shapes import Shape, shape_of
+from lensbench.optics.surface_pose import SurfacePose
 from tests.lenses.samples import plain_words
 from tests.library import CLASSICS
 
@@ -161,3 +162,21 @@ def test_a_toroid_is_kept_or_reported_as_another_lens(suffix):
         assert told != exact
         if suffix in (".json", ".roa", ".len") and surface is toroid:
             assert any(finding.kind is Kind.SHAPE and finding.surface == 0 for finding in found.findings)
+
+
+def test_a_pose_is_kept_to_the_last_bit_or_its_loss_is_named():
+    bent = [SurfacePose(0.3, -0.5, 0.05, 0.021), SurfacePose(0.3, -0.5, 0.05, 0.021, pivot=1)]
+    lens = lenses.load("lenshh-cooke-triplet-50")
+    lens = replace(lens, surfaces=(*lens.surfaces[:2], *(replace(s, pose=pose) for s, pose in zip(
+        lens.surfaces[2:4], bent, strict=True)), *lens.surfaces[4:]))
+    for row in FORMATS:
+        if row.write is None:
+            continue
+        found, remarks = through(lens, row.suffix)
+        named = [remark.surface for remark in remarks if "decentred or tilted" in remark.message]
+        if row.suffix == ".toml":
+            assert [s.pose for s in found.surfaces] == [s.pose for s in lens.surfaces]
+        if not row.has_poses:
+            assert found.is_in_line and named == [2, 3], row.suffix
+        else:
+            assert not found.is_in_line and not named, row.suffix

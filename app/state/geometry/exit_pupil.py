@@ -47,7 +47,8 @@ class BoxSamples:
 
 
 def turn(lens: lb.Lens, film_xy: tuple[float, float]) -> np.ndarray:
-    """Rotation (2, 2) about the axis that brings a film point (mm) to (0, +r); the identity for a lens with cylinders.
+    """Rotation (2, 2) about the axis that brings a film point (mm) to (0, +r); the identity for a lens without
+    rotational symmetry.
 
     Upright points are `points @ turn.T`, points of the lens frame `upright @ turn`.
     """
@@ -68,7 +69,8 @@ def film_point(film_radius: float, azimuth: float) -> tuple[float, float]:
 def region(lens: lb.Lens, film_distance: float, film_radius: float, azimuth: float = UP) -> Region:
     """The region that passes light from a film point; LensError where the film lies in the lens.
 
-    azimuth: of the film point (radians); it matters for a stop with blades and for a lens with cylinders.
+    azimuth: of the film point (radians); it matters for a stop with blades and for a lens without
+    rotational symmetry.
     """
     symmetric = lens.iris.is_round and lens.is_rotationally_symmetric
     return _region(lens, film_distance, film_radius, UP if symmetric else azimuth)

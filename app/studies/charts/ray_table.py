@@ -34,7 +34,7 @@ def ray_table_step(lens: Lens, film_distance: float, table: PupilTable, waveleng
     symmetry.
     """
     if not lens.is_rotationally_symmetric:
-        raise LensError("a table of rays needs rotational symmetry, and this lens has a cylinder or toroid")
+        raise LensError(f"a table of rays needs rotational symmetry, and this lens has {lens.asymmetry}")
     away = film_distance
     film, reach, drift = np.linspace(0.0, table.radius, RADII), *_box(table)
     r, u, v = (grid.ravel() for grid in np.meshgrid(

@@ -10,7 +10,7 @@ from mpmath import cos, matrix, mp, mpf, sin, sqrt
 import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
 from lensbench.analysis.manufacture import FIELDS, Judge, Tolerances, production, sensitivities
-from lensbench.analysis.perturbed_copies import POSE, bodies, copies_of, elements, trace_copies
+from lensbench.analysis.perturbed_copies import POSE, bodies, copies_of, elements, set_poses, trace_copies
 from lensbench.optics.prescription import LensError
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.optics.surfaces import AFTER, BEFORE
@@ -65,7 +65,8 @@ def test_tilted_and_decentred_elements_agree_with_forty_digits():
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     out = np.empty((4, 1, 6, 4))
     tables = copies_of(DOUBLET, (lb.D_LINE,), 4)
-    trace_copies(surface_table(DOUBLET).kinds, tables, bodies(DOUBLET), poses, 90.0, origins, directions, out)
+    posed = set_poses(tables, bodies(DOUBLET), poses)
+    trace_copies(surface_table(DOUBLET).kinds, posed, tables, 90.0, origins, directions, out)
     wanted = [[oracle(DOUBLET, pose, 90.0, o, d) for o, d in zip(origins, directions, strict=True)] for pose in poses]
     assert np.abs(out[:, 0] - wanted).max() < 1e-12
     assert np.abs(out[1, 0] - out[0, 0]).max() > 1e-2            # the poses do something

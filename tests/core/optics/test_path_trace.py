@@ -8,6 +8,7 @@ from lensbench import lenses
 from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.optics.path_trace import PATH, STOP_SHARE, VICTIM, path_steps
+from tests.core.optics.test_surface_pose import posed
 
 WANTED = (X, Y, Z, L, M, N, WEIGHT, CLEARANCE, PATH, VICTIM, STOP_SHARE)
 
@@ -28,10 +29,13 @@ def bundle(lens, angle, count=600, seed=3):
     return origins, np.tile([0.0, np.sin(angle), np.cos(angle)], (count, 1))
 
 
-@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "lib-tronnier-1953", "rf50"])
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "lib-tronnier-1953", "rf50", "out of line"])
 def test_paths_and_ends_of_rays_agree_with_the_scalar_tracer(name):
     from tests.core.oracles import lens as reference
-    lens = reference(name) if name == "rf50" else lenses.load(name)
+    if name == "out of line":
+        lens = posed(lenses.load("pbrt-dgauss-50mm"), 2, 4, decentre_y=0.3, tilt_x=0.02, tilt_y=-0.03)
+    else:
+        lens = reference(name) if name == "rf50" else lenses.load(name)
     origins, directions = bundle(lens, 0.2)
     found = traced(lens, 40.0, origins, directions)
     t = lb.trace(lens, origins, directions, record=True)

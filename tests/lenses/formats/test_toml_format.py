@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import AIR, Glass, Lens, Surface, lenses
+from lensbench.optics.surface_pose import SurfacePose
 from tests.library import EVERY
 
 ROWS = """format = 1
@@ -268,3 +269,20 @@ def test_a_wrong_coating_names_its_line(tmp_path, entry, message):
     with pytest.raises(lenses.LensFileError, match=message) as found:
         lenses.load(tmp_path / "a.toml")
     assert found.value.line == ROWS.count("\n") + 2
+
+
+POSED = ROWS + """
+[pose]
+1 = { decentre_y = 0.5, tilt_x_deg = 2.0 }
+2 = { tilt_y = 0.1, pivot = 1 }
+"""
+
+
+def test_a_pose_is_read_in_radians_or_degrees_and_a_mistake_names_its_line():
+    poses = [surface.pose for surface in lenses.READERS[".toml"](POSED, "x.toml").surfaces]
+    assert poses == [None, SurfacePose(0.0, 0.5, math.radians(2.0)), SurfacePose(tilt_y=0.1, pivot=1), None]
+    for wrong, said in (("tilt_x_deg = 90.0", "tilt_x 90° of a surface"), ("tilt_x = nan", "NaN|nan|finite"),
+                        ("pivot = 3", "surface 1 pivots about the vertex of surface -2"), ("tip = 1", "tilt_x_deg")):
+        with pytest.raises(lenses.LensFileError, match=said) as caught:
+            lenses.READERS[".toml"](POSED.replace("tilt_x_deg = 2.0", wrong), "x.toml")
+        assert caught.value.line in (12, 13, 14)

@@ -1,0 +1,133 @@
+"""Tilted and decentred surfaces, in both tracers, against forty digits and against what a pose means."""
+
+from dataclasses import replace
+from math import inf, nan, radians
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.program import Program
+from lensbench.optics.block_trace import trace_steps
+from tests.core.analysis.test_manufacture import DOUBLET, oracle
+
+BACK = 90.0
+
+
+def posed(lens, first, last, **pose):
+    """The lens with surfaces first … last as one body about the front vertex."""
+    return replace(lens, surfaces=tuple(
+        replace(s, pose=lb.SurfacePose(**pose, pivot=i - first)) if first <= i <= last else s
+        for i, s in enumerate(lens.surfaces)))
+
+
+SINGLET = lb.Lens((lb.Surface(1 / 60.0, 5.0, 9.0, lb.Glass(1.6)), lb.Surface(-1 / 70.0, 6.0, 9.0),
+                   lb.Surface(0.0, 0.0, 7.0)), 2)
+BENT = {"decentre_x": 0.7, "decentre_y": -0.4, "tilt_x": 0.11, "tilt_y": -0.07}
+MIXED = posed(posed(DOUBLET, 0, 2, **BENT), 4, 5, decentre_x=-0.5, tilt_y=0.09)
+
+
+def rays(count=40, reach=3.0):
+    random = np.random.default_rng(5)
+    origins = np.column_stack([random.uniform(-reach, reach, (count, 2)), np.full(count, -7.0)])
+    directions = np.column_stack([random.normal(0.0, 0.05, (count, 2)), np.ones(count)])
+    return origins, directions / np.linalg.norm(directions, axis=1)[:, None]
+
+
+@pytest.mark.parametrize(("lens", "poses"), [
+    (posed(SINGLET, 0, 1, **BENT), [(0.7, -0.4, 0.11, -0.07), (0.0, 0.0, 0.0, 0.0)]),
+    (posed(DOUBLET, 4, 5, decentre_y=0.6), [(0, 0, 0, 0), (0, 0, 0, 0), (0.0, 0.6, 0.0, 0.0)]),
+    (MIXED, [(0.7, -0.4, 0.11, -0.07), (0, 0, 0, 0), (-0.5, 0.0, 0.0, 0.09)])])
+def test_bodies_out_of_line_agree_with_forty_digits(lens, poses):
+    origins, directions = rays(3)
+    made = lb.trace(lens, origins, directions, clip=False)
+    slopes = made.directions[:, :2] / made.directions[:, 2:]
+    at = made.points[:, :2] + (BACK - made.points[:, 2:]) * slopes
+    wanted = np.array([oracle(lens, poses, BACK, o, d) for o, d in zip(origins, directions, strict=True)])
+    assert np.abs(np.column_stack([at, slopes]) - wanted).max() < 1e-12
+
+
+@pytest.mark.parametrize("towards", ["film", "scene"])
+@pytest.mark.parametrize("change", [
+    {}, {"conic": -0.6}, {"aspheric": ((4, 1e-6), (6, -1e-9))}, {"aspheric": ((3, 1e-5),)}, {"curvature_x": 0.01}])
+def test_block_kernels_are_the_reference(change, towards):
+    lens = posed(replace(SINGLET, surfaces=(replace(SINGLET.surfaces[0], **change), *SINGLET.surfaces[1:]), blades=5),
+                 0, 1, **BENT)
+    lens = posed(lens, 2, 2, decentre_x=1.5, tilt_x=0.2)        # the stop, with its blades
+    origins, directions = rays(600, 8.0)
+    if towards == "scene":
+        origins, directions = origins + [0.0, 0.0, 7.0 + lens.length + BACK], directions * [1.0, 1.0, -1.0]
+    made = lb.trace(lens, origins, directions)
+    back = origins - [0.0, 0.0, lens.length + BACK]
+    given = dict(zip((X, Y, Z, L, M, N), (*back.T, *directions.T), strict=True))
+    out = Program(trace_steps(lens, BACK, towards=towards), np.float64).run(
+        {**given, WEIGHT: np.ones(len(back))}, [X, Y, Z, L, M, N, WEIGHT], len(back))
+    passed = made.fate == lb.Fate.PASSED
+    assert passed.any() and not passed.all() and ((out[6] > 0.0) == passed).all()
+    assert np.abs(out[:3].T + [0.0, 0.0, lens.length + BACK] - made.points)[passed].max() < 1e-11
+    assert np.abs(out[3:6].T - made.directions)[passed].max() < 1e-13
+
+
+def test_only_the_surface_itself_moves_and_a_body_moves_as_one():
+    lens = posed(SINGLET, 0, 1, **BENT)
+    assert lens.vertices == SINGLET.vertices and lens.in_line == SINGLET
+    assert lens.frames[0] is lens.frames[1] and lens.frames[2] is None
+    # In its own frame the body is the lens in line
+    frame = lens.frames[0]
+    origins, directions = rays()
+    moved = lb.trace(lens, origins @ frame.rotation.T + frame.shift, directions @ frame.rotation.T, clip=False,
+                     record=True).paths[:, 1:3]
+    still = lb.trace(SINGLET, origins, directions, clip=False, record=True).paths[:, 1:3]
+    assert moved == pytest.approx(still @ frame.rotation.T + frame.shift, abs=1e-12)
+
+
+def test_signs_are_those_of_the_axes():
+    plane = lb.Lens((lb.Surface(0.0, 0.0, 20.0),), 0)
+    up = lb.trace(posed(plane, 0, 0, tilt_x=0.1), [0.0, 10.0, -9.0], [0.0, 0.0, 1.0]).points[0]
+    right = lb.trace(posed(plane, 0, 0, tilt_y=0.1), [10.0, 0.0, -9.0], [0.0, 0.0, 1.0]).points[0]
+    assert up[2] == pytest.approx(10.0 * np.tan(0.1)) and right[2] == pytest.approx(-10.0 * np.tan(0.1))
+
+
+def test_a_turned_lens_is_met_from_behind():
+    lens = posed(SINGLET, 0, 1, **BENT)
+    surfaces = tuple(s.reversed(*gap) for s, gap in zip(
+        lens.surfaces[::-1], [(6.0, lb.AIR), (5.0, lb.Glass(1.6)), (0.0, lb.AIR)], strict=True))
+    origins, directions = rays()
+    made = lb.trace(lens, origins, directions, clip=False)
+    back = lb.trace(replace(lens, surfaces=surfaces, stop_index=0), made.points * [-1, 1, -1] + [0, 0, lens.length],
+                    made.directions * [1, -1, 1], clip=False)
+    assert np.abs(back.directions - directions * [1, -1, 1]).max() < 1e-12
+
+
+def test_a_decentred_element_shows_coma_on_the_axis():
+    lens = lb.Lens((lb.Surface(1 / 40.0, 4.0, 9.0, lb.Glass(1.6)), lb.Surface(-1 / 60.0, 3.0, 9.0),
+                    lb.Surface(-1 / 50.0, 2.0, 9.0, lb.Glass(1.7)), lb.Surface(0.0, 2.0, 9.0),
+                    lb.Surface(0.0, 0.0, 7.0)), 4)
+
+    def skew(case):
+        """Mean cube of the heights of a fan about their mean: of coma, and not of spherical aberration."""
+        y = np.linspace(-5.0, 5.0, 41)
+        made = lb.trace(case, np.column_stack([0.0 * y, y, 0.0 * y - 5.0]), [0.0, 0.0, 1.0])
+        z = lb.first_order(case).bfl + case.length
+        at = made.points[:, 1] + (z - made.points[:, 2]) * made.directions[:, 1] / made.directions[:, 2]
+        off = at - at.mean()
+        return (off**3).mean() / (off**2).mean() ** 1.5
+
+    assert abs(skew(lens)) < 1e-9
+    there, back = (skew(posed(lens, 2, 3, decentre_y=d)) for d in (0.4, -0.4))
+    assert abs(there) > 0.2 and back == pytest.approx(-there)
+
+
+@pytest.mark.parametrize(("pose", "said"), [
+    ({"tilt_x": radians(90.0)}, "tilt_x 90° of a surface: it must lie from −60° to 60°"),
+    ({"tilt_y": nan}, "tilt_y nan"), ({"decentre_x": 1e9}, "it must lie from −10 m to 10 m"),
+    ({"decentre_y": inf}, "decentre_y ∞"), ({"pivot": 1.5}, "whole number")])
+def test_impossible_poses_are_refused(pose, said):
+    with pytest.raises(lb.PoseError, match=said):
+        lb.SurfacePose(**pose)
+
+
+def test_a_pivot_lies_in_the_lens():
+    with pytest.raises(lb.LensError, match="surface 0 pivots about the vertex of surface -1"):
+        lb.Lens((lb.Surface(0.01, 0.0, 5.0, pose=lb.SurfacePose(0.1, pivot=1)),), 0)
