@@ -206,7 +206,8 @@ def _free(plot: PlotMap, at: ImVec2, name: str, taken: list[tuple[float, float, 
                      (at.x - 0.6 * away - width, at.y + away - 0.5 * height),
                      (at.x - 0.5 * width, at.y - away - height), (at.x - 0.5 * width, at.y + away),
                      (plot.right - width, at.y - away - height), (plot.right - width, at.y + away)):
-            inside = x >= plot.left and x + width <= plot.right and y >= plot.top and y + height <= plot.bottom
+            inside = (x >= plot.left and x + width <= plot.right and y >= plot.top and y + height <= plot.bottom
+                      and x <= at.x + away)             # not at the right border, away from its mark
             if inside and not any(x < x1 and x + width > x0 and y < y1 and y + height > y0 for x0, y0, x1, y1 in taken):
                 return ImVec2(x, y)
     return None

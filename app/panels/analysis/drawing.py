@@ -56,13 +56,15 @@ class Under:
 
 
 def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Grip | None = None,
-                surfaces: tuple[int, ...] = ()) -> Under | None:
+                surfaces: tuple[int, ...] = (), named: bool = True) -> Under | None:
     """Draw the legend and all plots into `size` pixels; what is under the cursor.
 
-    grip: a line in the first plot. surfaces: those that are lit; layers of other surfaces are left out.
+    grip: a line in the first plot. surfaces: those that are lit; layers of other surfaces are left out. named: False
+    leaves the legend out, whose names the cursor tells as well.
     """
     top = imgui.get_cursor_screen_pos()
-    _legend(figure, size.x)
+    if named:
+        _legend(figure, size.x)
     corner = imgui.get_cursor_screen_pos()
     room = ImVec2(size.x, size.y - (corner.y - top.y))
     weights = np.array(figure.heights or (1.0,) * len(figure.rows), float)

@@ -20,6 +20,7 @@ from lensbench.app.workers.analysis_worker import AnalysisWorker, Answer, Job
 
 SAVES = {Request.SAVE_PLOT_CSV: "Save as CSV…", Request.SAVE_PLOT_SVG: "Save as SVG…",
          Request.SAVE_PLOT_PNG: "Save as PNG…"}
+LOW = 8.0               # em: below this height a figure gives legend and second line to its plots
 
 
 @dataclass
@@ -76,11 +77,11 @@ def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, 
     state.figure = figure
     theme.small()
     size = imgui.get_content_region_avail()
-    line = imgui.get_text_line_height_with_spacing()
-    below = line * (2.0 if figure.remarks else 1.0)
+    line, low = imgui.get_text_line_height_with_spacing(), size.y < theme.em(LOW)
+    below = line * (2.0 if figure.remarks and not low else 1.0)
     under = draw_figure(name, figure, ImVec2(size.x, max(size.y - below, 1.0)), state.drawn, grip,
-                        sheet.links.surfaces)
-    _conditions(figure, size.x)
+                        sheet.links.surfaces, named=not low)
+    _conditions(figure, size.x, low)
     imgui.pop_font()
     _menu(name, figure, sheet)
     return under
@@ -127,18 +128,26 @@ def tools(name: str, state: AnalysisState) -> None:
     imgui.set_item_tooltip("Copy or save this figure; also by a right click")
 
 
-def _conditions(figure: Figure, width: float) -> None:
-    imgui.text_disabled(theme.shortened(figure.conditions, width))
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(figure.conditions.replace(" · ", "\n"))
-    if figure.remarks:
-        imgui.text_disabled(theme.shortened(sentence("; ".join(figure.remarks)), width))
-        if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip) and imgui.begin_tooltip():
-            imgui.push_text_wrap_pos(theme.em(30.0))
-            for remark in figure.remarks:
-                imgui.text_unformatted(sentence(remark))
-            imgui.pop_text_wrap_pos()
-            imgui.end_tooltip()
+def _conditions(figure: Figure, width: float, low: bool) -> None:
+    """Conditions and remarks below the figure, whole in a tooltip; in one line of a `low` panel."""
+    conditions, remarks = figure.conditions.split(" · "), [sentence(remark) for remark in figure.remarks]
+    if low and remarks:
+        _line(f"{figure.conditions} · {'; '.join(figure.remarks)}", [*conditions, *remarks], width)
+        return
+    _line(figure.conditions, conditions, width)
+    if remarks:
+        _line(sentence("; ".join(figure.remarks)), remarks, width)
+
+
+def _line(words: str, parts: list[str], width: float) -> None:
+    """One line of words, cut where it ends; the parts below each other in its tooltip."""
+    imgui.text_disabled(theme.shortened(words, width))
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip) and imgui.begin_tooltip():
+        imgui.push_text_wrap_pos(theme.em(30.0))
+        for part in parts:
+            imgui.text_unformatted(part)
+        imgui.pop_text_wrap_pos()
+        imgui.end_tooltip()
 
 
 def _menu(name: str, figure: Figure, sheet: Sheet) -> None:

@@ -182,3 +182,16 @@ def test_a_mark_of_the_spots_under_the_mouse_is_a_ray_in_the_section(drive):
         assert len(links.ray.path) == 13                    # 11 surfaces, far before them, and the film
 
     assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
+def test_a_low_panel_gives_its_room_to_the_plot(drive):
+    """The dock below the picture of a small window: legend and remarks left no plot there."""
+    def use(hand):
+        hand.session.choose_layout("Photographer")
+        hand.picture()
+        settle(hand)
+        state = hand.session.analyses.states["MTF"]
+        assert state.figure is not None and "MTF 0 0" in state.drawn.limits, "no plot was drawn"
+
+    drive(use, size=(900, 600))
