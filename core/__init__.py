@@ -93,6 +93,7 @@ if TYPE_CHECKING:
     from lensbench.pupils.region import ExitPupil, exit_pupil, open_region
     from lensbench.rendering.aovs import AOVS as VIEWS
     from lensbench.rendering.aovs import fate_colours
+    from lensbench.rendering.ghost_image import Flare, why_no_ghosts
     from lensbench.rendering.progressive import Rendering, depth_map
     from lensbench.scenery.builtin.library import SCENES, builtin_scene
     from lensbench.scenery.objects import (
@@ -164,6 +165,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "optics.zoom_positions": "Positions PositionsError",
     "pupils.region": "ExitPupil exit_pupil open_region",
     "rendering.aovs": "VIEWS=AOVS fate_colours",
+    "rendering.ghost_image": "Flare why_no_ghosts",
     "rendering.progressive": "Rendering depth_map",
     "scenery.builtin.library": "SCENES builtin_scene",
     "scenery.objects": "Disk Floor Image ImageSky Material Mesh Pattern Rectangle SceneError Sky Sphere Sun",
@@ -178,10 +180,10 @@ __all__ = [
     "ApertureKind", "BareSensor", "Camera", "CameraError", "ChiefRay", "Choice", "Coating", "CoatingError",
     "CustomCamera", "Depth", "Differentials", "Disk", "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil",
     "Exposure", "ExposureError", "Falloff", "Fate", "FieldKind", "FieldPoint", "Film", "FilmError", "FilmPose",
-    "FirstOrder", "FisheyeCamera", "Floor", "FocusError", "Glass", "GlassError", "Image", "ImageSky", "Importance",
-    "Intrinsics", "Iris", "IrisError", "Layer", "Lens", "LensCamera", "LensError", "LightField", "LightFieldError",
-    "Lumigraph", "Material", "Medium", "MediumError", "Mesh", "NovelView", "OrthographicCamera", "Pattern",
-    "PerspectiveCamera", "Picture", "PinholeCamera", "Places", "PlenopticCamera", "PoseError", "Positions",
+    "FirstOrder", "FisheyeCamera", "Flare", "Floor", "FocusError", "Glass", "GlassError", "Image", "ImageSky",
+    "Importance", "Intrinsics", "Iris", "IrisError", "Layer", "Lens", "LensCamera", "LensError", "LightField",
+    "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "Mesh", "NovelView", "OrthographicCamera",
+    "Pattern", "PerspectiveCamera", "Picture", "PinholeCamera", "Places", "PlenopticCamera", "PoseError", "Positions",
     "PositionsError", "RawPicture", "Rays", "Rectangle", "Reflectance", "Rendering", "Scene", "SceneError", "Seidel",
     "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "SurfacePose", "SystemData", "SystemDataError", "Trace",
     "TransformError", "Vignetting", "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_pinhole",
@@ -192,5 +194,5 @@ __all__ = [
     "load_scene", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus", "open_region",
     "photograph_scene", "picture_through", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render",
     "save", "section_foci", "seidel", "show", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
-    "transmission", "unit_disk", "unit_square", "vignetting", "working_f_number",
+    "transmission", "unit_disk", "unit_square", "vignetting", "why_no_ghosts", "working_f_number",
 ]

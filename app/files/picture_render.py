@@ -21,6 +21,7 @@ from lensbench.app.files.export import ExportError, check_writable, checked_plac
 from lensbench.app.files.npz import TEXTS, load_arrays, save_arrays
 from lensbench.app.state.auto_model import is_automatic
 from lensbench.app.state.build import camera
+from lensbench.app.state.coating import flare
 from lensbench.app.state.picture.exposure import exposed
 from lensbench.app.state.scene_file import find_scene
 from lensbench.app.state.settings import Settings
@@ -166,7 +167,7 @@ def render(settings: Settings, progress: Callable[[float], object] = lambda frac
         choice = lb.choose_model(view, scene)
         view = choice.applied(view)
     rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view,
-                             light_tracing=settings.light_tracing)
+                             light_tracing=settings.light_tracing, flare=flare(settings))
     made_by = _maker(choice)
     if kept is not None and kept.exists():
         _restore(rendering, kept, settings, made_by)

@@ -16,7 +16,7 @@ MOST_BATCH = 16                 # samples between two steps of the progress bar
 
 def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str | os.PathLike[str]",
            samples: int = 64, seed: int = 0, threads: int | None = None,
-           progress: bool | Callable[[float], object] | None = None) -> Picture:
+           progress: bool | Callable[[float], object] | None = None, flare: "lb.Flare | None" = None) -> Picture:
     """Picture of a scene.
 
     Parameters
@@ -36,6 +36,8 @@ def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str 
     progress : bool, callable or None
         Whether a progress bar is shown; None: in a notebook, for a picture that takes more than a second. A function
         receives the part that is done, 0 to 1, between passes over the picture.
+    flare : Flare or None
+        Ghosts of the sun and of small lights, such as `lb.Flare("single-layer")`; None: none.
 
     Returns
     -------
@@ -45,7 +47,7 @@ def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str 
     Raises
     ------
     ValueError
-        For fewer than one sample.
+        For fewer than one sample, and for ghosts of a camera or scene that can have none.
     TypeError
         For what is neither a camera nor the name of a lens, or neither a scene nor the name of one; and for the name of
         a lens with a scene that has no name, in which its place is not known.
@@ -59,7 +61,10 @@ def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str 
     if not isinstance(found, lb.Scene):
         raise TypeError(f"{_kind(scene)} is no scene: give an lb.Scene, the name of a built-in scene "
                         f"({', '.join(lb.SCENES)}) or the path of a scene file")
-    rendering = Rendering(_camera(camera, found, scene_name), found, seed)
+    view = _camera(camera, found, scene_name)
+    if flare is not None and lb.why_no_ghosts(view, found):
+        raise ValueError(lb.why_no_ghosts(view, found))
+    rendering = Rendering(view, found, seed, flare=flare)
     with shown_progress(progress) as show:
         if show is None:
             rendering.add(samples, threads=threads)

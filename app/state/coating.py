@@ -7,6 +7,7 @@ from lensbench.app.state.lens_settings import AUTO
 
 if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
+    from lensbench.rendering.ghost_image import Flare
 
 LAST_UNCOATED, LAST_SINGLE = 1945, 1970         # years: coating became usual, then coating with several layers
 
@@ -36,6 +37,16 @@ def _assumed(settings: "Settings", lens: lb.Lens) -> Coating:
         return Coating("single-layer", f"{_loss('single-layer')}; assumed, its year is not known")
     name = "uncoated" if lens.year <= LAST_UNCOATED else "single-layer" if lens.year <= LAST_SINGLE else "multi-layer"
     return Coating(name, f"{_loss(name)}; by its year, {lens.year}")
+
+
+def flare(settings: "Settings") -> "Flare | None":
+    """The ghosts of the picture of these settings; None where they are off, or the camera has no lens."""
+    if not (settings.ghosts and settings.has_lens):
+        return None
+    from lensbench.app.state.build import design
+    from lensbench.rendering.ghost_image import Flare
+
+    return Flare(coating(settings, design(settings)).name, settings.ghost_strength)
 
 
 def _loss(name: str) -> str:

@@ -120,6 +120,12 @@ class Settings(LensSettings):
     light_tracing: bool = setting(
         True, figures=False, former="splats",
         help="trace small lights from the light to the film, so that their blur is smooth at once (by default), or not")
+    ghosts: bool = setting(
+        False, figures=False,
+        help="add the ghosts of the sun and of small lights: light that two surfaces of the lens reflect to the film")
+    ghost_strength: float = setting(
+        1.0, "strength of the ghosts", bounds=Interval(0.0, 1000.0), figures=False, read=read_part, metavar="FACTOR",
+        help="on the light of the ghosts; 1, by default, is true to scale with the direct light")
     film_width: float = setting(36.0, unit="mm", bounds=LENGTH)
     film_height: float = setting(24.0, unit="mm", bounds=LENGTH)
     crop: float = setting(1.0, bounds=Interval(1e-4, 1.0))     # part of the film that is used, by length
@@ -375,11 +381,16 @@ class Settings(LensSettings):
 
     @cached_property
     def _moving_picture(self) -> "Settings":
-        return self.plain(*RESTARTS_NOTHING)
+        return self._without(RESTARTS_NOTHING)
 
     @cached_property
     def _still_picture(self) -> "Settings":
-        return self.plain(*RESTARTS_NOTHING, *RESTARTS_MOTION)
+        return self._without((*RESTARTS_NOTHING, *RESTARTS_MOTION))
+
+    def _without(self, names: tuple[str, ...]) -> "Settings":
+        """The settings without these fields; the coating counts where ghosts show it, their strength where they are."""
+        plain = self.plain(*names, *(() if self.ghosts else ("ghost_strength",)))
+        return replace(plain, coating=self.coating) if self.ghosts else plain
 
     @cached_property
     def optics(self) -> "Settings":

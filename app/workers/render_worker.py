@@ -272,11 +272,12 @@ class RenderWorker:
     def _set_up(self, job: _Job) -> None:
         """Begin the picture of the job's camera, with the light of the picture before where there is any."""
         import lensbench as lb
+        from lensbench.app.state.coating import flare
 
         job.pass_samples = 1
         job.rendering = lb.Rendering(job.camera, job.scene, seed=job.settings.seed, view=job.settings.sample_view,
                                      light_tracing=job.light_tracing and job.settings.light_tracing,
-                                     layer=self._before.layer(job.scene))
+                                     layer=self._before.layer(job.scene), flare=flare(job.settings))
 
     def _trace_lights(self, job: _Job) -> None:
         """Begin with the picture's own light, if nothing of it is under way.

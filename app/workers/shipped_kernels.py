@@ -68,12 +68,14 @@ def pictures() -> Iterator[Any]:
     yield replace(plain, blades=7, roundness=0.3)
     yield replace(plain, dispersion="on", lens_model="trace")
     yield replace(plain, light_tracing=False)
+    yield replace(plain, scene="night-lights", ghosts=True)
 
 
 def exercise(progress: Any = print) -> None:
     """Ask for the kernels of every picture and panel."""
     from lensbench.app.state.auto_model import choose, is_automatic
     from lensbench.app.state.build import camera, setup
+    from lensbench.app.state.coating import flare
     from lensbench.app.state.scene_file import find_scene
     from lensbench.app.workers.warm_panels import prepare
 
@@ -84,7 +86,7 @@ def exercise(progress: Any = print) -> None:
         if is_automatic(settings):
             made = choose(settings, made, scene, None).choice.applied(made)
         rendering = lb.Rendering(made, scene, view=settings.sample_view,
-                                 light_tracing=settings.light_tracing)
+                                 light_tracing=settings.light_tracing, flare=flare(settings))
         rendering.add(1, threads=2)
         rendering.add(1, threads=2)
         rendering.image()

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from lensbench.analysis.field_conditions import Conditions, conditions
     from lensbench.analysis.focus_map import MtfMap, mtf_map
     from lensbench.analysis.focus_wedge import SharpFocus, sharp_focus
+    from lensbench.analysis.ghosts import Ghost, Ghosts, ghosts
     from lensbench.analysis.grid_trace import ray_grid
+    from lensbench.analysis.light_budget import LightBudget, light_budget
     from lensbench.analysis.manufacture import Production, Sensitivity, Tolerances, production, sensitivities
     from lensbench.analysis.meridional_curves import FieldCurves, field_curves
     from lensbench.analysis.narrow_beams import close_foci
@@ -46,6 +48,8 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
     "analysis.focus_map": "MtfMap mtf_map",
     "analysis.focus_wedge": "SharpFocus sharp_focus",
     "analysis.grid_trace": "ray_grid",
+    "analysis.ghosts": "Ghost Ghosts ghosts",
+    "analysis.light_budget": "LightBudget light_budget",
     "analysis.manufacture": "Production Sensitivity Tolerances production sensitivities",
     "analysis.meridional_curves": "FieldCurves field_curves",
     "analysis.onion_rings": "rippled",
@@ -61,10 +65,11 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
-    "Breathing", "Conditions", "Fans", "FieldCurves", "FieldDepth", "FocalShift", "FocusShift", "Longitudinal", "Mtf",
-    "MtfMap", "PointSpread", "Production", "RayGrid", "Sensitivity", "SharpFocus", "Spots", "Sunstar", "Tolerances",
-    "Wavefront", "breathing", "chromatic_focal_shift", "close_foci", "conditions", "encircled_energy", "field_curves",
-    "field_depth", "field_name", "focus_shift", "fringe_index", "longitudinal_aberration", "mtf", "mtf_map",
-    "noll_indices", "production", "psf", "ray_fans", "ray_grid", "relative_illumination", "rippled", "sensitivities",
-    "sharp_focus", "spots", "sunstar", "wavefronts", "with_sensor_stack", "zernike_name", "zernikes",
+    "Breathing", "Conditions", "Fans", "FieldCurves", "FieldDepth", "FocalShift", "FocusShift", "Ghost", "Ghosts",
+    "LightBudget", "Longitudinal", "Mtf", "MtfMap", "PointSpread", "Production", "RayGrid", "Sensitivity", "SharpFocus",
+    "Spots", "Sunstar", "Tolerances", "Wavefront", "breathing", "chromatic_focal_shift", "close_foci", "conditions",
+    "encircled_energy", "field_curves", "field_depth", "field_name", "focus_shift", "fringe_index", "ghosts",
+    "light_budget", "longitudinal_aberration", "mtf", "mtf_map", "noll_indices", "production", "psf", "ray_fans",
+    "ray_grid", "relative_illumination", "rippled", "sensitivities", "sharp_focus", "spots", "sunstar", "wavefronts",
+    "with_sensor_stack", "zernike_name", "zernikes",
 ]

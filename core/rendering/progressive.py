@@ -18,6 +18,7 @@ from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
 from lensbench.kernels.tile_order import raster_image
 from lensbench.rendering.aovs import AVERAGED, aov_steps, arrival_steps, sees_behind
+from lensbench.rendering.ghost_image import Flare, GhostImage
 from lensbench.rendering.light_image import LightImage
 from lensbench.rendering.light_layer import LightLayer
 from lensbench.scenery.scene import Scene
@@ -70,6 +71,9 @@ class Rendering:
     light_passes
         Number of samples that trace lights at the most, for small pictures of few samples; None: as many as repay
         their time.
+    flare
+        Ghosts of the sun and of small lights, added to the picture of a traced lens; None: none. `why_no_ghosts` says
+        where there are none for other reasons.
 
     Attributes
     ----------
@@ -86,7 +90,7 @@ class Rendering:
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
                  view: str = "", light_tracing: bool = True, filtered: bool = True, light_passes: int | None = None,
-                 layer: LightLayer | None = None):
+                 layer: LightLayer | None = None, flare: Flare | None = None):
         camera.check_overrides()
         camera = camera if view else resolved(camera, scene)
         film = camera.film
@@ -112,6 +116,8 @@ class Rendering:
         if light_tracing and not view and self._borrowed is None:
             self._light_image = LightImage(camera, scene, self.seed, real, light_passes)
         self._light_passes = light_passes
+        ghosts = None if flare is None or view else GhostImage(camera, scene, flare)
+        self._ghosts = None if ghosts is None or ghosts.is_empty else ghosts
         self._scene, self._view, self._shadows, self._pupil_part = scene, view, shadows, pupil_part
         self._compose()
         # Counts the samples that arrive, for the AOVs that are means over these
@@ -203,7 +209,8 @@ class Rendering:
         found = {"samples": np.array(self.samples, np.int64), "sums": self._sums}
         if self._arrived is not None:
             found["arrived"] = self._arrived
-        return found | ({} if self._light_image is None or self._light_image.is_empty else self._light_image.state)
+        found |= {} if self._light_image is None or self._light_image.is_empty else self._light_image.state
+        return found | ({} if self._ghosts is None else self._ghosts.state)
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from the sums of a rendering of the same arguments.
@@ -228,6 +235,8 @@ class Rendering:
             self._arrived[:] = state["arrived"]
         if self._light_image is not None:
             self._light_image.restore(state)
+        if self._ghosts is not None:
+            self._ghosts.restore(state)
 
     def _is_uncoloured(self, samples: int) -> bool:
         """Whether the next samples are of the d line alone, all channels at once."""
@@ -303,6 +312,7 @@ class Rendering:
         light_image = self._light_image
         done = light_image is None or light_image.is_empty or light_image.add(self._numbers(samples), afresh, pool,
                                                                               threads, wanted)
+        done = done and (self._ghosts is None or self._ghosts.add(samples, pool, threads, wanted))
         done = done and all(list(pool.map(work, range(threads))))
         self.samples += samples
         return done
@@ -320,6 +330,8 @@ class Rendering:
             mean += self._borrowed_image
         elif self._light_image is not None and not self._light_image.is_empty:
             self._light_image.add_to(mean)
+        if self._ghosts is not None:
+            self._ghosts.add_to(mean)
         return mean.astype(np.float32, copy=False)
 
     def camera_image(self) -> np.ndarray:
@@ -331,10 +343,16 @@ class Rendering:
         return raster_image(self._sums, w, h, 1.0 / max(counted, 1))
 
     def light(self) -> np.ndarray | None:
-        """The part of `image` that is traced from small lights, its own or borrowed; None without any."""
+        """The part of `image` that is traced from small lights, its own or borrowed, with ghosts; None without any."""
         if self._borrowed is not None:
-            return self._borrowed_image
-        return None if self._light_image is None or self._light_image.is_empty else self._light_image.image()
+            traced = self._borrowed_image
+        else:
+            traced = None if self._light_image is None or self._light_image.is_empty else self._light_image.image()
+        if self._ghosts is None:
+            return traced
+        traced = np.zeros((*self.shape, 3), np.float32) if traced is None else traced.copy()
+        self._ghosts.add_to(traced)
+        return traced
 
 
 def _same_exclusion(one: ExcludedLight | None, other: ExcludedLight | None) -> bool:

@@ -58,6 +58,19 @@ def picture_menu(settings: Settings, view: View) -> Settings:
     imgui.set_item_tooltip("Trace lamps, lit windows and what mirrors, panes and balls show of them from the light\n"
                            "to the film, so that their blur is smooth in the first frame. Off: the camera's rays\n"
                            "have to find them, which comes to the same picture later")
+    ghosts = check_box("Ghosts", settings.ghosts)
+    if ghosts != settings.ghosts:
+        chosen = replace(settings, ghosts=ghosts)
+    imgui.set_item_tooltip("Add light of the sun and of small lights that two surfaces of the lens reflect to the\n"
+                           "film, true to scale. The coating is that of the popup “Stop”. Not where anything moves")
+    if settings.ghosts:
+        imgui.same_line()
+        imgui.set_next_item_width(theme.em(7.0))
+        changed, strength = imgui.slider_float("###strength", settings.ghost_strength, 0.1, 100.0, "× %.3g",
+                                               imgui.SliderFlags_.logarithmic)
+        imgui.set_item_tooltip("Strength of the ghosts; × 1 is true to scale with the direct light")
+        if changed:
+            chosen = replace(settings, ghost_strength=strength)
     imgui.separator()
     for i, (key, name) in enumerate(TONES.items()):
         _label("Tone", i == 0, i, 4.6)

@@ -1,0 +1,207 @@
+"""Ghosts: images of a light that two surfaces of a lens reflect onto the film, ranked.
+
+Lengths in mm. The estimate is paraxial: a ray matrix with two mirrors gives the place of focus, the size on the film
+and, by the surface that limits the beam, the light of each pair. The traced figures follow rays from a light of any
+field through the pair with all rims, blades and the reflectances of every surface.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.cameras.film_landing import landing_step
+from lensbench.imaging.film import Film
+from lensbench.kernels.block import lane_buffer
+from lensbench.optics.coatings import Coating
+from lensbench.optics.ghost_grid import entrance_grid, pair_box
+from lensbench.optics.ghost_trace import DIRECT, GhostTracer, Pair, ghost_order, ghost_pairs, pair_share
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.prescription import Lens, LensError
+
+CELLS = 31              # along a side of the grid of rays of one pair
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """One pair of surfaces.
+
+    Attributes
+    ----------
+    first, second : int
+        Surfaces that reflect; the light meets `second` first.
+    focus : float
+        Film → focus of the ghost of a distant light on the axis, paraxial, positive behind the film (mm); inf where
+        the ghost leaves the lens parallel.
+    paraxial_diameter : float
+        Of the ghost on the film, for a distant light on the axis (mm).
+    paraxial_share : float
+        Light of that ghost, as a part of the light of the picture of the light.
+    share : float
+        Traced: light that reaches the plane of the film, as a part of that of the picture of the light; 0 where none.
+    centre : (2,) tuple of float
+        Middle of that light on the film (mm, as the film's frame: x right, y up, inverted); NaN where none.
+    diameter : float
+        Traced: four times the root mean square distance of that light from `centre`, over √2: the diameter of an even
+        disk (mm); NaN where none.
+    """
+
+    first: int
+    second: int
+    focus: float
+    paraxial_diameter: float
+    paraxial_share: float
+    share: float
+    centre: tuple[float, float]
+    diameter: float
+
+    @property
+    def brightness(self) -> float:
+        """Traced: mean irradiance on the film for 1 mm² of the picture's light, share / area (1/mm²)."""
+        area = 0.25 * math.pi * self.diameter**2
+        return self.share / area if area > 0.0 else math.inf if self.share > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Ghosts:
+    """The ghosts of a lens for one light, from `ghosts`, the one with the most light per area first.
+
+    Attributes
+    ----------
+    rows : tuple of Ghost
+        All pairs.
+    direct : float
+        Part of the light that enters the front rim that the picture of the light gets.
+    wavelength : float
+        Micrometres.
+    """
+
+    rows: tuple[Ghost, ...]
+    direct: float
+    wavelength: float
+
+    @property
+    def total(self) -> float:
+        """Light of all ghosts as a part of the picture of the light: veiling glare by two reflections."""
+        return sum(row.share for row in self.rows)
+
+
+def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelength: float = D_LINE,
+           coating: str | Coating = "uncoated", cells: int = CELLS) -> Ghosts:
+    """Every ghost of a light, estimated by matrices and traced.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens, focused and stopped down.
+    film_distance : float
+        Last vertex → film (mm).
+    light : (3,) array_like
+        Angles of a distant light from the axis, across to the right and up (radians), and inf; or the place of a near
+        one (mm, lens frame: z is negative before the lens).
+    wavelength : float
+        Micrometres.
+    coating : str or Coating
+        Of the surfaces to air that have none of their own, as of `surface_coatings`.
+    cells : int
+        Along a side of the grid of rays of one pair, 4 to 512.
+
+    Returns
+    -------
+    Ghosts
+
+    Raises
+    ------
+    LensError
+        For a light that is not before the lens, or a film that is not behind it.
+    CoatingError
+        For an unknown coating.
+    """
+    if not 4 <= cells <= 512:
+        raise LensError(f"{cells} cells: a grid of ghosts has 4 to 512")
+    if not 0.0 < film_distance < math.inf:
+        raise LensError("the film must lie behind the last vertex")
+    tracer = GhostTracer(lens, film_distance, [landing_step(Film(2.0, 2.0, 2, 2), 1.0)], wavelength, coating=coating,
+                         real=np.float64)
+    source = light_place(lens, film_distance, light)
+    lanes = lane_buffer(np.float64)
+    direct = traced_spot(tracer, lanes, source, DIRECT, cells)
+    found = []
+    for pair in ghost_pairs(lens, wavelength):
+        estimate = paraxial_ghost(lens, film_distance, pair, wavelength, coating)
+        light_there, x, y, diameter = traced_spot(tracer, lanes, source, pair, cells)
+        share = light_there / direct[0] if direct[0] > 0.0 else math.nan if light_there > 0.0 else 0.0
+        found.append(Ghost(*pair, *estimate, share, (x, y), diameter))
+    found.sort(key=lambda row: (-np.nan_to_num(row.brightness), row.first, row.second))
+    whole = lens.surfaces[0].semi_diameter**2 * math.pi
+    return Ghosts(tuple(found), direct[0] / whole, wavelength)
+
+
+def light_place(lens: Lens, film_distance: float, light) -> np.ndarray:
+    """A light as four numbers of the camera frame: its place (mm) and 1, or for a distant one the direction and 0."""
+    x, y, z = (float(value) for value in light)
+    if math.isinf(z):
+        if not (abs(x) < 0.5 * math.pi and abs(y) < 0.5 * math.pi):
+            raise LensError("a distant light lies less than 90° from the axis")
+        towards = np.array([math.tan(x), math.tan(y), -1.0])
+        return np.array([*(towards / np.linalg.norm(towards)), 0.0])
+    if not (math.isfinite(x + y + z) and z < 0.0):
+        raise LensError("a near light lies before the first vertex: its z must be negative")
+    return np.array([x, y, z - lens.length - film_distance, 1.0])
+
+
+def traced_spot(tracer: GhostTracer, lanes: np.ndarray, source: np.ndarray, pair: Pair, cells: int
+                ) -> tuple[float, float, float, float]:
+    """Light (mm² of the entering beam), middle x and y, and diameter on the film (mm) of one pair; NaN where none."""
+    box = pair_box(tracer, lanes, source, pair)
+    if box is None:
+        return 0.0, math.nan, math.nan, math.nan
+    found = entrance_grid(tracer, lanes, source, pair, box, cells)
+    light = found[3]
+    lit = (light > 0.0) & np.isfinite(found[0]) & np.isfinite(found[1])
+    total = float(light[lit].sum())
+    if not total > 0.0:
+        return 0.0, math.nan, math.nan, math.nan
+    # The landing's raster of 2 × 2 pixels of 1 mm: back to millimetres
+    places = np.stack([1.0 - found[0][lit], found[1][lit] - 1.0])
+    x, y = (places * light[lit]).sum(1) / total
+    spread = (((places - [[x], [y]])**2).sum(0) * light[lit]).sum() / total
+    return total, float(x), float(y), 2.0 * math.sqrt(2.0 * spread)
+
+
+def paraxial_ghost(lens: Lens, film_distance: float, pair: Pair, wavelength: float = D_LINE,
+                   coating: str | Coating = "uncoated") -> tuple[float, float, float]:
+    """Film → focus, diameter on the film (mm) and share of the direct light, of a distant light on the axis.
+
+    A parallel beam of height 1 has the heights y at the surfaces met; the one where y / semi-diameter is greatest
+    limits the beam. A mirror of curvature c in a medium n has the power −2 n c for light towards the film, 2 n c
+    against it.
+    """
+    height, slope, limit = _marginal(lens, pair, wavelength)
+    _, _, direct_limit = _marginal(lens, DIRECT, wavelength)
+    on_film = height + film_distance * slope
+    focus = -height / slope - film_distance if slope else math.inf
+    share = (direct_limit / limit)**2 * pair_share(lens, pair, wavelength, coating) / pair_share(
+        lens, DIRECT, wavelength, coating)
+    return focus, 2.0 * abs(on_film) / limit, share
+
+
+def _marginal(lens: Lens, pair: Pair, wavelength: float) -> tuple[float, float, float]:
+    """Height and slope behind the last surface of a parallel ray of height 1; greatest height / semi-diameter."""
+    n = lens.indices(wavelength)
+    height, slope, limit = 1.0, 0.0, 0.0            # slope: n dy along the light
+    last = None
+    for i, forward, mirror in ghost_order(len(lens.surfaces), pair):
+        if last is not None:
+            gap, medium = (lens.surfaces[last].thickness, n[last + 1]) if i > last else (
+                lens.surfaces[i].thickness, n[i + 1])
+            height += gap / medium * slope
+        surface = lens.surfaces[i]
+        limit = max(limit, abs(height) / surface.semi_diameter)
+        c = surface.vertex_curvature
+        if mirror:
+            slope += 2.0 * c * height * (n[i] if forward else -n[i + 1])
+        else:
+            slope -= (n[i + 1] - n[i]) * c * height
+        last = i
+    return height, slope, limit

@@ -1,0 +1,115 @@
+"""The light budget of a lens: where the light of one ray ends, all its reflections followed.
+
+At every surface a ray divides into a reflected and a refracted one. Light that leaves towards the film after 0
+reflections makes the picture, after 2, 4, … the ghosts; after an odd number it leaves towards the scene. The parts of
+a budget add up to 1. Glass absorbs nothing. Light counts as unpolarised at every surface.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.optics.coatings import Coating
+from lensbench.optics.ghost_trace import Meetings
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.scalar_trace import CLIPPED, PASSED
+
+LEAST = 1e-9            # part of the light below which a ray is not followed
+MOST_RAYS = 400_000     # that one budget follows
+
+
+@dataclass(frozen=True)
+class LightBudget:
+    """Parts of the light of one ray, which add up to 1.
+
+    Attributes
+    ----------
+    to_film : tuple of float
+        Leaves towards the film, by the number of reflections: [0] the picture, [2], [4], … the ghosts.
+    to_scene : tuple of float
+        Leaves towards the scene, by the number of reflections.
+    clipped : float
+        Ends at rims, the stop and its blades: the mount absorbs it.
+    lost : float
+        Meets no surface where it should, or turns sideways: it ends in the barrel.
+    left : float
+        In rays too weak to be followed.
+    """
+
+    to_film: tuple[float, ...]
+    to_scene: tuple[float, ...]
+    clipped: float
+    lost: float
+    left: float
+
+    @property
+    def total(self) -> float:
+        """Sum of all parts."""
+        return sum(self.to_film) + sum(self.to_scene) + self.clipped + self.lost + self.left
+
+
+def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coating: str | Coating = "uncoated",
+                 least: float = LEAST, clip: bool = True) -> LightBudget:
+    """The light budget of one ray.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    origin, direction : (3,) array_like
+        The ray towards the lens (mm, lens frame); the direction may have any length.
+    wavelength : float
+        Micrometres.
+    coating : str or Coating
+        As of `surface_coatings`.
+    least : float
+        Part of the light below which a ray is not followed.
+    clip : bool
+        Whether rims, stop and blades end rays.
+
+    Returns
+    -------
+    LightBudget
+
+    Raises
+    ------
+    LensError
+        If more than 400,000 rays would have to be followed: choose a larger `least`.
+    """
+    bench, count = Meetings(lens, wavelength, coating, clip), len(lens.surfaces)
+    unit = np.asarray(direction, float)
+    unit = unit / np.linalg.norm(unit)
+    to_film: dict[int, float] = {}
+    to_scene: dict[int, float] = {}
+    clipped = lost = left = 0.0
+    rays = 0
+    # Next surface, whether towards the film, origin, direction, part of the light, reflections so far
+    work = [(0, True, tuple(np.asarray(origin, float).tolist()), tuple(unit.tolist()), 1.0, 0)]
+    while work:
+        i, forward, point, ray, part, reflections = work.pop()
+        if not 0 <= i < count:
+            leaving = to_film if forward else to_scene
+            leaving[reflections] = leaving.get(reflections, 0.0) + part
+            continue
+        if part < least:
+            left += part
+            continue
+        rays += 1
+        if rays > MOST_RAYS:
+            raise LensError(f"light budget: more than {MOST_RAYS} rays; follow only those above a larger part `least`")
+        met = bench.meet(i, forward, point, ray)
+        if met.fate != PASSED:
+            clipped, lost = (clipped + part, lost) if met.fate == CLIPPED else (clipped, lost + part)
+            continue
+        back, on = part * met.reflectance, part * (1.0 - met.reflectance)
+        step = 1 if forward else -1
+        for after, share, ahead, more in ((met.refracted, on, forward, 0), (met.reflected, back, not forward, 1)):
+            if share <= 0.0 or after is None:
+                continue
+            if (after[2] > 0.0) != ahead:
+                lost += share                       # turned sideways: it meets no next surface in order
+            else:
+                work.append((i + (step if not more else -step), ahead, met.point, after, share, reflections + more))
+    return LightBudget(*(tuple(found.get(k, 0.0) for k in range(max(found, default=0) + 1))
+                         for found in (to_film, to_scene)), clipped, lost, left)

@@ -1,0 +1,203 @@
+"""The ghost image: light of the sun and of small lights that two surfaces of the lens reflect onto the film.
+
+Every pair of surfaces has a grid of rays for every light, whose cells land on the film (`ghost_cells`): a picture
+without noise from the first pass on. Later passes shift the grids, and take other points of the lights; their mean has
+softer edges of cells, and the true size of the lights. With many lights the dim ghosts take turns. The first four
+passes of a picture add ghosts, then every fourth, at most MOST of them.
+
+Ghosts have the scale of the direct light: as a picture has no losses by reflection, they are divided by what the
+surfaces transmit on the axis.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+
+from lensbench.cameras.base import Camera
+from lensbench.cameras.real_lens import LensCamera
+from lensbench.imaging.animated_transform import AnimatedTransform
+from lensbench.imaging.spectrum import WAVELENGTHS
+from lensbench.kernels.block import lane_buffer
+from lensbench.optics.coatings import Coating
+from lensbench.optics.ghost_grid import Box, entrance_grid, entrance_reach, pair_box
+from lensbench.optics.ghost_trace import DIRECT, GhostTracer, Pair, ghost_pairs, pair_share
+from lensbench.optics.glass import D_LINE
+from lensbench.rendering.ghost_cells import add_cells
+from lensbench.rendering.ghost_lights import GhostLights, ghost_lights
+from lensbench.scenery.scene import Scene
+
+FIRST, PERIOD, MOST = 4, 4, 64  # passes that all add ghosts; then one in so many does; at the most
+SIDE = 31                       # cells along a side of the grid of a bright ghost: 1,024 rays
+SMALL_SIDE = 21                 # of the dim ones: 484 rays, less than a block
+BEST = 150                      # grids in every pass: the brightest ones
+LONGEST = 16                    # passes, of which one traces a dim ghost
+BATCH = 64                      # grids that are traced before they are added to the film
+
+
+@dataclass(frozen=True)
+class Flare:
+    """Ghosts in a picture.
+
+    Parameters
+    ----------
+    coating : str or Coating
+        Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any coating.
+    strength : float
+        Factor on their light; 1 is true to scale with the direct light.
+    pairs : tuple of (int, int)
+        Pairs of surfaces (first, second) to show; () for all.
+    """
+
+    coating: str | Coating = "uncoated"
+    strength: float = 1.0
+    pairs: tuple[Pair, ...] = ()
+
+
+class _Task(NamedTuple):
+    """The grid of one light and one pair, traced in one of `period` passes, in which it counts as often."""
+
+    light: int
+    pair: Pair
+    cells: int
+    period: int = 1
+    turn: int = 0               # of the period
+
+
+class GhostImage:
+    """Ghosts of a picture: sums over the passes so far.
+
+    Parameters: the camera, whose model is resolved; the scene; what ghosts are shown.
+    """
+
+    def __init__(self, camera: Camera, scene: Scene, flare: Flare):
+        self.reason = why_no_ghosts(camera, scene)
+        self._camera, self._scene, self._flare = camera, scene, flare
+        film = camera.film
+        self._across, self._down = film.pixels_x, film.pixels_y
+        self._sums = np.zeros((0 if self.reason else film.pixels_x * film.pixels_y, 3), np.float32)
+        self._passes = self._seen = 0
+        self._boxes: dict[tuple[int, Pair], Box | None] = {}
+        self._tracer: GhostTracer | None = None
+        self._lights = GhostLights([], 0, 0.0)
+        self._tasks: list[_Task] = []
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there are no ghosts to trace; `reason` says why."""
+        return bool(self.reason)
+
+    def add_to(self, picture: np.ndarray) -> None:
+        """Add the mean of the passes so far to a picture (h, w, 3), line by line."""
+        share = np.float32(1.0 / max(self._passes, 1))
+        for line, sums in zip(picture, self._sums.reshape(self._down, self._across, 3), strict=True):
+            line += sums * share
+
+    @property
+    def state(self) -> dict[str, np.ndarray]:
+        """The sums so far, by name, for `restore`."""
+        return {"ghost_passes": np.array([self._passes, self._seen], np.int64), "ghost_sums": self._sums}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from such sums."""
+        self._passes, self._seen = map(int, state["ghost_passes"])
+        self._sums[:] = state["ghost_sums"]
+
+    def add(self, samples: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
+        """Add the ghosts of so many samples; False when `wanted` cancelled on the way."""
+        if self._tracer is None:
+            self._prepare()
+        numbers = range(self._seen, self._seen + samples)
+        self._seen += samples
+        for _ in [n for n in numbers if n < FIRST or n % PERIOD == 0][:MOST - self._passes]:
+            if not self._add_pass(self._passes, pool, threads, wanted):
+                return False
+            self._passes += 1
+        return True
+
+    def _prepare(self) -> None:
+        assert isinstance(self._camera, LensCamera)
+        camera = replace(self._camera, model="trace")       # surfaces reflect, whatever model the picture is taken with
+        lens, distance = camera.lens, camera.film_distance
+        landing = camera.film_landing()
+        assert landing is not None
+        channels = tuple(WAVELENGTHS.values())
+        self._tracer = GhostTracer(lens, distance, landing.steps[-1:], D_LINE, channels, self._flare.coating)
+        self._lights = ghost_lights(camera, self._scene, self._tracer.front_z, entrance_reach(self._tracer))
+        direct = [np.mean([pair_share(lens, DIRECT, line, self._flare.coating) for line in row]) for row in channels]
+        self._gain = self._flare.strength / np.array(direct)
+        pairs = ghost_pairs(lens)
+        shown = [pair for pair in pairs if pair in self._flare.pairs] if self._flare.pairs else pairs
+        self._tasks = _shared_out(self._lights, shown, [pair_share(lens, pair, coating=self._flare.coating)
+                                                        for pair in shown])
+
+    def _add_pass(self, number: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
+        """Trace a batch of grids, and add their cells in order: the sums are the same for any number of threads."""
+        assert self._tracer is not None
+        tracer = self._tracer
+        due = [task for task in self._tasks if (number + task.turn) % task.period == 0]
+        for begin in range(0, len(due), BATCH):
+            tasks = due[begin:begin + BATCH]
+            grids: list[np.ndarray | None] = [None] * len(tasks)
+            turns = count()
+
+            def trace(_: int, tasks=tasks, grids=grids, turns=turns) -> bool:
+                lanes = lane_buffer(tracer.real)
+                while (k := next(turns)) < len(tasks):
+                    if not wanted():
+                        return False
+                    grids[k] = self._grid(tracer, lanes, tasks[k], number)
+                return True
+
+            def gather(i: int, tasks=tasks, grids=grids) -> bool:
+                top, bottom = self._down * i // threads, self._down * (i + 1) // threads
+                for task, grid in zip(tasks, grids, strict=True):
+                    if grid is not None:
+                        if not wanted():
+                            return False
+                        light = self._lights.lights[task.light].irradiance
+                        gain = (task.period * self._gain * light).astype(np.float32)
+                        add_cells(self._sums, grid, task.cells, self._across, top, bottom, gain)
+                return True
+
+            if not all(list(pool.map(trace, range(threads)))) or not all(list(pool.map(gather, range(threads)))):
+                return False
+        return True
+
+    def _grid(self, tracer: GhostTracer, lanes: np.ndarray, task: _Task, number: int) -> np.ndarray | None:
+        """The rays of a task in a pass; None where none of the pair's light passes."""
+        points = self._lights.lights[task.light].points
+        key = task.light, task.pair
+        if key not in self._boxes:
+            self._boxes[key] = pair_box(tracer, lanes, points[0], task.pair)
+        box = self._boxes[key]
+        if box is None:
+            return None
+        # Additive recurrences of the plastic number, and a stride through the points of the light
+        shift = tuple((number * step + 0.5) % 1.0 - 0.5 for step in (0.7548776662466927, 0.5698402909980532))
+        point = points[1 + (number * 37) % (len(points) - 1)] if number else points[0]
+        return entrance_grid(tracer, lanes, point, task.pair, box, task.cells, (shift[0], shift[1]))
+
+
+def _shared_out(found: GhostLights, pairs: Sequence[Pair], shares: Sequence[float]) -> list[_Task]:
+    """A grid for every light and pair: of SIDE cells for the BEST brightest ghosts, the others small and in turn."""
+    powers = np.array([light.irradiance.sum() for light in found.lights])[:, None] * np.array(shares)
+    order = np.argsort(-powers, axis=None, kind="stable")
+    period = min(-(-max(len(order) - BEST, 0) // BEST), LONGEST) or 1
+    return [_Task(at // len(pairs), pairs[at % len(pairs)], SIDE if rank < BEST else SMALL_SIDE,
+                  1 if rank < BEST else period, rank % period)
+            for rank, at in enumerate(order.tolist())]
+
+
+def why_no_ghosts(camera: Camera, scene: Scene) -> str:
+    """Why a picture of this camera has no ghosts; "" where it has."""
+    if not isinstance(camera, LensCamera):
+        return "ghosts need a lens with surfaces: this camera has none"
+    if isinstance(camera.world_from_camera, AnimatedTransform) or scene.moves:
+        return "ghosts are not traced where the camera or the scene moves"
+    if camera.has_port:
+        return "ghosts are not traced through a flat port"
+    return ""
