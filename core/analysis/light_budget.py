@@ -111,5 +111,8 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
                 lost += share                       # turned sideways: it meets no next surface in order
             else:
                 work.append((i + (step if not more else -step), ahead, met.point, after, share, reflections + more))
-    return LightBudget(*(tuple(found.get(k, 0.0) for k in range(max(found, default=0) + 1))
-                         for found in (to_film, to_scene)), clipped, lost, left)
+    return LightBudget(_by_order(to_film), _by_order(to_scene), clipped, lost, left)
+
+
+def _by_order(found: dict[int, float]) -> tuple[float, ...]:
+    return tuple(found.get(k, 0.0) for k in range(max(found, default=0) + 1))

@@ -47,7 +47,7 @@ from lensbench.kernels.program import Program, call_stage, run_steps
 from lensbench.optics.block_trace import RUNS, SLOWNESS, STEP, surface_steps
 from lensbench.optics.coatings import Coating
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens
+from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.scalar_trace import CLIPPED, PASSED, TOTAL_REFLECTION, surface_table, trace_ray
 from lensbench.optics.surfaces import AFTER, BEFORE
 from lensbench.optics.transmission import surface_coatings
@@ -67,6 +67,12 @@ def ghost_pairs(lens: Lens, wavelength: float = D_LINE) -> tuple[Pair, ...]:
     n = lens.indices(wavelength)
     reflecting = [i for i in range(len(lens.surfaces)) if n[i] != n[i + 1]]
     return tuple((first, second) for k, second in enumerate(reflecting) for first in reflecting[:k])
+
+
+def require_in_line(lens: Lens) -> None:
+    """LensError for a lens with surfaces out of line: their ghosts are not traced."""
+    if not lens.is_in_line:
+        raise LensError("ghosts are not traced through surfaces out of line: reset their tilt and decentre")
 
 
 def ghost_order(count: int, pair: Pair) -> Iterator[tuple[int, bool, bool]]:
@@ -128,6 +134,7 @@ class Meetings:
     """Rays at single surfaces of a lens, at a wavelength (µm), by the reference tracer."""
 
     def __init__(self, lens: Lens, wavelength: float = D_LINE, coating: str | Coating = "uncoated", clip: bool = True):
+        require_in_line(lens)
         self._lens, self._wavelength, self._clip = lens, wavelength, clip
         self._table = surface_table(lens, wavelength)
         self._coatings = surface_coatings(lens, coating)
@@ -231,6 +238,7 @@ class GhostTracer:
 
     def __init__(self, lens: Lens, film_distance: float, landing: list[Step], wavelength: float = D_LINE,
                  channels: Visible | None = None, coating: str | Coating = "uncoated", real=np.float32):
+        require_in_line(lens)
         self.real, self.lens = real, lens
         self._landing = Program(landing, real)
         forward = _records(lens, film_distance, wavelength, "film")

@@ -196,6 +196,8 @@ def why_no_ghosts(camera: Camera, scene: Scene) -> str:
     """Why a picture of this camera has no ghosts; "" where it has."""
     if not isinstance(camera, LensCamera):
         return "ghosts need a lens with surfaces: this camera has none"
+    if not camera.lens.is_in_line:
+        return "ghosts are not traced through surfaces out of line"
     if isinstance(camera.world_from_camera, AnimatedTransform) or scene.moves:
         return "ghosts are not traced where the camera or the scene moves"
     if camera.has_port:
