@@ -75,6 +75,10 @@ def info(arguments: argparse.Namespace) -> int:
     if not is_d_line(data["wavelength"]):
         rows.insert(0, ("Figures at the primary wavelength", f"{significant(1000.0 * data['wavelength'])} nm"
                         + (", its pictures too" if seen_at is not None else "")))
+    if data["out_of_line"]:
+        which = ", ".join(map(str, data["out_of_line"]))
+        rows.insert(0, ("Out of line", f"surfaces {which}; focal lengths, pupils and f-number are those of the lens in "
+                                       "line"))
     year = f"{data['year']}{lens_card.star(card, 'year')}" if data["year"] else ""
     print(escaped(", ".join(word for word in (data["name"] or arguments.lens, data["kind"], year) if word)))
     print("\n".join(map(escaped, [
@@ -104,7 +108,7 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
         nearest = lb.nearest_focus(lens)
     except lb.FocusError:                               # it does not converge: the other figures stand
         nearest = None
-    across = None if lens.is_rotationally_symmetric else lb.first_order(lens.section("x"), wavelength)
+    across = None if len(lens.sections) == 1 else lb.first_order(lens.section("x"), wavelength)
     squeeze = fo.efl / across.efl if across and math.isfinite(fo.efl) and math.isfinite(across.efl) else 1.0
     film = lb.Film(film_size[0] * abs(squeeze), film_size[1])   # as wide as what a lens with cylinders squeezes into it
     return {
@@ -119,6 +123,7 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
         "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},
         "petzval_radius": fo.petzval_radius, "stop_radius": fo.stop_radius,
         "nearest_focus": nearest,
+        "out_of_line": [i for i, surface in enumerate(lens.surfaces) if surface.pose is not None],
         "film": film_size,
         "field_of_view": {axis: math.degrees(lb.field_of_view(abs(fo.efl), film, axis))
                           for axis in ("horizontal", "vertical", "diagonal")},
@@ -130,7 +135,7 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
 def _intrinsics(lens, film) -> dict[str, float] | None:
     """Focal length and principal point in pixels, of a film of PIXELS across, focused at infinity.
 
-    None where the lens forms no image there, and of one with cylinders, which has two focal lengths.
+    None where the lens forms no image there, and of one without rotational symmetry.
     """
     import lensbench as lb
 

@@ -92,8 +92,8 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, 
         theme.small()
         imgui.text_colored(theme.colours().dim, UPWARDS)
         imgui.pop_font()
-        imgui.set_item_tooltip("This lens has cylinders: film points beside the axis have other regions than those "
-                               "above it, which are shown. Pictures follow the true ones all over the film")
+        imgui.set_item_tooltip("This lens has no rotational symmetry: film points beside the axis have other regions "
+                               "than those above it, which are shown. Pictures follow the true ones all over the film")
     ghost = _ghost(other, shown, azimuth)
     crossed = rear_place(settings, raster, links.ray) if links.ray is not None else None
     rear = _plot(lens_setup, fields, seen, samples, reach, links.surfaces, crossed, ghost, state)

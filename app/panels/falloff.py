@@ -39,8 +39,8 @@ class FalloffState:
     shown: str = "curve"
 
 
-EVERY_WAY = "These plots depend on the distance from the film's centre alone. This lens has a cylinder or toroid: " \
-            "its falloff and its distortion depend on the direction as well"
+EVERY_WAY = "These plots depend on the distance from the film's centre alone. This lens has a cylinder, a toroid " \
+            "or surfaces out of line: its falloff and its distortion depend on the direction as well"
 
 
 @dataclass(frozen=True, eq=False)

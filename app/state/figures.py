@@ -140,7 +140,7 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
 
     # The closed forms measure from the front principal plane, the focus dial from the film
     offset, nearest = lens_setup.principal_offset, lb.nearest_focus(lens_setup.lens)
-    if not lens.is_rotationally_symmetric:
+    if len(lens.sections) > 1:
         foci = lb.section_foci(lens_setup.lens, max(settings.focus_distance, nearest), lens_setup.film_distance)
         behind = (foci[0] - lens_setup.film_distance, foci[1] - lens_setup.film_distance)
         plain = replace(plain, across=_across(lens, wavelength), foci=behind)
@@ -160,7 +160,7 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
 
 def _across(lens: lb.Lens, wavelength: float) -> float | None:
     """The focal length (mm) of the section x–z of a lens with cylinders at a wavelength (µm); None for other lenses."""
-    return None if lens.is_rotationally_symmetric else _finite(lb.first_order(lens.section("x"), wavelength).efl)
+    return None if len(lens.sections) == 1 else _finite(lb.first_order(lens.section("x"), wavelength).efl)
 
 
 def angles(film: lb.Film, efl: float, across_efl: float | None = None) -> Readings:

@@ -96,12 +96,17 @@ def vignetting(lens: Lens, field_angle: float, distance: float = inf, wavelength
     Raises
     ------
     LensError
-        Where no light passes, for an angle from 180° on, and for a distance that is not positive.
+        For a lens with surfaces out of line, where no light passes, for an angle from 180° on, and for a distance that
+        is not positive.
     """
     if not abs(field_angle) < pi:
         raise LensError(f"field angle {significant(np.degrees(field_angle), 4)}°: it must lie below 180°")
     if not distance > 0.0:
         raise LensError(f"distance {significant(distance)} mm: it must be positive, or math.inf")
+
+    if not lens.is_in_line:
+        raise LensError("vignetting needs a plane of symmetry, and this lens has a surface out of line: "
+                        "lb.open_region has the light of a film point")
 
     beam = _Beam(lens, field_angle, distance, wavelength)
     heights, passing = beam.scan()

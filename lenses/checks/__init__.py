@@ -50,6 +50,8 @@ def check(lens: Lens) -> list[Finding]:
     about = [] if is_d_line(wavelength) else [note(
         Kind.CONVENTION, f"its focal lengths, f-number and rays are those at {significant(1000.0 * wavelength)} nm, "
                          "the primary wavelength of its design", wavelength=wavelength)]
+    if not lens.is_in_line:
+        about.append(note(Kind.CONVENTION, "surfaces are out of line: the lens is checked as it is in line"))
     try:
         seen.indices()
     except GlassError as error:         # a glass of the infrared, say: nothing can be traced at the d line

@@ -21,7 +21,7 @@ FASTEST = 0.5           # f-number: a cone of 180° in air
 def figure_findings(lens: Lens) -> list[Finding]:
     """Findings where first-order figures contradict the stated ones, or each other."""
     sections = [first_order(lens)]
-    if not lens.is_rotationally_symmetric:
+    if len(lens.sections) > 1:
         sections.append(first_order(lens.section("x")))
     if all(isinf(section.efl) for section in sections):
         return [Finding(Kind.FOCAL_LENGTH, None, "the lens is afocal: it forms no image of its own")]

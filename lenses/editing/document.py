@@ -19,6 +19,9 @@ QUANTITIES = (CURVATURE, CURVATURE_X, THICKNESS, SEMI_DIAMETER, CONIC,
               *(f"r{power}" for power in range(2, HIGHEST_POWER + 1)))
 WORDS = {CURVATURE: "radius", CURVATURE_X: "radius of the section x–z", THICKNESS: "thickness",
          SEMI_DIAMETER: "semi-diameter", CONIC: "conic constant"}
+# Numbers of the place of a surface that is out of line, which `poses` edits; no rule holds them
+POSE = {"decentre_x": "decentre along x", "decentre_y": "decentre along y", "tilt_x": "tilt about x",
+        "tilt_y": "tilt about y"}
 # What a solve keeps, and the quantity of a surface that it adjusts for that
 SOLVES = {"image": THICKNESS, "edge": THICKNESS, "efl": CURVATURE, "marginal slope": CURVATURE,
           "f-number": SEMI_DIAMETER}
@@ -200,13 +203,15 @@ class LensDocument:
 def words(quantity: str) -> str:
     """A quantity in words: "radius", "coefficient of r⁴"."""
     raised = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
-    return WORDS.get(quantity) or f"coefficient of r{quantity[1:].translate(raised)}"
+    return WORDS.get(quantity) or POSE.get(quantity) or f"coefficient of r{quantity[1:].translate(raised)}"
 
 
 def value_of(surface: Surface, quantity: str) -> float:
     """A number of a surface; for `curvature_x` of a rotationally symmetric one its curvature."""
     if quantity == CURVATURE_X:
         return surface.curvature if surface.curvature_x is None else surface.curvature_x
+    if quantity in POSE:
+        return 0.0 if surface.pose is None else float(getattr(surface.pose, quantity))
     if quantity in WORDS:
         return float(getattr(surface, quantity))
     return dict(surface.aspheric).get(int(quantity[1:]), 0.0)

@@ -24,10 +24,10 @@ def focus_popup(settings: Settings) -> Settings:
         except (ValueError, OSError) as error:
             small_note(str(error))
     try:
-        in_line_only = not design(settings).is_rotationally_symmetric
+        asymmetry = design(settings).asymmetry
     except (ValueError, OSError):               # a notice says why
         return settings
-    if in_line_only:
-        small_note("Behind a lens with a cylinder or toroid the film stays in line")
+    if asymmetry:
+        small_note(f"Behind a lens with {asymmetry} the film stays in line")
         return settings
     return film_dials(settings)

@@ -168,14 +168,18 @@ def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
         return
     colour, pixel = theme.packed(theme.colours().strong), theme.scale()
     outer = max(1.12 * (sketch.open_radius or sketch.stop_radius), 1.08 * sketch.near_stop)
-    x = floor(canvas.at(sketch.stop_z, 0.0).x)
+    x = floor(canvas.at(sketch.on_stop(outer, outer)[0], 0.0).x)
     ring = 4.0 * pixel
     for sign in (1.0, -1.0):
+        if not sketch.stop_is_in_line:
+            inner = canvas.at(*sketch.on_stop(sign * sketch.stop_radius, outer))
+            draw.add_line(inner, canvas.at(*sketch.on_stop(sign * outer, outer)), colour, 2.0 * pixel)
+            continue
         edge, end = canvas.at(0.0, sign * sketch.stop_radius).y, canvas.at(0.0, sign * outer).y
         start = edge - sign * ring
         draw.add_rect_filled(ImVec2(x - pixel, min(start, end)), ImVec2(x + pixel, max(start, end)), colour)
     if sketch.lens is not None:
-        text, top = "Stop", canvas.at(0.0, outer).y
+        text, top = "Stop", canvas.at(*sketch.on_stop(outer, outer)).y
         size = imgui.calc_text_size(text)
         y = max(top - size.y - pixel, canvas.y)
         draw.add_text(ImVec2(floor(x - 0.5 * size.x), floor(y)), theme.packed(theme.colours().text), text)
@@ -187,7 +191,7 @@ def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, li
         return
     colour, pixel = theme.colours(), theme.scale()
     for sign in (1.0, -1.0):
-        at = canvas.at(sketch.stop_z, sign * sketch.stop_radius)
+        at = canvas.at(*sketch.on_stop(sign * sketch.stop_radius, sketch.stop_radius))
         at = ImVec2(floor(at.x), at.y)
         draw.add_circle_filled(at, 3.5 * pixel, theme.packed(colour.amber if lit else colour.well))
         draw.add_circle(at, 3.5 * pixel, theme.packed(colour.amber), 0, 1.6 * pixel)

@@ -237,7 +237,7 @@ def _looked_around(canvas: Canvas, state: SectionState) -> Canvas:
 
 def _handles(shown: Sketch, canvas: Canvas) -> tuple[ImVec2 | None, tuple[ImVec2, ImVec2] | None]:
     """Screen positions of the handles of the stop's upper edge and of the film; None if it cannot be dragged."""
-    stop = canvas.at(shown.stop_z, shown.stop_radius) if shown.stop_radius else None
+    stop = canvas.at(*shown.on_stop(shown.stop_radius, shown.stop_radius)) if shown.stop_radius else None
     if shown.lens is None or not math.isfinite(lb.first_order(shown.lens).efl):
         return stop, None
     return stop, drawing.film_handle(shown, canvas)

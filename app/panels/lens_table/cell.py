@@ -3,6 +3,7 @@
 The cell is one imgui item named "surface quantity"; arrow keys move from cell to cell.
 """
 
+from collections.abc import Callable
 from functools import partial
 
 from imgui_bundle import ImVec2, imgui
@@ -13,6 +14,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import EditError, LensDocument, value_of
+from lensbench.lenses.editing.poses import with_pose
 
 DRAG_THRESHOLD = 3.0            # pixels at a scale of 1
 FINE = 0.1                      # of the mouse's movement, with Shift
@@ -20,12 +22,15 @@ KEY_PIXELS = 5.0                # of a drag, that one press of a key is
 
 
 def number_cell(settings: Settings, document: LensDocument, cell: Cell, state: LensTableState,
-                faulty: bool = False) -> Settings:
-    """Draw a cell and return the settings, changed or not. faulty: it has a part in a fault."""
+                faulty: bool = False, body: tuple[int, int] | None = None) -> Settings:
+    """Draw a cell and return the settings, changed or not.
+
+    faulty: it has a part in a fault. body: first and last of the surfaces that a number of the place moves as one.
+    """
     surface, quantity = cell
     row = document.surfaces[surface]
     if state.entry is not None and state.entry.cell == cell:
-        return _typing(settings, state, cell)
+        return _typing(settings, state, cell, body)
     rule = document.rule(surface, quantity)
     pressed, hovered = cell_item(f"{surface} {quantity}", cells.shown(row, quantity), state, cell, faulty=faulty,
                                  mark=cells.rule_mark(document, surface, quantity)
@@ -41,8 +46,8 @@ def number_cell(settings: Settings, document: LensDocument, cell: Cell, state: L
         return settings
     if hovered or imgui.is_item_active():
         imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
-    settings = _scrubbing(settings, document, cell, state)
-    settings = _keys(settings, document, cell, state)
+    settings = _scrubbing(settings, document, cell, state, body)
+    settings = _keys(settings, document, cell, state, body)
     if pressed and not (state.scrub is not None and state.scrub.dragged):
         state.entry = Entry(cell, cells.whole(row, quantity))
     if state.scrub is not None and state.scrub.cell == cell and not imgui.is_item_active():
@@ -82,7 +87,15 @@ def cell_item(name: str, text: str, state: LensTableState, cell: Cell, right: bo
     return pressed, hovered
 
 
-def _scrubbing(settings: Settings, document: LensDocument, cell: Cell, state: LensTableState) -> Settings:
+def _change(cell: Cell, body: tuple[int, int] | None, value: float) -> Callable[[LensDocument], LensDocument]:
+    """The edit that gives a cell, or the cells of a body, this value."""
+    if body is not None:
+        return partial(with_pose, first=body[0], last=body[1], quantity=cell[1], value=value)
+    return partial(with_value, surface=cell[0], quantity=cell[1], value=value)
+
+
+def _scrubbing(settings: Settings, document: LensDocument, cell: Cell, state: LensTableState,
+               body: tuple[int, int] | None) -> Settings:
     """The settings after this frame's mouse on the item just submitted."""
     surface, quantity = cell
     mouse = imgui.get_mouse_pos().x
@@ -100,10 +113,11 @@ def _scrubbing(settings: Settings, document: LensDocument, cell: Cell, state: Le
     scrub.pixels += (mouse - scrub.mouse) / theme.scale() * (FINE if imgui.get_io().key_shift else 1.0)
     scrub.mouse, scrub.dragged = mouse, True
     value = cells.scrubbed(document.surfaces[surface], quantity, scrub.value, scrub.pixels)
-    return state.apply(settings, partial(with_value, surface=surface, quantity=quantity, value=value), part)
+    return state.apply(settings, _change(cell, body, value), part)
 
 
-def _keys(settings: Settings, document: LensDocument, cell: Cell, state: LensTableState) -> Settings:
+def _keys(settings: Settings, document: LensDocument, cell: Cell, state: LensTableState,
+          body: tuple[int, int] | None) -> Settings:
     """The settings after Ctrl with an arrow key, while the cell has the keyboard (with Shift: finer)."""
     if not (state.keyed and state.at == cell and imgui.get_io().key_ctrl):
         return settings
@@ -114,7 +128,7 @@ def _keys(settings: Settings, document: LensDocument, cell: Cell, state: LensTab
             pixels = sign * KEY_PIXELS * (FINE if imgui.get_io().key_shift else 1.0)
             row = document.surfaces[surface]
             value = cells.scrubbed(row, quantity, value_of(row, quantity), pixels)
-            return state.apply(settings, partial(with_value, surface=surface, quantity=quantity, value=value), False)
+            return state.apply(settings, _change(cell, body, value), False)
     return settings
 
 
@@ -144,18 +158,17 @@ def text_entry(state: LensTableState, cell: Cell, width: float = -1.0) -> str | 
     return None
 
 
-def _typing(settings: Settings, state: LensTableState, cell: Cell) -> Settings:
+def _typing(settings: Settings, state: LensTableState, cell: Cell, body: tuple[int, int] | None) -> Settings:
     """The settings after this frame of the text entry; a text that is no number stays, with the reason."""
-    surface, quantity = cell
     text = text_entry(state, cell)
     if text is None:
         return settings
     try:
-        value = cells.typed(text, quantity)
+        value = cells.typed(text, cell[1])
     except EditError as error:
         state.entry = Entry(cell, text, True, str(error))
         return settings
-    changed = state.apply(settings, partial(with_value, surface=surface, quantity=quantity, value=value))
+    changed = state.apply(settings, _change(cell, body, value))
     if state.problem:
         state.entry = Entry(cell, text, True, state.problem)
     else:

@@ -14,6 +14,7 @@ from lensbench.app.panels.lens_table.glass import POPUP, glass_popup
 from lensbench.app.panels.lens_table.improvement import progress
 from lensbench.app.panels.lens_table.menu import cell_menu, has_keyboard, keys, row_menu, toolbar
 from lensbench.app.panels.lens_table.paste import paste_dialog
+from lensbench.app.panels.lens_table.pose import pose_cell
 from lensbench.app.panels.lens_table.state import Entry, LensTableState
 from lensbench.app.state.lens_edit import cells
 from lensbench.app.state.lens_edit.editing import document_of, faults_of
@@ -28,7 +29,7 @@ from lensbench.optics.finding import Finding, Kind
 
 COLUMNS = (("row", "#", 2.6), (CURVATURE, "Radius", 4.7), (THICKNESS, "Thickness", 4.7), ("glass", "Glass", 4.4),
            (SEMI_DIAMETER, "Semi-ø", 4.2), (CONIC, "Conic", 3.8), ("asphere", "Asphere", 3.8),
-           ("comment", "Comment", 9.0))      # widths in em
+           ("pose", "Out of line", 6.0), ("comment", "Comment", 9.0))      # widths in em
 MARKED = {Kind.HEMISPHERE: SEMI_DIAMETER, Kind.EDGE: THICKNESS, Kind.CROSSING: THICKNESS, Kind.THICKNESS: THICKNESS,
           Kind.RAY: CURVATURE}
 ASPHERE = "Asphere"
@@ -173,9 +174,11 @@ def _cell(settings: Settings, document: LensDocument, i: int, quantity: str, sta
         settings = _comment(settings, document, i, state)
     elif quantity == "asphere":
         settings = _asphere(settings, document, i, state)
+    elif quantity == "pose":
+        settings = pose_cell(settings, document, i, state)
     else:
         settings = number_cell(settings, document, (i, quantity), state, faulty)
-    if quantity != "asphere" and imgui.begin_popup_context_item(f"menu {i} {quantity}"):
+    if quantity not in ("asphere", "pose") and imgui.begin_popup_context_item(f"menu {i} {quantity}"):
         if quantity in (CURVATURE, THICKNESS, SEMI_DIAMETER, CONIC):
             settings = cell_menu(settings, document, quantity, state)
             imgui.separator()

@@ -9,7 +9,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.workers.improvement_worker import ImprovementWorker
 from lensbench.lenses.editing.document import EditError, LensDocument
 
-Cell = tuple[int, str]          # surface, and quantity or "glass", "comment", "asphere"
+Cell = tuple[int, str]          # surface, and quantity or "glass", "comment", "asphere", "pose"
 
 
 @dataclass
@@ -47,6 +47,7 @@ class LensTableState:
     entry: Entry | None = None
     scrub: Scrub | None = None
     glass_of: int = -1                  # surface whose glass is chosen
+    body: tuple[int, int] | None = None # surfaces that a number of the place moves as one; None: not chosen
     search: str = ""
     maker: str = ""
     pasting: str | None = None          # the text of the paste dialog

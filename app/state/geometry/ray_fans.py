@@ -166,7 +166,7 @@ def _chief_ray(lens: lb.Lens, film_distance: float, height: float):
     ways = np.stack([np.full_like(heights, lens.length), heights], axis=1) - start
     free = lb.trace(lens, _in_space(start[None, :]), _in_space(ways), clip=False, record=True)
     assert free.paths is not None
-    stop_heights = free.paths[:, at_stop, 1]
+    stop_heights = free.paths[:, at_stop, 1] - lens.vertex(lens.stop_index)[1]
     crossing = np.flatnonzero(stop_heights[:-1] * stop_heights[1:] <= 0.0)
     if crossing.size:
         k = crossing[np.argmin(np.abs(heights[crossing]))]

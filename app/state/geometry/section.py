@@ -1,8 +1,9 @@
 """Geometry of the lens section: elements of glass, stop, film, ray fans and cardinal points.
 
 Lengths in mm, lens frame, in the meridional plane: points are (z, y). The ideal thin lens of the perspective camera
-lies at z = 0. Where the two surfaces of an element have different semi-diameters, the smaller one ends in a flat
-shoulder, and the edge is a cylinder of the larger one.
+lies at z = 0. Surfaces out of line are cut by the meridional plane where they stand. Where the two surfaces of an
+element have different semi-diameters, the smaller one ends in a flat shoulder, and the edge is a cylinder of the larger
+one.
 """
 
 import math
@@ -23,6 +24,7 @@ from lensbench.app.state.settings import Settings
 STEP = 0.06             # of the edge's radius, the tallest strip: its chord errs by less than a pixel on a screen
 SURFACE_POINTS = 33     # of an outline's curve, rim to rim
 HEIGHTS = np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, SURFACE_POINTS))      # of the rim, closer towards it
+CUT_STEPS = 20          # of the iteration for the cut of a surface out of line
 EDGE_POINTS, EDGE_STEPS = 65, 7     # heights of which one is the edge, and how often the gap beside it is divided
 
 
@@ -31,7 +33,8 @@ class Element:
     """One piece of glass between surfaces `front` and `front` + 1.
 
     outline (n, 2): closed, counter-clockwise, from the lower end of the front surface.
-    front_at, rear_at: z of the two surfaces at heights; corners: heights from 0 at which the shape has corners.
+    front_at, rear_at: points (n, 2) of the two surfaces at heights, which a surface out of line measures from its own
+    axis; corners: heights from 0 at which the shape has corners.
     """
 
     front: int
@@ -49,7 +52,7 @@ class Element:
             count = max(1, math.ceil((high - low) / (STEP * edge)))
             upper += [low + (high - low) * (k + 1) / count for k in range(count)]
         y = np.array([-h for h in reversed(upper[1:])] + upper)
-        left, right = np.stack([self.front_at(y), y], axis=1), np.stack([self.rear_at(y), y], axis=1)
+        left, right = self.front_at(y), self.rear_at(y)
         return np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
 
     def holds(self, z: float, y: float) -> bool:
@@ -76,38 +79,58 @@ def sag(surface: lb.Surface, height: ArrayLike) -> np.ndarray:
 @lru_cache(maxsize=32)
 def elements(lens: lb.Lens) -> tuple[Element, ...]:
     """Every piece of glass of the lens, from the scene to the film."""
-    vertices = lens.vertices
-    found = []
-    for i, surface in enumerate(lens.surfaces[:-1]):
-        if surface.glass.n_d > 1.0:
-            rear = lens.surfaces[i + 1]
-            found.append(_element(i, surface, vertices[i], rear, vertices[i + 1]))
-    return tuple(found)
+    return tuple(_element(lens, i) for i, surface in enumerate(lens.surfaces[:-1]) if surface.glass.n_d > 1.0)
+
+
+def cut(lens: lb.Lens, i: int, heights: ArrayLike, reach: float) -> np.ndarray:
+    """Points (n, 2) of surface i in the meridional plane, at heights from its own axis.
+
+    The plane cuts a surface that is decentred or tilted sideways beside its vertex: heights shrink there, so that they
+    end at the circle of radius `reach` (mm) about its axis.
+    """
+    surface, frame, vertex = lens.surfaces[i], lens.frames[i], lens.vertices[i]
+    y = np.asarray(heights, float)
+    if frame is None:
+        return np.stack([vertex + sag(surface, y), y], axis=-1)
+    (xx, xy, xz), aside = frame.rotation[0], float(frame.at(vertex)[0])
+    y = y * math.sqrt(max(0.0, 1.0 - min(1.0, (aside / (xx * reach)) ** 2)))
+    x, depth = np.full(y.shape, -aside / xx), np.zeros(y.shape)
+    for _ in range(CUT_STEPS):
+        depth = sag(surface, np.hypot(x, y))
+        x = np.clip(-(aside + xy * y + xz * depth) / xx, -reach, reach)
+    at = np.stack([x, y, vertex + depth], axis=-1) @ frame.rotation.T + frame.shift
+    return at[..., [2, 1]]
 
 
 @lru_cache(maxsize=16)
 def surface_curves(lens: lb.Lens) -> tuple[np.ndarray, ...]:
     """Each surface from rim to rim as points (n, 2) of (z, y), index by index."""
-    return tuple(np.array([(z + sag(surface, height), height) for height in surface.semi_diameter * HEIGHTS])
-                 for surface, z in zip(lens.surfaces, lens.vertices, strict=True))
+    return tuple(cut(lens, i, surface.semi_diameter * HEIGHTS, surface.semi_diameter)
+                 for i, surface in enumerate(lens.surfaces))
 
 
-def _element(index: int, front: lb.Surface, front_z: float, rear: lb.Surface, rear_z: float) -> Element:
-    def front_at(y: ArrayLike) -> np.ndarray:
-        return front_z + sag(front, y)
+def _element(lens: lb.Lens, index: int) -> Element:
+    front, rear = lens.surfaces[index], lens.surfaces[index + 1]
 
-    def rear_at(y: ArrayLike) -> np.ndarray:
-        return rear_z + sag(rear, y)
+    def glass_at(y: ArrayLike) -> np.ndarray:
+        """Length of glass at heights, in line."""
+        return front.thickness + sag(rear, y) - sag(front, y)
 
     # The edge lies at the largest height with glass between both surfaces
     edge = max(front.semi_diameter, rear.semi_diameter)
-    if rear_at(edge) < front_at(edge):
+    if glass_at(edge) < 0.0:
         low, high = 0.0, edge
         for _ in range(EDGE_STEPS):
             heights = np.linspace(low, high, EDGE_POINTS)
-            beyond = max(1, int(np.argmax(rear_at(heights) < front_at(heights))))
+            beyond = max(1, int(np.argmax(glass_at(heights) < 0.0)))
             low, high = float(heights[beyond - 1]), float(heights[beyond])
         edge = low
+
+    def front_at(y: ArrayLike) -> np.ndarray:
+        return cut(lens, index, y, edge)
+
+    def rear_at(y: ArrayLike) -> np.ndarray:
+        return cut(lens, index + 1, y, edge)
 
     def curve(at: Callable[[ArrayLike], np.ndarray], semi_diameter: float) -> np.ndarray:
         """From the lower edge to the upper: shoulder, surface, shoulder."""
@@ -115,7 +138,7 @@ def _element(index: int, front: lb.Surface, front_z: float, rear: lb.Surface, re
         y = rim * HEIGHTS
         if rim < edge:
             y = np.concatenate([[-edge], y, [edge]])
-        return np.stack([at(y), y], axis=1)
+        return at(y)
 
     outline = np.concatenate([curve(front_at, front.semi_diameter), curve(rear_at, rear.semi_diameter)[::-1]])
     corners = sorted({0.0, min(front.semi_diameter, edge), min(rear.semi_diameter, edge), edge})
@@ -153,6 +176,18 @@ class Sketch:
     ideal: bool                     # the rays are those of an ideal lens
     reason: str = ""
     glasses: tuple[lb.Glass, ...] = ()
+
+    @property
+    def stop_is_in_line(self) -> bool:
+        """Whether the stop is neither decentred nor tilted."""
+        return self.lens is None or self.lens.stop.pose is None
+
+    def on_stop(self, height: float, widest: float) -> tuple[float, float]:
+        """The point (z, y) of the stop's plane at a height (mm) from its middle; widest: the largest one drawn."""
+        if self.lens is None or self.stop_is_in_line:
+            return self.stop_z, height
+        z, y = cut(self.lens, self.lens.stop_index, height, widest)
+        return float(z), float(y)
 
 
 def sketch(settings: Settings) -> Sketch:

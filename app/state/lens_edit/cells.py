@@ -4,6 +4,7 @@ Lengths in mm. A cell is a quantity of a surface (`lenses.editing.document`); a 
 """
 
 import re
+from math import degrees, radians
 
 from lensbench.kernels.figures import INFINITE, significant, true_minus
 from lensbench.kernels.quotation import cut
@@ -11,6 +12,7 @@ from lensbench.lenses.editing.document import (
     CONIC,
     CURVATURE,
     CURVATURE_X,
+    POSE,
     SEMI_DIAMETER,
     THICKNESS,
     EditError,
@@ -24,6 +26,8 @@ from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Surface
 
 PLANES = ("", "inf", "infinity", "∞", "plane", "flat")
+TILTS = ("tilt_x", "tilt_y")                    # radians, in degrees in their cells
+TILT = 0.0005                                   # radians of a pixel's drag
 BEND, GAP, RIM, CONE, SAG = 0.002, 0.002, 0.005, 0.01, 0.0005      # of a pixel's drag, in semi-diameters
 
 
@@ -34,7 +38,7 @@ def shown(surface: Surface, quantity: str) -> str:
         return INFINITE if value == 0.0 else true_minus(significant(1.0 / value))
     if quantity not in (THICKNESS, SEMI_DIAMETER) and value == 0.0:
         return ""
-    return true_minus(significant(value))
+    return true_minus(significant(degrees(value) if quantity in TILTS else value))
 
 
 def whole(surface: Surface, quantity: str) -> str:
@@ -43,7 +47,7 @@ def whole(surface: Surface, quantity: str) -> str:
     if quantity in (CURVATURE, CURVATURE_X):
         text = radius_text(value)
     else:
-        text = repr(value)
+        text = repr(round(degrees(value), 12) if quantity in TILTS else value)
     return text.removesuffix(".0")
 
 
@@ -56,7 +60,8 @@ def typed(text: str, quantity: str) -> float:
         except RowError:
             raise EditError(f"“{cut(text.strip())}”: type a radius such as 22.5, or inf for a plane") from None
     try:
-        return float(plain_number(re.sub(r"\s*mm$", "", word)) or "0")
+        number = float(plain_number(re.sub(r"\s*(mm|°|deg)$", "", word)) or "0")
+        return radians(number) if quantity in TILTS else number
     except ValueError:
         raise EditError(f"“{cut(text.strip())}”: type a {words(quantity)} such as 1.5") from None
 
@@ -72,6 +77,8 @@ def step(surface: Surface, quantity: str) -> float:
         return RIM * size
     if quantity == CONIC:
         return CONE
+    if quantity in POSE:
+        return TILT if quantity in TILTS else GAP * size
     return SAG * size ** (1 - int(quantity[1:]))
 
 
@@ -97,6 +104,18 @@ def glass_text(glass: Glass) -> str:
     return f"{significant(glass.n_d, 5)}" + (f"  {significant(glass.v_d, 3)}" if glass.v_d else "")
 
 
+def pose_text(surface: Surface) -> str:
+    """The place of a surface out of line: “↔ 0.3 0.5  ∠ 2° 0°”; "" in line."""
+    pose, parts = surface.pose, []
+    if pose is None:
+        return ""
+    if pose.decentre_x or pose.decentre_y:
+        parts.append(f"↔ {significant(pose.decentre_x, 3)} {significant(pose.decentre_y, 3)}")
+    if pose.tilt_x or pose.tilt_y:
+        parts.append(f"∠ {significant(degrees(pose.tilt_x), 3)}° {significant(degrees(pose.tilt_y), 3)}°")
+    return true_minus("  ".join(parts))
+
+
 def asphere_text(surface: Surface) -> str:
     """The powers of an asphere: “r⁴ r⁶ …”."""
     raised = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -115,7 +134,7 @@ def tooltip(document: LensDocument, surface: int, quantity: str) -> list[str]:
     row = document.surfaces[surface]
     name = words(quantity)
     lines = [f"{name[0].upper()}{name[1:]} of surface {surface}: {true_minus(whole(row, quantity))}"
-             + ("" if quantity == CONIC or quantity.startswith("r") else " mm")]
+             + ("" if quantity == CONIC or quantity.startswith("r") else "°" if quantity in TILTS else " mm")]
     if quantity == CURVATURE and row.curvature:
         lines.append(f"Curvature {true_minus(significant(row.curvature))} /mm")
     rule = document.rule(surface, quantity)

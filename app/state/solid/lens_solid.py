@@ -11,6 +11,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.geometry.section import Sketch, elements, sag
 from lensbench.app.state.solid.shapes import Part, Strokes, flat_part, grid_part, strokes
+from lensbench.optics.surface_pose import Frame
 
 AROUND = 37                     # points about the axis, from +y past +x to −y
 TURNS = 0.5 * np.pi * np.linspace(1.0, -1.0, AROUND)
@@ -38,7 +39,9 @@ def _glass(lens: lb.Lens, glasses: tuple[lb.Glass, ...], film_z: float) -> tuple
         front, rear = lens.surfaces[element.front], lens.surfaces[element.front + 1]
         edge = float(np.abs(element.outline[:, 1]).max())
         z = [lens.vertices[element.front] - film_z, lens.vertices[element.front + 1] - film_z]
-        shell = np.concatenate([_sheet(front, z[0], edge), _sheet(rear, z[1], edge)[::-1]])
+        sheets = [_placed(_sheet(surface, at, edge), lens.frames[i], film_z) for surface, at, i in zip(
+            (front, rear), z, (element.front, element.front + 1), strict=True)]
+        shell = np.concatenate([sheets[0], sheets[1][::-1]])
         both = element.front, element.front + 1
         found.append(grid_part("glass", shell, glass=glass, surfaces=both))
         quads = np.concatenate([np.zeros((*element.strips.shape[:2], 1)), element.strips[..., ::-1]], axis=2)
@@ -68,6 +71,13 @@ def _sheet(surface: lb.Surface, z: float, edge: float) -> np.ndarray:
         within = np.minimum(radii, rim)[:, None]
         depth = np.nan_to_num(surface.sag(within * np.cos(TURNS), within * np.sin(TURNS)))
     return np.stack([x, y, z + depth], axis=-1)
+
+
+def _placed(points: np.ndarray, frame: Frame | None, film_z: float) -> np.ndarray:
+    """Points (…, 3), camera frame, of a surface where it stands out of line."""
+    if frame is None:
+        return points
+    return (points + [0.0, 0.0, film_z]) @ frame.rotation.T + frame.shift - [0.0, 0.0, film_z]
 
 
 def _ring(z: float, inner: float, outer: float) -> Part:

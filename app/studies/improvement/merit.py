@@ -80,6 +80,8 @@ class Merit:
         fo = first_order(start)
         if not (isfinite(fo.efl) and isfinite(fo.entrance_pupil.radius) and isfinite(fo.entrance_pupil.z)):
             raise MeritError("the lens is afocal or telecentric: its spots cannot be judged")
+        if not start.is_in_line:
+            raise MeritError("the merit knows lenses in line alone: set the decentres and tilts of this one to 0")
         self.beams = self._passing(start, self.aimed(start))
         if np.count_nonzero(self.beams.weights[0]) < 3:
             raise MeritError("hardly a ray passes the lens: open a rim or move an element first")

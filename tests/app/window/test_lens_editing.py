@@ -94,6 +94,31 @@ def test_numbers_are_dragged_and_typed_and_each_gesture_is_one_undo(drive):
     assert drive(use, TRIPLET).view.messages == []
 
 
+def test_an_element_is_decentred_and_tilted_as_one_body_by_its_cell(drive):
+    def use(hand):
+        table(hand)
+        start, settings = surfaces(hand), hand.settings
+        hand.ctx.item_click("**/2 pose")
+        hand.ctx.yield_(3)
+        scrub(hand, "2 decentre_y", 60)
+        poses = [surface.pose for surface in surfaces(hand)]
+        assert poses[2].decentre_y > 0.0 and poses[3] == replace(poses[2], pivot=1)
+        assert poses[:2] + poses[4:] == [None] * (len(poses) - 2)
+        hand.press(KEY.escape)
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings == settings and surfaces(hand) == start
+        hand.ctx.item_click("**/2 pose")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("**/Surface 2")
+        hand.ctx.item_click("**/2 tilt_x")
+        enter(hand, "90")
+        assert surfaces(hand) == start                                      # refused, with the reason at the cell
+        enter(hand, "-3.5")
+        poses = [surface.pose for surface in surfaces(hand)]
+        assert poses[2].tilt_x == pytest.approx(-0.0610865238) and poses[3] is None
+    drive(use, TRIPLET)
+
+
 def test_keys_walk_and_step_and_edit_rows(drive):
     def use(hand):
         state = table(hand)
