@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from lensbench.app.state.camera_kinds import LENS_MODELS
+from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.settings import SHAPES, Settings
 
 
@@ -18,14 +18,15 @@ def _of_lens(settings: Settings) -> bool:
     return settings.kind.has_lens
 
 
-def _of_camera(*cameras: str) -> Callable[[Settings], bool]:
-    return lambda settings: settings.camera in cameras
+def _of_kinds_with(name: str) -> Callable[[Settings], bool]:
+    return lambda settings: name in settings.kind.own
 
 
 _STOP = _Need(lambda settings: settings.kind.has_stop and (not settings.has_lens or settings.has_stop))
 _FOG = _Need(lambda settings: settings.medium != "air", "give --medium too")
 _END = _Need(lambda settings: settings.keyframed, "give --end-position too")
 _NEEDS = {
+    **{name: _Need(_of_kinds_with(name)) for kind in CAMERA_KINDS.values() for name in kind.own},
     "lens_radius": _Need(lambda settings: settings.kind.lens_radius, "the aperture of a lens is --f-number"),
     "f_number": _Need(lambda settings: settings.kind.f_number),
     "focus_distance": _Need(lambda settings: settings.kind.focuses),
@@ -38,9 +39,6 @@ _NEEDS = {
     "immersed": _Need(lambda settings: settings.kind.has_lens and settings.medium == "water", "give --medium water"),
     "degree": _Need(lambda settings: settings.kind.has_lens and LENS_MODELS[settings.lens_model].has_degree,
                     "give --lens-model polynomial"),
-    "projection": _Need(_of_camera("fisheye")), "layout": _Need(_of_camera("environment")),
-    "scene_width": _Need(_of_camera("orthographic")), "hole_distance": _Need(_of_camera("finite-pinhole")),
-    "hole_diameter": _Need(_of_camera("finite-pinhole")),
     "fov_axis": _Need(lambda settings: "fov_axis" in settings.kind.lists),
     "visibility": _FOG, "fog_light": _FOG, "end_yaw": _END, "end_pitch": _END,
 }
@@ -57,7 +55,7 @@ def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: 
         if name in given and not need.has_effect(settings):
             yield f"--{options[name]} has no effect on the camera {settings.camera}" + (
                 f": {need.instead}" if need.instead else "")
-    if settings.camera == "environment":
+    if settings.kind.panorama:
         across, down = SHAPES[settings.layout]
         if settings.pixels_x * down != settings.pixels_y * across:
             yield (f"the layout {settings.layout} has the shape {across}:{down}: {settings.pixels_x}x"

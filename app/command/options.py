@@ -186,7 +186,7 @@ def _shaped(settings: Settings, film: tuple[float, float] | None, size: tuple[in
         settings = replace(settings, pixels_x=size[0], pixels_y=size[1])
     if film is not None and size is None and min(film) > 0.0:
         return with_film(settings, *film)
-    if not settings.kind.on_film:
+    if settings.kind.panorama:
         return settings
     if film is not None:
         return replace(settings, film_width=film[0], film_height=film[1])

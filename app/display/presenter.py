@@ -197,7 +197,7 @@ class Presenter:
     def _around(self, settings: Settings, view: View, update: RenderUpdate, screen: Screen) -> int:
         """The GL name of the look around in a panorama; 0 if the picture is none, or is looked at as a whole."""
         if (view.look is None or settings.compare != "off" or self.field_picture is not None
-                or not settings.camera == update.settings.camera == "environment"):
+                or not (settings.kind.panorama and update.settings.kind.panorama)):
             return 0
         shown = screen.shown
         if shown is None:

@@ -27,10 +27,11 @@ class CameraKind:
     another one; None for a kind that has no field of view, and for a lens, whose film is cropped or which zooms.
     has_lens: it uses the prescription. ideal_lens: it has an ideal thin lens at its centre of projection. focuses: its
     pictures have a plane in focus. has_stop: it has an iris with blades. f_number, lens_radius: the setting of that
-    name opens it. on_film: its pixels have the shape of the film, not of a layout. bounded: it sees a part of the
-    scene, with a left and a right end. under_water: it can look through a window into water. film_lengths: settings
-    (mm) that grow with the film where the picture is to stay the same. without_view: what to set instead of a field
-    of view, for messages. reason: why it has no other read-outs, for `seen_readings`.
+    name opens it. own: settings without an effect on kinds that do not name them here. panorama: it sees all
+    directions, in the shape of a layout and not of the film. bounded: it sees a part of the scene, with a left and a
+    right end. under_water: it can look through a window into water. film_lengths: settings (mm) that grow with the film
+    where the picture is to stay the same. without_view: what to set instead of a field of view, for messages.
+    reason: why it has no other read-outs, for `seen_readings`.
     """
 
     title: str
@@ -47,7 +48,8 @@ class CameraKind:
     has_stop: bool = False
     f_number: bool = False
     lens_radius: bool = False
-    on_film: bool = True
+    own: tuple[str, ...] = ()
+    panorama: bool = False
     bounded: bool = True
     under_water: bool = True
     film_lengths: tuple[str, ...] = ()
@@ -89,19 +91,20 @@ CAMERA_KINDS = {
     "orthographic": CameraKind(
         "Orthographic", "No prescription: parallel rays, objects keep their size at any distance",
         ideal.orthographic, ideal.orthographic_readings, dials=("scene width", "focus", "lens radius"), focuses=True,
-        has_stop=True, lens_radius=True, without_view="give --scene-width"),
+        has_stop=True, lens_radius=True, own=("scene_width",), without_view="give --scene-width"),
     "fisheye": CameraKind(
         "Ideal fisheye", "No prescription: the angle from the axis becomes a length on the film, by one of four rules",
         ideal.fisheye, ideal.fisheye_readings, dials=("fisheye view",), lists=("projection", "fov_axis"),
-        view=ideal.fisheye_view, with_view=ideal.fisheye_with_view),
+        view=ideal.fisheye_view, with_view=ideal.fisheye_with_view, own=("projection",)),
     "environment": CameraKind(
         "Panorama", "No prescription: every direction from one point, in one picture", ideal.environment,
-        ideal.environment_readings, on_film=False, bounded=False, under_water=False),
+        ideal.environment_readings, own=("layout",), panorama=True, bounded=False, under_water=False),
     "finite-pinhole": CameraKind(
         "Pinhole of finite size",
         "No lens: rays run straight through a hole; the smaller it is the sharper, until diffraction blurs",
         ideal.finite_pinhole, ideal.finite_pinhole_readings, dials=("film distance", "hole"),
-        view=ideal.finite_pinhole_view, with_view=ideal.finite_pinhole_with_view, film_lengths=("hole_distance",)),
+        view=ideal.finite_pinhole_view, with_view=ideal.finite_pinhole_with_view,
+        own=("hole_distance", "hole_diameter"), film_lengths=("hole_distance",)),
     "bare-sensor": CameraKind(
         "Bare sensor, no lens", "No lens: each point of the sensor sees the whole scene, and no picture forms",
         lambda settings: lb.BareSensor(settings.film, **place_and_shutter(settings)), bounded=False,

@@ -115,7 +115,7 @@ def with_camera(settings: Settings, camera: str) -> Settings:
         changed = replace(changed, medium="air")
     if changed.projection == "orthographic":
         changed = with_projection(changed, changed.projection)
-    if changed.kind.on_film == settings.kind.on_film:
+    if changed.kind.panorama == settings.kind.panorama:
         return changed
     return with_longer_side(changed, max(settings.pixels_x, settings.pixels_y))
 

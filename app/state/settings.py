@@ -331,7 +331,7 @@ class Settings(LensSettings):
     @property
     def picture_shape(self) -> tuple[float, float]:
         """Width and height of the picture with square pixels, in any unit."""
-        return (self.film_width, self.film_height) if self.kind.on_film else SHAPES[self.layout]
+        return SHAPES[self.layout] if self.kind.panorama else (self.film_width, self.film_height)
 
     @property
     def keyframed(self) -> bool:

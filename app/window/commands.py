@@ -149,7 +149,7 @@ def _layout(name: str) -> Callable[[WindowState], None]:
 
 
 def _look_around(state: WindowState) -> None:
-    if state.edited.camera != "environment":
+    if not state.edited.kind.panorama:
         state.view.say("Only a panorama can be looked around in: choose the camera Panorama first", note=True)
     else:
         state.view.look = None if state.view.look is not None else LookAround()

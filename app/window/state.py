@@ -152,7 +152,7 @@ class WindowState:
     def wanted_room(self, settings: Settings) -> tuple[float, float]:
         """Pixels across and down for the picture: more than the screen has, where it shows a part of a panorama."""
         look, room = self.view.look, self.view.room
-        if look is None or settings.camera != "environment":
+        if look is None or not settings.kind.panorama:
             return room
         whole = max(room) * min(2.0 * math.pi / look.fov, MOST_AROUND)
         return whole, whole

@@ -57,7 +57,7 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     """Draw the controls into the current window; the changed settings."""
     _lens(settings, chooser)
     settings = _scene(settings, chooser)
-    settings = _film(settings, chooser) if settings.kind.on_film else _layout(settings)
+    settings = _layout(settings) if settings.kind.panorama else _film(settings, chooser)
     settings = _camera(settings)
     for name in settings.kind.lists:
         settings = LISTS[name](settings)

@@ -117,7 +117,7 @@ def _looking_tools(settings: Settings, view: View) -> list[Tool]:
 
     panorama = [Tool("Look around", fa.ICON_FA_STREET_VIEW, "Look around", "", "Look around inside the panorama: drag "
                      "to turn, wheel for the angle of view, double click to look ahead", view.look is not None, look,
-                     gap=True)] if settings.camera == "environment" else []
+                     gap=True)] if settings.kind.panorama else []
     return [
         *panorama,
         Tool("Focus pick", fa.ICON_FA_CROSSHAIRS, "A click focuses", "", "Click in the picture to focus there\n\n"

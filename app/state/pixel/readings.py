@@ -60,7 +60,7 @@ def pixel_readings(settings: Settings, raster: Place) -> PixelReadings:
                                                         raster[1] / settings.film.pixels_y))
         else:
             why = "this camera has no plane in focus"
-    film = film_place(settings, raster) if settings.kind.on_film else None
+    film = None if settings.kind.panorama else film_place(settings, raster)
     return PixelReadings(raster, film, _named(seen.thing, seen.along), seen.ahead, seen.along, diameter,
                          None if diameter is None else diameter / pitch, traced, why, seen.light,
                          _open(settings, raster))

@@ -2,7 +2,7 @@
 
 import math
 import shlex
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -224,3 +224,9 @@ def test_panorama_and_fisheye_are_set_by_their_own_lists(drive):
         assert (hand.settings.projection, hand.settings.pixels_y) == ("stereographic", 80)
 
     assert drive(use).view.messages == []
+
+
+def test_the_own_settings_of_a_kind_are_settings_with_an_option():
+    names = {field.name for field in fields(Settings)}
+    for kind in CAMERA_KINDS.values():
+        assert set(kind.own) | set(kind.film_lengths) <= names
