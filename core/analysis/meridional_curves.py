@@ -55,11 +55,6 @@ class FieldCurves:
     ideal_f_theta: np.ndarray
 
     @property
-    def astigmatism(self) -> np.ndarray:
-        """(n, C) tangential less sagittal focus, mm."""
-        return self.tangential - self.sagittal
-
-    @property
     def distortion(self) -> np.ndarray:
         """(n,) percent of the ideal height f tan θ; 0 on the axis."""
         return _percent(self.heights, self.ideal)

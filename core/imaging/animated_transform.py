@@ -166,11 +166,33 @@ class AnimatedTransform:
         return bool(np.array_equal(self.start, self.end))
 
     def changes_between(self, first: float, last: float) -> bool:
-        """Whether the matrix changes from `first` to `last` (seconds)."""
+        """Whether the matrix changes in an interval.
+
+        Parameters
+        ----------
+        first, last : float
+            Ends of the interval, s.
+
+        Returns
+        -------
+        bool
+            False for a static transform too.
+        """
         return not self.is_static and max(first, self.start_time) < min(last, self.end_time)
 
     def at(self, seconds) -> np.ndarray:
-        """Matrix (4, 4), or (n, 4, 4) for n times (s); exactly `start` up to start_time and `end` from end_time."""
+        """Matrix at given times; exactly `start` up to start_time and `end` from end_time.
+
+        Parameters
+        ----------
+        seconds : float or array_like, shape (n,)
+            Times, s.
+
+        Returns
+        -------
+        ndarray, shape (4, 4) or (n, 4, 4)
+            World from object; translations in mm.
+        """
         when = np.asarray(seconds, float)
         part = np.clip((when - self.start_time) / (self.end_time - self.start_time), 0.0, 1.0)
         (place0, turn0, stretch0), (place1, turn1, stretch1) = self.parts
@@ -195,13 +217,39 @@ class AnimatedTransform:
         return both[0], both[1]
 
     def scale_at(self, seconds) -> np.ndarray:
-        """Uniform scale at these times (s)."""
+        """Uniform scale at given times.
+
+        Parameters
+        ----------
+        seconds : float or array_like, shape (n,)
+            Times, s.
+
+        Returns
+        -------
+        ndarray, shape () or (n,)
+            A factor, linear between the keyframes.
+        """
         return np.interp(seconds, (self.start_time, self.end_time), self.scales)
 
     def steps(self, first: float, last: float) -> list[Step]:
-        """Steps that transform rays at their TIME, in seconds since `first`; no ray is later than `last` (s).
+        """Steps that transform rays at their TIME; a constant matrix costs no more than a static one.
 
-        A matrix that stays constant costs no more than a static one. TransformError if a stretch is not uniform.
+        Parameters
+        ----------
+        first : float
+            Time at which TIME is 0, s.
+        last : float
+            Time after which there is no ray, s.
+
+        Returns
+        -------
+        list of Step
+            Steps of a `Program`; an empty list where the matrix is the identity.
+
+        Raises
+        ------
+        TransformError
+            A stretch that is not uniform.
         """
         if self.changes_between(first, last):
             return [self._step(first)]

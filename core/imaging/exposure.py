@@ -90,7 +90,25 @@ class Exposure:
         return self.lux_seconds * self.iso / SATURATION
 
     def brighter(self, stops: float, by: str = "time") -> "Exposure":
-        """The exposure for pictures brighter by this many stops, by changing "time", "iso" or "f_number" alone."""
+        """The exposure for brighter pictures, by a change of one quantity alone.
+
+        Parameters
+        ----------
+        stops : float
+            How much brighter; negative numbers darken.
+        by : str
+            "time", "iso" or "f_number": the quantity that changes.
+
+        Returns
+        -------
+        Exposure
+            The other two quantities are kept.
+
+        Raises
+        ------
+        ExposureError
+            A number that is not finite, or another word.
+        """
         if not math.isfinite(stops):
             raise ExposureError(f"{stops} stops: it must be a finite number")
         factor = 2.0**stops
@@ -101,7 +119,25 @@ class Exposure:
         return replace(self, **{by: getattr(self, by) * factor})
 
     def at_ev100(self, ev100: float, by: str = "time") -> "Exposure":
-        """The exposure with this EV100, by changing "time", "iso" or "f_number" alone."""
+        """The exposure with a given EV100, by a change of one quantity alone.
+
+        Parameters
+        ----------
+        ev100 : float
+            Exposure value at ISO 100, in stops.
+        by : str
+            "time", "iso" or "f_number": the quantity that changes.
+
+        Returns
+        -------
+        Exposure
+            The other two quantities are kept.
+
+        Raises
+        ------
+        ExposureError
+            A number that is not finite, or another word.
+        """
         return self.brighter(self.ev100 - ev100, by)
 
 

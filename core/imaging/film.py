@@ -78,7 +78,23 @@ class Film:
         return hypot(self.width, self.height)
 
     def extent(self, axis: str) -> float:
-        """Size (mm) along one of AXES: shorter, longer, horizontal, vertical or diagonal; FilmError for another."""
+        """Size of the film along an axis.
+
+        Parameters
+        ----------
+        axis : str
+            One of AXES: shorter, longer, horizontal, vertical or diagonal.
+
+        Returns
+        -------
+        float
+            mm.
+
+        Raises
+        ------
+        FilmError
+            Another axis.
+        """
         w, h = self.width, self.height
         sizes = {"shorter": min(w, h), "longer": max(w, h), "horizontal": w, "vertical": h, "diagonal": self.diagonal}
         if axis not in sizes:

@@ -79,13 +79,34 @@ class FilmPose:
         return np.array([-self.shift, -self.rise, 0.0])
 
     def points(self, film_xy: np.ndarray) -> np.ndarray:
-        """Points (n, 3) of the camera frame for film points (n, 2), mm."""
+        """Points of the camera frame for film points.
+
+        Parameters
+        ----------
+        film_xy : array_like, shape (n, 2)
+            In the plane of the film, mm from its centre.
+
+        Returns
+        -------
+        ndarray, shape (n, 3)
+            Camera frame, mm.
+        """
         return self.centre + np.asarray(film_xy, float) @ self.axes[:2]
 
     def film_points(self, points: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-        """Film points (n, 2) where lines meet the film.
+        """Film points where lines meet the film.
 
-        points (n, 2): where the lines cross z = 0. slopes (n, 2): by how much they move sideways per mm of z.
+        Parameters
+        ----------
+        points : ndarray, shape (n, 2)
+            Where the lines cross z = 0, camera frame, mm.
+        slopes : ndarray, shape (n, 2)
+            By how much the lines move sideways for each mm of z.
+
+        Returns
+        -------
+        ndarray, shape (n, 2)
+            In the plane of the film, mm from its centre.
         """
         x, y, normal = self.axes
         start = np.column_stack([points, np.zeros(len(points))]) - self.centre
@@ -95,7 +116,18 @@ class FilmPose:
         return np.column_stack([met @ x, met @ y])
 
     def corners(self, width: float, height: float) -> np.ndarray:
-        """The four corners (4, 3) of a film of this size, camera frame (mm)."""
+        """Corners of a film in this pose.
+
+        Parameters
+        ----------
+        width, height : float
+            Size of the film, mm.
+
+        Returns
+        -------
+        ndarray, shape (4, 3)
+            Camera frame, mm; around the film from (−x, −y) over (+x, −y).
+        """
         half = 0.5 * np.array([width, height])
         return self.points(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * half)
 

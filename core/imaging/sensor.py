@@ -100,11 +100,43 @@ class Sensor:
         return math.sqrt(self.electrons / (self.quantum_efficiency * PHOTONS))
 
     def top(self, iso: float) -> float:
-        """Electrons at the top of the converter's range at this ISO; ExposureError if the ISO is not positive."""
+        """Electrons at the top of the converter's range.
+
+        Parameters
+        ----------
+        iso : float
+            ISO speed.
+
+        Returns
+        -------
+        float
+            Electrons.
+
+        Raises
+        ------
+        ExposureError
+            An ISO that is not positive.
+        """
         return self.full_well * self.base_iso / checked_positive("ISO", iso)
 
     def clips_at(self, iso: float) -> float:
-        """Lux seconds at which pictures clip at this ISO: the well is full, or the converter at its end."""
+        """Exposure at which pictures clip: the well is full, or the converter at its end.
+
+        Parameters
+        ----------
+        iso : float
+            ISO speed.
+
+        Returns
+        -------
+        float
+            Lux seconds.
+
+        Raises
+        ------
+        ExposureError
+            An ISO that is not positive.
+        """
         return min(self.full_well, self.top(iso)) / self.electrons
 
     @property

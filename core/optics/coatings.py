@@ -119,12 +119,36 @@ class Coating:
 
     @classmethod
     def single_layer(cls, index: float = MGF2, wavelength: float = DESIGN_WAVELENGTH) -> "Coating":
-        """A quarter wave of one material, by default magnesium fluoride at 0.55 µm."""
+        """A quarter wave of one material, by default magnesium fluoride at 0.55 µm.
+
+        Parameters
+        ----------
+        index : float
+            Refractive index of the layer.
+        wavelength : float
+            Wavelength at which its optical thickness is a quarter wave, µm.
+
+        Returns
+        -------
+        Coating
+            With one layer.
+        """
         return cls((Layer(index, 0.25),), wavelength)
 
     @classmethod
     def broadband(cls, wavelength: float = DESIGN_WAVELENGTH) -> "Coating":
-        """Three layers of a quarter, half and quarter wave: MgF₂, ZrO₂, and a third that is matched to the glass."""
+        """Three layers of a quarter, half and quarter wave: MgF₂, ZrO₂, and a third that is matched to the glass.
+
+        Parameters
+        ----------
+        wavelength : float
+            Design wavelength, µm.
+
+        Returns
+        -------
+        Coating
+            Its layers from the air to the glass.
+        """
         return cls((Layer(MGF2, 0.25), Layer(HALF_WAVE, 0.5), Layer(None, 0.25)), wavelength)
 
     @classmethod

@@ -163,7 +163,23 @@ class Glass:
         return self.formula != "model" or (self.v_d is not None and self.n_d > 1.0)
 
     def index(self, wavelength: float = D_LINE) -> float:
-        """Index at a wavelength (µm); GlassError outside the range of the glass."""
+        """Refractive index at a wavelength.
+
+        Parameters
+        ----------
+        wavelength : float
+            µm.
+
+        Returns
+        -------
+        float
+            Relative to air, as catalogues state it.
+
+        Raises
+        ------
+        GlassError
+            A wavelength outside the range of the glass, or not positive.
+        """
         if not self.disperses and self.wavelengths is None:
             return self.n_d
         what = f"glass {self.name}" if self.name else f"the glass of index {significant(self.n_d)}"

@@ -102,7 +102,18 @@ class Iris:
         return self.mean(lambda r: math.pi * r * r)
 
     def radius(self, azimuth) -> np.ndarray:
-        """Distance of the edge from the axis at azimuths of any shape (radians from +x towards +y)."""
+        """Distance of the edge from the axis.
+
+        Parameters
+        ----------
+        azimuth : float or array_like
+            Radians from +x towards +y.
+
+        Returns
+        -------
+        ndarray, shape of `azimuth`
+            In units of the stop's radius.
+        """
         azimuth = np.asarray(azimuth, float)
         if self.is_round:
             return np.ones_like(azimuth)
@@ -113,7 +124,18 @@ class Iris:
         return 2.0 * rim / (b + np.sqrt(b * b + 4.0 * bulge * rim))
 
     def mean(self, function: Callable[[np.ndarray], np.ndarray]) -> float:
-        """Mean over all azimuths of a function of the edge's distance, by Gauss's rule along half a blade."""
+        """Mean over all azimuths of a function of the edge's distance, by Gauss's rule along half a blade.
+
+        Parameters
+        ----------
+        function : callable
+            Takes distances of the edge from the axis, (n,), in units of the stop's radius; returns numbers (n,).
+
+        Returns
+        -------
+        float
+            In the unit of the function.
+        """
         if self.is_round:
             return float(function(np.ones(1))[0])
         node, weight = np.polynomial.legendre.leggauss(24)
@@ -121,17 +143,52 @@ class Iris:
         return float(0.5 * weight @ function(self.radius(corner + 0.5 * (node + 1.0) * math.pi / self.blades)))
 
     def outline(self, points: int = 24) -> np.ndarray:
-        """Points (n, 2) of the edge, counter-clockwise from a corner, `points` to a blade."""
+        """Points of the edge, counter-clockwise from a corner.
+
+        Parameters
+        ----------
+        points : int
+            Number of points for each blade; a round opening has three times as many.
+
+        Returns
+        -------
+        ndarray, shape (n, 2)
+            In units of the stop's radius.
+        """
         count = max(self.blades, 3) * points
         azimuth = self.rotation + 0.5 * math.pi + 2.0 * math.pi * np.arange(count) / count
         return self.radius(azimuth)[:, None] * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
 
     def contains(self, x, y) -> np.ndarray:
-        """Whether points x, y lie in the opening, the edge included."""
+        """Whether points lie in the opening, the edge included.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Points, broadcast against each other; in units of the stop's radius.
+
+        Returns
+        -------
+        ndarray of bool
+            One for each point.
+        """
         return np.hypot(x, y) <= self.radius(np.arctan2(y, x)) * (1.0 + 1e-12)
 
     def axis_irradiance(self, radius: float, z: float) -> float:
-        """∫ cos⁴θ dA in mm² over the opening of a stop of this radius, from the axis point at distance z (both mm)."""
+        """∫ cos⁴θ dA over the opening, seen from a point on the axis.
+
+        Parameters
+        ----------
+        radius : float
+            Radius of the stop, mm.
+        z : float
+            Distance of the point from the stop, mm.
+
+        Returns
+        -------
+        float
+            mm².
+        """
         return self.mean(lambda r: math.pi * (r * radius * z) ** 2 / (z * z + (r * radius) ** 2))
 
     @property
@@ -140,7 +197,18 @@ class Iris:
         return [] if self.is_round else [Step(map_to_iris, _chords(self))]
 
     def blocking(self, radius: float) -> list[Step]:
-        """The step that blocks rays at the blades of a stop of this radius (mm); none for a circle."""
+        """The step that blocks rays at the blades of the stop.
+
+        Parameters
+        ----------
+        radius : float
+            Radius of the stop, mm.
+
+        Returns
+        -------
+        list of Step
+            One step; none for a round opening.
+        """
         if self.is_round:
             return []
         flat, bulge, rim = self._edge

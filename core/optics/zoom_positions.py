@@ -105,7 +105,20 @@ class Positions:
         return len(self.focus_stations) > 1
 
     def at(self, zoom: float, close: float) -> "Positions":
-        """The same table at another position."""
+        """The same table at another position.
+
+        Parameters
+        ----------
+        zoom : float
+            0 (wide) to 1 (tele).
+        close : float
+            0 (infinity) to 1 (nearest).
+
+        Returns
+        -------
+        Positions
+            With the present position changed.
+        """
         return replace(self, zoom=zoom, close=close)
 
     @property
@@ -135,7 +148,18 @@ class Positions:
         return monotone_cubic(self.focus_stations, along, self.close)
 
     def label(self, i: int, j: int = 0) -> str:
-        """Name of a station: “70 mm, infinity”, “tele”, “close”."""
+        """Name of a station, such as “70 mm, infinity”, “tele” or “close”.
+
+        Parameters
+        ----------
+        i, j : int
+            Numbers of the zoom station and of the focus station.
+
+        Returns
+        -------
+        str
+            Words for lists and messages.
+        """
         words = []
         if self.zooms:
             named = self.names[i] if self.names else ""
@@ -150,7 +174,18 @@ class Positions:
         return ", ".join(words)
 
     def scaled(self, factor: float) -> "Positions":
-        """The positions of a lens scaled by `factor`."""
+        """The positions of a scaled lens.
+
+        Parameters
+        ----------
+        factor : float
+            Every length is multiplied by it.
+
+        Returns
+        -------
+        Positions
+            At the same position.
+        """
         return replace(
             self, focal_lengths=tuple(f * factor for f in self.focal_lengths),
             thicknesses=tuple(tuple(tuple(gap * factor for gap in gaps) for gaps in row) for row in self.thicknesses),
@@ -158,7 +193,18 @@ class Positions:
             stops=tuple(tuple(stop * factor for stop in row) for row in self.stops))
 
     def with_stops(self, factor: float) -> "Positions":
-        """The positions with the stop scaled by `factor` at every station."""
+        """The positions with another stop.
+
+        Parameters
+        ----------
+        factor : float
+            The radius of the stop is multiplied by it at every station.
+
+        Returns
+        -------
+        Positions
+            At the same position.
+        """
         return replace(self, stops=tuple(tuple(stop * factor for stop in row) for row in self.stops))
 
 

@@ -118,11 +118,35 @@ class Medium:
                          where=self.extinction > 0.0)
 
     def transmittance(self, distance) -> np.ndarray:
-        """Transmitted part of light, (…, 3), over distances (…) in mm."""
+        """Part of the light that the medium transmits.
+
+        Parameters
+        ----------
+        distance : array_like, shape (…)
+            Length of the way through the medium, mm.
+
+        Returns
+        -------
+        ndarray, shape (…, 3)
+            For red, green and blue, from 0 to 1.
+        """
         return np.exp(-np.asarray(distance, float)[..., None] * self.extinction)
 
     def seen(self, radiance, distance) -> np.ndarray:
-        """Radiances (…, 3) as seen through distances (…) in mm."""
+        """Radiance as seen through the medium.
+
+        Parameters
+        ----------
+        radiance : array_like, shape (…, 3)
+            Radiance at the surfaces, linear red, green and blue.
+        distance : array_like, shape (…)
+            Length of the way through the medium, mm.
+
+        Returns
+        -------
+        ndarray, shape (…, 3)
+            With the airlight of the way.
+        """
         passed = self.transmittance(distance)
         return radiance * passed + self.airlight * (1.0 - passed)
 

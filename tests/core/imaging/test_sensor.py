@@ -52,6 +52,8 @@ def test_dark_frames_have_the_noise_of_reading_and_rounding_and_no_bias():
         step = sensor.top(iso) / 16383.0
         assert dark.std() == pytest.approx(math.hypot(3.0, step / math.sqrt(12.0)), rel=0.03)
         assert abs(dark.mean()) < 5.0 * dark.std() / math.sqrt(dark.size)
+        if iso == sensor.base_iso:
+            assert sensor.dynamic_range == pytest.approx(math.log2(sensor.full_well / dark.std()), abs=0.05)
     normal = np.sort(dark.ravel() / dark.std())
     assert normal[int(0.975 * normal.size)] == pytest.approx(1.96, abs=0.05)
 
