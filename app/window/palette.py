@@ -35,6 +35,7 @@ HIDDEN = ("lens", "scene", "film_width", "film_height", "crop", "fov", "fisheye_
 READERS: dict[str, Callable[[str], Any]] = {"f_number": read_aperture}      # of settings whose option lies elsewhere
 TITLES = {"fov_axis": "side of the field of view", "bits": "bits of the sensor", "layout": "layout of a panorama",
           "limit": "sharp up to", "degree": "degree of the polynomial", "view": "view of the samples"}
+OTHER_NAMES = {"f_number": ("Aperture",), "shutter": ("Exposure time",)}       # on the dial, and of photographers
 VIEW = "Field of view"          # of whatever camera it is: not one field
 
 
@@ -113,11 +114,13 @@ class Palette:
             imgui.get_window_draw_list().add_text(place, theme.packed(theme.colours().dim), entry.kind)
         if entered and found:
             taken = found[self._chosen]
-        if taken is None:
-            return None
-        if taken.fills:
+        if taken is not None and taken.fills:
             self._query, self._chosen, self._focus, self._at_end = taken.fills, 0, True, False
             imgui.internal.clear_active_id()        # the text being typed is that of the item until then
+            return None
+        if taken is None or taken.run is None:
+            if entered or taken is not None:            # nothing to do: go on with the text, which Enter has ended
+                self._focus, self._at_end = True, False
             return None
         imgui.close_current_popup()
         return taken
@@ -163,7 +166,7 @@ def _of_field(field: Field, present: Settings) -> list[Entry]:
     if about.read is None and field.name not in READERS:
         return []
     shown = about.none or "open" if value is None else about.shown(value) if isinstance(value, int | float) else ""
-    return [Entry(name, shown, fills=f"{name} ")]
+    return [Entry(title, shown, fills=f"{title} ") for title in (name, *OTHER_NAMES.get(field.name, ()))]
 
 
 def _changed(name: str, value: Any) -> Callable[[Settings], Settings]:
@@ -188,7 +191,8 @@ def _given(query: str, state: WindowState) -> list[Entry]:
             read = READERS.get(field.name) or spec(field).read
             if field.name in HIDDEN or read is None:
                 continue
-            rank = score(head, _title(field))
+            ranks = [score(head, title) for title in (_title(field), *OTHER_NAMES.get(field.name, ()))]
+            rank = max((rank for rank in ranks if rank is not None), default=None)
             if rank is not None and (best is None or rank > best[0]):
                 entry = _value(field, read, tail)
                 best = (rank, entry) if entry is not None else best

@@ -36,6 +36,8 @@ def test_the_palette_reaches_actions_lenses_scenes_and_settings(drive):
         assert hand.settings.scene == "night-lights"
         ask(hand, "f-number 8")
         assert hand.settings.f_number == 8.0
+        ask(hand, "aperture 5.6")
+        assert hand.settings.f_number == 5.6
         ask(hand, "iso 800")
         assert hand.settings.iso == 800.0
         ask(hand, "tone agx")
@@ -76,6 +78,28 @@ def test_arrows_choose_a_name_is_filled_in_a_wrong_value_is_said_and_escape_chan
         assert hand.settings == before and not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 
     assert drive(use, SMALL).view.messages == []
+
+
+@pytest.mark.slow
+def test_enter_without_an_answer_or_on_a_wrong_value_lets_one_go_on_typing(drive):
+    """It left the line without the keyboard, so that neither letters nor Ctrl + K did anything."""
+    def use(hand):
+        hand.picture()
+        for text, value in (("qqqzzz", "iso 400"), ("iso 4e", "iso 640")):
+            ask(hand, text)
+            assert imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+            hand.press(KEY.mod_ctrl | KEY.a)
+            hand.ctx.key_chars(value)
+            hand.ctx.yield_(2)
+            hand.press(KEY.enter)
+            hand.ctx.yield_(2)
+            assert hand.settings.iso == float(value.split()[1])
+        ask(hand, "qqqzzz")
+        hand.press(KEY.escape)
+        hand.ctx.yield_(2)
+        assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+    drive(use)
 
 
 @pytest.mark.slow
