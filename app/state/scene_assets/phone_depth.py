@@ -26,7 +26,7 @@ ATTRIBUTE = re.compile(rb"(GDepth|GImage):(\w+)(?:\s*=\s*[\"']([^\"']*)[\"']|>([
 EQUIVALENT, ORIENTATION, EXIF = 0xA405, 0x0112, 0x8769          # tags: focal length on 35 mm film, and where it stands
 DIAGONAL = math.hypot(36.0, 24.0)
 UNREADABLE = ("of phones, JPEG files with a GDepth map are read; HEIC, Apple's portrait files and Dynamic Depth are "
-              "not: save the map as a picture of its own and name it as depth")
+              "not: convert the picture to JPEG or PNG and its map to PNG, and name the map as depth")
 
 
 class PhonePhotograph(NamedTuple):
