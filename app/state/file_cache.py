@@ -6,7 +6,7 @@ from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar
 
-from lensbench.kernels.byte_cache import byte_cache, held
+from lensbench.kernels.byte_cache import buffers, byte_cache, total
 
 MOST_KEPT = 1 << 30     # bytes
 Stamp = tuple[int, int]
@@ -32,24 +32,29 @@ def keeps_last_good(size: int) -> Callable[[Callable[[str, Any], Content]], Call
     that has never been read raises what `load` raises.
     """
     def decorate(load: Callable[[str, Any], Content]) -> Callable[[str, Any], Content]:
-        good: dict[str, Content] = {}
+        good: dict[str, tuple[Content, dict[int, int]]] = {}         # with its buffers
         bad: dict[str, Any] = {}                # stamps that could not be read
         cached = byte_cache(MOST_KEPT, size)(load)
 
         @wraps(load)
         def loaded(name: str, stamp: Any) -> Content:
             if name in good and bad.get(name) == stamp:
-                return good[name]
+                return good[name][0]
             try:
                 content = cached(name, stamp)
             except (ValueError, OSError):
                 if name not in good:
                     raise
                 bad[name] = stamp
-                return good[name]
-            is_new = good.pop(name, None) is not content
-            good[name] = content                # the newest name is last
-            while is_new and len(good) > 1 and (len(good) > size or held(good) > MOST_KEPT):
+                return good[name][0]
+            known = good.pop(name, None)
+            if known is not None and known[0] is content:
+                good[name] = known              # the newest name is last
+                return content
+            for last in list(good)[-1:]:        # its content may have grown by cached properties
+                good[last] = good[last][0], buffers(good[last][0])
+            good[name] = content, buffers(content)
+            while len(good) > 1 and (len(good) > size or total(kept for _, kept in good.values()) > MOST_KEPT):
                 forgotten = next(iter(good))
                 del good[forgotten]
                 bad.pop(forgotten, None)

@@ -1,7 +1,7 @@
 """Caches of large values, bounded by the bytes that they hold and not by their number alone."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import update_wrapper
 from typing import Any, Generic, ParamSpec, TypeVar
 
@@ -10,6 +10,7 @@ import numpy as np
 Given = ParamSpec("Given")
 Value = TypeVar("Value")
 SMALL = 1024            # bytes of a buffer that does not count
+PLAIN = frozenset({type(None), float, int, bool, str, np.float64})
 
 
 class ByteCache(Generic[Given, Value]):
@@ -40,10 +41,7 @@ class ByteCache(Generic[Given, Value]):
     @property
     def held(self) -> int:
         """Bytes of all buffers of all values and arguments."""
-        together: dict[int, int] = {}
-        for _, held in self._kept.values():
-            together.update(held)
-        return sum(together.values())
+        return total(held for _, held in self._kept.values())
 
     def cache_clear(self) -> None:
         """Forget all values."""
@@ -74,9 +72,12 @@ def byte_cache(most_bytes: int, most: int) -> Callable[[Callable[Given, Value]],
     return decorate
 
 
-def held(value: Any) -> int:
-    """Bytes of arrays and `bytes` that a value of this package reaches, each counted once."""
-    return sum(buffers(value).values())
+def total(parts: Iterable[dict[int, int]]) -> int:
+    """Bytes of the `buffers` of several values; a shared one counts once."""
+    together: dict[int, int] = {}
+    for part in parts:
+        together.update(part)
+    return sum(together.values())
 
 
 def buffers(root: Any) -> dict[int, int]:
@@ -84,9 +85,10 @@ def buffers(root: Any) -> dict[int, int]:
     found: dict[int, int] = {}
     seen: set[int] = set()
     waiting = [root]
-    while waiting:
+    while waiting:                          # tens of thousands of turns for a large scene
         value = waiting.pop()
-        if value is None or isinstance(value, float | int | str) or id(value) in seen:
+        kind = type(value)
+        if kind in PLAIN or id(value) in seen:
             continue
         seen.add(id(value))
         if isinstance(value, np.ndarray):
@@ -95,10 +97,10 @@ def buffers(root: Any) -> dict[int, int]:
             found[id(value.base if isinstance(value.base, bytes) else value)] = value.nbytes
         elif isinstance(value, bytes):
             found[id(value)] = len(value)
-        elif isinstance(value, tuple | list | set | frozenset):
+        elif isinstance(value, (tuple, list, set, frozenset)):      # noqa: UP038 — a union is slower
             waiting += value
         elif isinstance(value, dict):
             waiting += value.values()
-        elif type(value).__module__.startswith("lensbench"):
+        elif kind.__module__.startswith("lensbench"):
             waiting += getattr(value, "__dict__", {}).values()
     return {place: size for place, size in found.items() if size >= SMALL}
