@@ -38,10 +38,28 @@ from lensbench.app.window.moments import Moments
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
 from lensbench.app.workers.improvement_worker import ImprovementWorker
+from lensbench.app.workers.render_worker import RenderWorker
 from lensbench.kernels.cache import NotCompiledError
 
+PATIENCE = 0.3                  # s that panels of another lens wait for its picture, at most
 FRONT_FRAMES = 3                # a tab of a new dock is in front only after the last panel has come to it
 RENDER = "Render"               # the panel in the middle: it needs none of the panels' kernels
+
+
+class Followed:
+    """Settings of the panels whose geometry takes time: one frame after the picture, which does not wait for them.
+
+    Of another lens all of it is new: until its first picture is on the screen, they show the lens before.
+    """
+
+    def __init__(self, settings: Settings):
+        self._settings = settings
+
+    def now(self, present: Settings, worker: RenderWorker) -> Settings:
+        """The settings to draw, from those of the frame before and the worker that renders them."""
+        if present.lens == self._settings.lens or worker.on_screen or worker.waiting > PATIENCE:
+            self._settings = present
+        return self._settings
 
 
 class Panels:
@@ -56,6 +74,7 @@ class Panels:
         self._card_state, self._pixel_state = LensCardState(window.wake), PixelState()
         self._view_3d_state = View3DState()
         self._table_state = LensTableState(window.requests, worker=ImprovementWorker(window.wake))
+        self._followed = Followed(window.history.present)
         self._field = 0.7                   # the film point of the exit pupil, as a part of the illuminated film
         self._front: dict[str, int] = {}    # panels that come to the front, and in how many frames more
         self._logged: set[str] = set()
@@ -214,7 +233,7 @@ class Panels:
 
     def _pixel(self) -> None:
         window = self._state
-        pixel_panel(window.history.present, window.view.links, self._image, self._pixel_state)
+        pixel_panel(self._behind, window.view.links, self._image, self._pixel_state)
 
     @property
     def _image(self) -> NDArray[np.float32] | None:
@@ -230,14 +249,19 @@ class Panels:
             imgui.set_cursor_screen_pos(ImVec2(self._browsing.covers, corner.y))
 
     def _following(self, draw: Callable[[Settings], Settings]) -> None:
-        """Draw a panel whose geometry takes time: it follows one frame after the picture, which does not wait for it.
+        """Draw a panel whose geometry takes time.
 
-        draw: receives the settings of the frame before, and returns them with the panel's own changes.
+        draw: receives the settings that it shows, and returns them with the panel's own changes.
         """
-        window, before = self._state, self._state.history.present
+        window, before = self._state, self._behind
         changed = draw(before)
         if changed is not before:
             window.edited = replace(window.edited, **differences(changed, before))
+
+    @property
+    def _behind(self) -> Settings:
+        """The settings of panels whose geometry takes time."""
+        return self._followed.now(self._state.history.present, self._state.worker)
 
     def _section(self) -> None:
         self._beside_browser()
@@ -266,14 +290,14 @@ class Panels:
     def _view_3d(self) -> None:
         window = self._state
         self._beside_browser()
-        view_3d_panel(window.history.present, window.view.links, self._view_3d_state, window.presenter.solid_picture)
+        view_3d_panel(self._behind, window.view.links, self._view_3d_state, window.presenter.solid_picture)
 
     def _confusion(self) -> None:
         self._following(lambda before: circle_of_confusion_panel(before, self._coc_state, self._state.view.links,
                                                                  self._other))
 
     def _pupil(self) -> None:
-        settings = self._state.history.present
+        settings = self._behind
         full = lit(settings)
         radius = exit_pupil_panel(settings, self._field * full, self._pupil_state, self._state.view.links,
                                   self._other)
@@ -285,7 +309,7 @@ class Panels:
         return lambda: self._following(draw)
 
     def _falloff(self) -> None:
-        falloff_panel(self._state.history.present, self._falloff_state, self._other)
+        falloff_panel(self._behind, self._falloff_state, self._other)
 
     def _models(self) -> None:
         window, update = self._state, self._state.presenter.update

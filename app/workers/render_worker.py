@@ -153,6 +153,12 @@ class RenderWorker:
         self._note(_shown=update)
 
     @property
+    def on_screen(self) -> bool:
+        """Whether a frame with a picture of the present generation, or with its error, has been shown."""
+        shown = self._shown
+        return self.error is not None or shown is not None and shown.generation == self._generation
+
+    @property
     def waiting(self) -> float:
         """Seconds since the restart without a picture of the present generation; 0 where there is one."""
         update = self._update

@@ -21,8 +21,8 @@ class DrivenSession(Session):
         """Begin a frame with the scripted settings."""
         super().begin()
         if self.move is not None:
-            self.edited, self.move = self.move(self.edited), None
             self.moved, self.worked = time.perf_counter(), time.process_time()
+            self.edited, self.move = self.move(self.edited), None
             self.hurry()
 
     @property

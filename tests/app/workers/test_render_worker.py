@@ -44,6 +44,16 @@ def done(worker, samples=SMALL.samples):
     return update is not None and update.generation == worker.generation and update.samples == samples
 
 
+def test_a_picture_is_on_the_screen_when_the_window_says_so_until_the_next_restart(start):
+    worker = start()
+    wait(lambda: done(worker))
+    assert not worker.on_screen
+    worker.shown(worker.newest())
+    assert worker.on_screen
+    worker.again()
+    assert not worker.on_screen
+
+
 def test_the_picture_is_that_of_the_same_passes_bit_for_bit(start, monkeypatch):
     view, scene = camera(SMALL), lb.builtin_scene(SMALL.scene)
     picture = lb.render(view, scene, samples=8)         # first: the very first picture leaves small lights to chance
