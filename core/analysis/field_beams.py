@@ -8,7 +8,7 @@ from math import inf, isinf, nan, sqrt
 
 import numpy as np
 
-from lensbench.analysis.chief_rays import ChiefRays, find_chief_rays
+from lensbench.analysis.chief_rays import ChiefRays, find_chief_rays, shoot
 from lensbench.analysis.field_conditions import Conditions
 from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.cache import njit
@@ -19,12 +19,15 @@ from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.path_trace import PATH, STOP_SHARE, VICTIM, path_steps
 from lensbench.optics.prescription import Lens
+from lensbench.optics.scalar_trace import surface_table
 from lensbench.optics.system import FieldKind
 
 COARSE = 20             # points across the scan that finds the open region
 MARGIN = 1.25           # × the image of the stop, that the first scan covers
 WIDER = 1.6             # × its extent, where the region reaches its edge
 SCANS = 4
+NEIGHBOUR = 1e-5        # direction cosine at the stop, of the chief rays beside one
+FARTHEST = 10.0         # × the size of the lens, of an entrance pupil from the first surface
 SLOPE_STEP = 1e-5       # direction cosine, for the image of the stop
 
 _GIVEN = (X, Y, Z, L, M, N, WEIGHT, PATH)
@@ -40,9 +43,10 @@ LANDED = 9
 class FieldBeams:
     """The fields of a grid: their chief rays in the primary wavelength, and the frames that rays are given in.
 
-    A ray of the object is given by its place: two coordinates (mm) across the beam, on the plane through the chief
-    ray's point on the first surface and perpendicular to the chief ray. sources: (F, 2) as `find_chief_rays` takes
-    them, angle vectors or points of the object.
+    A ray of the object is given by its place: two coordinates (mm) across the beam, on the plane through `middles` and
+    perpendicular to the chief ray. The plane lies in the entrance pupil of the field. A ray from the reference point
+    that aberrations turn away from the chief ray's direction has its place in the pupil there, and not far before it.
+    sources: (F, 2) as `find_chief_rays` takes them, angle vectors or points of the object.
     """
 
     lens: Lens
@@ -51,6 +55,7 @@ class FieldBeams:
     object_distance: float
     wavelength: float
     axes: np.ndarray
+    middles: np.ndarray         # (F, 3) points of the chief rays, from which the places count
     frames: np.ndarray          # (F, 2, 3) axes of the places
     sources: np.ndarray
     chief_pupil: np.ndarray     # (F, 2)
@@ -88,7 +93,13 @@ class FieldBeams:
         backward = Program(trace_steps(lens, film_distance, wavelength), np.float64)
         behind = slice(0, len(lens.surfaces) - lens.stop_index)
         to_stop = Program(surface_steps(lens, film_distance, wavelength, part=behind), np.float64)
-        made = cls(lens, film_distance, chief, object_distance, wavelength, axes, frames, sources, chief_pupil,
+        middles = chief.points + _pupil_distances(lens, film_distance, chief, wavelength)[:, None] * chief.directions
+        if not isinf(object_distance):          # at least half-way from the object to the first surface
+            point = np.column_stack([sources, np.full(len(sources), -object_distance)])
+            first, far = chief.points - point, middles - point
+            near = (far * chief.directions).sum(1) < 0.5 * (first * chief.directions).sum(1)
+            middles = np.where(near[:, None], chief.points, middles)
+        made = cls(lens, film_distance, chief, object_distance, wavelength, axes, middles, frames, sources, chief_pupil,
                    np.zeros((len(axes), 2, 2)), backward, to_stop, np.nan_to_num(curvatures))
         object.__setattr__(made, "stop_slopes", made._stop_slopes())
         return made
@@ -158,7 +169,7 @@ class FieldBeams:
     def across(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Places (F, n, 2) of rays given by points and directions (3, F, n) in the lens frame."""
         out = np.empty((*points.shape[1:], 2))
-        _across(points, directions, self.chief.points, self.chief.directions, self.frames, out)
+        _across(points, directions, self.middles, self.chief.directions, self.frames, out)
         return out
 
     def starts(self, of_field: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -166,9 +177,9 @@ class FieldBeams:
         reach = np.zeros(len(self.axes))                # of the object point, 0 at infinity
         if not isinf(self.object_distance):
             point = np.column_stack([self.sources, np.full(len(self.sources), -self.object_distance)])
-            reach = np.linalg.norm(self.chief.points - point, axis=1)
+            reach = np.linalg.norm(self.middles - point, axis=1)
         out = np.zeros((len(_GIVEN), len(of_field)))
-        _start(of_field, places, self.chief.points, self.chief.directions, self.frames, reach, self.lens.front_index,
+        _start(of_field, places, self.middles, self.chief.directions, self.frames, reach, self.lens.front_index,
                self.lens.length + self.film_distance, out)
         return out
 
@@ -266,8 +277,8 @@ class FieldBeams:
         chief = ChiefRays(*(getattr(self.chief, name)[which] for name in
                             ("at_stop", "points", "directions", "images", "image_directions")))
         return FieldBeams(self.lens, self.film_distance, chief, self.object_distance, self.wavelength, self.axes[which],
-                       self.frames[which], self.sources[which], self.chief_pupil[which], self.stop_slopes[which],
-                       self.backward, self.to_stop, self.sphere_curvatures[which])
+                          self.middles[which], self.frames[which], self.sources[which], self.chief_pupil[which],
+                          self.stop_slopes[which], self.backward, self.to_stop, self.sphere_curvatures[which])
 
     def beam_areas(self, places: np.ndarray) -> np.ndarray:
         """(F, N, N) light of an evenly lit beam per cell of the grid, from places (F, N, N, 2).
@@ -278,12 +289,30 @@ class FieldBeams:
         _areas(places, out)
         if not isinf(self.object_distance):
             point = np.column_stack([self.sources, np.full(len(self.sources), -self.object_distance)])
-            reach = np.linalg.norm(self.chief.points - point, axis=1)[:, None, None]
+            reach = np.linalg.norm(self.middles - point, axis=1)[:, None, None]
             far = np.sqrt(reach**2 + np.where(np.isfinite(places), places, 0.0)**2 @ np.ones(2))
             along = (np.einsum("fija,fa->fij", np.nan_to_num(places), self.frames[:, :, 2])
                      + reach * self.chief.directions[:, 2, None, None])
             out *= np.nan_to_num((reach / far) ** 3 * np.abs(along / far))
         return out
+
+
+def _pupil_distances(lens: Lens, film_distance: float, chief: ChiefRays, wavelength: float) -> np.ndarray:
+    """(F,) distance along each chief ray from its point to the entrance pupil of the field, where neighbours cross it.
+
+    0 where no neighbour is known; at most FARTHEST × the size of the lens.
+    """
+    table = surface_table(lens, wavelength)
+    product, square = np.zeros((2, len(chief.points)))
+    for step in (NEIGHBOUR * np.eye(2)):
+        beside = shoot(lens, film_distance, chief.at_stop + step, table)
+        apart, turned = beside.points - chief.points, beside.directions - chief.directions
+        apart = apart - (apart * chief.directions).sum(1)[:, None] * chief.directions
+        product += (apart * turned).sum(1)
+        square += (turned * turned).sum(1)
+    most = FARTHEST * (lens.length + lens.surfaces[0].semi_diameter)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.nan_to_num(np.clip(-product / square, -most, most))
 
 
 def field_name(conditions: Conditions, i: int) -> str:

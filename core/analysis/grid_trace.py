@@ -37,6 +37,9 @@ from lensbench.optics.prescription import Lens, LensError
 MOST_KEPT = 96 << 20    # bytes of rays: sixteen grids of a moving picture, or one of 128 points
 PUPIL = 32              # grid points across the pupil of a field: about 800 rays
 MANY = 24               # fields, from which on a wavelength is divided among the threads
+WIDENED, WIDER = 3, 0.25        # times that a field cut off at the edge of the grid is widened, by which part a side
+MOST_CUT = 0.35         # × the square root of the open cells: open ones at the edge of the rays
+FOLDED = 0.02           # part of the cells with light, whose rays may cross
 BEYOND = 4.0            # cells beyond the rims, of which rays are traced too: half of them
 
 
@@ -98,8 +101,20 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
     chief = find_chief_rays(lens, film_distance, wanted, distance, by_image, line)
     beams = FieldBeams.of(lens, film_distance, chief, distance, line)
     boxes, findings = beams.open_boxes(conditions)
-    cells = _cells(beams, boxes, pupil)
-    landed = _landed(beams, cells, conditions.wavelengths)
+    wide = np.zeros(len(boxes), bool)
+    for _ in range(WIDENED + 1):
+        cells = _cells(beams, boxes, pupil, wide)
+        landed = _landed(beams, cells, conditions.wavelengths)
+        cut = _cut_off(landed, conditions.primary)
+        if not cut.any():
+            break
+        wide |= cut
+        boxes[cut] += WIDER * np.diff(boxes[cut]) * [-1.0, 1.0]
+    missing = np.flatnonzero(cut | _folded(cells, landed.coverage[:, conditions.primary]))
+    if missing.size:
+        names = ", ".join(field_name(conditions, int(i)) for i in missing)
+        findings.append(Finding(Kind.SAMPLING, None, "strong aberrations: the rays of the grid miss a part of the "
+                                f"light of {names}", figures={"fields": float(missing.size)}))
     beam = beams.beam_areas(cells.places)
     weight = np.empty_like(landed.weight)
     of_mean_1(beam, landed.weight, 0, True, weight)
@@ -138,8 +153,11 @@ def check_traceable(lens: Lens, film_distance: float, conditions: Conditions) ->
                         "lens that focuses")
 
 
-def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int) -> _Cells:
-    """The cells of boxes (F, 2, 2) of the open region, and which of them rays of the object are traced for."""
+def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int, wide: np.ndarray) -> _Cells:
+    """The cells of boxes (F, 2, 2) of the open region, and which of them rays of the object are traced for.
+
+    wide: (F,) fields of which all cells are traced.
+    """
     share = (np.arange(pupil) + 0.5) / pupil
     grid = boxes[..., :1] + share * (boxes[..., 1:] - boxes[..., :1])
     if beams.mirrored:
@@ -151,11 +169,35 @@ def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int) -> _Cells:
     cover(level[:, None], 0, s[:, None], t[:, None], grid, beams.mirrored, open_, np.empty_like(open_),
           np.empty((2, *open_.shape)))
     near = (level <= 1.0 + BEYOND / pupil) | (beams.linear_stop_share(s, t) <= 1.0)
+    near[wide] = True
     near &= np.isfinite(places).all(-1)
     if beams.mirrored:
         near[:, :, :pupil // 2] = False
     keep = np.flatnonzero(near.ravel())
     return _Cells(grid, places, open_[:, 0], keep)
+
+
+def _cut_off(landed: _Landed, primary: int) -> np.ndarray:
+    """(F,) fields whose light reaches cells beside such as no ray was traced for: more of it may lie there.
+
+    Rays of the object at the rim then pass the exit pupil far from where those of the reference point do.
+    """
+    traced = np.pad(landed.victim[:, primary] != -2, ((0, 0), (1, 1), (1, 1)))
+    inner = traced[:, 2:, 1:-1] & traced[:, :-2, 1:-1] & traced[:, 1:-1, 2:] & traced[:, 1:-1, :-2]
+    open_ = landed.coverage[:, primary] > 0.999
+    return np.asarray((open_ & ~inner).sum((1, 2)) > MOST_CUT * np.sqrt(open_.sum((1, 2))))
+
+
+def _folded(cells: _Cells, coverage: np.ndarray) -> np.ndarray:
+    """(F,) fields in which neighbouring cells with light (F, N, N) have crossed rays in the scene.
+
+    Two rays of the exit pupil then belong to one place of the beam, and other places have none.
+    """
+    along, across = np.diff(cells.places, axis=1)[:, :, :-1], np.diff(cells.places, axis=2)[:, :-1]
+    turn = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
+    lit = coverage[:, :-1, :-1] > 0.0
+    positive, negative = ((lit & (turn * sign > 0.0)).sum((1, 2)) for sign in (1.0, -1.0))
+    return np.asarray(np.minimum(positive, negative) > FOLDED * (positive + negative))
 
 
 def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) -> _Landed:

@@ -238,3 +238,37 @@ def test_beams_behind_blades_that_lean_are_traced_in_full():
         rays = lb.analysis.ray_grid(stack, away, given, 24)
         assert not rays.beams.mirrored
         assert np.abs(rays.coverage - rays.coverage[..., ::-1]).max() > 0.1
+
+
+@pytest.mark.parametrize("field", [0, -1])
+def test_a_strongly_aberrated_beam_of_a_fisheye_is_whole(field):
+    """The rms radius is that of all rays of the object that pass, whatever the way that their pupil is found.
+
+    The rays of the film's centre leave this lens, whose entrance pupil lies 21 mm behind the first surface, up to half
+    a degree off the axis.
+    """
+    stack = lenses.load("lib-miyamoto-fisheye-1964")
+    away = lb.film_distance(stack, inf)
+    given = lb.analysis.conditions(stack, fields=((0.0, 0.0), (0.0, 11.8)), wavelengths=[lb.D_LINE])
+    rays = lb.analysis.ray_grid(stack, away, given, 48)
+    assert not [each for each in rays.findings if each.kind is Kind.SAMPLING]
+    way, at = rays.beams.chief.directions[field], rays.beams.chief.points[field]
+    side = np.cross(way, [1.0, 0.0, 0.0])
+    plane = np.stack([[1.0, 0.0, 0.0] - way[0] * way, side / np.linalg.norm(side)])
+    offsets = np.stack(np.meshgrid(*2 * [np.linspace(-3.0, 3.0, 241)]), -1).reshape(-1, 2)
+    went = lb.trace(stack, at - 50.0 * way + offsets @ plane, np.broadcast_to(way, (len(offsets), 3)), forward=True)
+    passed = went.fate == lb.Fate.PASSED
+    assert np.abs(offsets[passed]).max() < 2.9
+    points, ways = went.points[passed], went.directions[passed]
+    landed = points + ((stack.length + away - points[:, 2]) / ways[:, 2])[:, None] * ways
+    expected = np.sqrt(((landed[:, :2] - rays.images[field]) ** 2).sum(1).mean())
+    assert lb.analysis.spots(rays).white_rms_radius[field, 0] == pytest.approx(expected, rel=0.003)
+
+
+def test_light_that_the_grid_misses_is_said():
+    """At the edge of this field the rays of the pupil fold: two of them belong to one place of the beam."""
+    stack = lenses.load("lentil-schneider-anamorphic-31-2001")
+    given = lb.analysis.conditions(stack, fields=((0.0, 17.7),))
+    rays = lb.analysis.ray_grid(stack, lb.film_distance(stack, inf), given, 16)
+    assert [str(each) for each in rays.findings if each.kind is Kind.SAMPLING] == [
+        "strong aberrations: the rays of the grid miss a part of the light of 17.7 mm"]
