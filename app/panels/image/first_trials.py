@@ -25,6 +25,8 @@ def draw_trials(settings: Settings, view: View, corner: ImVec2, room: ImVec2) ->
     else:
         label = 0.0
     size = ImVec2(inner + 2.0 * style.window_padding.x, imgui.get_frame_height() + 10.0 * pixel)
+    if size.x > room.x:             # beside the lens browser of a small window: it would be cut off
+        return settings
     imgui.set_cursor_screen_pos(ImVec2(round(corner.x + max(0.5 * (room.x - size.x), 0.0)),
                                        round(corner.y + room.y - size.y - 12.0 * pixel)))
     imgui.push_style_color(imgui.Col_.child_bg, ImVec4(*theme.colours().popup[:3], 0.94))
