@@ -10,6 +10,7 @@ from lensbench.app.panels.analysis.fans import fans_panel
 from lensbench.app.panels.analysis.field_curves import field_curves_panel
 from lensbench.app.panels.analysis.focus_shift import focus_shift_panel
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
+from lensbench.app.panels.analysis.ghosts import ghosts_panel
 from lensbench.app.panels.analysis.illumination import illumination_panel
 from lensbench.app.panels.analysis.mtf import mtf_panel
 from lensbench.app.panels.analysis.mtf_map import mtf_map_panel
@@ -35,6 +36,7 @@ PANELS: dict[str, Callable[[Settings, AnalysisState, Sheet], Settings | None]] =
     "Point spread": point_spread_panel,
     "Bokeh": bokeh_panel,
     "Sunstar": sunstar_panel,
+    "Ghosts": ghosts_panel,
     "Depth of field": depth_of_field_panel,
     "Wavefront": wavefront_panel,
     "Seidel": seidel_panel,

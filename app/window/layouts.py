@@ -44,7 +44,7 @@ LAYOUTS = {
         "Spots and the aberrations behind them", {
             **LEFT, "Bottom": ("Section", "3-D", "Moments"), "BottomRight": ("Seidel", "Illumination"),
             "Right": ("Spots", "Wavefront", "Point spread", "Field curves"),
-            "RightBottom": ("Ray fans", "MTF", "MTF map")}, (0.30, 22.0, 70.0), 0.36),
+            "RightBottom": ("Ray fans", "MTF", "MTF map", "Ghosts")}, (0.30, 22.0, 70.0), 0.36),
     "Editor": Layout(
         "Surfaces to edit, the section, and what an edit does to the picture", {
             **LEFT, "Bottom": ("Section", "3-D", "Moments"), "BottomRight": ("Surfaces",),

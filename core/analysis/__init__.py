@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from lensbench.analysis.field_conditions import Conditions, conditions
     from lensbench.analysis.focus_map import MtfMap, mtf_map
     from lensbench.analysis.focus_wedge import SharpFocus, sharp_focus
-    from lensbench.analysis.ghosts import Ghost, Ghosts, ghosts
+    from lensbench.analysis.ghost_ranking import Ghost, Ghosts, ghosts
     from lensbench.analysis.grid_trace import ray_grid
-    from lensbench.analysis.light_budget import LightBudget, light_budget
     from lensbench.analysis.manufacture import Production, Sensitivity, Tolerances, production, sensitivities
     from lensbench.analysis.meridional_curves import FieldCurves, field_curves
     from lensbench.analysis.narrow_beams import close_foci
     from lensbench.analysis.onion_rings import rippled
     from lensbench.analysis.point_spread import PointSpread, encircled_energy, psf
+    from lensbench.analysis.reflection_tree import LightBudget, light_budget
     from lensbench.analysis.sensor_stack import with_sensor_stack
     from lensbench.analysis.spot_diagram import Spots, spots
     from lensbench.analysis.traced_grid import RayGrid
@@ -48,8 +48,8 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
     "analysis.focus_map": "MtfMap mtf_map",
     "analysis.focus_wedge": "SharpFocus sharp_focus",
     "analysis.grid_trace": "ray_grid",
-    "analysis.ghosts": "Ghost Ghosts ghosts",
-    "analysis.light_budget": "LightBudget light_budget",
+    "analysis.ghost_ranking": "Ghost Ghosts ghosts",
+    "analysis.reflection_tree": "LightBudget light_budget",
     "analysis.manufacture": "Production Sensitivity Tolerances production sensitivities",
     "analysis.meridional_curves": "FieldCurves field_curves",
     "analysis.onion_rings": "rippled",

@@ -11,6 +11,7 @@ from lensbench.app.state.analysis.depth_figure import depth_figure
 from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
 from lensbench.app.state.analysis.figure import Figure
+from lensbench.app.state.analysis.ghost_images import ghosts_figure
 from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.state.analysis.point_figures import encircled_figure, line_spread_figure, psf_figure
 from lensbench.app.state.analysis.query import Query
@@ -48,5 +49,6 @@ ANALYSES = {
     "depth": Analysis(depth_figure, "depth of field over the field"),
     "stack": Analysis(stack_figure, "effect of the glass before a sensor, and of an adapter"),
     "sunstar": Analysis(star_figure, "rays of light that the blades draw about a small light"),
+    "ghosts": Analysis(ghosts_figure, "images of a light at the corner by two reflections, ranked"),
     "illumination": Analysis(illumination_figure, "relative illumination, split into natural falloff and vignetting"),
 }

@@ -9,8 +9,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.ghosts import ghosts, light_place, paraxial_ghost
-from lensbench.analysis.light_budget import light_budget
+from lensbench.analysis.ghost_ranking import ghosts, light_place, paraxial_ghost
+from lensbench.analysis.reflection_tree import light_budget
 from lensbench.cameras.film_landing import landing_step
 from lensbench.kernels.block import lane_buffer
 from lensbench.optics.ghost_grid import entrance_grid, grid_rays, pair_box

@@ -1,0 +1,99 @@
+"""The panel *Ghosts*: images of a light by two reflections, ranked; the section draws the pair under the mouse."""
+
+import math
+
+from imgui_bundle import ImVec2, imgui
+
+from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
+from lensbench.app.state.analysis.ghost_images import ghost_ray, ghosts_figure
+from lensbench.app.state.analysis.query import query
+from lensbench.app.state.build import design
+from lensbench.app.state.coating import coating
+from lensbench.app.state.pixel.pointed import PointedRay
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.toggles import toggles
+from lensbench.kernels.figures import significant, true_minus
+
+NAME = "Ghosts"
+FIELDS = {"axis": "Centre", "middle": "0.7", "corner": "Corner", "outside": "Outside"}
+TIPS = {"axis": "A distant light in the middle of the picture", "middle": "0.7 of the angle to the corner, upward",
+        "corner": "At the angle of the corner, upward", "outside": "1.3 times the angle of the corner: a light outside "
+        "the picture"}
+COLUMNS = {"Pair": "Surfaces that reflect, from the scene", "Bright": "Light on a mm² of the film, in millionths of "
+           "the direct light", "Light": "Part of the direct light", "Size": "Diameter on the film (mm)",
+           "Focus": "Where it is in focus, behind the film (mm), for a light on the axis"}
+
+
+def ghosts_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
+    """Draw the ranked table, and the discs and brightness in the rest of the window."""
+    state.choices["field"] = toggles("Light", FIELDS, state.choices.get("field", "corner"), TIPS, 0.0)
+    tools(NAME, state)
+    try:
+        coated = coating(settings, design(settings)).name if settings.has_lens else "uncoated"
+    except (ValueError, OSError):
+        coated = "uncoated"                                 # `analysis` says why there is no lens
+    chosen = _table(state) if state.figure is not None else None
+    under = analysis(NAME, settings, state, sheet, ghosts_figure, (state.choices["field"], coated))
+    if state.figure is None:
+        return
+    if under is not None and under.column == 1:
+        rank = round(under.x) - 1
+        lit = [row[0] for row in state.figure.table.rows if row[2] > 0.0]
+        chosen = lit[rank] if 0 <= rank < len(lit) else chosen
+    chosen = chosen or state.choices.get("kept")
+    if chosen:
+        _show(settings, state, sheet, chosen)
+
+
+def _table(state: AnalysisState) -> str | None:
+    """The ranked pairs; the one under the mouse. A click keeps one shown, or no longer."""
+    assert state.figure is not None
+    hovered = None
+    height = max(0.42 * imgui.get_content_region_avail().y, 4.0 * imgui.get_text_line_height_with_spacing())
+    flags = (imgui.TableFlags_.scroll_y | imgui.TableFlags_.sizing_stretch_same | imgui.TableFlags_.row_bg)
+    if not imgui.begin_table("ghosts", len(COLUMNS), flags, ImVec2(0.0, height)):
+        return None
+    theme.small()
+    imgui.table_setup_scroll_freeze(0, 1)
+    for title in COLUMNS:
+        imgui.table_setup_column(title)
+    imgui.table_next_row(imgui.TableRowFlags_.headers)
+    for title, tip in COLUMNS.items():
+        imgui.table_next_column()
+        imgui.text_disabled(title)
+        imgui.set_item_tooltip(tip)
+    for pair, bright, share, size, _, _, focus, *_ in state.figure.table.rows:
+        if not share > 0.0:
+            continue
+        imgui.table_next_row()
+        imgui.table_next_column()
+        kept = state.choices.get("kept") == pair
+        if imgui.selectable(pair.replace("-", " · "), kept, imgui.SelectableFlags_.span_all_columns)[0]:
+            state.choices["kept"] = "" if kept else pair
+        if imgui.is_item_hovered():
+            hovered = pair
+        far = "∞" if math.isinf(focus) else true_minus(significant(focus, 3))
+        parts = significant(1e6 * bright, 2) if math.isfinite(bright) else "∞"
+        for text in (parts, f"{significant(100.0 * share, 2)} %", significant(size, 3), far):
+            imgui.table_next_column()
+            imgui.text_unformatted(text)
+    imgui.pop_font()
+    imgui.end_table()
+    return hovered
+
+
+def _show(settings: Settings, state: AnalysisState, sheet: Sheet, pair: str) -> None:
+    """Light the surfaces of a pair, and draw its ray; the picture marks where a light of this field has the ghost."""
+    first, second = (int(number) - 1 for number in pair.split("-"))
+    sheet.links.point_at_surfaces((first, second))
+    try:
+        path = ghost_ray(query(settings), state.choices["field"], (first, second))
+    except (ValueError, OSError):
+        return
+    if path is None:
+        return
+    film = settings.film
+    raster = (film.pixels_x * (0.5 - path[-1, 0] / film.width), film.pixels_y * (0.5 + path[-1, 1] / film.height))
+    sheet.links.point_at_ray(PointedRay(path, -1, f"ghost of surfaces {first + 1} and {second + 1}", None,
+                                        (float(raster[0]), float(raster[1]))))

@@ -1,0 +1,34 @@
+"""The panel of ghosts in the whole window: ranked pairs, the pair under the mouse in section and picture."""
+
+from dataclasses import replace
+
+import pytest
+
+from lensbench.app.window.analyses import PANELS
+from tests.app.conftest import SMALL
+from tests.app.window.test_analyses import show
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])
+def test_the_pair_under_the_mouse_lights_its_surfaces_and_draws_its_ray(drive, tmp_path, size):
+    assert "Ghosts" in PANELS
+
+    def use(hand):
+        hand.picture()
+        show(hand, "Ghosts")
+        state = hand.session.analyses.states["Ghosts"]
+        assert state.figure is not None and state.figure.table.rows
+        hand.photograph(tmp_path / "before.png")
+        brightest = state.figure.table.rows[0][0]
+        first, second = (int(number) - 1 for number in brightest.split("-"))
+        hand.ctx.item_click(f"//Ghosts/**/{brightest.replace('-', ' · ')}")
+        hand.ctx.yield_(4)
+        links = hand.session.view.links
+        assert state.choices["kept"] == brightest and links.surfaces == (first, second)
+        assert links.ray is not None and len(links.ray.path) > 12 and links.ray.raster is not None
+        hand.photograph(tmp_path / "after.png")
+        hand.ctx.item_click(f"//Ghosts/**/{brightest.replace('-', ' · ')}")
+        assert state.choices["kept"] == ""
+
+    assert drive(use, replace(SMALL, ghosts=True), size).view.messages == []
