@@ -12,6 +12,7 @@ from math import inf, isfinite, isinf
 from lensbench.kernels.figures import significant
 from lensbench.lenses import toroids
 from lensbench.lenses.aperture import axial_ray, with_stated_aperture
+from lensbench.lenses.axes import START, AxesError, Break, in_one_line
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.paraxial import FAR, focal_length, reference_wavelength
 from lensbench.lenses.rims import estimate_rims
@@ -20,6 +21,7 @@ from lensbench.lenses.stations import Solve, Station, solved, with_stations
 from lensbench.optics.finding import Finding, Kind, Severity
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.surface_pose import SurfacePose
 from lensbench.optics.system import (
     LENGTHS,
     Aperture,
@@ -49,6 +51,10 @@ class Row:
     curvature_x: float | None = None
     toroid: str = "biconic"     # kind, if both sections are curved: see `toroids`
     is_stop: bool = False
+    breaks: list[Break] = field(default_factory=list)       # of the axis before the surface, which later ones keep
+    aside: Break | None = None                              # of this surface alone
+    behind: Break | None = None                             # at its vertex, for the later ones
+    pose: SurfacePose | None = None                         # what follows from them
 
     @property
     def vertex_curvature(self) -> float:
@@ -143,6 +149,7 @@ class Design:
         """The lens between object and image, in mm; LensFileError if there is none."""
         if len(self.rows) < 3:
             raise self.refuse(None, "there is no lens: a design needs an object, at least one surface and an image")
+        self._straighten()
         covered = self._lay_cover_glass()
         surfaces = self.rows[1:-1]
         self._check_conjugates(surfaces, covered)
@@ -164,7 +171,7 @@ class Design:
         for row in surfaces:
             try:
                 surface = Surface(row.curvature, row.thickness, row.semi_diameter or 0.0, row.glass, row.conic,
-                                  tuple(row.aspheric.items()), row.curvature_x)
+                                  tuple(row.aspheric.items()), row.curvature_x, pose=row.pose)
                 made.append(surface.scaled(self.unit) if self.unit != 1.0 else surface)
                 check_sizes(made[-1])
                 finding = toroids.finding(row.toroid, made[-1], len(made) - 1)
@@ -191,6 +198,28 @@ class Design:
             return replace(lens, findings=tuple(dict.fromkeys([*self.findings, *sized, *arranged, *assumed])))
         except (LensError, ArithmeticError) as error:
             raise self.refuse(None, str(error)) from None
+
+    def _straighten(self) -> None:
+        """Give the surfaces of a broken axis their poses along one line; LensFileError where none has their place."""
+        if not any(row.breaks or row.aside or row.behind for row in self.rows):
+            return
+        if self.stations:
+            raise self.refuse(None, "its positions and its tilts are not read together")
+        place, places = START, []
+        for row in self.rows[1:]:
+            for each in row.breaks:
+                place = place.broken(each)
+            places.append(place if row.aside is None else place.broken(row.aside))
+            place = place if row.behind is None else place.broken(row.behind)
+            place = place.along(row.thickness if isfinite(row.thickness) else 0.0)
+        try:
+            first, gaps, poses = in_one_line(places[:-1], places[-1],
+                                             [row.curvature_x is None for row in self.rows[1:-1]])
+        except AxesError as error:
+            raise self.refuse(None, str(error)) from None
+        self.rows[0].thickness += first
+        for row, gap, pose in zip(self.rows[1:-1], gaps, poses, strict=True):
+            row.thickness, row.pose = gap if isfinite(row.thickness) else row.thickness, pose
 
     def _wavelength(self, surfaces: list[Row]) -> float:
         """Wavelength (µm) of the paraxial rays: the primary one if all glasses are known there."""

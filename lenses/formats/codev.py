@@ -20,9 +20,11 @@ its name). Mirrors, gratings, tilts and decentres are refused.
 import re
 from dataclasses import replace
 from decimal import Decimal
+from math import radians
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses import configurations, glass_catalogue, media
+from lensbench.lenses.axes import Break, intrinsic
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import (
     check_lines,
@@ -45,8 +47,7 @@ from lensbench.optics.prescription import Lens
 UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
 TERMS = {letter: 4 + 2 * i for i, letter in enumerate("ABCDEFGHJ")}     # A r⁴ … H r¹⁸, J r²⁰; there is no I
 REFUSED = {
-    **dict.fromkeys(("ADE", "BDE", "CDE"), "a tilt"), **dict.fromkeys(("XDE", "YDE", "ZDE"), "a decentre"),
-    "DAR": "a decentre that returns", "BEN": "a mirror bend", "REV": "a reverse tilt", "RET": "a return of axes",
+    "BEN": "a mirror bend", "RET": "a return of axes", **dict.fromkeys(("XOD", "YOD", "ZOD"), "a pivot of its own"),
     "GLB": "global coordinates", "DIF": "a diffraction grating or diffractive element", "GRT": "a grating",
     "GRO": "a grating", "HOE": "a hologram", "NSS": "a non-sequential group", "SPS": "a special surface",
     "SPL": "a spline", "USR": "a surface of the user", "FRN": "a Fresnel surface",
@@ -58,7 +59,8 @@ HARMLESS = frozenset("""
     CLS COM INI GO LEN RDM TEM PRE THM DER CA POL MIR CIN CNS
     ASP CON SPH DDM UID CUN
 """.split())
-HARMLESS_ALONE = ("DAR", "BEN", "REV", "RET")       # commands without a value
+TILTS = ("XDE", "YDE", "ZDE", "ADE", "BDE", "CDE")  # decentres; tilts about x and y (left-handed) and z, degrees
+HARMLESS_ALONE = ("BEN", "RET")       # commands without a value
 SIDED = {"REX": "a rectangular aperture", "REY": "a rectangular aperture", "ELX": "an elliptical aperture",
          "ELY": "an elliptical aperture", "ADX": "a decentred aperture", "ADY": "a decentred aperture"}
 
@@ -129,6 +131,8 @@ class _Sequence:
         self.private = False
         self.edges: dict[int, float] = {}
         self.biconic: set[int] = set()
+        self.tilts: dict[int, dict[str, float]] = {}    # decentres and tilts by surface, and whether axes return
+        self.kinds: dict[int, str] = {}
         self.zoom = configurations.Configurations()
         self.image_is_solved = False
         self.system: dict[str, list[str]] = {}
@@ -149,6 +153,8 @@ class _Sequence:
             if index in self.biconic and (row.conic or row.aspheric):
                 raise LensFileError(self.path, row.line, f"S{index} is curved in two sections and has a conic or "
                                                          "aspheric terms: not traced")
+        for index, tilts in self.tilts.items():
+            self.place(index, tilts)
         codev_system.read(design, self.system)
         if not any(row.is_stop for row in design.rows) and len(design.rows) > 1:
             design.rows[1].is_stop = True
@@ -296,6 +302,10 @@ class _Sequence:
             self.rim(index, row, values)
         elif key == "PIM":
             self.image_is_solved = True
+        elif key in TILTS:
+            self.tilts.setdefault(index, {})[key] = first_number(values)
+        elif key in ("DAR", "REV"):
+            self.kinds[index] = key
         elif key in REFUSED:
             self.refuse_unless_zero(index, key, values)
         elif key in SIDED:
@@ -311,6 +321,24 @@ class _Sequence:
                 and not any(file_number(word, key) for word in values):
             return
         raise RowError(f"S{index} has {REFUSED[key]}, which is not traced")
+
+    def place(self, index: int, tilts: dict[str, float]) -> None:
+        """Give a row its decentre and tilt: of itself alone (DAR), of all that follow, or back behind it (REV)."""
+        x, y, z, a, b, c = (tilts.get(key, 0.0) for key in TILTS)
+        if not any((x, y, z, a, b, c)):
+            return
+        rows = self.design.rows
+        if index in (0, len(rows) - 1):
+            raise LensFileError(self.path, rows[index].line, f"S{index}: a tilt or decentre of the object or of the "
+                                                             "image is not traced")
+        axes = intrinsic(-radians(a), -radians(b), radians(c))
+        kind = self.kinds.get(index)
+        if kind == "DAR":
+            rows[index].aside = Break((x, y, z), axes)
+        elif kind == "REV":
+            rows[index].behind = Break((-x, -y, -z), axes.T, True)
+        else:
+            rows[index].breaks.append(Break((x, y, z), axes))
 
     def rim(self, index: int, row: Row, values: list[str]) -> None:
         """Process CIR [EDG|OBS|HOL] semi-diameter."""

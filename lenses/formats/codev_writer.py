@@ -6,12 +6,13 @@ private glass whose label is that text.
 
 from dataclasses import replace
 from decimal import Decimal
-from math import isinf
+from math import degrees, isinf
 
 from lensbench.lenses import configurations, glass_catalogue, media
+from lensbench.lenses.axes import angles
 from lensbench.lenses.encoding import LONGEST_NAME, is_number
 from lensbench.lenses.formats import codev_system
-from lensbench.lenses.formats.codev import TERMS
+from lensbench.lenses.formats.codev import TERMS, TILTS
 from lensbench.lenses.stations import Station, stations_of
 from lensbench.lenses.written_system import written_system
 from lensbench.optics.finding import Finding, Kind, note
@@ -26,6 +27,9 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     """Text of a .seq file, and findings about what it cannot hold, other than shapes."""
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
+    if stations and not lens.is_in_line:
+        stations, remarks = [], [note(Kind.POSITION, "its zoom and focus positions are left out: with surfaces out of "
+                                                     "line the lens is written in the first one")]
     title = _short(lens.name)
     blank = " " if title.startswith("Z") else ""        # rayoptics takes a word Z… for a zoom position
     private = _private_glasses(lens)
@@ -54,6 +58,10 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         if s.curvature_x is not None:
             lines += ["  AAS", f"  CUX {s.curvature_x!r}"]
         lines.append(f"  CIR {s.semi_diameter!r}")
+        if (frame := lens.frames[i]) is not None:
+            moved, (a, b, c) = lens.vertex(i) - [0.0, 0.0, lens.vertices[i]], angles(frame.rotation)
+            values = [*moved.tolist(), -degrees(a), -degrees(b), degrees(c)]
+            lines += [*(f"  {key} {value!r}" for key, value in zip(TILTS, values, strict=True)), "  DAR"]
         letters = {power: letter for letter, power in TERMS.items()}
         if s.aspheric:
             lines += ["  ASP", f"  K {s.conic!r}"]

@@ -24,10 +24,11 @@ surface that is neither a body of revolution nor a toroid are refused.
 """
 
 import re
-from math import inf
+from math import inf, radians
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses import configurations, media
+from lensbench.lenses.axes import Break, intrinsic
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number
 from lensbench.lenses.file_error import LensFileError
@@ -41,7 +42,7 @@ from lensbench.optics.prescription import Lens
 
 UNITS = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
 SURFACES = ("STANDARD", "EVENASPH", "ODDASPHE", "XASPHERE", "XODDASPH", "TOROIDAL", "BICONICX")
-REFUSED = {"COORDBRK": "a coordinate break (tilt or decentre)", "DGRATING": "a diffraction grating",
+REFUSED = {"COORDBRK": "a coordinate break of object or image", "DGRATING": "a diffraction grating",
            "PARAXIAL": "an ideal lens without surfaces", "NONSEQCO": "a non-sequential group",
            "QED_TYPE": "a Q-type asphere", "BINARY_2": "a diffractive surface", "GRADIUM": "a gradient index",
            "TILTSURF": "a tilted surface", "FZERNSAG": "a Zernike surface", "SZERNSAG": "a Zernike surface"}
@@ -93,6 +94,7 @@ def read(text: str, path: str) -> Lens:
     design.notes = " ".join(" ".join(notes).split())
     catalogues = [name.upper() for name in header.get("GCAT", (0, []))[1]]
     row_of: dict[int, int] = {}
+    broken: list[Break] = []                            # coordinate breaks before the next surface
     for i, (keys, values) in enumerate(zip(surfaces, numbered, strict=True)):
         row_of[i] = len(design.rows)
         kind = (keys.get("TYPE", (0, []))[1] or [""])[0].upper()
@@ -103,6 +105,9 @@ def read(text: str, path: str) -> Lens:
             del row_of[i]
             design.found(Kind.LEFT_OUT, f"SURF {i}: a coordinate break that neither tilts nor moves anything is left "
                                         "out")
+        elif kind == "COORDBRK" and 0 < i < len(surfaces) - 1:
+            broken.append(_break(path, keys, values))
+            del row_of[i]
         elif kind == "PARAXIAL" and 1 < i == len(surfaces) - 2 and "STOP" not in keys \
                 and design.rows[-1].glass.n_d == 1.0:
             design.rows[-1].thickness = inf
@@ -110,6 +115,7 @@ def read(text: str, path: str) -> Lens:
                                         "left out")
         else:
             design.add(_row(design, i, keys, values, i == len(surfaces) - 1, catalogues))
+            design.rows[-1].breaks, broken = broken, []
     first = listed.first("aperture", 0)
     if first is not None and design.system.aperture is not None:
         design.state_aperture(design.system.aperture.kind, first)
@@ -120,6 +126,22 @@ def read(text: str, path: str) -> Lens:
             design.solves += _solves(design, i, keys, row_of, i == len(surfaces) - 2)
     design.findings += listed.findings()
     return design.lens()
+
+
+def _break(path: str, keys: dict, values: dict) -> Break:
+    """A coordinate break: decentres x, y (PARM 1, 2), tilts about x, y, z (3 to 5, degrees), and their order (6)."""
+    x, y, *tilts, order = (number_in(path, *_parameter(values, n)) for n in range(1, 7))
+    a, b, c = map(radians, tilts)
+    distance = _value(path, keys, "DISZ") if "DISZ" in keys else 0.0
+    if order == 0.0:
+        return Break((x, y, 0.0), intrinsic(a, b, c), distance=distance)
+    return Break((x, y, 0.0), intrinsic(0.0, 0.0, c) @ intrinsic(0.0, b) @ intrinsic(a, 0.0), True, distance)
+
+
+def _parameter(values: dict, n: int) -> tuple[int, str, list[str], int]:
+    """Line, keyword, words and place of PARM n, for `number_in`; 0 where it is not given."""
+    line, word = values.get(("PARM", n), (0, "0"))
+    return line, "PARM", [word], 0
 
 
 def _solves(design: Design, index: int, keys: dict, row_of: dict[int, int], is_last: bool) -> list[Solve]:

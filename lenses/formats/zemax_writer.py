@@ -1,8 +1,12 @@
 """Writer of Zemax files (.zmx); `zemax` and `zemax_system` describe the format."""
 
-from math import inf, isinf
+from dataclasses import replace
+from math import degrees, inf, isinf
+
+import numpy as np
 
 from lensbench.lenses import configurations, media
+from lensbench.lenses.axes import angles, axes_at, begins_body, body_start, ends_body, gap_on_axes, lead
 from lensbench.lenses.formats import zemax_system
 from lensbench.lenses.formats.zemax import EVEN_POWERS, GLASS_COMMENT, ODD_POWERS
 from lensbench.lenses.rows import radius_text
@@ -19,6 +23,9 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     """Text of a .zmx file, and findings about what it cannot hold, other than shapes."""
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
+    if stations and not lens.is_in_line:
+        stations, remarks = [], [note(Kind.POSITION, "its zoom and focus positions are left out: with surfaces out of "
+                                                     "line the lens is written in the first one")]
     lines = ["VERS 140000 0 0", "MODE SEQ", f"NAME {' '.join(lens.name.split())}"]
     lines += [f"NOTE 0 {' '.join(lens.notes.split())}"] if lens.notes.strip() else []
     system = written_system(lens, stations, lambda kind, distance: kind in zemax_system.HELD)
@@ -28,11 +35,17 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
               *zemax_system.lines(system.data, system.aperture or Aperture(ApertureKind.STOP_SIZE, (0.0,)))]
     distance = system.data.object_distances[0]
     lines += ["SURF 0", "  TYPE STANDARD", "  CURV 0", f"  DISZ {'INFINITY' if isinf(distance) else repr(distance)}"]
+    number = 0
     for i, surface in enumerate(lens.surfaces):
-        lines.append(f"SURF {i + 1}")
+        if begins_body(lens, i):
+            number += 1
+            lines += [f"SURF {number}", *_break_lines(lens.vertex(i), axes_at(lens, i), 0.0)]
+        number += 1
+        lines.append(f"SURF {number}")
         if i == lens.stop_index:
             lines.append("  STOP")
-        lines += _surface_lines(surface)
+        of = _surface_lines(replace(surface, thickness=gap_on_axes(lens, i)))
+        lines += of
         glass = surface.glass
         is_found = media.is_known(glass, media.maker_among(glass.name, makers))
         remarks += media.glass_loss(glass, i, is_found=is_found)
@@ -40,13 +53,18 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
             name = " ".join(glass.name.split())
             is_known = is_found and name == glass.name and " " not in name
             if name and not is_known:                       # a model glass has no name
-                lines.insert(-len(_surface_lines(surface)), f"  COMM {GLASS_COMMENT}{name}")
+                lines.insert(-len(of), f"  COMM {GLASS_COMMENT}{name}")
             lines.append(f"  GLAS {name if is_known else '___BLANK'} {0 if is_known else 1} 0 {glass.n_d!r} "
                          f"{glass.v_d or 0.0!r} 0 0 0 0 0 0")
             if name != glass.name:
                 remarks.append(note(Kind.GLASS, f"the name of the glass {glass.name!r} is written as {name!r}", i))
         lines.append(f"  DIAM {surface.semi_diameter!r} 1 0 0 1 \"\"")
-    lines += [f"SURF {len(lens.surfaces) + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0",
+        if ends_body(lens, i):
+            number += 1
+            first = body_start(lens, i)
+            back = lens.vertices[i] + surface.thickness + lead(lens, i + 1) - float(lens.vertex(first)[2])
+            lines += [f"SURF {number}", *_break_lines(lens.vertex(first), axes_at(lens, i), back, back=True)]
+    lines += [f"SURF {number + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0",
               *_configuration_lines(lens, stations, system.aperture), ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number")
     if lens.name != " ".join(lens.name.split()).strip('"') or lens.notes != " ".join(lens.notes.split()):
@@ -67,6 +85,14 @@ def _configuration_lines(lens: Lens, stations: list[Station], aperture: Aperture
         lines += [f'{name} {i} {k} {FAR_OBJECT if isinf(value) else repr(value)} 0 0 0 1 1 1 0 0 "" 0'
                   for k, value in enumerate(values, start=1)]
     return lines
+
+
+def _break_lines(vertex: np.ndarray, rotation: np.ndarray, distance: float, back: bool = False) -> list[str]:
+    """Lines of a coordinate break onto the axis of a body with its first vertex there, or back from that vertex."""
+    sign, order = (-1.0, 1) if back else (1.0, 0)
+    values = [sign * float(vertex[0]), sign * float(vertex[1]), *(sign * degrees(a) for a in angles(rotation)), order]
+    return ["  TYPE COORDBRK", "  CURV 0", *(f"  PARM {n} {v!r}" for n, v in enumerate(values, start=1)),
+            f"  DISZ {distance!r}", "  DIAM 0 0 0 0 1 \"\""]
 
 
 def _plain(text: str) -> str:

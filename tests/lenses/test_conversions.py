@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
 from lensbench.lenses import FORMATS, READERS, WRITERS, Kind, Severity, glass_catalogue, media
+from lensbench.lenses.editing.poses import body_at
 from lensbench.lenses.encoding import is_number
 from lensbench.lenses.media import code
 from lensbench.lenses.rows import RowError
@@ -176,6 +178,13 @@ def test_a_pose_is_kept_to_the_last_bit_or_its_loss_is_named():
         named = [remark.surface for remark in remarks if "decentred or tilted" in remark.message]
         if row.suffix == ".toml":
             assert [s.pose for s in found.surfaces] == [s.pose for s in lens.surfaces]
+        if row.has_poses:                               # the same rays
+            given, kept = (lb.trace(each, [[0.5, 0.3, -5.0], [-1.0, 2.0, -5.0]], [0.02, -0.03, 1.0], clip=False)
+                           for each in (lens, found))
+            assert kept.points == pytest.approx(given.points, abs=1e-9)
+            assert kept.directions == pytest.approx(given.directions, abs=1e-11)
+            assert found.length == pytest.approx(lens.length, abs=1e-9)
+            assert body_at(found, 3) == (2, 3)
         if not row.has_poses:
             assert found.is_in_line and named == [2, 3], row.suffix
         else:

@@ -111,9 +111,9 @@ def test_a_cylinder_bends_one_section_alone(tmp_path):
 
 @pytest.mark.parametrize(("old", "new", "told"), [
     ("79.7 2.95 1.62041:60.32", "79.7 -2.95 REFL", "mirror"),
-    ("  PIM", "  ADE 5", "ADE"),
-    ("  PIM", "  XDE 0.0; YDE 1.5", "YDE"),
-    ("  PIM", "  DAR", "DAR"),
+    ("  PIM", "  ADE 5; BEN", "BEN"),
+    ("  PIM", "  XOD 0.0; YOD 1.5", "YOD"),
+    ("  PIM", "  RET S1", "RET"),
     ("  PIM", "  DIF GRT", "DIF"),
     ("  PIM", "  SPS ODD", "SPS"),
     ("NSK16_SCHOTT", "NSK99_SCHOTT", "NSK99"),

@@ -1,0 +1,156 @@
+"""Places of surfaces along axes that break: decentres and tilts of a design file as poses of the surfaces of a lens.
+
+A file walks along a local axis, which decentres and tilts move; a lens has one axis, and poses. Lengths are in the
+file's unit, angles in radians.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import asin, atan2, cos, sin
+
+import numpy as np
+
+from lensbench.optics.prescription import Lens
+from lensbench.optics.surface_pose import PoseError, SurfacePose
+
+ROUNDING = 1e-9         # of places over their size, and of directions
+
+
+class AxesError(ValueError):
+    """Axes that no lens with poses has; the message says which surface, and why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Break:
+    """A decentre and a tilt (3, 3) of the axis, then a way along it.
+
+    tilt_first: the decentre is along the new axes.
+    """
+
+    decentre: tuple[float, float, float]
+    axes: np.ndarray
+    tilt_first: bool = False
+    distance: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where a surface of a file stands: its vertex (3,), and its axes (3, 3), in columns, in those of the object."""
+
+    vertex: np.ndarray
+    axes: np.ndarray
+
+    def broken(self, by: Break) -> "Place":
+        """The place after a break."""
+        turned = self.axes @ by.axes
+        way = (turned if by.tilt_first else self.axes) @ np.array(by.decentre)
+        return Place(self.vertex + way, turned).along(by.distance)
+
+    def along(self, distance: float) -> "Place":
+        """The place further along its axis."""
+        return Place(self.vertex + distance * self.axes[:, 2], self.axes)
+
+
+START = Place(np.zeros(3), np.eye(3))
+
+
+def intrinsic(about_x: float, about_y: float, about_z: float = 0.0) -> np.ndarray:
+    """Axes (3, 3), in columns, after right-handed rotations about x, then the new y, then the new z."""
+    ca, sa, cb, sb, cc, sc = (f(angle) for angle in (about_x, about_y, about_z) for f in (cos, sin))
+    return np.array([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]]) @ np.array(
+        [[cb, 0.0, sb], [0.0, 1.0, 0.0], [-sb, 0.0, cb]]) @ np.array([[cc, -sc, 0.0], [sc, cc, 0.0], [0.0, 0.0, 1.0]])
+
+
+def angles(axes: np.ndarray) -> tuple[float, float, float]:
+    """The three rotations of `intrinsic`, radians."""
+    return (atan2(-axes[1, 2], axes[2, 2]), asin(max(-1.0, min(1.0, float(axes[0, 2])))),
+            atan2(-axes[0, 1], axes[0, 0]))
+
+
+def in_one_line(places: Sequence[Place], image: Place, round_: Sequence[bool]) -> tuple[
+        float, list[float], list[SurfacePose | None]]:
+    """Z of the first vertex in line, thicknesses and poses of surfaces at these places, the image behind them.
+
+    round_: whether each surface is rotationally symmetric, so that a turn about its own axis changes nothing. A body is
+    a run of surfaces with one direction of the axis, each on the axis of the first: it pivots about the first vertex.
+    AxesError for an image out of line, a surface turned about its axis, and tilts that no pose has.
+    """
+    size = max(1e-30, *(float(np.abs(place.vertex).max()) for place in (*places, image)))
+    heights: list[float] = []
+    poses: list[SurfacePose | None] = []
+    body = -1                                           # first surface of the body
+    for i, place in enumerate(places):
+        straight = np.abs(place.axes[:, 2] - [0.0, 0.0, 1.0]).max() < ROUNDING
+        centred = np.abs(place.vertex[:2]).max() < ROUNDING * size
+        if not round_[i] and np.abs(place.axes - _upright(place.axes)).max() > ROUNDING:
+            raise AxesError(f"surface {i} is turned about its own axis, which is not traced for a cylinder or toroid")
+        if straight and centred:
+            heights.append(float(place.vertex[2]))
+            poses.append(None)
+            body = -1
+            continue
+        if body >= 0:
+            first = places[body]
+            way = place.vertex - first.vertex
+            on_axis = way @ first.axes[:, 2]
+            if np.abs(way - on_axis * first.axes[:, 2]).max() > ROUNDING * size \
+                    or np.abs(place.axes[:, 2] - first.axes[:, 2]).max() > ROUNDING:
+                body = -1
+        if body < 0:
+            body, on_axis = i, 0.0
+        origin, (x, y, z) = places[body].vertex, places[body].axes[:, 2]
+        if not z > 0.0:
+            raise AxesError(f"surface {i} is tilted by 90° or more")
+        try:
+            poses.append(SurfacePose(float(origin[0]), float(origin[1]), asin(-float(y)), atan2(float(x), float(z)),
+                                     i - body))
+        except PoseError as error:
+            raise AxesError(f"surface {i}: {error}") from None
+        heights.append(float(origin[2] + on_axis))
+    if np.abs(image.axes[:, 2] - [0.0, 0.0, 1.0]).max() > ROUNDING or np.abs(image.vertex[:2]).max() > ROUNDING * size:
+        raise AxesError("the axis does not return to its line before the image: a film out of line is a setting of the "
+                        "camera (lb.FilmPose), and not part of a lens")
+    ends = [*heights[1:], float(image.vertex[2])]
+    return heights[0], [end - start for start, end in zip(heights, ends, strict=True)], poses
+
+
+def _upright(axes: np.ndarray) -> np.ndarray:
+    """The axes of a pose with the same direction of its axis."""
+    x, y, z = axes[:, 2]
+    about_x, about_y = asin(-float(y)), atan2(float(x), float(z))
+    return intrinsic(0.0, about_y) @ intrinsic(about_x, 0.0)
+
+
+def axes_at(lens: Lens, i: int) -> np.ndarray:
+    """Axes (3, 3), in columns, of surface i."""
+    frame = lens.frames[i]
+    return np.eye(3) if frame is None else frame.rotation
+
+
+def begins_body(lens: Lens, i: int) -> bool:
+    """Whether surface i is the first of those that move as one."""
+    return lens.frames[i] is not None and (i == 0 or lens.frames[i - 1] is not lens.frames[i])
+
+
+def ends_body(lens: Lens, i: int) -> bool:
+    """Whether surface i is the last of those that move as one."""
+    return lens.frames[i] is not None and (i + 1 == len(lens.surfaces) or lens.frames[i + 1] is not lens.frames[i])
+
+
+def body_start(lens: Lens, i: int) -> int:
+    """First of the surfaces that move as one with surface i."""
+    while not begins_body(lens, i):
+        i -= 1
+    return i
+
+
+def lead(lens: Lens, i: int) -> float:
+    """How far (mm) the vertex of surface i, if it begins a body, stands behind its place in line; else 0."""
+    return float(lens.vertex(i)[2]) - lens.vertices[i] if i < len(lens.surfaces) and begins_body(lens, i) else 0.0
+
+
+def gap_on_axes(lens: Lens, i: int) -> float:
+    """Way (mm) behind surface i along its own axis; behind the last of a body back to its first vertex."""
+    if ends_body(lens, i):
+        return lens.vertices[body_start(lens, i)] - lens.vertices[i]
+    return lens.surfaces[i].thickness + lead(lens, i + 1)
