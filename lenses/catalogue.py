@@ -5,6 +5,7 @@ from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 
+from lensbench.kernels.hashed import hashed_once
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats import toml_header
 
@@ -13,6 +14,7 @@ COPIED = ("title", "kind", "year", "source", "maker", "designer", "patent", "fil
           "image_circle", "notes")       # from the header
 
 
+@hashed_once
 @dataclass(frozen=True)
 class Card:
     """Header of a library lens, for lists. Lengths in mm; None or "": not known.

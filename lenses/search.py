@@ -106,6 +106,7 @@ def _texts(card: Card) -> tuple[tuple[float, str], ...]:
     return tuple((weight, plain(str(getattr(card, name) or ""))) for name, weight in WEIGHTS)
 
 
+@lru_cache(maxsize=4096)
 def plain(text: str) -> str:
     """A text without case, accents and commas, with “f/1.4” for “F1.4” and “50 mm” for “50mm”."""
     bare = "".join(c for c in unicodedata.normalize("NFKD", text.lower()) if not unicodedata.combining(c))

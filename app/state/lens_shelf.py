@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, fields
+from functools import lru_cache
 
 import lensbench as lb
 from lensbench.app.state.lens_choice import covered_format
@@ -113,6 +114,7 @@ def film_name(size: tuple[float, float]) -> str:
     return f"{significant(size[0])} × {significant(size[1])} mm"
 
 
+@lru_cache(maxsize=4096)
 def short_title(card: Card) -> str:
     """The title without focal length and f-number, which a card shows beside it."""
     return re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.–]+", "", card.title).strip(" ,") or card.title

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Hashable
 from typing import Any
 
+UNKNOWN = object()
+
 
 class Memo:
     """Values by key; the `size` newest keys are kept."""
@@ -13,10 +15,10 @@ class Memo:
 
     def of(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """The value of this key, computed if the key is new."""
-        if key in self._values:
-            self._values[key] = self._values.pop(key)           # the newest is last
-        else:
-            self._values[key] = make()
-            while len(self._values) > self._size:
+        value = self._values.pop(key, UNKNOWN)          # a key may be large, and every look at it hashes it
+        if value is UNKNOWN:
+            value = make()
+            while len(self._values) >= self._size:
                 del self._values[next(iter(self._values))]
-        return self._values[key]
+        self._values[key] = value                       # the newest is last
+        return value

@@ -74,13 +74,13 @@ class LensThumbnails:
     @property
     def missing(self) -> int:
         """Number of thumbnails that are wanted and not there yet."""
-        return sum(self._is_missing(name) for name in self._wanted)
+        return len({*self._wanted}.difference(self.found, self.problems))
 
     def want(self, names: Sequence[str], may_render: bool) -> None:
         """Make these thumbnails, the first first. may_render: the processor is free; files are read at any time."""
         with self._change:
             self._wanted, self._may_render = tuple(names), may_render
-            waiting = any(self._is_missing(name) and name not in self._taken for name in self._wanted)
+            waiting = {*self._wanted}.difference(self.found, self.problems, self._taken)
             self._change.notify_all()
         self._tasks = [task for task in self._tasks if not task.done]
         if waiting:

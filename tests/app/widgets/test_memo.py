@@ -1,0 +1,41 @@
+"""The cache of a panel: how often it computes, what it forgets, and how often it hashes its key."""
+
+import pytest
+
+from lensbench.app.widgets.memo import Memo
+
+
+class Key(str):
+    """A text that counts how often it is hashed."""
+
+    hashed = 0
+
+    def __hash__(self):
+        Key.hashed += 1
+        return super().__hash__()
+
+
+def test_the_newest_values_stay_and_each_is_computed_once_until_it_goes():
+    made, memo = [], Memo(2)
+
+    def value(name):
+        return memo.of(name, lambda: made.append(name) or name.upper())
+
+    assert [value(name) for name in "abacab"] == list("ABACAB")
+    assert made == ["a", "b", "c", "b"]                 # b was the oldest when c came, then c
+
+
+def test_none_is_a_value_and_an_error_leaves_the_others():
+    memo = Memo(1)
+    assert memo.of("a", lambda: None) is None and memo.of("a", lambda: 1) is None
+    with pytest.raises(ZeroDivisionError):
+        memo.of("b", lambda: 1 // 0)
+    assert memo.of("a", lambda: 1) is None
+
+
+def test_a_large_key_is_hashed_as_seldom_as_possible():
+    memo, key = Memo(4), Key("cards")
+    memo.of((key,), lambda: 1)
+    before = Key.hashed
+    memo.of((key,), lambda: 1)
+    assert Key.hashed - before == 2                     # to take it out and to put it last
