@@ -18,6 +18,7 @@ from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.system import FieldKind
 
 VISIBLE = (F_LINE, D_LINE, C_LINE)      # µm; the primary is the middle one
+LONGEST = 100.0         # µm; a larger number is one of nanometres
 FIELDS = 12                             # from the film's centre to its corner
 FULL_FRAME = (36.0, 24.0)               # mm, for a lens whose film is not known
 
@@ -65,8 +66,11 @@ class Conditions:
     def __post_init__(self):
         if not self.wavelengths or len(self.weights) != len(self.wavelengths):
             raise LensError("an analysis needs at least one wavelength, and a weight for each")
-        if not all(0.0 < each < inf for each in self.wavelengths):
-            raise LensError("a wavelength must be a positive number of micrometres")
+        for each in self.wavelengths:
+            if not 0.0 < each < inf:
+                raise LensError("a wavelength must be a positive number of micrometres")
+            if each > LONGEST:
+                raise LensError(f"wavelength {significant(each)} µm: give it in micrometres, such as 0.55 for 550 nm")
         if not 0 <= self.primary < len(self.wavelengths):
             raise LensError(f"primary wavelength {self.primary}: there are {len(self.wavelengths)}")
         if not sum(self.weights) > 0.0 or min(self.weights) < 0.0:
@@ -124,9 +128,13 @@ def conditions(lens: Lens, film: Film | None = None, fields=None, wavelengths=No
             object_distance = inf
     kind, points = _fields(lens, film, fields, field_kind, object_distance, findings)
     colours, weights, primary = _colours(lens, wavelengths, findings)
-    if len(colours) > 1 and all(lens.indices(line)[1:] == lens.indices(colours[0])[1:] for line in colours):
-        findings.append(note(Kind.GLASS, "the dispersion of this lens's glasses is not known: all wavelengths take "
-                                         "the same paths"))
+    glasses = [each.glass for each in lens.surfaces if each.glass.n_d != 1.0 or each.glass.disperses]
+    unknown = sum(not each.disperses for each in glasses)
+    if unknown and colours != (D_LINE,):
+        every = unknown == len(glasses)
+        findings.append(note(Kind.GLASS, "the dispersion of this lens's glasses is not known: all wavelengths take the "
+                             "same paths" if every else f"the dispersion of {unknown} of {len(glasses)} glasses is not "
+                             "known: they have one index at all wavelengths", unknown=unknown))
     return Conditions(kind, points, colours, weights, primary, object_distance, tuple(findings))
 
 
@@ -172,6 +180,8 @@ def _colours(lens: Lens, wavelengths, findings: list[Finding]) -> tuple[tuple[fl
                                                                        "lens states none"
     if not pairs:
         raise LensError("an analysis needs at least one wavelength")
+    if not all(weight >= 0.0 for _, weight in pairs):
+        raise LensError("the weights of the wavelengths must not be negative, and one must be positive")
     known: list[tuple[float, float]] = []
     chief = 0
     for i, (line, weight) in enumerate(pairs):

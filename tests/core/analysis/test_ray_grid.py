@@ -272,3 +272,22 @@ def test_light_that_the_grid_misses_is_said():
     rays = lb.analysis.ray_grid(stack, lb.film_distance(stack, inf), given, 16)
     assert [str(each) for each in rays.findings if each.kind is Kind.SAMPLING] == [
         "strong aberrations: the rays of the grid miss a part of the light of 17.7 mm"]
+
+
+@pytest.mark.parametrize(("wavelengths", "message"), [
+    ([550.0], "0.55 for 550 nm"),
+    ([(0.5, -1.0), (0.6, 2.0)], "must not be negative"),
+])
+def test_wavelengths_in_nanometres_and_negative_weights_are_refused(wavelengths, message):
+    with pytest.raises(lb.LensError, match=message):
+        lb.analysis.conditions(hyperbolic(), wavelengths=wavelengths)
+
+
+def test_glasses_without_dispersion_are_said_for_one_wavelength_and_among_others():
+    flint = lb.Surface(0.0, 1.0, 5.0, lb.Glass(1.62, 36.0))
+    for stack, lines, text in ((hyperbolic(), [0.248], "the dispersion of this lens's glasses is not known"),
+                               (hyperbolic(), [lb.D_LINE], None),
+                               (lb.Lens((flint, *hyperbolic().surfaces), 0), None, "the dispersion of 1 of 2 glasses")):
+        said = [str(each) for each in lb.analysis.conditions(stack, wavelengths=lines).findings
+                if each.kind is Kind.GLASS]
+        assert [each[:len(text or "")] for each in said] == ([] if text is None else [text])
