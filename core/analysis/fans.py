@@ -125,8 +125,22 @@ def pupil_by_height(beams: FieldBeams, axis: int, heights: np.ndarray) -> np.nda
     at = np.einsum("kfq,fk->fq", beams.on_stop(*((line, other) if axis == 0 else (other, line))), beams.axes[:, axis])
     found = np.full((len(line), len(heights)), np.nan)
     for f in range(len(line)):
-        good = np.isfinite(at[f])
-        if good.sum() > 3:
-            order = np.argsort(at[f][good])
-            found[f] = np.interp(heights, at[f][good][order], line[f][good][order], np.nan, np.nan)
+        good = _rising(at[f])
+        if good.stop - good.start > 3:
+            found[f] = np.interp(heights, *_upwards(at[f, good], line[f, good]), np.nan, np.nan)
     return found
+
+
+def _rising(at: np.ndarray) -> slice:
+    """The part about the middle of an odd number of heights (n,) in which they only rise, or only fall.
+
+    Beyond, rays outside the rim cross those within: their heights would be taken for others.
+    """
+    steps, middle = np.diff(at), len(at) // 2
+    same = steps[middle] * steps > 0.0
+    low = middle - int(np.argmin(np.append(same[:middle][::-1], False)))
+    return slice(low, middle + 1 + int(np.argmin(np.append(same[middle:], False))))
+
+
+def _upwards(at: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return (at, line) if at[-1] > at[0] else (at[::-1], line[::-1])

@@ -186,8 +186,8 @@ class FieldBeams:
     def towards_scene(self, s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rays from the reference points with pupil coordinates s and t (F, …), backwards to the scene.
 
-        Returns their places (F, …, 2), and the greatest share (F, …) of a rim at which they meet a surface; inf for
-        rays that do not come through.
+        Returns their places (F, …, 2), NaN where s and t are no direction, and the greatest share (F, …) of a rim at
+        which they meet a surface; inf for rays that do not come through.
         """
         given, dark = self._from_film(s, t)
         x, y, z, l, m, n, clearance = self.backward.run(given, [X, Y, Z, L, M, N, CLEARANCE], s.size).reshape(
@@ -196,6 +196,7 @@ class FieldBeams:
         points = np.stack([x.reshape(flat), y.reshape(flat), z.reshape(flat) + self.lens.length + self.film_distance])
         places = self.across(points, np.stack([l.reshape(flat), m.reshape(flat), n.reshape(flat)]))
         places = places.reshape(*s.shape, 2)
+        places[dark] = nan
         with np.errstate(invalid="ignore"):
             level = np.sqrt(clearance)
         return places, np.where(np.isnan(level) | dark, inf, level)

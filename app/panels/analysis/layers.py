@@ -1,6 +1,7 @@
 """Layers of a plot drawn in the window: curves, marks, bars, labels, maps with contours."""
 
 from functools import lru_cache
+from math import ceil, floor
 from typing import Any
 
 import numpy as np
@@ -92,7 +93,10 @@ def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, mem
 
 
 def _gaps(shades: Map, shown: PlotMap) -> list[list[float]]:
-    """Boxes in pixels of the runs of unknown values in each row: left, bottom, right, top."""
+    """Boxes in pixels of the runs of unknown values in each row: left, bottom, right, top.
+
+    They end at whole pixels, and a pixel beyond the map: nothing of the shades shows between them, or about them.
+    """
     rows, columns = shades.values.shape
     missing = np.pad(np.isnan(shades.values), ((0, 0), (1, 1))).astype(int)
     found = []
@@ -100,9 +104,10 @@ def _gaps(shades: Map, shown: PlotMap) -> list[list[float]]:
         ends = np.flatnonzero(np.diff(missing[row]))
         x = shades.x[0] + ends / columns * (shades.x[1] - shades.x[0])
         y = shades.y[0] + np.array([row, row + 1]) / rows * (shades.y[1] - shades.y[0])
-        for a, b in zip(x[::2], x[1::2], strict=True):
-            (left, bottom), (right, top) = shown.pixels([a, b], y)
-            found.append([float(left), float(bottom), float(right), float(top)])
+        for a, b, low, high in zip(ends[::2], ends[1::2], x[::2], x[1::2], strict=True):
+            (left, bottom), (right, top) = shown.pixels([low, high], y)
+            found.append([floor(left) - float(a == 0), ceil(bottom) + float(row == 0),
+                          ceil(right) + float(b == columns), floor(top) - float(row == rows - 1)])
     return found
 
 

@@ -65,7 +65,7 @@ def illumination_figure(query: Query, points: int) -> Figure:
     """Relative illumination over the film at four apertures, split wide open; LensError for a toroid."""
     found = relative_illumination(query.lens, query.setup.film_distance, query.setup.film, points=max(points, 9))
     first = found[0][1]
-    curves = [Curve(name, light.radii, 100.0 * light.total, f"field{min(k, 2)}" if k else "strong")
+    curves = [Curve(name, light.radii, 100.0 * light.total, f"field{k - 1}" if k else "strong")
               for k, (name, light) in enumerate(found)]
     curves += [Curve(f"natural, {found[0][0]}", first.radii, 100.0 * first.natural, "dim", DASHED),
                Curve(f"vignetting, {found[0][0]}", first.radii, 100.0 * first.vignetting, "dim", DOTTED)]

@@ -291,3 +291,14 @@ def test_glasses_without_dispersion_are_said_for_one_wavelength_and_among_others
         said = [str(each) for each in lb.analysis.conditions(stack, wavelengths=lines).findings
                 if each.kind is Kind.GLASS]
         assert [each[:len(text or "")] for each in said] == ([] if text is None else [text])
+
+
+def test_a_fan_of_a_folded_pupil_is_one_smooth_curve_with_a_gap():
+    """At the rim of this field two rays meet one height of the stop, and beyond there is none."""
+    stack = lenses.load("lentil-schneider-anamorphic-31-2001")
+    away = lb.film_distance(stack, 1820.0)
+    given = lb.analysis.conditions(stack, None, [4.24, 11.3], [lb.D_LINE],
+                                   object_distance=1820.0 - away - stack.length)
+    along = lb.analysis.ray_fans(lb.analysis.ray_grid(stack, away, given, 16)).transverse[:, 1, 0]
+    assert np.isfinite(along[0]).all() and np.abs(np.diff(along[0], 2)).max() < 0.015        # mm
+    assert np.isnan(along[1, -3:]).all() and np.isfinite(along[1, :-3]).all()
