@@ -1,7 +1,7 @@
-"""The picture before: what it lends to the first samples of the next one, while a dial is dragged.
+"""What the first samples of a picture take over from the picture before, while a dial is dragged.
 
-Its light layer shows small lights until they are traced, and its samples hide the noise of the new ones. A
-complete picture holds nothing of either.
+The light layer of the picture before shows small lights until those of the new picture are traced, and its samples hide
+the noise of the new ones. A picture that is complete contains neither.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,10 @@ MAPPED = ("focus_distance", "focus_position", "f_number", "blades", "blade_rotat
 
 
 class PictureBefore:
-    """Belongs to the render worker's thread; `own_light` alone is called from another."""
+    """The light layer and the samples of the picture before.
+
+    The render worker's thread calls all methods but `own_light`, which a second thread calls.
+    """
 
     def __init__(self) -> None:
         self._lit: tuple[Any, Any] | None = None        # scene and light layer, the newest
@@ -31,10 +34,10 @@ class PictureBefore:
         return lit[1] if lit is not None and lit[0] is scene else None
 
     def own_light(self, rendering: Any, scene: Any, pool: Executor, threads: int, wanted: Callable[[], bool]) -> Any:
-        """The light image of a rendering; its layer is lent from now on, also where the picture has gone by.
+        """The light image of a rendering; None when `wanted` cancelled.
 
-        Not where the camera's rays would see other light: samples of the pictures of a drag could not be reused.
-        None when `wanted` cancelled.
+        Later pictures take over its layer, even if the rendering itself is given up meanwhile. They do not where the
+        camera's rays leave out other light than before: the samples of a drag could not be reused then.
         """
         light_image = rendering.own_light(pool, threads, wanted)
         if light_image is not None and rendering.leaves_out(light_image.left_out):
@@ -42,14 +45,14 @@ class PictureBefore:
         return light_image
 
     def lend(self, scene: Any, layer: Any) -> None:
-        """Lend this layer, if there is one."""
+        """Keep this layer for the pictures that follow, if there is one."""
         if layer is not None:
             self._lit = scene, layer
 
     def samples(self, settings: Settings, rendering: Any, pool: Executor, threads: int) -> Any:
         """The samples of the picture before, carried into a rendering of these settings; None where they do not fit.
 
-        Samples that saw other light count nothing; the depth goes on.
+        Where the camera's rays left out other light, the samples get no weight, and only their depth is used.
         """
         seen = self._seen
         if seen is None or settings.sample_view or seen[0] != _unmapped(settings):
@@ -59,7 +62,10 @@ class PictureBefore:
 
     def keep(self, settings: Settings, rendering: Any, mixed: Any, image: NDArray[np.float32],
              depth: NDArray[np.float32] | None) -> None:
-        """Keep the picture that is shown now. mixed: with old samples; None: it is `image`, without the light layer."""
+        """Keep the picture that is shown now, without its light layer.
+
+        mixed: the picture with old samples in it; None where `image` has none.
+        """
         from lensbench.rendering.temporal_reuse import Reusable
 
         self._seen = None

@@ -145,7 +145,10 @@ def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = 0.5, to
 
 
 def resolved(camera: Camera, scene: Scene) -> Camera:
-    """The camera, a LensCamera of the model "auto" with the model that the scene needs."""
+    """The camera to render a scene with: of a LensCamera with the model "auto" the one with the chosen model.
+
+    Any other camera is returned as it is.
+    """
     if isinstance(camera, LensCamera) and camera.model == "auto":
         return choose_model(camera, scene).applied(camera)
     return camera

@@ -325,13 +325,14 @@ def aim_radial(lanes, p, ints, key):
     ring, between, turn, corner = row[A0], row[A1], row[A2], row[A3]
     inner0, inner1, outer0, outer1 = row[A4], row[A5], row[A6], row[A7]
     centre0, centre1 = row[A8], row[A9]
-    distance, scale, end, dark, gain = p[FILM_DISTANCE], p[RING_SCALE], p[INVERSE_END], p[DARK_BEYOND], p[GAIN]
+    distance, scale, dark, gain = p[FILM_DISTANCE], p[RING_SCALE], p[DARK_BEYOND], p[GAIN]
+    inverse_end = p[INVERSE_END]
     cell, origin, c0, c1, c2 = p[CELL], p[ORIGIN], p[COURSE], p[COURSE + 1], p[COURSE + 2]
     last = real(RINGS - 1.001)
     # Ring and sector of each lane
     for i in range(B):
         r = math.sqrt(x[i] * x[i] + y[i] * y[i])
-        left = real(1) - r * end
+        left = real(1) - r * inverse_end
         k = (real(1) - math.sqrt(left if left > real(0) else real(0))) * scale
         k = k if k < last else last
         s = u[i] * real(2 * SECTORS)
@@ -364,7 +365,7 @@ def aim_radial(lanes, p, ints, key):
         h = real(1) - g
         reach = math.sqrt(v[i])
         r2 = x[i] * x[i] + y[i] * y[i]
-        r, t = math.sqrt(r2), r2 * end * end
+        r, t = math.sqrt(r2), r2 * inverse_end * inverse_end
         middle = e * centre0[i] + f * centre1[i] + r * (c0 + t * (c1 + t * c2))
         a = middle + reach * (h * ax + g * bx)
         b = reach * (h * ay + g * by)

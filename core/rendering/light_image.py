@@ -266,7 +266,8 @@ class LightImage:
         """The stages from the entrance plane to a light, or to what hides the light; see `_program`."""
         things, medium = self._things[kind], self._camera.medium
         connect = trace_by_ball if kind == BALL else trace_to_light
-        steps = [Step(sobol_net), Step(connect, parameters), *self._camera.carried]
+        steps = [Step(sobol_net), Step(connect, parameters, [light.is_round for light in self._selected]),
+                 *self._camera.carried]
         met = self._scene.marking_steps(with_unit_radiance(things) if shared else things)
         if kind == STRAIGHT:
             return [*steps, *met, *([] if medium is None else medium.dimming)]

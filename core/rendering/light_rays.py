@@ -7,8 +7,9 @@ all light that can pass the lens passes (`entrance_bounds`). The ray is followed
 it is reversed. One specular object may lie on the path (`specular_connection`): a flat mirror or pane, in
 which the light appears as an image, or a ball.
 
-Camera frame, mm. The step parameters are those of `light_parameters`, LIGHT_SIZE numbers for each light;
-key[PIXEL] holds the number of the light.
+Camera frame, mm. The step parameters are those of `light_parameters`, LIGHT_SIZE numbers for each light; the integers
+of the stages that aim are 1 for each light that is an ellipse and 0 for a parallelogram. key[PIXEL] holds the number
+of the light.
 """
 
 import math
@@ -71,15 +72,14 @@ CENTRE = 12             # of what covers the light, mm
 RIGHT = 15              # its half-axes, mm
 UP = 18
 NORMAL = 21             # unit normal of these
-IS_ROUND = 24           # 1: an ellipse, 0: a parallelogram
-ETENDUE = 25            # area of the light × area of the rectangle × share of one sample, mm⁴
-LIGHT_MARK = 26         # EMITS of the object that shines
-MIRROR_MARK = 27        # EMITS of the specular object on the path
-BALL = 28               # centre of the ball on the path, mm
-BALL_RADIUS = 31        # mm
-BALL_SIDE = 32          # on which side of the ball's centre the ray passes, seen from the light: 1 metal, −1 glass
-BALL_START = 33         # first guess of b, mm
-LIGHT_SIZE = 34
+ETENDUE = 24            # area of the light × area of the rectangle × share of one sample, mm⁴
+LIGHT_MARK = 25         # EMITS of the object that shines
+MIRROR_MARK = 26        # EMITS of the specular object on the path
+BALL = 27               # centre of the ball on the path, mm
+BALL_RADIUS = 30        # mm
+BALL_SIDE = 31          # on which side of the ball's centre the ray passes, seen from the light: 1 metal, −1 glass
+BALL_START = 32         # first guess of b, mm
+LIGHT_SIZE = 33
 
 # Rows that `trace_by_ball` and its parts share
 (AXIS_X, AXIS_Y, AXIS_Z,        # unit, from the entrance point to the ball's centre
@@ -113,7 +113,6 @@ def light_parameters(marks, middles, half_axes, towards, centres, rights, ups, d
                         (ENTRANCE_NORMAL, towards), (CENTRE, centres), (RIGHT, rights), (UP, ups),
                         (NORMAL, normals / areas[:, None])):
         found[:, at:at + 3] = vectors
-    found[:, IS_ROUND] = disks
     found[:, ETENDUE] = areas * np.where(disks, math.pi, 4.0) * shares
     found[:, LIGHT_MARK], found[:, MIRROR_MARK] = marks, mirrors
     found[:, BALL:] = balls
@@ -130,7 +129,7 @@ def trace_to_light(lanes, p, ints, key):
     ux, uy, uz, etendue = p[s + NORMAL], p[s + NORMAL + 1], p[s + NORMAL + 2], p[s + ETENDUE]
 
     # Sample both ends
-    _sample_ends(lanes, p, s)
+    _sample_ends(lanes, p, s, ints[np.int64(key[PIXEL])])
 
     # Connect them
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
@@ -145,8 +144,11 @@ def trace_to_light(lanes, p, ints, key):
 
 
 @stage
-def _sample_ends(lanes, p, s):
-    """X, Y, Z: a point of the entrance rectangle; L, M, N: a point of the light (not yet a direction)."""
+def _sample_ends(lanes, p, s, is_round):
+    """X, Y, Z: a point of the entrance rectangle; L, M, N: a point of the light (not yet a direction).
+
+    is_round: 1 for an ellipse, 0 for a parallelogram.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, u, v = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U0], row[U1]
@@ -157,7 +159,6 @@ def _sample_ends(lanes, p, s):
     cx, cy, cz = p[s + CENTRE], p[s + CENTRE + 1], p[s + CENTRE + 2]
     ex, ey, ez = p[s + RIGHT], p[s + RIGHT + 1], p[s + RIGHT + 2]
     fx, fy, fz = p[s + UP], p[s + UP + 1], p[s + UP + 2]
-    is_round = p[s + IS_ROUND] > real(0)
     for i in range(B):
         a, b = real(2) * u[i] - real(1), real(2) * v[i] - real(1)
         x[i], y[i], z[i] = px + a * ax + b * bx, py + a * ay + b * by, pz + a * az + b * bz
@@ -211,7 +212,7 @@ def trace_by_ball(lanes, p, ints, key):
     radius, metal = p[s + BALL_RADIUS], p[s + BALL_SIDE] > real(0)
 
     # Sample both ends
-    _sample_ends(lanes, p, s)
+    _sample_ends(lanes, p, s, ints[np.int64(key[PIXEL])])
     _find_path_plane(lanes, p, s)
 
     # Find b by Newton's method

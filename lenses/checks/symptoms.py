@@ -1,4 +1,4 @@
-"""What is wrong with a lens as a whole, of which a cause is then sought."""
+"""Symptoms: findings about a lens as a whole. Where there are any, other checks look for a surface that causes them."""
 
 from lensbench.lenses.checks.field import field_findings
 from lensbench.lenses.checks.figures import figure_findings

@@ -195,7 +195,7 @@ def sketch(settings: Settings) -> Sketch:
     if settings.kind.ideal_lens:
         return _of_ideal_lens(settings.optics)
     if not settings.has_lens:
-        raise ValueError(readings(settings).reason or "A hole and a film: there is no lens to draw")
+        raise ValueError(readings(settings).reason or "This camera has no lens to draw")
     glasses = tuple(surface.glass for surface in published(settings).surfaces)
     return _of_lens(setup(settings), design(settings), glasses, settings.optics)
 
