@@ -13,6 +13,7 @@ Light counts as unpolarised at every surface. Absorption in the glass is neglect
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from math import sqrt
 from typing import NamedTuple
 
@@ -88,11 +89,19 @@ def ghost_order(count: int, pair: Pair) -> Iterator[tuple[int, bool, bool]]:
 
 def pair_share(lens: Lens, pair: Pair, wavelength: float = D_LINE, coating: str | Coating = "uncoated") -> float:
     """Product of the reflectances of a pair, or of DIRECT, and of all transmittances on its way, on the axis."""
-    n, own, passed = lens.indices(wavelength), surface_coatings(lens, coating), 1.0
+    reflected, passed = _on_axis(lens, wavelength, coating), 1.0
     for i, _, mirror in ghost_order(len(lens.surfaces), pair):
-        part = float(own[i].reflectance(n[i], n[i + 1], wavelength=wavelength).mean) if n[i] != n[i + 1] else 0.0
+        part = reflected[i]
         passed *= part if mirror else 1.0 - part
     return passed
+
+
+@lru_cache(maxsize=64)
+def _on_axis(lens: Lens, wavelength: float, coating: str | Coating) -> tuple[float, ...]:
+    """Reflectance of each surface at normal incidence."""
+    n = lens.indices(wavelength)
+    return tuple(float(own.reflectance(n[i], n[i + 1], wavelength=wavelength).mean) if n[i] != n[i + 1] else 0.0
+                 for i, own in enumerate(surface_coatings(lens, coating)))
 
 
 # The reference
@@ -284,15 +293,19 @@ def _records(lens: Lens, film_distance: float, wavelength: float, towards: str) 
 
 def reflectance_tables(lens: Lens, channels: Visible, coating: str | Coating) -> np.ndarray:
     """Reflectance (surfaces, channels, NODES) over the cosine, 0 to 1, on the side of the smaller index."""
-    cosines = np.linspace(0.0, 1.0, NODES)
     tables = np.zeros((len(lens.surfaces), len(channels), NODES))
     for i, own in enumerate(surface_coatings(lens, coating)):
         for k, lines in enumerate(channels):
-            for line in lines:
-                n = lens.indices(line)[i:i + 2]
-                if n[0] != n[1]:
-                    tables[i, k] += own.reflectance(min(n), max(n), cosines, line).mean / len(lines)
+            tables[i, k] = _table(own, lines, tuple(lens.indices(line)[i:i + 2] for line in lines))
     return tables
+
+
+@lru_cache(maxsize=512)
+def _table(own: Coating, lines: tuple[float, ...], indices: tuple[tuple[float, ...], ...]) -> np.ndarray:
+    """Mean reflectance (NODES,) of a coating between these indices, at these wavelengths."""
+    cosines = np.linspace(0.0, 1.0, NODES)
+    return np.mean([own.reflectance(min(n), max(n), cosines, line).mean if n[0] != n[1] else np.zeros(NODES)
+                    for line, n in zip(lines, indices, strict=True)], 0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

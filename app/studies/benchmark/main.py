@@ -232,6 +232,7 @@ def main(argv: list[str] | None = None) -> int:
     from lensbench.app.studies.benchmark.analysis import analysis
     from lensbench.app.studies.benchmark.camera_models import polynomials
     from lensbench.app.studies.benchmark.exposure import exposure
+    from lensbench.app.studies.benchmark.ghosts import ghosts
     from lensbench.app.studies.benchmark.lens_files import files
     from lensbench.app.studies.benchmark.light_field import choices, light_fields
     from lensbench.app.studies.benchmark.motion import motion
@@ -242,7 +243,8 @@ def main(argv: list[str] | None = None) -> int:
 
     parts = {"start": starts, "drag": drag, "window": window, "browser": browser, "plots": beside_plots, **PARTS,
              "models": polynomials, "choice": choices, "pixel": pixels, "light-field": light_fields, "motion": motion,
-             "exposure": exposure, "analysis": analysis, "differentials": differentials, "files": files}
+             "exposure": exposure, "analysis": analysis, "differentials": differentials, "files": files,
+             "ghosts": ghosts}
     parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
     usual = [name for name in parts if name not in LONG]
     parser.add_argument("part", nargs="*", help=f"parts to run: {', '.join(parts)} (default: all but the long ones, "
