@@ -32,6 +32,7 @@ def passing_area(film, count=240, half=9.0):
     return (made.fate == lb.Fate.PASSED).sum() * (2.0 * half / count) ** 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("film", [(0.0, 0.0), (9.0, 7.0), (-9.0, 7.0), (9.0, -7.0), (-9.0, -7.0), (-15.0, 0.5)])
 def test_each_quadrant_of_the_film_samples_its_own_regions(grid, film):
     n = 4000
