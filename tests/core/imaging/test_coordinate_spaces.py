@@ -166,6 +166,12 @@ def test_the_depth_of_far_things_is_lost_with_a_near_plane_that_is_too_near():
     assert lb.depth_resolution(np.array([10.0, 800.0]), 1.0, math.inf).shape == (2,)
 
 
+def test_the_step_in_depth_between_planes_that_are_near_each_other():
+    """z = 2 (1 − 100 / d) between 100 and 200 mm: 2/3 at 150 mm, where its slope is 200 / d²."""
+    step = np.spacing(np.float32(2.0 / 3.0)) * 150.0**2 / 200.0
+    assert lb.depth_resolution(150.0, 100.0, 200.0) == pytest.approx(step, rel=1e-12)
+
+
 # Fields of view and formats
 
 
