@@ -15,8 +15,9 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
+from lensbench.kernels.quotation import cut
 from lensbench.lenses import media
-from lensbench.lenses.design import Design, Row
+from lensbench.lenses.design import MOST_UNKNOWN, Design, Row
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.json_text import item_lines, items, parse, table, text_value, value
 from lensbench.lenses.rows import RowError, curvature, number
@@ -24,6 +25,10 @@ from lensbench.optics.finding import Kind
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, LensError
 
+READ = frozenset({"info", "foclen", "fnum", "r_sensor", "d_sensor", "sensor_size", "surfaces"})
+READ_OF_SURFACES = frozenset({"type", "r", "c", "roc", "d", "d_next", "mat1", "mat2", "k", "ai", "use_ai2",
+                              "is_square"})
+AIRS = ("air", "vacuum", "occluder")
 STOPS, SHAPES = ("Aperture", "Stop"), ("Spheric", "Aspheric", "Plane")
 MODEL = re.compile(r"([\d.]+)/([\d.]+)")
 
@@ -51,6 +56,7 @@ def read(text: str, path: str) -> Lens:
             raise LensFileError(path, row.line, f"surface {i}: {error}") from None
         design.add(row)
     design.add(Row(None))
+    _say_unread(design, data, surfaces)
     try:
         design.stated_efl = value(data, "foclen", 0.0) or None
         design.stated_f_number = value(data, "fnum", 0.0) or None
@@ -58,6 +64,19 @@ def read(text: str, path: str) -> Lens:
         return replace(design.lens(), film_size=(sides[0], sides[1]) if len(sides) == 2 else None)
     except (RowError, LensError) as error:
         raise LensFileError(path, None, str(error)) from None
+
+
+def _say_unread(design: Design, data: dict[str, Any], surfaces: list[dict[str, Any]]) -> None:
+    """Name what is left out: keys unknown here, but for those in brackets, which repeat others; a medium in front."""
+    named = [(key, "") for key in data.keys() - READ] + [
+        (key, f" of surface {i}") for i, surface in enumerate(surfaces) for key in surface.keys() - READ_OF_SURFACES]
+    unread = [cut(key) + of for key, of in sorted(named, key=lambda each: (each[1], each[0])) if key[:1] != "("]
+    if unread:
+        design.found(Kind.NOT_READ, f"not read: {', '.join(unread[:MOST_UNKNOWN])}"
+                                    f"{' …' if len(unread) > MOST_UNKNOWN else ''}")
+    before = text_value(surfaces[0], "mat1") if surfaces else ""
+    if before and before.lower() not in AIRS:
+        design.found(Kind.LEFT_OUT, f"the medium {cut(before)} in front of the lens (mat1) is left out, air taken", 0)
 
 
 def _fill(design: Design, row: Row, data: dict[str, Any], index: int) -> None:
@@ -89,7 +108,7 @@ def _medium(design: Design, data: dict[str, Any]) -> Glass:
         raise RowError("mat2, the medium behind it, is missing")
     if found := MODEL.fullmatch(name):
         return media.model(number(found[1], "n_d"), number(found[2], "V_d"))
-    if name.lower() in ("air", "vacuum", "occluder"):
+    if name.lower() in AIRS:
         return AIR
     glass, assumed = media.named(name)
     design.assume_glass(assumed)

@@ -108,6 +108,17 @@ def test_deeplens_refusals_name_the_surface(tmp_path, keys, value, told):
     assert told in str(refusal(tmp_path, "a.json", changed_json(DEEPLENS, keys, value)))
 
 
+@pytest.mark.parametrize(("keys", "value", "told"), [
+    (["surfaces", 2, "tilt"], 5.0, "not read: tilt of surface 2"),
+    (["mystery"], 3, "not read: mystery"),
+    (["surfaces", 0, "mat1"], "water", "the medium water in front of the lens"),
+])
+def test_what_deeplens_holds_beside_is_named(tmp_path, keys, value, told):
+    lens = loaded(tmp_path, "a.json", changed_json(DEEPLENS, keys, value))
+    whole = lenses.load(DATA / "phone.json").findings
+    assert [told in finding.message for finding in lens.findings if finding not in whole] == [True]
+
+
 def test_deeplens_coefficients_begin_with_r4_where_the_file_says_so(tmp_path):
     lens = loaded(tmp_path, "a.json", changed_json(DEEPLENS, ["surfaces", 1, "use_ai2"], False))
     assert dict(lens.surfaces[1].aspheric) == {6: 0.002, 8: -0.0005}
