@@ -47,12 +47,14 @@ class _Cells(NamedTuple):
     """The cells of the exit pupil, from the film.
 
     grid (F, 2, N): their middles. places (F, N, N, 2): where their rays run in the scene. open_ (F, N, N): their open
-    parts. keep (n,): of those whose rays are traced, indices into F × N × N; of mirrored beams, in one half alone.
+    parts. lost (F, N, N): whether their rays end on the way. keep (n,): of those whose rays are traced, indices into
+    F × N × N; of mirrored beams, in one half alone.
     """
 
     grid: np.ndarray
     places: np.ndarray
     open_: np.ndarray
+    lost: np.ndarray
     keep: np.ndarray
 
 
@@ -101,15 +103,19 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
     chief = find_chief_rays(lens, film_distance, wanted, distance, by_image, line)
     beams = FieldBeams.of(lens, film_distance, chief, distance, line)
     boxes, findings = beams.open_boxes(conditions)
-    wide = np.zeros(len(boxes), bool)
+    wide, first = np.zeros(len(boxes), bool), boxes.copy()
     for _ in range(WIDENED + 1):
         cells = _cells(beams, boxes, pupil, wide)
         landed = _landed(beams, cells, conditions.wavelengths)
-        cut = _cut_off(landed, conditions.primary)
+        cut = _cut_off(cells, landed, conditions.primary)
         if not cut.any():
             break
         wide |= cut
         boxes[cut] += WIDER * np.diff(boxes[cut]) * [-1.0, 1.0]
+    if cut.any():                                       # wider boxes did not help: the first cells are the finest
+        boxes[cut], wide[cut] = first[cut], False
+        cells = _cells(beams, boxes, pupil, wide)
+        landed = _landed(beams, cells, conditions.wavelengths)
     missing = np.flatnonzero(cut | _folded(cells, landed.coverage[:, conditions.primary]))
     if missing.size:
         names = ", ".join(field_name(conditions, int(i)) for i in missing)
@@ -174,15 +180,17 @@ def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int, wide: np.ndarray) -
     if beams.mirrored:
         near[:, :, :pupil // 2] = False
     keep = np.flatnonzero(near.ravel())
-    return _Cells(grid, places, open_[:, 0], keep)
+    return _Cells(grid, places, open_[:, 0], np.isinf(level) | ~np.isfinite(places).all(-1), keep)
 
 
-def _cut_off(landed: _Landed, primary: int) -> np.ndarray:
+def _cut_off(cells: _Cells, landed: _Landed, primary: int) -> np.ndarray:
     """(F,) fields whose light reaches cells beside such as no ray was traced for: more of it may lie there.
 
-    Rays of the object at the rim then pass the exit pupil far from where those of the reference point do.
+    Rays of the object at the rim then pass the exit pupil far from where those of the reference point do. Cells whose
+    rays miss a surface lie beyond a rim: no light is sought there.
     """
-    traced = np.pad(landed.victim[:, primary] != -2, ((0, 0), (1, 1), (1, 1)))
+    settled = (landed.victim[:, primary] != -2) | cells.lost
+    traced = np.pad(settled, ((0, 0), (1, 1), (1, 1)))
     inner = traced[:, 2:, 1:-1] & traced[:, :-2, 1:-1] & traced[:, 1:-1, 2:] & traced[:, 1:-1, :-2]
     open_ = landed.coverage[:, primary] > 0.999
     return np.asarray((open_ & ~inner).sum((1, 2)) > MOST_CUT * np.sqrt(open_.sum((1, 2))))
@@ -195,7 +203,8 @@ def _folded(cells: _Cells, coverage: np.ndarray) -> np.ndarray:
     """
     along, across = np.diff(cells.places, axis=1)[:, :, :-1], np.diff(cells.places, axis=2)[:, :-1]
     turn = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
-    lit = coverage[:, :-1, :-1] > 0.0
+    open_ = coverage > 0.0
+    lit = open_[:, :-1, :-1] & open_[:, 1:, :-1] & open_[:, :-1, 1:]
     positive, negative = ((lit & (turn * sign > 0.0)).sum((1, 2)) for sign in (1.0, -1.0))
     return np.asarray(np.minimum(positive, negative) > FOLDED * (positive + negative))
 

@@ -302,3 +302,13 @@ def test_a_fan_of_a_folded_pupil_is_one_smooth_curve_with_a_gap():
     along = lb.analysis.ray_fans(lb.analysis.ray_grid(stack, away, given, 16)).transverse[:, 1, 0]
     assert np.isfinite(along[0]).all() and np.abs(np.diff(along[0], 2)).max() < 0.015        # mm
     assert np.isnan(along[1, -3:]).all() and np.isfinite(along[1, :-3]).all()
+
+
+def test_rims_at_which_aspheres_end_cut_no_beam_off():
+    """Rays just outside the rims of this lens miss its surfaces: the grid does not widen in search of them."""
+    stack = lenses.load("apple-phone-6-elements-4-f18")
+    away = lb.film_distance(stack, 690.0)
+    given = lb.analysis.conditions(stack, None, [0.0, 0.7648], None,
+                                   object_distance=690.0 - away - stack.length)
+    rays = lb.analysis.ray_grid(stack, away, given, 16)
+    assert ((rays.coverage[:, 1] > 0.0).sum((1, 2)) > 90).all()
