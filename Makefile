@@ -9,6 +9,7 @@
 # make numbers    trace 20,000 random lenses and cameras: finite numbers and unit directions, or a refusal
 # make soak       two hours of random use of the window by mouse and keyboard: does its memory grow? (MINUTES=10)
 # make mutants    put known kinds of one-line faults into the core, and list those that the nearest tests miss
+# make compat     the quick tests with the lowest and with the newest versions of the dependencies
 # make choices    choose the model of 400 random cameras: good enough, and the simplest that is? (ten minutes)
 # make peers      trace the same rays in rayoptics, Optiland and batoid, in an environment of its own
 #
@@ -19,7 +20,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6
 
-.PHONY: run test test-slow wheel lint fuzz abuse numbers soak mutants choices peers needs clean
+.PHONY: run test test-slow wheel lint fuzz abuse numbers soak mutants compat choices peers needs clean
 
 run: $(VENV)/.installed
 	@$(BIN)/lensbench
@@ -62,6 +63,15 @@ soak: $(VENV)/.installed-test
 
 mutants: $(VENV)/.installed-test
 	$(BIN)/python -m trials.mutants
+
+# Each in an environment of its own; another Python: make PYTHON=python3.14 compat
+compat: needs
+	@for each in lowest newest; do [ -x build/$$each/bin/python ] || $(PYTHON) -m venv build/$$each; done
+	$(PYTHON) trials/lowest_versions.py > build/lowest/versions.txt
+	build/lowest/bin/python -m pip install -q -c build/lowest/versions.txt -e '.[test]'
+	build/newest/bin/python -m pip install -q --upgrade --upgrade-strategy eager -e '.[test]'
+	for each in lowest newest; do \
+		build/$$each/bin/python -m pytest -m "not slow" -n $(WORKERS) --dist worksteal || exit 1; done
 
 choices: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -s trials/test_choices.py
