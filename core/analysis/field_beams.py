@@ -281,13 +281,14 @@ class FieldBeams:
                           self.middles[which], self.frames[which], self.sources[which], self.chief_pupil[which],
                           self.stop_slopes[which], self.backward, self.to_stop, self.sphere_curvatures[which])
 
-    def beam_areas(self, places: np.ndarray) -> np.ndarray:
-        """(F, N, N) light of an evenly lit beam per cell of the grid, from places (F, N, N, 2).
+    def beam_areas(self, places: np.ndarray, level: np.ndarray) -> np.ndarray:
+        """(F, N, N) light of an evenly lit beam per cell of the grid, from `towards_scene` of its rays.
 
-        An object at infinity lights the beam's area evenly, one nearby by Lambert's law.
+        An object at infinity lights the beam's area evenly, one nearby by Lambert's law. Cells of rays that do not
+        come through have no light, and neither have those beyond a fold: their places belong to other cells too.
         """
         out = np.zeros(places.shape[:3])
-        _areas(places, out)
+        _areas(places, level, out)
         if not isinf(self.object_distance):
             point = np.column_stack([self.sources, np.full(len(self.sources), -self.object_distance)])
             reach = np.linalg.norm(self.middles - point, axis=1)[:, None, None]
@@ -464,13 +465,42 @@ def _part(here, there):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _areas(places, out):
-    """Area of the beam per cell of the exit pupil (F, N, N), from places (F, N, N, 2); 0 where they are unknown."""
+def _areas(places, level, out):
+    """Area of the beam per cell of the exit pupil (F, N, N), from places (F, N, N, 2) of rays with a finite level.
+
+    A cell has the mean area of the parallelograms at its four corners, each with one neighbour along both axes: of
+    those that turn as the field's open ones do, level < 1, and 0 unless most do.
+    """
     fields, rows, columns, _ = places.shape
     for f in range(fields):
+        turn = 0.0
+        for i in range(rows - 1):
+            for j in range(columns - 1):
+                if level[f, i, j] < 1.0:
+                    area = _parallelogram(places, level, f, i, j, 1, 1)
+                    turn += area if abs(area) < np.inf else 0.0
+        sign = 1.0 if turn >= 0.0 else -1.0
         for i in range(rows):
             for j in range(columns):
-                a, b = cell_slope(places[f, :, :, 0], i, j, 0), cell_slope(places[f, :, :, 0], i, j, 1)
-                c, d = cell_slope(places[f, :, :, 1], i, j, 0), cell_slope(places[f, :, :, 1], i, j, 1)
-                area = abs(a * d - b * c)
-                out[f, i, j] = area if area < np.inf else 0.0
+                total, alike, known = 0.0, 0, 0
+                for di in (-1, 1):
+                    for dj in (-1, 1):
+                        area = sign * _parallelogram(places, level, f, i, j, di, dj)
+                        if abs(area) < np.inf:
+                            known += 1
+                            if area > 0.0:
+                                alike += 1
+                                total += area
+                out[f, i, j] = total / alike if 2 * alike > known else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _parallelogram(places, level, f, i, j, di, dj):
+    """Signed area between a cell and its neighbours along both axes; NaN where one is missing or has a lost ray."""
+    if not (0 <= i + di < places.shape[1] and 0 <= j + dj < places.shape[2]):
+        return np.nan
+    if not (level[f, i, j] < np.inf and level[f, i + di, j] < np.inf and level[f, i, j + dj] < np.inf):
+        return np.nan
+    s, t = places[f, i, j, 0], places[f, i, j, 1]
+    return di * dj * ((places[f, i + di, j, 0] - s) * (places[f, i, j + dj, 1] - t)
+                      - (places[f, i + di, j, 1] - t) * (places[f, i, j + dj, 0] - s))

@@ -39,7 +39,7 @@ PUPIL = 32              # grid points across the pupil of a field: about 800 ray
 MANY = 24               # fields, from which on a wavelength is divided among the threads
 WIDENED, WIDER = 3, 0.25        # times that a field cut off at the edge of the grid is widened, by which part a side
 MOST_CUT = 0.35         # × the square root of the open cells: open ones at the edge of the rays
-FOLDED = 0.02           # part of the cells with light, whose rays may cross
+FOLDED = 0.7            # × the square root of the open cells: open ones at a fold
 BEYOND = 4.0            # cells beyond the rims, of which rays are traced too: half of them
 
 
@@ -47,14 +47,16 @@ class _Cells(NamedTuple):
     """The cells of the exit pupil, from the film.
 
     grid (F, 2, N): their middles. places (F, N, N, 2): where their rays run in the scene. open_ (F, N, N): their open
-    parts. lost (F, N, N): whether their rays end on the way. keep (n,): of those whose rays are traced, indices into
-    F × N × N; of mirrored beams, in one half alone.
+    parts. lost (F, N, N): whether their rays end on the way. beam (F, N, N): their light in an evenly lit beam; 0 for
+    lost rays, and beyond a fold. keep (n,): of those whose rays are traced, indices into F × N × N; of mirrored
+    beams, in one half alone.
     """
 
     grid: np.ndarray
     places: np.ndarray
     open_: np.ndarray
     lost: np.ndarray
+    beam: np.ndarray
     keep: np.ndarray
 
 
@@ -112,22 +114,22 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
             break
         wide |= cut
         boxes[cut] += WIDER * np.diff(boxes[cut]) * [-1.0, 1.0]
-    if cut.any():                                       # wider boxes did not help: the first cells are the finest
+    if wide.any():                                      # wider boxes that did not help: the first cells are the finest
         boxes[cut], wide[cut] = first[cut], False
+        _tighten(boxes, wide, landed)
         cells = _cells(beams, boxes, pupil, wide)
         landed = _landed(beams, cells, conditions.wavelengths)
-    missing = np.flatnonzero(cut | _folded(cells, landed.coverage[:, conditions.primary]))
+    missing = np.flatnonzero(cut | _folded(cells, landed, conditions.primary))
     if missing.size:
         names = ", ".join(field_name(conditions, int(i)) for i in missing)
         findings.append(Finding(Kind.SAMPLING, None, "strong aberrations: the rays of the grid miss a part of the "
                                 f"light of {names}", figures={"fields": float(missing.size)}))
-    beam = beams.beam_areas(cells.places)
     weight = np.empty_like(landed.weight)
-    of_mean_1(beam, landed.weight, 0, True, weight)
+    of_mean_1(cells.beam, landed.weight, 0, True, weight)
     coverage = landed.coverage
     coverage[~weight.any((2, 3))] = 0.0                 # the rims end all rays that the object point sends
-    intensity = np.empty((len(beam), 1, pupil, pupil))
-    of_mean_1(beam, coverage, conditions.primary, False, intensity)
+    intensity = np.empty((len(boxes), 1, pupil, pupil))
+    of_mean_1(cells.beam, coverage, conditions.primary, False, intensity)
     ended = np.flatnonzero(np.isfinite(cells.grid).all((1, 2)) & ~coverage[:, conditions.primary].any((1, 2)))
     if ended.size:
         names = ", ".join(field_name(conditions, int(i)) for i in ended)
@@ -180,7 +182,20 @@ def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int, wide: np.ndarray) -
     if beams.mirrored:
         near[:, :, :pupil // 2] = False
     keep = np.flatnonzero(near.ravel())
-    return _Cells(grid, places, open_[:, 0], np.isinf(level) | ~np.isfinite(places).all(-1), keep)
+    lost = np.isinf(level) | ~np.isfinite(places).all(-1)
+    return _Cells(grid, places, open_[:, 0], lost, beams.beam_areas(places, level), keep)
+
+
+def _tighten(boxes: np.ndarray, wide: np.ndarray, landed: _Landed) -> None:
+    """Narrow the boxes (F, 2, 2) of widened fields to their cells with light, and half a cell more."""
+    pupil, light = landed.coverage.shape[-1], (landed.coverage > 0.0) | (landed.weight > 0.0)
+    for f in np.flatnonzero(wide):
+        for axis in (0, 1):
+            lit = np.flatnonzero(light[f].any((0, 1 + axis)))
+            if lit.size:
+                low, high = boxes[f, axis]
+                share = np.clip([lit[0] - 0.5, lit[-1] + 1.5], 0.0, pupil) / pupil
+                boxes[f, axis] = low + share * (high - low)
 
 
 def _cut_off(cells: _Cells, landed: _Landed, primary: int) -> np.ndarray:
@@ -196,17 +211,15 @@ def _cut_off(cells: _Cells, landed: _Landed, primary: int) -> np.ndarray:
     return np.asarray((open_ & ~inner).sum((1, 2)) > MOST_CUT * np.sqrt(open_.sum((1, 2))))
 
 
-def _folded(cells: _Cells, coverage: np.ndarray) -> np.ndarray:
-    """(F,) fields in which neighbouring cells with light (F, N, N) have crossed rays in the scene.
+def _folded(cells: _Cells, landed: _Landed, primary: int) -> np.ndarray:
+    """(F,) fields whose light reaches a fold, where neighbouring rays cross in the scene.
 
-    Two rays of the exit pupil then belong to one place of the beam, and other places have none.
+    Two rays of the exit pupil then belong to one place of the beam, and places past the fold have none.
     """
-    along, across = np.diff(cells.places, axis=1)[:, :, :-1], np.diff(cells.places, axis=2)[:, :-1]
-    turn = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
-    open_ = coverage > 0.0
-    lit = open_[:, :-1, :-1] & open_[:, 1:, :-1] & open_[:, :-1, 1:]
-    positive, negative = ((lit & (turn * sign > 0.0)).sum((1, 2)) for sign in (1.0, -1.0))
-    return np.asarray(np.minimum(positive, negative) > FOLDED * (positive + negative))
+    beyond = np.pad((cells.beam == 0.0) & ~cells.lost, ((0, 0), (1, 1), (1, 1)))
+    beside = beyond[:, 2:, 1:-1] | beyond[:, :-2, 1:-1] | beyond[:, 1:-1, 2:] | beyond[:, 1:-1, :-2]
+    open_ = landed.coverage[:, primary] > 0.999
+    return np.asarray((open_ & beside).sum((1, 2)) > FOLDED * np.sqrt(open_.sum((1, 2))))
 
 
 def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) -> _Landed:
@@ -239,4 +252,6 @@ def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) ->
     each_of(find_chief, colours)
     parts = [slice(0, count)] if count < MANY else [slice(0, half), slice(half, count)]
     each_of(trace, [(c, some) for c in colours for some in parts])
+    dark = np.broadcast_to((cells.beam == 0.0)[:, None], shape)
+    made.coverage[dark], made.weight[dark] = 0.0, 0.0
     return made

@@ -312,3 +312,44 @@ def test_rims_at_which_aspheres_end_cut_no_beam_off():
                                    object_distance=690.0 - away - stack.length)
     rays = lb.analysis.ray_grid(stack, away, given, 16)
     assert ((rays.coverage[:, 1] > 0.0).sum((1, 2)) > 90).all()
+
+
+@pytest.mark.parametrize(("points", "field"), [(16, 1.09374), (32, 1.7968592)])
+def test_rays_past_the_rims_of_aspheres_bring_no_light(points, field):
+    """Rays from the film that miss a surface, or fold back into the beam, had a hundred times the light of others."""
+    stack, frequency = lenses.load("apple-phone-6-elements-4-f18"), 40.0
+    away = lb.film_distance(stack, 1200.0)
+    distance = 1200.0 - away - stack.length
+    given = lb.analysis.conditions(stack, None, [field], [lb.D_LINE], object_distance=distance)
+    rays = lb.analysis.ray_grid(stack, away, given, points)
+    way, at = rays.beams.chief.directions[0], rays.beams.chief.points[0]
+    point = at - (distance + at[2]) / way[2] * way
+    offsets = np.stack(np.meshgrid(*2 * [np.linspace(-1.6, 1.6, 129)]), -1).reshape(-1, 2)
+    ways = at + np.column_stack([offsets, np.zeros(len(offsets))]) - point
+    starts, ways = point + 0.99 * ways, ways / np.linalg.norm(ways, axis=1)[:, None]
+    went = lb.trace(stack, starts, ways, forward=True)
+    passed = went.fate == lb.Fate.PASSED
+    assert np.abs(offsets[passed]).max() < 1.5
+    light = ways[passed, 2] ** 4                        # of even places on a plane across the axis, by Lambert's law
+    landed = went.points[passed] + ((stack.length + away - went.points[passed, 2])
+                                    / went.directions[passed, 2])[:, None] * went.directions[passed]
+    turns = np.exp(2j * np.pi * frequency * (landed[:, :2] - rays.images[0]))
+    expected = np.abs(light @ turns) / light.sum()      # x is sagittal, y tangential
+    found = np.abs(lb.analysis.mtf(rays, [frequency], "geometric").otf[0, 0, :, 0])
+    np.testing.assert_allclose(found, expected, atol=0.4 / points)
+
+
+def test_no_light_is_missed_where_rays_fold_past_the_rim():
+    stack = lenses.load("apple-phone-6-elements-4-f18")
+    away = lb.film_distance(stack, 1200.0)
+    given = lb.analysis.conditions(stack, None, [0.35, 0.4], [lb.D_LINE], object_distance=1200.0 - away - stack.length)
+    rays = lb.analysis.ray_grid(stack, away, given, 16)
+    assert not [each for each in rays.findings if each.kind is Kind.SAMPLING]
+
+
+def test_widened_cells_are_as_fine_as_the_light_allows():
+    stack = lenses.load("phone-72-f4")
+    away = lb.film_distance(stack, 1200.0)
+    given = lb.analysis.conditions(stack, None, [4.0], [lb.D_LINE], object_distance=1200.0 - away - stack.length)
+    rays = lb.analysis.ray_grid(stack, away, given, 16)
+    assert (rays.coverage > 0.0).sum() > 150
