@@ -70,8 +70,8 @@ def pictured_step(shape: Any, emission: float) -> Step:
     """The stage of a still shape with an image. emission: value of the row EMITS."""
     found = texture(shape.material.pattern.image)
     if shape.family == "planar":
-        return Step(pictured_planar, [*pack(PLANAR, fields_of(shape, emission)), found.greatest], found.integers(),
-                    kept=found)
+        return Step(pictured_planar, [*pack(PLANAR, fields_of(shape, emission)), found.greatest],
+                    [shape.round, *found.integers()], kept=found)
     material = shape.material
     return Step(pictured_sphere,
                 pack(BALL, {CENTRE: shape.centre, RADIUS2: shape.radius**2, RADIUS: shape.radius,
@@ -94,11 +94,11 @@ def pictured_floor_step(floor: Floor) -> Step:
 @stage
 def pictured_planar(lanes, p, ints, key):
     """Intersect rays with a planar shape that has a large image.  p, ints: pictured_step."""
-    if intersect(lanes, p) == 0:
+    if intersect(lanes, p, ints[0]) == 0:
         return
     record(lanes, p)
     footprint(lanes, p)
-    look_up_texture(lanes, p[PLANAR], ints)
+    look_up_texture(lanes, p[PLANAR], ints[1:])
     _paint(lanes, p[PLANAR_COLOUR:])
 
 

@@ -56,10 +56,11 @@ from lensbench.scenery.shading.pattern_filter import (
 
 # AXIS_U, AXIS_V: half-axes over their squared lengths (1/mm); HALF_U, HALF_V: lengths of the half-axes (mm); COLOUR2,
 # COLUMNS, LINES, LINE: the pattern. An image follows
-(IS_DISK, CENTRE, NORMAL, AXIS_U, AXIS_V, HALF_U, HALF_V, COLOUR, EMISSION, COAT, COLOUR2, COLUMNS, LINES, LINE,
- PLANAR) = offsets(1, 3, 3, 3, 3, 1, 1, 3, 1, 1, 3, 1, 1, 1)
-# Integers: how many numbers and integers a shape has; KIND of its pattern. Those of an image follow
-LENGTH, COUNT, KIND, PLANAR_INTEGERS = range(4)
+(CENTRE, NORMAL, AXIS_U, AXIS_V, HALF_U, HALF_V, COLOUR, EMISSION, COAT, COLOUR2, COLUMNS, LINES, LINE,
+ PLANAR) = offsets(3, 3, 3, 3, 1, 1, 3, 1, 1, 3, 1, 1, 1)
+# Integers: how many numbers and integers a shape has; KIND of its pattern; IS_DISK: 1 for a disk, 0 for a rectangle.
+# Those of an image follow
+LENGTH, COUNT, KIND, IS_DISK, PLANAR_INTEGERS = range(5)
 PLAIN, CHECKER, GRID, STAR, RULER, IMAGE = range(6)
 KINDS = {"checker": CHECKER, "grid": GRID, "star": STAR, "ruler": RULER, "image": IMAGE}
 
@@ -83,21 +84,21 @@ def planar_parameters(shapes, emission=None, specular=None) -> Packed:
                 image = ripmap(pattern.image.values).packed(*([] if seen == pattern else [ripmap(seen.image.values)]))
         sizes = [PLANAR + sum(part.parameters.size for part in image),
                  PLANAR_INTEGERS + sum(np.size(part.integers) for part in image)]
-        packed += [Packed(pack(PLANAR, fields), [*sizes, kind]), *image]
+        packed += [Packed(pack(PLANAR, fields), [*sizes, kind, o.round]), *image]
     return join(*packed)
 
 
 def fields_of(shape, emission: float) -> dict[int, Any]:
-    """The fields of a planar shape without its pattern."""
+    """The numbers of a planar shape without its pattern."""
     centre, a, b, normal = shape.frame
-    return {IS_DISK: float(shape.round), CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
-            HALF_U: math.sqrt(a @ a), HALF_V: math.sqrt(b @ b), COLOUR: shape.material.colour, EMISSION: emission,
+    return {CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b), HALF_U: math.sqrt(a @ a),
+            HALF_V: math.sqrt(b @ b), COLOUR: shape.material.colour, EMISSION: emission,
             COAT: shape.material.gloss_code()}
 
 
 @stage
 def planar(lanes, p, ints, key):
-    """Intersect rays with planar shapes, after `beam`; the nearest surface stays.  p: planar_parameters."""
+    """Intersect rays with planar shapes, after `beam`; the nearest surface stays.  p, ints: planar_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     red, green, blue, met, second = row[RED], row[GREEN], row[BLUE], row[A0], row[A3]
@@ -105,13 +106,13 @@ def planar(lanes, p, ints, key):
     seen = row[BEAM]
     s, k = 0, 0
     while s < p.size:
-        q, kind, image = p[s:s + ints[k + LENGTH]], ints[k + KIND], k + PLANAR_INTEGERS
+        q, kind, is_disk, image = p[s:s + ints[k + LENGTH]], ints[k + KIND], ints[k + IS_DISK], k + PLANAR_INTEGERS
         s, k = s + q.size, k + ints[k + COUNT]
 
         # Skip a shape that the block's beam or all of its rays miss
         u2, v2 = q[HALF_U] * q[HALF_U], q[HALF_V] * q[HALF_V]
         if beam_misses(seen, q[CENTRE], q[CENTRE + 1], q[CENTRE + 2], _half(seen, FORWARD, q, u2, v2),
-                       _half(seen, UPWARD, q, u2, v2), _half(seen, RIGHTWARD, q, u2, v2)) or intersect(lanes, q) == 0:
+                       _half(seen, UPWARD, q, u2, v2), _half(seen, RIGHTWARD, q, u2, v2)) or intersect(lanes, q, is_disk) == 0:
             continue
 
         # Record the surface, then its colour
@@ -149,8 +150,10 @@ def _half(seen, k, q, u2, v2):
 
 
 @stage
-def intersect(lanes, q):
+def intersect(lanes, q, is_disk):
     """A0: distance to the shape q where it is the nearest surface, else 0; A1, A2: u and v there.
+
+    is_disk: 1 for a disk, 0 for a rectangle.
 
     Returns the number of rays that meet it.
     """
@@ -159,7 +162,7 @@ def intersect(lanes, q):
     x, y, z, dx, dy, dz, depth = row[X], row[Y], row[Z], row[L], row[M], row[N], row[DEPTH]
     met, u, v = row[A0], row[A1], row[A2]
     (cx, cy, cz), (ux, uy, uz) = vector(q, CENTRE), vector(q, NORMAL)
-    (ax, ay, az), (bx, by, bz), disk = vector(q, AXIS_U), vector(q, AXIS_V), q[IS_DISK]
+    (ax, ay, az), (bx, by, bz), disk = vector(q, AXIS_U), vector(q, AXIS_V), real(is_disk)
     crossed = np.int32(0)
     for i in range(B):
         t, qa, qb = plane_point(x[i] - cx, y[i] - cy, z[i] - cz, dx[i], dy[i], dz[i], ux, uy, uz,
