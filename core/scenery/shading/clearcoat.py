@@ -59,8 +59,9 @@ SHARP = 0.999           # gloss from which a coat reflects lights sharply
 # SURROUND: the sky's numbers, FLOOR: the floor's, FLOOR_LIGHT: irradiance / π on the floor, SUN: the sun's disk; then
 # the lights
 SURROUND, FLOOR, FLOOR_LIGHT, SUN, LIGHTS = offsets(SKY, ground.FLOOR, 3, SUN_DISK)
-IS_LAST, HAS_FLOOR, HAS_SUN, PLANAR_LIGHTS, SWITCHES = range(5)     # integers; PLANAR_LIGHTS: how many
-CENTRE, NORMAL, AXIS_U, AXIS_V, IS_DISK, COLOUR, PANEL = offsets(3, 3, 3, 3, 1, 3)
+# Integers. PLANAR_LIGHTS: how many; for each of them follows whether it is a disk, 1, or a rectangle, 0
+IS_LAST, HAS_FLOOR, HAS_SUN, PLANAR_LIGHTS, SWITCHES = range(5)
+CENTRE, NORMAL, AXIS_U, AXIS_V, COLOUR, PANEL = offsets(3, 3, 3, 3, 3)
 _, RADIUS2, BULB_COLOUR, BULB = offsets(3, 1, 3)
 
 
@@ -76,15 +77,19 @@ def clearcoat_parameters(sky, floor, floor_light, sun, spheres, planar, last) ->
 
 
 def reflected_parameters(spheres, planar) -> Packed:
-    """Parameters of `sharp_lights`: PANEL numbers for each planar light, then BULB for each sphere."""
-    return Packed(np.concatenate([np.zeros(0), *(o.reflection_numbers() for o in (*planar, *spheres))]), [len(planar)])
+    """Parameters of `sharp_lights`: PANEL numbers for each planar light, then BULB for each sphere.
+
+    Integers: the number of planar lights, then for each of them 1 for a disk and 0 for a rectangle.
+    """
+    return Packed(np.concatenate([np.zeros(0), *(o.reflection_numbers() for o in (*planar, *spheres))]),
+                  [len(planar), *(o.round for o in planar)])
 
 
 def planar_reflection(shape) -> np.ndarray:
     """A planar light as `sharp_lights` reads it."""
     centre, a, b, normal = shape.frame
     return pack(PANEL, {CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
-                        IS_DISK: float(shape.round), COLOUR: shape.material.colour})
+                        COLOUR: shape.material.colour})
 
 
 def sphere_reflection(sphere) -> np.ndarray:
@@ -100,7 +105,7 @@ def clearcoat(lanes, p, ints, key):
     """
     if sharp_open(lanes, p, ints) == 0:
         return
-    sharp_lights(lanes, p[LIGHTS:], ints[PLANAR_LIGHTS])
+    sharp_lights(lanes, p[LIGHTS:], ints[PLANAR_LIGHTS:])
     sharp_close(lanes, ints[IS_LAST])
 
 
@@ -181,16 +186,18 @@ def _reflect_floor(lanes, p, light):
 
 
 @stage
-def sharp_lights(lanes, p, panels):
-    """Show lights to the reflected ray where they are nearer.  p: reflected_parameters, of which `panels` planar."""
+def sharp_lights(lanes, p, ints):
+    """Show lights to the reflected ray where they are nearer.  p, ints: reflected_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     r, g, b, near = row[A6], row[A7], row[A8], row[A9]
-    end = PANEL * panels
-    for s in range(0, end, PANEL):
+    count = ints[0]
+    end = PANEL * count
+    for j in range(count):
+        s = PANEL * j
         (cx, cy, cz), (ux, uy, uz) = vector(p, s + CENTRE), vector(p, s + NORMAL)
-        (ax, ay, az), (bx, by, bz), disk = vector(p, s + AXIS_U), vector(p, s + AXIS_V), p[s + IS_DISK]
+        (ax, ay, az), (bx, by, bz), disk = vector(p, s + AXIS_U), vector(p, s + AXIS_V), real(ints[1 + j])
         er, eg, eb = vector(p, s + COLOUR)
         for i in range(B):
             t, qa, qb = plane_point(hx[i] - cx, hy[i] - cy, hz[i] - cz, wx[i], wy[i], wz[i], ux, uy, uz,

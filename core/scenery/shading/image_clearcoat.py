@@ -27,7 +27,7 @@ def image_clearcoat_step(sky, still: Packed, moved: Packed) -> Step:
 def image_clearcoat(lanes, p, ints, key):
     """`clearcoat` that reflects the picture of the sky.  p, ints: image_clearcoat_step."""
     if _image_open(lanes, p, ints, ints[SKY_INTEGERS:]) > 0:
-        sharp_lights(lanes, p[IMAGE_SKY + LIGHTS:], ints[SKY_INTEGERS + PLANAR_LIGHTS])
+        sharp_lights(lanes, p[IMAGE_SKY + LIGHTS:], ints[SKY_INTEGERS + PLANAR_LIGHTS:])
         sharp_close(lanes, ints[SKY_INTEGERS + IS_LAST])
 
 

@@ -77,20 +77,20 @@ def moving_clearcoat(lanes, p, ints, key):
 def reflect_moving(lanes, p, ints):
     """Show lights, still and moving, to the rays of `sharp_open`, and add what is reflected.  p, ints: as above."""
     still, switches = ints[0], ints[1:]
-    sharp_lights(lanes, p[LIGHTS:still], switches[PLANAR_LIGHTS])
+    sharp_lights(lanes, p[LIGHTS:still], switches[PLANAR_LIGHTS:])
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, time = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[TIME]
     hx, hy, hz, ex, ey, ez = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5]
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
-    s, k = still, 1 + SWITCHES
+    s, k = still, 1 + SWITCHES + switches[PLANAR_LIGHTS]
     while s < p.size:
         end, motion = s + ints[k + LENGTH], motion_of(p, s)
         for i in range(B):
             x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                                   ex[i], ey[i], ez[i])
-        sharp_lights(lanes, p[s + MOTION:end], ints[k + GROUP])
+        sharp_lights(lanes, p[s + MOTION:end], ints[k + GROUP:])
         s, k = end, k + ints[k + COUNT]
     sharp_close(lanes, switches[IS_LAST])
 
