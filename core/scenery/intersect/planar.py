@@ -112,7 +112,9 @@ def planar(lanes, p, ints, key):
         # Skip a shape that the block's beam or all of its rays miss
         u2, v2 = q[HALF_U] * q[HALF_U], q[HALF_V] * q[HALF_V]
         if beam_misses(seen, q[CENTRE], q[CENTRE + 1], q[CENTRE + 2], _half(seen, FORWARD, q, u2, v2),
-                       _half(seen, UPWARD, q, u2, v2), _half(seen, RIGHTWARD, q, u2, v2)) or intersect(lanes, q, is_disk) == 0:
+                       _half(seen, UPWARD, q, u2, v2), _half(seen, RIGHTWARD, q, u2, v2)):
+            continue
+        if intersect(lanes, q, is_disk) == 0:
             continue
 
         # Record the surface, then its colour
