@@ -184,11 +184,27 @@ class Panels:
         shown, _ = imgui.begin(name, None, flags)
         imgui.pop_style_var()
         imgui.pop_style_color()
-        if shown and imgui.get_window_pos().x + imgui.get_window_width() > self._browsing.covers:
-            draw()
-            if imgui.internal.get_current_window().dc.is_set_pos:   # else imgui fails outside the guarded panel
-                imgui.dummy(ImVec2(0.0, 0.0))
+        if shown:
+            self._uncovered(draw, own)
         imgui.end()
+
+    def _uncovered(self, draw: Callable[[], None], docked: bool) -> None:
+        """Draw into the current window what the lens browser leaves in sight of it."""
+        corner, size = imgui.get_window_pos(), imgui.get_window_size()
+        end, covers = ImVec2(corner.x + size.x, corner.y + size.y), self._browsing.covers
+        clips = docked and covers > corner.x
+        if covers > corner.x:
+            below_tabs = imgui.internal.get_current_window().inner_rect.min.y
+            self._browsing.cover((corner.x, below_tabs, end.x, end.y), docked)
+        if end.x <= covers:
+            return
+        if clips:
+            imgui.push_clip_rect(ImVec2(covers, corner.y), end, True)
+        draw()
+        if imgui.internal.get_current_window().dc.is_set_pos:   # else imgui fails outside the guarded panel
+            imgui.dummy(ImVec2(0.0, 0.0))
+        if clips:
+            imgui.pop_clip_rect()
 
     def _render(self) -> None:
         window = self._state

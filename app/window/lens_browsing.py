@@ -4,6 +4,7 @@ Any number of lenses that are tried one after the other are one step of undo; Es
 """
 
 import json
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import lru_cache
 
@@ -26,10 +27,29 @@ LEAST, MOST = 33.0, 66.0        # em
 RECENT = 24                     # lenses that are remembered
 ENOUGH = 24                     # samples of the window's picture, after which thumbnails are made
 
+Box = tuple[float, float, float, float]     # left, top, right, bottom on the screen (pixels)
+
 
 @lru_cache(maxsize=1)
 def _cards() -> tuple[lenses.Card, ...]:
     return tuple(lenses.describe())
+
+
+def outside(box: Box, holes: Iterable[Box]) -> list[Box]:
+    """The part of a box that no hole covers, as boxes that do not overlap."""
+    parts = [box]
+    for left, top, right, bottom in holes:
+        cut: list[Box] = []
+        for x0, y0, x1, y1 in parts:
+            a, b = min(max(left, x0), x1), min(max(right, x0), x1)
+            c, d = min(max(top, y0), y1), min(max(bottom, y0), y1)
+            if a >= b or c >= d:
+                cut.append((x0, y0, x1, y1))
+            else:
+                around = (x0, y0, x1, c), (x0, d, x1, y1), (x0, c, a, d), (b, c, x1, d)
+                cut += [part for part in around if part[0] < part[2] and part[1] < part[3]]
+        parts = cut
+    return parts
 
 
 class LensBrowsing:
@@ -44,6 +64,8 @@ class LensBrowsing:
         self._sections = SmallTextures(self.state.sections)
         self._before: Settings | None = None            # the settings at the opening
         self._tried: Settings | None = None             # with the lens that is tried
+        self._blank: list[Box] = []                     # docked panels, which draw nothing beneath the browser
+        self._over_floating = False                     # a floating panel lies beneath it, or above
         self._saved = ""                                # favourites and recent lenses in the preferences
 
     def load(self) -> None:
@@ -63,6 +85,13 @@ class LensBrowsing:
     def covers(self) -> float:
         """The right edge of the browser on the screen (pixels); 0 while it is closed."""
         return imgui.get_main_viewport().pos.x + self._width if self.is_open else 0.0
+
+    def cover(self, box: Box, docked: bool) -> None:
+        """Note a panel of this frame that the browser covers in part or whole; docked: it draws nothing beneath."""
+        if docked:
+            self._blank.append(box)
+        else:
+            self._over_floating = True
 
     @property
     def _width(self) -> float:
@@ -110,11 +139,10 @@ class LensBrowsing:
         imgui.set_next_window_pos(ImVec2(viewport.work_pos.x, viewport.pos.y + below))
         imgui.set_next_window_size(ImVec2(self._width, viewport.size.y - below - status))
         flags = imgui.WindowFlags_
-        imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*theme.colours().panel))
         shown, _ = imgui.begin(TITLE, None, flags.no_decoration | flags.no_move | flags.no_saved_settings
                                | flags.no_docking | flags.no_nav_inputs)
-        imgui.pop_style_color()
         if shown:
+            self._fill()
             lens_browser_panel(_cards(), state, self._textures.of, self._sections.of, thumbnails.problems,
                                thumbnails.missing)
         imgui.end()
@@ -122,6 +150,20 @@ class LensBrowsing:
         thumbnails.want((*state.in_sight, *(card.name for card in _cards() if card.name not in seen)),
                         self._picture_is_ready)
         self._answer()
+
+    def _fill(self) -> None:
+        """Fill the window where something is drawn beneath it.
+
+        Elsewhere the screen has the colour of the panels already; to fill it again takes a renderer on the processor
+        10 ns a pixel.
+        """
+        corner, size, draw = imgui.get_window_pos(), imgui.get_window_size(), imgui.get_window_draw_list()
+        whole = corner.x, corner.y, corner.x + size.x, corner.y + size.y
+        draw.push_clip_rect(ImVec2(*whole[:2]), ImVec2(*whole[2:]))
+        for left, top, right, bottom in outside(whole, () if self._over_floating else self._blank):
+            draw.add_rect_filled(ImVec2(left, top), ImVec2(right, bottom), theme.packed(theme.colours().panel))
+        draw.pop_clip_rect()
+        self._blank, self._over_floating = [], False
 
     def _answer(self) -> None:
         state, window = self.state, self._window

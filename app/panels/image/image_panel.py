@@ -63,7 +63,7 @@ def _ground(draw: imgui.ImDrawList, covered: tuple[float, float, float, float] |
     corner, size = imgui.get_window_pos(), imgui.get_window_size()
     end = ImVec2(corner.x + size.x, corner.y + size.y)
     left, top, right, bottom = covered if covered is not None else (end.x, end.y, end.x, end.y)
-    draw.push_clip_rect(corner, end)
+    draw.push_clip_rect(corner, end, True)
     for x0, y0, x1, y1 in ((corner.x, corner.y, end.x, top), (corner.x, top, left, bottom),
                            (right, top, end.x, bottom), (corner.x, bottom, end.x, end.y)):
         if x1 > x0 and y1 > y0:

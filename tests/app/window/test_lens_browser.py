@@ -3,8 +3,10 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from imgui_bundle import imgui
+from PIL import Image
 
 from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.window import lens_browsing
@@ -96,6 +98,41 @@ def test_a_camera_without_a_lens_gets_one(drive):
         assert hand.settings.camera == "lens" and hand.settings.lens == TESSAR
 
     assert drive(use, replace(SMALL, camera="perspective")).view.messages == []
+
+
+def test_parts_outside_of_holes_do_not_overlap_and_leave_nothing_out():
+    random = np.random.default_rng(3)
+    for count in range(6):
+        holes = [(*corner, *(corner + size)) for corner, size in
+                 zip(random.integers(-4, 20, (count, 2)), random.integers(0, 14, (count, 2)), strict=True)]
+        filled, wanted = np.zeros((24, 24), int), np.ones((24, 24), int)
+        for left, top, right, bottom in holes:
+            wanted[max(top, 0):max(bottom, 0), max(left, 0):max(right, 0)] = 0
+        wanted[:, :2] = wanted[:, 20:] = wanted[:3] = wanted[22:] = 0
+        for left, top, right, bottom in lens_browsing.outside((2, 3, 20, 22), holes):
+            filled[top:bottom, left:right] += 1
+        assert np.array_equal(filled, wanted)
+
+
+@pytest.mark.slow
+def test_nothing_beneath_the_browser_shows_through(drive, monkeypatch, tmp_path):
+    """Its ground is filled only where something is drawn beneath: the picture is that of a ground filled whole."""
+    def pictured(hand, name):
+        hand.photograph(tmp_path / name)
+        return np.asarray(Image.open(tmp_path / name))[:, :int(hand.session.browsing.covers)]
+
+    def use(hand):
+        imgui.get_io().config_input_text_cursor_blink = False
+        opened(hand)
+        typed(hand, "no such lens")             # no thumbnail arrives between the two screenshots
+        sparse = pictured(hand, "sparse.png")
+        monkeypatch.setattr(lens_browsing, "outside", lambda box, holes: [box])
+        hand.ctx.yield_(2)
+        whole = pictured(hand, "whole.png")
+        status = round(1.4 * imgui.get_frame_height()) + 1      # it says how many frames are drawn
+        assert np.array_equal(sparse[:-status], whole[:-status])
+
+    drive(use)
 
 
 def test_favourites_and_recent_lenses_outlive_the_session(monkeypatch):
