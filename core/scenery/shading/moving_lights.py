@@ -75,6 +75,7 @@ from lensbench.scenery.shading.soft_shadows import (
     RADIANCE,
     SUN,
     add_light,
+    occluder_integers,
     occluder_parameters,
     sample_lamp,
     sample_sun,
@@ -180,7 +181,7 @@ def moving_sun(lanes, p, ints, key):
     still = ints[0]
     sample_sun(lanes, p)
     shadow(lanes, p[SUN:still], ints[1:])
-    shadow_moving(lanes, p[still:], ints[2 + ints[1]:])
+    shadow_moving(lanes, p[still:], ints[1 + occluder_integers(ints[1:]):])
     add_light(lanes, p[IRRADIANCE:])
 
 
@@ -195,7 +196,7 @@ def moving_lamp(lanes, p, ints, key):
     still = ints[0]
     sample_moving_lamp(lanes, p, ints[1])
     shadow(lanes, p[MOTION + LAMP:still], ints[2:])
-    shadow_moving(lanes, p[still:], ints[3 + ints[2]:])
+    shadow_moving(lanes, p[still:], ints[2 + occluder_integers(ints[2:]):])
     add_light(lanes, p[MOTION + RADIANCE:])
 
 

@@ -41,6 +41,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import njit
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.layout import Packed, offsets, pack, vector
 from lensbench.scenery.intersect.block_bounds import (
@@ -55,11 +56,13 @@ from lensbench.scenery.intersect.sphere_tree import CROWD, bounding_sphere, coun
 from lensbench.scenery.shading.illumination import POINT, POINT_AREA, POINT_LIGHT, POINT_PLACE, POINT_RADIUS2, count_lit
 from lensbench.scenery.values import across, unit
 
-# Occluders: spheres and nodes of many, then planar shapes. Integers: how many spheres and nodes, then for each of them
-# how many follow it and belong to it. RADIUS2: of a node, of a sphere around it. TRANSMITTED: part of the light that
-# passes
+# Occluders: spheres and nodes of many, then planar shapes. RADIUS2: of a node, of a sphere around it. TRANSMITTED,
+# PANE_TRANSMITTED: part of the light that passes a sphere, a planar shape
 CENTRE, RADIUS2, TRANSMITTED, BALL = offsets(3, 1, 1)
-_, NORMAL, AXIS_U, AXIS_V, IS_DISK, CLEAR, HALF_WIDTHS, SHADE = offsets(3, 3, 3, 3, 1, 1, 3)
+_, NORMAL, AXIS_U, AXIS_V, PANE_TRANSMITTED, HALF_WIDTHS, SHADE = offsets(3, 3, 3, 3, 1, 3)
+# Integers: how many spheres and nodes, how many planar shapes; then for each sphere and node how many follow it and
+# belong to it, and for each planar shape whether it is a disk, 1, or a rectangle, 0
+BALLS, SHADES, OCCLUDER_INTEGERS = range(3)
 GLASS_BALL = 0.85       # part of the light that passes a glass ball, averaged over incidences
 
 # The sun, before its occluders: RIGHT, UP: unit axes across its direction times the tangent of its angular radius
@@ -79,7 +82,7 @@ def planar_occluder(shape) -> np.ndarray:
     """A planar shape as `shadow` reads it."""
     centre, a, b, normal = shape.frame
     return pack(SHADE, {CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
-                        IS_DISK: float(shape.round), CLEAR: float(shape.material.kind == "glass"),
+                        PANE_TRANSMITTED: 1.0 if shape.material.kind == "glass" else 0.0,
                         HALF_WIDTHS: abs(a) + abs(b)})
 
 
@@ -95,7 +98,13 @@ def occluder_parameters(spheres, planar) -> Packed:
         else:
             numbers.append(spheres[members[0]].occluder_numbers())
     return Packed(np.concatenate([*numbers, *(o.occluder_numbers() for o in planar)]),
-                  [len(tree), *counts_below(tree)])
+                  [len(tree), len(planar), *counts_below(tree), *(o.round for o in planar)])
+
+
+@njit(inline="always")
+def occluder_integers(ints):
+    """How many integers `shadow` reads."""
+    return OCCLUDER_INTEGERS + ints[BALLS] + ints[SHADES]
 
 
 def sphere_lamp(sphere) -> Packed:
@@ -140,8 +149,8 @@ def shadow(lanes, p, ints):
     box = shadow_bounds(lanes)
 
     # Spheres
-    count = ints[0]
-    end, s, k, seen = BALL * count, 0, 1, row[BEAM]
+    count = ints[BALLS]
+    end, s, k, seen = BALL * count, 0, OCCLUDER_INTEGERS, row[BEAM]
     crowded = count > 2 * CROWD
     if crowded:
         shadow_beam(lanes)
@@ -166,10 +175,12 @@ def shadow(lanes, p, ints):
             light[i] *= clear * real(4) * inner * inner * inner if held else real(1)
 
     # Planar shapes
-    for s in range(end, p.size, SHADE):
+    for j in range(ints[SHADES]):
+        s = end + SHADE * j
         (cx, cy, cz), (ux, uy, uz) = vector(p, s + CENTRE), vector(p, s + NORMAL)
         (ax, ay, az), (bx, by, bz) = vector(p, s + AXIS_U), vector(p, s + AXIS_V)
-        disk, clear, (wide_x, wide_y, wide_z) = p[s + IS_DISK], p[s + CLEAR], vector(p, s + HALF_WIDTHS)
+        disk, clear = real(ints[OCCLUDER_INTEGERS + count + j]), p[s + PANE_TRANSMITTED]
+        wide_x, wide_y, wide_z = vector(p, s + HALF_WIDTHS)
         if boxes_disjoint(box, cx, cy, cz, wide_x, wide_y, wide_z) or plane_misses(box, cx, cy, cz, ux, uy, uz):
             continue
         for i in range(B):
@@ -194,7 +205,7 @@ def disk_points(lanes):
 
 @stage
 def sun(lanes, p, ints, key):
-    """Add the light of the sun.  p: sun_parameters, occluder_parameters."""
+    """Add the light of the sun.  p, ints: sun_parameters, occluder_parameters."""
     if count_lit(lanes) == 0:
         return
     sample_sun(lanes, p)
@@ -204,7 +215,7 @@ def sun(lanes, p, ints, key):
 
 @stage
 def lamp(lanes, p, ints, key):
-    """Add the light of one lamp.  p: sphere_lamp or planar_lamp, then occluder_parameters."""
+    """Add the light of one lamp.  p, ints: sphere_lamp or planar_lamp, then occluder_parameters."""
     if count_lit(lanes) == 0:
         return
     sample_lamp(lanes, p, ints[0])
