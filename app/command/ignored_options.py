@@ -32,8 +32,6 @@ _NEEDS = {
     "focus_distance": _Need(lambda settings: settings.kind.focuses),
     "blades": _STOP, "blade_rotation": _STOP, "roundness": _STOP,
     "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens), "focus_position": _Need(_of_lens),
-    "ghosts": _Need(lambda settings: settings.kind.has_lens and not settings.moves,
-                    "they need a lens and a still scene"),
     "ghost_strength": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
     "tilt": _Need(_of_lens), "swing": _Need(_of_lens), "rise": _Need(_of_lens), "shift": _Need(_of_lens),
     "immersed": _Need(lambda settings: settings.kind.has_lens and settings.medium == "water", "give --medium water"),

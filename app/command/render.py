@@ -53,11 +53,12 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
 
 def render(arguments: argparse.Namespace) -> int:
     """Render what the arguments ask for; the exit code."""
+    import lensbench as lb
     from lensbench.app.command.lens_options import say
     from lensbench.app.command.options import settings_from
     from lensbench.app.files.picture_render import export_render, kept_path
     from lensbench.app.files.settings_file import save_settings
-    from lensbench.app.state.build import wavelength_remark
+    from lensbench.app.state.build import camera, wavelength_remark
     from lensbench.app.state.camera_kinds import CAMERA_KINDS
     from lensbench.app.state.scene_assets.scene_findings import scene_findings
     from lensbench.app.state.scene_file import cached_scene
@@ -67,6 +68,9 @@ def render(arguments: argparse.Namespace) -> int:
     if needs_lens and arguments.lens is None and arguments.settings is None:
         raise UsageError("which LENS? Name one, an exported picture, or --settings (see lensbench render --help)")
     settings = settings_from(arguments)
+    said = {lb.why_no_ghosts(camera(settings), cached_scene(settings.scene)) if settings.ghosts else "", ""}
+    for reason in said - {""}:
+        say(f"--ghosts: {reason}")
     remark = wavelength_remark(settings)
     if remark:
         say(f"{settings.lens}: {remark}")
@@ -95,6 +99,10 @@ def render(arguments: argparse.Namespace) -> int:
                 print(f"lensbench: stopped {which}after {fixed(perf_counter() - begun, 0)} s; the samples are in "
                       f"{kept_path(path)}, and the same command goes on from there", file=sys.stderr)
                 return 128 + signals[0]
+            for each in found.findings:
+                if each.message not in said:
+                    said.add(each.message)
+                    say(f"{path}: {each}")
             done.append(_figures(path, found, arguments.until_noise, perf_counter() - started))
             if not arguments.json:
                 print(_summary(done[-1], found))
@@ -174,7 +182,7 @@ def _figures(path: Path, found: "Rendered", wanted: float | None, seconds: float
     return {"path": str(path), "pixels": [across, down], "samples": found.samples, "seconds": seconds,
             "samples_per_second": across * down * found.samples / seconds, "noise": found.noise,
             "noise_reached": None if wanted is None else found.noise is not None and found.noise <= wanted,
-            "chosen": found.choice and record(found.choice)}
+            "findings": [str(each) for each in found.findings], "chosen": found.choice and record(found.choice)}
 
 
 def _summary(figures: dict[str, Any], found: "Rendered") -> str:

@@ -52,6 +52,7 @@ class Presenter:
         self._pins = 0                                  # counts the pictures A
         self._deep: RenderUpdate | None = None                  # the newest with a depth map
         self._loaded: Any = None                        # the key of the loaded picture
+        self._said: dict[Any, str] = {}                 # findings of the newest update
 
     def open(self) -> None:
         """Begin to draw in the current GL context."""
@@ -76,10 +77,28 @@ class Presenter:
         if update is None or self._screen is None or update is self.update:
             return
         self.update = update
+        self._say(update, view)
         if update.depth is not None:
             self._deep = update
             if view.mark is None:
                 view.mark = _first_mark(update)
+
+    def _say(self, update: RenderUpdate, view: View) -> None:
+        """Show what the picture leaves out, until it no longer does.
+
+        Figures follow the picture; a note that the user has dismissed does not come back with other figures.
+        """
+        # Not the text where it has figures: these change while the camera is dragged
+        found: dict[Any, str] = {(each.kind if each.figures else each.message): each.message[:1].upper()
+                                 + each.message[1:] for each in update.findings}
+        for key, text in self._said.items():
+            if found.get(key) != text and text in view.messages:
+                view.notices.forget(lambda notice, text=text: notice.text == text)
+                if key in found:
+                    view.say(found[key], note=True)
+        for key in found.keys() - self._said.keys():
+            view.say(found[key], note=True)
+        self._said = found
 
     def applied_exposure(self, settings: Settings) -> AppliedExposure | None:
         """The exposure of the picture in figures; None before the first picture."""

@@ -25,6 +25,7 @@ from lensbench.app.state.coating import flare
 from lensbench.app.state.picture.exposure import exposed
 from lensbench.app.state.scene_file import find_scene
 from lensbench.app.state.settings import Settings
+from lensbench.optics.finding import Finding
 
 PASS_SECONDS = 0.2              # of rendering between two steps of the progress
 KEEP_SECONDS = 60.0             # between two writings of the kept samples
@@ -50,12 +51,15 @@ class Rendered:
         Its noise, as `Noise` estimates it; None where nothing was asked for.
     choice
         Of the automatic model, if that was asked for.
+    findings
+        What the picture leaves out, as `Rendering.findings`.
     """
 
     image: np.ndarray
     samples: int
     noise: float | None
     choice: lb.Choice | None
+    findings: tuple[Finding, ...] = ()
 
 
 class Noise:
@@ -199,7 +203,8 @@ def render(settings: Settings, progress: Callable[[float], object] = lambda frac
         finally:
             stopped.set()               # so that the threads end soon after Ctrl-C
     progress(1.0)
-    return Rendered(rendering.image(), rendering.samples, meter.noise if meter is not None else None, choice)
+    return Rendered(rendering.image(), rendering.samples, meter.noise if meter is not None else None, choice,
+                    rendering.findings)
 
 
 def kept_path(path: Path) -> Path:

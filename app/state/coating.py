@@ -40,13 +40,14 @@ def _assumed(settings: "Settings", lens: lb.Lens) -> Coating:
 
 
 def flare(settings: "Settings") -> "Flare | None":
-    """The ghosts of the picture of these settings; None where they are off, or the camera has no lens."""
-    if not (settings.ghosts and settings.has_lens):
+    """The ghosts that the settings ask for, also where the picture can have none, which it says; None: they are off."""
+    if not settings.ghosts:
         return None
     from lensbench.app.state.build import design
     from lensbench.rendering.ghost_image import Flare
 
-    return Flare(coating(settings, design(settings)).name, settings.ghost_strength)
+    found = coating(settings, design(settings)).name if settings.has_lens else "uncoated"
+    return Flare(found, settings.ghost_strength)
 
 
 def _loss(name: str) -> str:

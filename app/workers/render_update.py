@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lensbench.app.state.settings import Settings
+from lensbench.optics.finding import Finding
 
 
 class RenderUpdate(NamedTuple):
@@ -24,6 +25,7 @@ class RenderUpdate(NamedTuple):
     coded: bool = False                         # the image holds codes of the screen, neither exposed nor toned
     field_picture: int = 0                      # of a light field: its number
     plain: NDArray[np.float32] | None = None    # the image without samples of the picture before; None: it has none
+    findings: tuple[Finding, ...] = ()        # what it leaves out, as `Rendering.findings`
 
     @property
     def key(self) -> tuple[int, int, bool, int]:

@@ -400,7 +400,7 @@ class RenderWorker:
             plain, image = image, job.mixed.image if light is None else job.mixed.image + light
         self._before.keep(job.settings, rendering, job.mixed, seen, job.depth)
         update = RenderUpdate(job.generation, image, rendering.samples, job.seconds, job.settings, job.rate, job.depth,
-                              plain=plain, **self._choice_fields(job))
+                              plain=plain, findings=rendering.findings, **self._choice_fields(job))
         with self._change:
             if self.waiting and job.generation == self._generation:
                 self._first_seconds = perf_counter() - self._started

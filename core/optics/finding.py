@@ -69,6 +69,10 @@ class Kind(StrEnum):
     DARK = "dark"                           # fields that no light reaches
     SAMPLING = "sampling"                   # too few samples, or an approximation beyond its range
 
+    # Of a picture
+    NO_GHOSTS = "no-ghosts"                 # they are wanted, and cannot be traced
+    DIM_LIGHTS = "dim-lights"               # lights that have no ghosts, beyond the brightest ones
+
 
 @dataclass(frozen=True)
 class Change:

@@ -22,7 +22,9 @@ from lensbench.cameras.real_lens import LensCamera
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import lane_buffer
+from lensbench.kernels.figures import significant
 from lensbench.optics.coatings import Coating
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.ghost_grid import Box, entrance_grid, entrance_reach, pair_box
 from lensbench.optics.ghost_trace import DIRECT, GhostTracer, Pair, ghost_pairs, pair_share
 from lensbench.optics.glass import D_LINE
@@ -89,6 +91,19 @@ class GhostImage:
     def is_empty(self) -> bool:
         """Whether there are no ghosts to trace; `reason` says why."""
         return bool(self.reason)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Why there are no ghosts, or which lights have none; the latter is known after the first pass."""
+        if self.reason:
+            return (note(Kind.NO_GHOSTS, self.reason),)
+        lights = self._lights
+        if not lights.left_out:
+            return ()
+        some = "1 dimmer light has" if lights.left_out == 1 else f"{lights.left_out} dimmer lights have"
+        return (note(Kind.DIM_LIGHTS, f"only the {len(lights.lights)} brightest lights have ghosts: {some} none, with "
+                     f"{significant(100.0 * lights.left_share, 2)} % of the light at the lens",
+                     lights=lights.left_out, share=lights.left_share),)
 
     def add_to(self, picture: np.ndarray) -> None:
         """Add the mean of the passes so far to a picture (h, w, 3), line by line."""

@@ -17,6 +17,7 @@ from lensbench.kernels.block import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, Step
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
 from lensbench.kernels.tile_order import raster_image
+from lensbench.optics.finding import Finding
 from lensbench.rendering.aovs import AVERAGED, aov_steps, arrival_steps, sees_behind
 from lensbench.rendering.ghost_image import Flare, GhostImage
 from lensbench.rendering.light_image import LightImage
@@ -118,6 +119,7 @@ class Rendering:
         self._light_passes = light_passes
         ghosts = None if flare is None or view else GhostImage(camera, scene, flare)
         self._ghosts = None if ghosts is None or ghosts.is_empty else ghosts
+        self._flared = ghosts       # says why it is empty
         self._scene, self._view, self._shadows, self._pupil_part = scene, view, shadows, pupil_part
         self._compose()
         # Counts the samples that arrive, for the AOVs that are means over these
@@ -211,6 +213,11 @@ class Rendering:
             found["arrived"] = self._arrived
         found |= {} if self._light_image is None or self._light_image.is_empty else self._light_image.state
         return found | ({} if self._ghosts is None else self._ghosts.state)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the picture leaves out: why it has no ghosts, or which lights have none, known with the first sample."""
+        return () if self._flared is None else self._flared.findings
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from the sums of a rendering of the same arguments.

@@ -17,6 +17,8 @@ from lensbench.app.command.main import main
     ("--camera fisheye --degree 5 --visibility 3m",
      ["--degree has no effect on the camera fisheye: give --lens-model",
       "--visibility has no effect on the camera fisheye: give --medium"]),
+    ("pbrt-dgauss-50mm --ghosts --medium water", ["--ghosts: ghosts are not traced through a flat port"]),
+    ("--camera perspective --ghosts", ["--ghosts: ghosts need a lens with surfaces"]),
     ("pbrt-dgauss-50mm --camera bare-sensor", ["pbrt-dgauss-50mm has no effect: the camera bare-sensor has no lens"]),
 ])
 def test_options_without_an_effect_are_named(options, said, tmp_path, capsys):

@@ -12,6 +12,7 @@ from lensbench.app.state.picture.statistics import Difference, histogram
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.light_field_worker import FieldPicture
 from lensbench.app.workers.render_update import RenderUpdate
+from lensbench.optics import finding
 
 SETTINGS = replace(Settings(), pixels_x=6, pixels_y=4, compare="difference")
 
@@ -80,6 +81,26 @@ def test_pictures_of_a_light_field_are_told_apart_by_their_number(presenter, mon
         image[:] = 0.3 * number                             # the same id
         presenter.field_picture = FieldPicture(recording, look, image, 0.0, 1.0, number)
         assert_shows(presenter, image)
+
+
+def test_what_a_picture_leaves_out_is_said_once_until_it_no_longer_does(presenter):
+    view, image = View(), np.zeros((4, 6, 3), np.float32)
+
+    def take(*findings):
+        presenter._say(RenderUpdate(1, image, 1, 0.0, SETTINGS, 0.0, findings=findings), view)
+        return view.messages
+
+    def dim(lights):
+        return finding.note(finding.Kind.DIM_LIGHTS, f"{lights} lights have none", lights=lights)
+
+    still = finding.note(finding.Kind.NO_GHOSTS, "ghosts are not traced where the camera moves")
+    port = finding.note(finding.Kind.NO_GHOSTS, "ghosts are not traced through a port")
+    assert take(still) == take(still) == ["Ghosts are not traced where the camera moves"]
+    assert take(port) == ["Ghosts are not traced through a port"]
+    assert take(dim(2)) == ["2 lights have none"] and take(dim(3)) == ["3 lights have none"]
+    view.notices.forget()                                   # dismissed: other figures do not bring it back
+    assert take(dim(4)) == [] and take(still) == ["Ghosts are not traced where the camera moves"]
+    assert take() == []
 
 
 @pytest.mark.parametrize(("renderer", "share"), [("llvmpipe (LLVM 15.0.7, 256 bits)", 0.0), ("NVIDIA H200/PCIe", 0.35)])

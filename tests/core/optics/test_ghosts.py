@@ -13,6 +13,7 @@ from lensbench.analysis.ghost_ranking import ghosts, light_place, paraxial_ghost
 from lensbench.analysis.reflection_tree import light_budget
 from lensbench.cameras.film_landing import landing_step
 from lensbench.kernels.block import lane_buffer
+from lensbench.optics.finding import Kind
 from lensbench.optics.ghost_grid import entrance_grid, grid_rays, pair_box
 from lensbench.optics.ghost_trace import GhostTracer, ghost_pairs, ghost_path
 from lensbench.rendering.ghost_cells import add_cells
@@ -22,6 +23,7 @@ N = 1.5
 R = ((N - 1.0) / (N + 1.0)) ** 2
 PLATE = lb.Lens((lb.Surface(0.0, 4.0, 20.0, lb.Glass(N)), lb.Surface(0.0, 50.0, 20.0)), 0)
 GAUSS = lenses.load("pbrt-dgauss-50mm")
+FILM = lb.Film(36.0, 24.0, 24, 16)
 RASTER = [landing_step(lb.Film(36.0, 24.0, 96, 64), 1.0)]
 
 
@@ -188,3 +190,22 @@ def test_the_light_of_a_picture_of_ghosts_is_that_of_the_table():
 def test_a_picture_that_can_have_no_ghosts_says_why():
     scene = lb.Scene((), sun=lb.Sun((0.0, 0.0, -1.0)))
     assert "surfaces" in GhostImage(lb.PerspectiveCamera(lb.Film(), 0.6), scene, Flare()).reason
+    first, *others = GAUSS.surfaces
+    tilted = replace(GAUSS, surfaces=(replace(first, pose=lb.SurfacePose(tilt_x=0.02)), *others))
+    for camera, words in ((lb.LensCamera(tilted, FILM), "out of line"),
+                          (lb.LensCamera(GAUSS, FILM, medium=lb.Medium.water(5000.0)), "port")):
+        finding, = lb.Rendering(camera, scene, flare=Flare()).findings
+        assert finding.kind == Kind.NO_GHOSTS and words in finding.message
+        assert lb.Rendering(camera, scene).findings == ()
+
+
+def test_lights_beyond_the_brightest_are_counted_in_a_finding():
+    lamp = lb.Material((1.0, 1.0, 1.0), "light")
+    lamps = tuple(lb.Sphere((300.0 * (i % 10 - 5), 300.0 * (i // 10 - 3), -9000.0), 12.0, lamp) for i in range(50))
+    with ThreadPoolExecutor(1) as pool:
+        for count, expected in ((50, [2.0]), (48, [])):
+            image = GhostImage(lb.LensCamera(GAUSS, FILM), lb.Scene(spheres=lamps[:count]), Flare(pairs=((0, 1),)))
+            image.add(1, pool, 1, lambda: True)
+            assert [each.figures["lights"] for each in image.findings] == expected
+            assert all(each.kind == Kind.DIM_LIGHTS and 0.03 < each.figures["share"] < 0.05
+                       and "2 dimmer lights" in str(each) for each in image.findings)
