@@ -91,13 +91,11 @@ class Presenter:
         # Not the text where it has figures: these change while the camera is dragged
         found: dict[Any, str] = {(each.kind if each.figures else each.message): each.message[:1].upper()
                                  + each.message[1:] for each in update.findings}
-        for key, text in self._said.items():
-            if found.get(key) != text and text in view.messages:
-                view.notices.forget(lambda notice, text=text: notice.text == text)
-                if key in found:
-                    view.say(found[key], note=True)
-        for key in found.keys() - self._said.keys():
-            view.say(found[key], note=True)
+        stale = {text for key, text in self._said.items() if found.get(key) != text} & set(view.messages)
+        view.notices.forget(lambda notice: notice.text in stale)
+        for key, text in found.items():
+            if key not in self._said or self._said[key] in stale:
+                view.say(text, note=True)
         self._said = found
 
     def applied_exposure(self, settings: Settings) -> AppliedExposure | None:
