@@ -50,11 +50,13 @@ class Sheet:
 
 def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, make: Callable[..., Figure],
              options: tuple = (), points: tuple[int, int] = (16, 32), grip: Grip | None = None,
-             adapted: Callable[[Settings], Settings] = lambda settings: settings) -> Under | None:
+             adapted: Callable[[Settings], Settings] = lambda settings: settings,
+             columns: int | None = None) -> Under | None:
     """Draw the figure of an analysis in the rest of the window; what is under the cursor.
 
     make, options, points: as `Job` takes them. grip: a line that is dragged through the first plot. adapted: the
-    settings whose figure is wanted, from those of the window, and from those of A.
+    settings whose figure is wanted, from those of the window, and from those of A. columns: of plots that are drawn,
+    None for all; a file holds all of them.
     """
     state.figure, state.reason = None, ""
     try:
@@ -79,7 +81,8 @@ def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, 
     size = imgui.get_content_region_avail()
     line, low = imgui.get_text_line_height_with_spacing(), size.y < theme.em(LOW)
     below = line * (2.0 if figure.remarks and not low else 1.0)
-    under = draw_figure(name, figure, ImVec2(size.x, max(size.y - below, 1.0)), state.drawn, grip,
+    drawn = replace(figure, rows=tuple(row[:columns] for row in figure.rows))
+    under = draw_figure(name, drawn, ImVec2(size.x, max(size.y - below, 1.0)), state.drawn, grip,
                         sheet.links.surfaces, named=not low)
     _conditions(figure, size.x, low)
     imgui.pop_font()

@@ -16,6 +16,8 @@ from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import significant, true_minus
 
 NAME = "Ghosts"
+WIDE, NARROW = 44.0, 22.0         # em: the table stands beside the plots; the discs stand alone
+PLOTS = 13.0                    # em: least height of plots and conditions, unless the table has no three rows then
 FIELDS = {"axis": "Centre", "middle": "0.7", "corner": "Corner", "outside": "Outside"}
 TIPS = {"axis": "A distant light in the middle of the picture", "middle": "0.7 of the angle to the corner, upward",
         "corner": "At the angle of the corner, upward", "outside": "1.3 times the angle of the corner: a light outside "
@@ -33,8 +35,17 @@ def ghosts_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None
         coated = coating(settings, design(settings)).name if settings.has_lens else "uncoated"
     except (ValueError, OSError):
         coated = "uncoated"                                 # `analysis` says why there is no lens
-    chosen = _table(state) if state.figure is not None else None
-    under = analysis(NAME, settings, state, sheet, ghosts_figure, (state.choices["field"], coated))
+    room, line = imgui.get_content_region_avail(), imgui.get_text_line_height_with_spacing()
+    beside, narrow = room.x > theme.em(WIDE), room.x < theme.em(NARROW)
+    size = ImVec2(0.4 * room.x, room.y) if beside else ImVec2(
+        0.0, max(min(0.42 * room.y, room.y - theme.em(PLOTS)), 3.5 * line))
+    chosen = _table(state, size) if state.figure is not None else None
+    if beside and state.figure is not None:
+        imgui.same_line()
+    imgui.begin_group()
+    under = analysis(NAME, settings, state, sheet, ghosts_figure, (state.choices["field"], coated),
+                     columns=1 if narrow else None)
+    imgui.end_group()
     if state.figure is None:
         return
     if under is not None and under.column == 1:
@@ -46,13 +57,12 @@ def ghosts_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None
         _show(settings, state, sheet, chosen)
 
 
-def _table(state: AnalysisState) -> str | None:
+def _table(state: AnalysisState, size: ImVec2) -> str | None:
     """The ranked pairs; the one under the mouse. A click keeps one shown, or no longer."""
     assert state.figure is not None
     hovered = None
-    height = max(0.42 * imgui.get_content_region_avail().y, 4.0 * imgui.get_text_line_height_with_spacing())
     flags = (imgui.TableFlags_.scroll_y | imgui.TableFlags_.sizing_stretch_same | imgui.TableFlags_.row_bg)
-    if not imgui.begin_table("ghosts", len(COLUMNS), flags, ImVec2(0.0, height)):
+    if not imgui.begin_table("ghosts", len(COLUMNS), flags, size):
         return None
     theme.small()
     imgui.table_setup_scroll_freeze(0, 1)
