@@ -16,7 +16,7 @@ from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import significant, true_minus
 
 NAME = "Ghosts"
-WIDE, NARROW = 44.0, 22.0         # em: the table stands beside the plots; the discs stand alone
+NARROW = 22.0                   # em: the discs stand alone
 PLOTS = 13.0                    # em: least height of plots and conditions, unless the table has no three rows then
 FIELDS = {"axis": "Centre", "middle": "0.7", "corner": "Corner", "outside": "Outside"}
 TIPS = {"axis": "A distant light in the middle of the picture", "middle": "0.7 of the angle to the corner, upward",
@@ -36,16 +36,10 @@ def ghosts_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None
     except (ValueError, OSError):
         coated = "uncoated"                                 # `analysis` says why there is no lens
     room, line = imgui.get_content_region_avail(), imgui.get_text_line_height_with_spacing()
-    beside, narrow = room.x > theme.em(WIDE), room.x < theme.em(NARROW)
-    size = ImVec2(0.4 * room.x, room.y) if beside else ImVec2(
-        0.0, max(min(0.42 * room.y, room.y - theme.em(PLOTS)), 3.5 * line))
+    size = ImVec2(0.0, max(min(0.42 * room.y, room.y - theme.em(PLOTS)), 3.5 * line))
     chosen = _table(state, size) if state.figure is not None else None
-    if beside and state.figure is not None:
-        imgui.same_line()
-    imgui.begin_group()
     under = analysis(NAME, settings, state, sheet, ghosts_figure, (state.choices["field"], coated),
-                     columns=1 if narrow else None)
-    imgui.end_group()
+                     columns=1 if room.x < theme.em(NARROW) else None)
     if state.figure is None:
         return
     if under is not None and under.column == 1:
