@@ -27,6 +27,7 @@ float64 come from one source, and float32 is never widened. (math.floor widens: 
 returns an integer, and an integer times a float32 is a float64. Use np.floor.)
 """
 
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -87,13 +88,18 @@ class Step(NamedTuple):
     kept: Any = ()
 
 
-def stage(kernel):
+def stage(kernel=None, *, part=False):
     """A stage compiled for speed, in which NaN and infinity keep their meaning.
 
     One that was typed at a prompt or in a notebook is compiled once in every session; the others are cached.
+    part: a function that stages call, which becomes a part of their code. Without it a process that compiled the
+    function by itself calls that code, rounded otherwise in the last place than the copy that the stage carries.
     """
+    if kernel is None:
+        return partial(stage, part=part)
     kept = Path(kernel.__code__.co_filename).is_file()
-    return njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy", nogil=True, cache=kept)(kernel)
+    return njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy", nogil=True, cache=kept,
+                forceinline=part)(kernel)
 
 
 def lane_buffer(real=np.float32) -> np.ndarray:

@@ -61,15 +61,17 @@ _COMPILERS = f"{numba.__version__} {llvmlite.__version__} {sys.implementation.ca
 
 
 def version(function: FunctionType) -> str:
-    """16 hex digits that change with the function, with what it calls and with the constants that it reads."""
+    """16 hex digits that change with the function, its options, what it calls and the constants that it reads."""
     found: dict[FunctionType, str] = {}
+    own = function.__globals__.get(function.__name__)
+    options = _options(own.targetoptions) if isinstance(own, dispatcher.Dispatcher) else ""
     waiting = [function]
     while waiting:
         each = waiting.pop()
         if each not in found:
             found[each], called = _alone(each)
             waiting += called
-    return _digest(_COMPILERS, *sorted(found.values()))
+    return _digest(_COMPILERS, options, *sorted(found.values()))
 
 
 @cache

@@ -234,7 +234,7 @@ def trace_by_ball(lanes, p, ints, key):
     _keep_ray(lanes)
 
 
-@stage
+@stage(part=True)
 def _find_path_plane(lanes, p, s):
     """AXIS, CROSS: the axes of the path's plane; BALL_DISTANCE, LIGHT_ALONG, LIGHT_ACROSS in it; OFFSET: first b."""
     real = lanes.dtype.type
@@ -257,7 +257,7 @@ def _find_path_plane(lanes, p, s):
         distance[i], along[i], across[i], offset[i] = d, t, side * size, start
 
 
-@stage
+@stage(part=True)
 def _aim_at_ball(lanes, p, s):
     """L, M, N: the ray that passes the ball's centre at OFFSET; WEIGHT: its étendue, 0 where b is wrong."""
     real = lanes.dtype.type

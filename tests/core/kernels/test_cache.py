@@ -49,6 +49,7 @@ def inner(x):
 def middle(x):
     return inner(x) * TABLE[1]
 
+@njit(nogil=True)
 def kernel(x):
     """Kernel."""
     return middle(x)
@@ -62,12 +63,13 @@ def version(source=SOURCE):
     """Version of `kernel` in this source."""
     names = {"__name__": "source"}
     exec(source, names)
-    return cache.version(names["kernel"])
+    return cache.version(names["kernel"].py_func)
 
 
 @pytest.mark.parametrize("edit", [
     ("x + SCALE", "x - SCALE"), ("SCALE = 2.0", "SCALE = 3.0"), ("arange(3.0)", "arange(4.0)"),
     ("TABLE[1]", "TABLE[2]"), ('"nsz"', '"arcp"'), ("return middle(x)", "return inner(x)"),
+    ("nogil=True", "nogil=False"),
 ])
 def test_a_version_changes_with_what_the_function_calls_and_reads(edit):
     assert version(SOURCE.replace(*edit)) != version()

@@ -1,6 +1,8 @@
 """Light tracing gives the picture of the camera's rays, with less noise."""
 
 import math
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -405,3 +407,26 @@ def test_lights_traced_to_a_tilted_film_bring_what_the_camera_gathers():
         pictures.append(np.asarray(made.image()))
     assert pictures[0].mean() == pytest.approx(pictures[1].mean(), rel=2e-3)
     assert pictures[0][:12].mean() == pytest.approx(pictures[1][:12].mean(), rel=4e-3)      # the string of lights
+
+
+ALONE = """
+import hashlib, sys
+import lensbench as lb
+from numba import float32, int64
+from lensbench.rendering import light_rays
+
+if sys.argv[1] == "alone":
+    for part in (light_rays._find_path_plane, light_rays._aim_at_ball):
+        part.compile((float32[::1], float32[::1], int64))
+camera = lb.PerspectiveCamera(lb.Film(36.0, 24.0, 90, 60), lens_radius=12.0, focus_distance=1200.0)
+rendering = lb.Rendering(camera, lb.builtin_scene("still-life"), seed=7)
+rendering.add(2)
+print(hashlib.sha256(rendering.light().tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_light_has_the_same_bits_in_a_process_that_compiled_the_parts_of_its_stages_by_themselves():
+    """LLVM takes a function of another kernel for its own copy, which is rounded otherwise, unless it is inlined."""
+    assert len({subprocess.run([sys.executable, "-c", ALONE, how], capture_output=True, text=True, check=True).stdout
+                for how in ("alone", "within")}) == 1
