@@ -125,6 +125,7 @@ def test_nothing_beneath_the_browser_shows_through(drive, monkeypatch, tmp_path)
         imgui.get_io().config_input_text_cursor_blink = False
         opened(hand)
         typed(hand, "no such lens")             # no thumbnail arrives between the two screenshots
+        hand.ctx.mouse_move_to_pos((300.0, 400.0))          # and no tooltip
         sparse = pictured(hand, "sparse.png")
         monkeypatch.setattr(lens_browsing, "outside", lambda box, holes: [box])
         hand.ctx.yield_(2)
