@@ -11,7 +11,8 @@
 # make mutants    put known kinds of one-line faults into the core, and list those that the nearest tests miss
 # make compat     the quick tests with the lowest and with the newest versions of the dependencies
 # make choices    choose the model of 400 random cameras: good enough, and the simplest that is? (ten minutes)
-# make peers      trace the same rays in rayoptics, Optiland and batoid, in an environment of its own
+# make peers      trace the same rays in rayoptics, Optiland and batoid, and render exported cameras in Mitsuba and, if
+#                 its module is installed there, in Blender; in an environment of its own
 #
 # Another Python: make PYTHON=python3.13 run. pip uses the configuration of the user.
 
@@ -80,7 +81,7 @@ choices: $(VENV)/.installed-test
 peers:
 	@[ -x build/peers/bin/python ] || $(PYTHON) -m venv build/peers
 	build/peers/bin/python -m pip install -q -e '.[test,peers]'
-	build/peers/bin/python -m pytest -s trials/test_peers.py
+	build/peers/bin/python -m pytest -s trials/test_peers.py trials/test_renderers.py
 
 # The stamps depend on pyproject.toml, so that the next run installs a new dependency
 $(VENV)/.installed: pyproject.toml | $(BIN)/pip

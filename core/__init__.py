@@ -59,9 +59,9 @@ if TYPE_CHECKING:
     from lensbench.imaging.sensor import Sensor
     from lensbench.imaging.transform import TransformError, look_at
     from lensbench.kernels.concentric_map import unit_disk, unit_square
-    from lensbench.lightfields.capture import capture_light_field, picture_through
+    from lensbench.lightfields.capture import capture_light_field, light_field_bytes, picture_through
     from lensbench.lightfields.depth import Depth, find_depth
-    from lensbench.lightfields.light_field import LightField, LightFieldError, light_field_bytes
+    from lensbench.lightfields.light_field import LightField, LightFieldError
     from lensbench.lightfields.lumigraph import Lumigraph, NovelView, array_camera, capture_lumigraph, lumigraph_pinhole
     from lensbench.lightfields.plenoptic import PlenopticCamera, RawPicture
     from lensbench.optics.coatings import COATINGS, Coating, CoatingError, Layer, Reflectance
@@ -94,7 +94,8 @@ if TYPE_CHECKING:
     from lensbench.rendering.aovs import AOVS as VIEWS
     from lensbench.rendering.aovs import fate_colours
     from lensbench.rendering.ghost_image import Flare, why_no_ghosts
-    from lensbench.rendering.progressive import Rendering, depth_map
+    from lensbench.rendering.pixel_depth import depth_map
+    from lensbench.rendering.progressive import Rendering
     from lensbench.scenery.builtin.library import SCENES, builtin_scene
     from lensbench.scenery.objects import (
         Disk,
@@ -145,9 +146,9 @@ _HOMES = {           # the imports above, as they are made at run time
     "imaging.sensor": "Sensor",
     "imaging.transform": "TransformError look_at",
     "kernels.concentric_map": "unit_disk unit_square",
-    "lightfields.capture": "capture_light_field picture_through",
+    "lightfields.capture": "capture_light_field light_field_bytes picture_through",
     "lightfields.depth": "Depth find_depth",
-    "lightfields.light_field": "LightField LightFieldError light_field_bytes",
+    "lightfields.light_field": "LightField LightFieldError",
     "lightfields.lumigraph": "Lumigraph NovelView array_camera capture_lumigraph lumigraph_pinhole",
     "lightfields.plenoptic": "PlenopticCamera RawPicture",
     "optics.coatings": "COATINGS Coating CoatingError Layer Reflectance",
@@ -166,7 +167,8 @@ _HOMES = {           # the imports above, as they are made at run time
     "pupils.region": "ExitPupil exit_pupil open_region",
     "rendering.aovs": "VIEWS=AOVS fate_colours",
     "rendering.ghost_image": "Flare why_no_ghosts",
-    "rendering.progressive": "Rendering depth_map",
+    "rendering.pixel_depth": "depth_map",
+    "rendering.progressive": "Rendering",
     "scenery.builtin.library": "SCENES builtin_scene",
     "scenery.objects": "Disk Floor Image ImageSky Material Mesh Pattern Rectangle SceneError Sky Sphere Sun",
     "scenery.photograph": "photograph_scene",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from lensbench.kernels.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from lensbench.lenses.catalogue import Card, describe, names
+    from lensbench.lenses.catalogue import Card, card, describe, names
     from lensbench.lenses.checks import check
     from lensbench.lenses.file_error import LensFileError
     from lensbench.lenses.formats.table import FORMATS, READERS, WRITERS, Format
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lensbench.optics.finding import Finding, Kind, Severity
 
 _HOMES = {           # the imports above, as they are made at run time
-    "lenses.catalogue": "Card describe names",
+    "lenses.catalogue": "Card card describe names",
     "lenses.checks": "check",
     "lenses.file_error": "LensFileError",
     "lenses.formats.table": "FORMATS READERS WRITERS Format",
@@ -30,5 +30,5 @@ _HOMES = {           # the imports above, as they are made at run time
 }
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
-__all__ = ["FORMATS", "READERS", "WRITERS", "Card", "Finding", "Format", "Kind", "LensFileError", "Severity", "check",
-           "describe", "load", "names", "save"]
+__all__ = ["FORMATS", "READERS", "WRITERS", "Card", "Finding", "Format", "Kind", "LensFileError", "Severity", "card",
+           "check", "describe", "load", "names", "save"]

@@ -6,31 +6,41 @@ file's unit, angles in radians.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import asin, atan2, cos, sin
+from math import asin, atan2, cos, hypot, sin
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.optics.prescription import Lens
 from lensbench.optics.surface_pose import PoseError, SurfacePose
 
 ROUNDING = 1e-9         # of places over their size, and of directions
+FARTHEST = 1e6          # units of the file: a decentre is known to a thousandth of one there
 
 
 class AxesError(ValueError):
-    """Axes that no lens with poses has; the message says which surface, and why."""
+    """Axes that no lens with poses has; the message says which surface, and why.
+
+    place: the index of the surface; the number of surfaces for the image.
+    """
+
+    def __init__(self, place: int, message: str):
+        super().__init__(message)
+        self.place = place
 
 
 @dataclass(frozen=True, eq=False)
 class Break:
     """A decentre and a tilt (3, 3) of the axis, then a way along it.
 
-    tilt_first: the decentre is along the new axes.
+    tilt_first: the decentre is along the new axes. line: of the file, from 1.
     """
 
     decentre: tuple[float, float, float]
     axes: np.ndarray
     tilt_first: bool = False
     distance: float = 0.0
+    line: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,15 +85,21 @@ def in_one_line(places: Sequence[Place], image: Place, round_: Sequence[bool]) -
     a run of surfaces with one direction of the axis, each on the axis of the first: it pivots about the first vertex.
     AxesError for an image out of line, a surface turned about its axis, and tilts that no pose has.
     """
-    size = max(1e-30, *(float(np.abs(place.vertex).max()) for place in (*places, image)))
+    sizes = [float(np.abs(place.vertex).max()) for place in (*places, image)]
+    size, whole = max(1e-30, *sizes[:-1]), max(1e-30, *sizes)       # the image may lie at infinity
+    if size > FARTHEST:
+        i = next(i for i, each in enumerate(sizes) if each > FARTHEST)
+        raise AxesError(i, f"surface {i} stands {significant(sizes[i])} units of the file from the first: its decentre "
+                           "is lost in the rounding of such a number")
     heights: list[float] = []
     poses: list[SurfacePose | None] = []
     body = -1                                           # first surface of the body
     for i, place in enumerate(places):
         straight = np.abs(place.axes[:, 2] - [0.0, 0.0, 1.0]).max() < ROUNDING
         centred = np.abs(place.vertex[:2]).max() < ROUNDING * size
-        if not round_[i] and np.abs(place.axes - _upright(place.axes)).max() > ROUNDING:
-            raise AxesError(f"surface {i} is turned about its own axis, which is not traced for a cylinder or toroid")
+        if not round_[i] and np.abs(place.axes - _upright(place)).max() > ROUNDING:
+            raise AxesError(i, f"surface {i} is turned about its own axis, which is not traced for a cylinder or "
+                               "toroid")
         if straight and centred:
             heights.append(float(place.vertex[2]))
             poses.append(None)
@@ -98,26 +114,30 @@ def in_one_line(places: Sequence[Place], image: Place, round_: Sequence[bool]) -
                 body = -1
         if body < 0:
             body, on_axis = i, 0.0
-        origin, (x, y, z) = places[body].vertex, places[body].axes[:, 2]
-        if not z > 0.0:
-            raise AxesError(f"surface {i} is tilted by 90° or more")
+        origin = places[body].vertex
+        if not places[body].axes[2, 2] > 0.0:
+            raise AxesError(i, f"surface {i} is tilted by 90° or more")
         try:
-            poses.append(SurfacePose(float(origin[0]), float(origin[1]), asin(-float(y)), atan2(float(x), float(z)),
-                                     i - body))
+            poses.append(SurfacePose(float(origin[0]), float(origin[1]), *_tilts(places[body]), i - body))
         except PoseError as error:
-            raise AxesError(f"surface {i}: {error}") from None
+            raise AxesError(i, f"surface {i}: {error}") from None
         heights.append(float(origin[2] + on_axis))
-    if np.abs(image.axes[:, 2] - [0.0, 0.0, 1.0]).max() > ROUNDING or np.abs(image.vertex[:2]).max() > ROUNDING * size:
-        raise AxesError("the axis does not return to its line before the image: a film out of line is a setting of the "
-                        "camera (lb.FilmPose), and not part of a lens")
+    if np.abs(image.axes[:, 2] - [0.0, 0.0, 1.0]).max() > ROUNDING or np.abs(image.vertex[:2]).max() > ROUNDING * whole:
+        raise AxesError(len(places), "the axis does not return to its line before the image: a film out of line is a "
+                                     "setting of the camera (lb.FilmPose), and not part of a lens")
     ends = [*heights[1:], float(image.vertex[2])]
     return heights[0], [end - start for start, end in zip(heights, ends, strict=True)], poses
 
 
-def _upright(axes: np.ndarray) -> np.ndarray:
-    """The axes of a pose with the same direction of its axis."""
-    x, y, z = axes[:, 2]
-    about_x, about_y = asin(-float(y)), atan2(float(x), float(z))
+def _tilts(place: Place) -> tuple[float, float]:
+    """Tilts about x and y of the pose with the axis of a place."""
+    x, y, z = place.axes[:, 2].tolist()
+    return atan2(-y, hypot(x, z)) + 0.0, atan2(x, z)        # + 0.0: no −0
+
+
+def _upright(place: Place) -> np.ndarray:
+    """The axes of a pose with the axis of a place."""
+    about_x, about_y = _tilts(place)
     return intrinsic(0.0, about_y) @ intrinsic(about_x, 0.0)
 
 
@@ -127,30 +147,28 @@ def axes_at(lens: Lens, i: int) -> np.ndarray:
     return np.eye(3) if frame is None else frame.rotation
 
 
-def begins_body(lens: Lens, i: int) -> bool:
-    """Whether surface i is the first of those that move as one."""
-    return lens.frames[i] is not None and (i == 0 or lens.frames[i - 1] is not lens.frames[i])
-
-
-def ends_body(lens: Lens, i: int) -> bool:
-    """Whether surface i is the last of those that move as one."""
-    return lens.frames[i] is not None and (i + 1 == len(lens.surfaces) or lens.frames[i + 1] is not lens.frames[i])
-
-
-def body_start(lens: Lens, i: int) -> int:
-    """First of the surfaces that move as one with surface i."""
-    while not begins_body(lens, i):
-        i -= 1
-    return i
+def body(lens: Lens, i: int) -> tuple[int, int] | None:
+    """First and last of the surfaces that move as one with surface i; None if it is in line."""
+    frame = lens.frames[i]
+    if frame is None:
+        return None
+    first = last = i
+    while first > 0 and lens.frames[first - 1] is frame:
+        first -= 1
+    while last + 1 < len(lens.surfaces) and lens.frames[last + 1] is frame:
+        last += 1
+    return first, last
 
 
 def lead(lens: Lens, i: int) -> float:
     """How far (mm) the vertex of surface i, if it begins a body, stands behind its place in line; else 0."""
-    return float(lens.vertex(i)[2]) - lens.vertices[i] if i < len(lens.surfaces) and begins_body(lens, i) else 0.0
+    moved = body(lens, i) if i < len(lens.surfaces) else None
+    return float(lens.vertex(i)[2]) - lens.vertices[i] if moved and moved[0] == i else 0.0
 
 
 def gap_on_axes(lens: Lens, i: int) -> float:
     """Way (mm) behind surface i along its own axis; behind the last of a body back to its first vertex."""
-    if ends_body(lens, i):
-        return lens.vertices[body_start(lens, i)] - lens.vertices[i]
+    moved = body(lens, i)
+    if moved and moved[1] == i:
+        return lens.vertices[moved[0]] - lens.vertices[i]
     return lens.surfaces[i].thickness + lead(lens, i + 1)

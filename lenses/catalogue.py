@@ -116,6 +116,28 @@ def describe() -> tuple[Card, ...]:
     return tuple(_card(name) for name in _names())
 
 
+def card(name: str) -> Card | None:
+    """Header of one library lens; no other file is read.
+
+    Parameters
+    ----------
+    name : str
+        Any text.
+
+    Returns
+    -------
+    Card or None
+        None where the library has no lens of this name.
+
+    Raises
+    ------
+    LensFileError
+        The file cannot be read.
+    """
+    return _card(name) if name in _names() else None
+
+
+@lru_cache(maxsize=1024)
 def _card(name: str) -> Card:
     path = path_of(name)
     try:

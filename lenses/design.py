@@ -21,7 +21,7 @@ from lensbench.lenses.stations import Solve, Station, solved, with_stations
 from lensbench.optics.finding import Finding, Kind, Severity
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, LensError, Surface
-from lensbench.optics.surface_pose import SurfacePose
+from lensbench.optics.surface_pose import PoseError, SurfacePose
 from lensbench.optics.system import (
     LENGTHS,
     Aperture,
@@ -177,7 +177,7 @@ class Design:
                 finding = toroids.finding(row.toroid, made[-1], len(made) - 1)
                 if finding:
                     self.findings.append(finding)
-            except (LensError, RowError, ArithmeticError) as error:
+            except (LensError, PoseError, RowError, ArithmeticError) as error:
                 raise self.refuse(row, f"surface {surfaces.index(row)}: {error}") from None
         if self.unit != 1.0:
             self.found(Kind.UNIT, f"lengths were converted to mm: one unit of the file is {significant(self.unit)} mm",
@@ -203,20 +203,25 @@ class Design:
         """Give the surfaces of a broken axis their poses along one line; LensFileError where none has their place."""
         if not any(row.breaks or row.aside or row.behind for row in self.rows):
             return
-        if self.stations:
-            raise self.refuse(None, "its positions and its tilts are not read together")
-        place, places = START, []
+        place, places, lines = START, [], []            # of the last break up to each surface
+        line = None
         for row in self.rows[1:]:
             for each in row.breaks:
-                place = place.broken(each)
+                place, line = place.broken(each), each.line
+            line = line if row.aside is None else row.aside.line
             places.append(place if row.aside is None else place.broken(row.aside))
-            place = place if row.behind is None else place.broken(row.behind)
+            lines.append(line)
+            if row.behind is not None:
+                place, line = place.broken(row.behind), row.behind.line
             place = place.along(row.thickness if isfinite(row.thickness) else 0.0)
+        if self.stations:
+            raise LensFileError(self.path, lines[-1], "tilts and decentres are not read from a file with several "
+                                                      "positions")
         try:
             first, gaps, poses = in_one_line(places[:-1], places[-1],
                                              [row.curvature_x is None for row in self.rows[1:-1]])
         except AxesError as error:
-            raise self.refuse(None, str(error)) from None
+            raise LensFileError(self.path, lines[error.place], str(error)) from None
         self.rows[0].thickness += first
         for row, gap, pose in zip(self.rows[1:-1], gaps, poses, strict=True):
             row.thickness, row.pose = gap if isfinite(row.thickness) else row.thickness, pose

@@ -243,8 +243,8 @@ def test_every_folder_with_python_files_is_a_package_that_is_installed():
 @pytest.mark.parametrize("path", files("lenses"), ids=module)
 def test_lenses_know_the_prescription_and_the_glass_and_their_check_what_it_traces(path):
     allowed = {"optics.prescription", "optics.surface_pose", "optics.zoom_positions", "optics.glass", "optics.coatings",
-               "optics.finding",
-               "optics.system", "kernels.figures", "kernels.hashed", "kernels.lazy_names", "kernels.quotation"}
+               "optics.finding", "optics.system", "kernels.figures", "kernels.hashed", "kernels.lazy_names",
+               "kernels.quotation"}
     if path.name == "aperture.py":
         allowed |= {"optics.scalar_trace"}
     if path.parent.name == "checks":
@@ -293,6 +293,13 @@ def test_the_list_of_lenses_and_help_load_neither_numba_nor_numpy(words):
     loaded = loaded_by(f"from lensbench.app.command.main import main; main({words.split()})")
     assert "lensbench.app.command.library" in loaded
     assert not {name.split(".")[0] for name in loaded} & {"numba", "llvmlite", "numpy"}
+
+
+@pytest.mark.slow
+def test_the_window_loads_neither_hidden_plots_nor_checks_nor_picture_formats():
+    loaded = loaded_by("import lensbench.app.window.window")
+    assert not loaded & {"PIL", "OpenEXR", "matplotlib", "lensbench.lenses.checks",
+                         "lensbench.app.panels.analysis.spots"}
 
 
 # What the window owns

@@ -50,10 +50,10 @@ KINDS = {
     "tolerance of the surface solver": Mutant("core/optics/surfaces.py", "TOLERANCE = 450 ", "TOLERANCE = 4 "),
     "equator of the conic": Mutant("core/optics/surfaces.py", "if not side > zero:", "if not side > -one:"),
     "equator of the sphere kernel": Mutant(
-        "core/optics/block_trace.py", "v = (x * x + y * y) * rim\n            v = v if (side > real(0)) &",
+        "core/optics/block_refraction.py", "v = (x * x + y * y) * rim\n            v = v if (side > real(0)) &",
         "v = (x * x + y * y) * rim\n            v = v if (side == side) &"),
     "equator of the kernels of aspheres": Mutant(
-        "core/optics/block_trace.py", "equator_x * x * x + equator_y * y * y < real(1))",
+        "core/optics/block_refraction.py", "equator_x * x * x + equator_y * y * y < real(1))",
         "equator_x * x * x + equator_y * y * y < real(2))"),
     "clamp of the pupil's rings": Mutant(
         "core/pupils/radial_sampler.py", "last = real(RINGS - 1.001)", "last = real(RINGS - 2.001)"),

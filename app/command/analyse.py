@@ -31,8 +31,8 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
         help="glass before the sensor of the analysis “stack”: thickness, index, and by how many mm an adapter is too "
              "long (2,1.52,0)")
     add("--ripple", type=option(_read_ripple), metavar="SURFACE,MM,NM",
-        help="onion rings in the analysis “bokeh”: number of the surface (0: the largest asphere), distance from ring "
-             "to ring, height of the ripple")
+        help="onion rings in the analysis “bokeh”: number of the surface from 0, or “asphere” for the largest asphere; "
+             "distance from ring to ring, height of the ripple")
     add("--json", action="store_true", help="print the numbers as JSON")
 
 
@@ -75,7 +75,7 @@ def analyse(arguments: argparse.Namespace) -> int:
             except lb.LensError as error:
                 left_out[name] = str(error)
     if not figures:
-        raise UsageError("nothing of this lens can be shown: " + "; ".join(left_out.values()))
+        raise UsageError("nothing of this lens can be shown: " + "; ".join(dict.fromkeys(left_out.values())))
     for name, why in left_out.items():
         print(f"Left out: {name}: {why}", file=sys.stderr)
     title = asked.lens.name or arguments.lens
@@ -101,17 +101,21 @@ def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, A
     from lensbench.app.command.errors import UsageError
     from lensbench.app.state.analysis.bokeh_figure import Ripple, ripple_surface
     from lensbench.app.state.analysis.stack_figure import Stack
+    from lensbench.app.state.lens_settings import AUTO
     from lensbench.kernels.figures import significant
 
     if name == "stack" and arguments.stack is not None:
         return {"stack": Stack(*arguments.stack)}
     if name == "bokeh" and arguments.ripple is not None:
         surface, period, height = arguments.ripple
-        if surface not in range(len(lens.surfaces) + 1):
-            raise UsageError(f"--ripple: there is no surface {significant(surface)}: choose 1 to {len(lens.surfaces)}, "
-                             "or 0 for the largest asphere")
-        at = ripple_surface(lens) if surface == 0 else int(surface) - 1
-        return {"ripple": Ripple(at, period, 1e-6 * height)}
+        if surface is None:
+            surface = ripple_surface(lens)
+        elif surface not in range(len(lens.surfaces)):
+            raise UsageError(f"--ripple: there is no surface {significant(surface)}: they are numbered from 0 to "
+                             f"{len(lens.surfaces) - 1}")
+        return {"ripple": Ripple(int(surface), period, 1e-6 * height)}
+    if name == "ghosts" and arguments.coating not in (None, AUTO):
+        return {"coating": arguments.coating}
     return {}
 
 
@@ -120,9 +124,14 @@ def _read_stack(text: str) -> tuple[float, ...]:
     return _numbers(text, 1, 3)
 
 
-def _read_ripple(text: str) -> tuple[float, ...]:
-    """Number of the surface, period (mm) and height (nm)."""
-    return _numbers(text, 3, 3)
+def _read_ripple(text: str) -> tuple[float | None, float, float]:
+    """Number of the surface, None for the largest asphere; period (mm) and height (nm)."""
+    surface, comma, sizes = text.partition(",")
+    if surface.strip() == "asphere" and comma:
+        period, height = _numbers(sizes, 2, 2)
+        return None, period, height
+    chosen, period, height = _numbers(text, 3, 3)
+    return chosen, period, height
 
 
 def _numbers(text: str, fewest: int, most: int) -> tuple[float, ...]:

@@ -33,6 +33,7 @@ _NEEDS = {
     "blades": _STOP, "blade_rotation": _STOP, "roundness": _STOP,
     "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens), "focus_position": _Need(_of_lens),
     "ghost_strength": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
+    "star_strength": _Need(lambda settings: settings.stars, "give --stars too"),
     "tilt": _Need(_of_lens), "swing": _Need(_of_lens), "rise": _Need(_of_lens), "shift": _Need(_of_lens),
     "immersed": _Need(lambda settings: settings.kind.has_lens and settings.medium == "water", "give --medium water"),
     "degree": _Need(lambda settings: settings.kind.has_lens and LENS_MODELS[settings.lens_model].has_degree,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from lensbench.app.command.errors import UsageError
 
 if TYPE_CHECKING:
+    from lensbench.app.studies.improvement.improve import Step
     from lensbench.lenses.editing.document import LensDocument
 
 WORDS = {"radius": "curvature", "semi-diameter": "semi_diameter"}       # of --vary, for a quantity
@@ -25,6 +26,11 @@ def add_improve_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--image-height", type=float, metavar="MM",
                         help="largest image height that counts; by default that of the lens's image circle")
     parser.add_argument("--back-focus", action="store_true", help="hold the back focus as well as the focal length")
+    parser.add_argument("--merit", choices=("spot", "wavefront"), default="spot",
+                        help="what is to fall over fields and colours: the rms radius of the spots (by default), or "
+                             "the rms wave error")
+    parser.add_argument("--glasses", nargs="?", const="all", metavar="MAKER",
+                        help="also try other glasses, of all catalogues or of one maker such as schott")
     parser.add_argument("--edge", type=float, metavar="MM", help="least thickness of elements at their rims")
     parser.add_argument("--centre", type=float, metavar="MM", help="least thickness of elements at their centre")
     parser.add_argument("--json", action="store_true", help="print JSON: the spot of each step, and the numbers")
@@ -34,11 +40,11 @@ def improve(arguments: argparse.Namespace) -> int:
     """Improve a lens, print the spot of each step and the changed numbers, and write the lens."""
     from lensbench.app.files.edited_lens import write_document
     from lensbench.app.state.lens_choice import image_circle
-    from lensbench.app.state.lens_edit.cells import whole
+    from lensbench.app.state.lens_edit.cells import glass_text, whole
     from lensbench.app.state.lens_edit.editing import document_named
     from lensbench.app.studies.improvement.improve import improved
-    from lensbench.app.studies.improvement.merit import MeritError, goal_of
-    from lensbench.kernels.figures import fixed
+    from lensbench.app.studies.improvement.merit import MeritError, amount, goal_of
+    from lensbench.app.studies.improvement.substitution import substituted
     from lensbench.lenses.editing.document import value_of
     from lensbench.lenses.paraxial import image_distance
 
@@ -48,7 +54,7 @@ def improve(arguments: argparse.Namespace) -> int:
         circle = image_circle(arguments.lens, document.lens)
         height = 0.5 * circle if circle is not None else 0.35 * (document.lens.stated_efl or 50.0)
     try:
-        goal = goal_of(document, height)
+        goal = goal_of(document, height, arguments.merit)
     except MeritError as error:
         raise UsageError(f"{arguments.lens}: {error}") from error
     if arguments.back_focus:
@@ -57,21 +63,31 @@ def improve(arguments: argparse.Namespace) -> int:
         if getattr(arguments, name) is not None:
             goal = replace(goal, **{name: getattr(arguments, name)})
     cells = vary(document, arguments.vary)
-    steps = []
+    steps: list[Step] = []
     try:
-        for step in improved(document, cells, goal):
+        maker = None if arguments.glasses in (None, "all") else arguments.glasses.upper()
+        for step in improved(document, cells, goal) if arguments.glasses is None else substituted(
+                document, cells, goal, maker):
+            if steps and step.number == steps[-1].number:
+                continue
             steps.append(step)
             if not arguments.json:
-                print(f"step {step.number:2}  spot {fixed(1000.0 * step.spot, 3)} µm rms", flush=True)
+                print(f"step {step.number:2}  {amount(step.rms, goal.aim)}", flush=True)
     except MeritError as error:
         raise UsageError(f"{arguments.lens}: {error}") from error
     after = steps[-1].document
     numbers = [{"surface": i, "quantity": quantity, "before": value_of(document.surfaces[i], quantity),
                 "after": value_of(after.surfaces[i], quantity)} for i, quantity in cells]
+    glasses = [{"surface": i, "before": glass_text(before.glass), "after": glass_text(now.glass)}
+               for i, (before, now) in enumerate(zip(document.surfaces, after.surfaces, strict=True))
+               if before.glass != now.glass]
     if arguments.json:
-        print(json.dumps({"image_height_mm": height, "spots_mm": [step.spot for step in steps], "numbers": numbers},
-                         indent=2))
+        name = "wave_errors_mm" if goal.aim == "wavefront" else "spots_mm"
+        print(json.dumps({"image_height_mm": height, name: [step.rms for step in steps], "numbers": numbers,
+                          "glasses": glasses}, indent=2))
     else:
+        for each in glasses:
+            print(f"surface {each['surface']:2}  glass          {each['before']} -> {each['after']}")
         for i, quantity in cells:
             name = "radius" if quantity == "curvature" else quantity
             print(f"surface {i:2}  {name:14}  {whole(document.surfaces[i], quantity)[:12]} -> "

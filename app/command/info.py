@@ -64,7 +64,7 @@ def info(arguments: argparse.Namespace) -> int:
     rows += [("Petzval radius", f"{fixed(data['petzval_radius'], 1)} mm"),
              ("Nearest focus, from the film", "none: it forms no real image" if data["nearest_focus"] is None
               else f"{fixed(data['nearest_focus'] / 1000.0, 3)} m"),
-             ("Field of view, h × v, diagonal",
+             ("Field of view, h × v, diagonal", "none: it forms no image" if math.isinf(data["efl"]) else
               f"{fixed(view['horizontal'], 1)}° × {fixed(view['vertical'], 1)}°, {fixed(view['diagonal'], 1)}° on "
               f"{significant(film[0])} × {significant(film[1])} mm{'' if film == lens.film_size else ' (assumed)'}")]
     if data["intrinsics"]:

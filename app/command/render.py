@@ -68,9 +68,11 @@ def render(arguments: argparse.Namespace) -> int:
     if needs_lens and arguments.lens is None and arguments.settings is None:
         raise UsageError("which LENS? Name one, an exported picture, or --settings (see lensbench render --help)")
     settings = settings_from(arguments)
-    said = {lb.why_no_ghosts(camera(settings), cached_scene(settings.scene)) if settings.ghosts else "", ""}
-    for reason in said - {""}:
-        say(f"--ghosts: {reason}")
+    said = set()
+    for option, wanted in (("ghosts", settings.ghosts), ("stars", settings.stars)):
+        if wanted and (reason := lb.why_no_ghosts(camera(settings), cached_scene(settings.scene))):
+            said.add(reason.replace("ghosts", option))
+            say(f"--{option}: {reason.replace('ghosts', option)}")
     remark = wavelength_remark(settings)
     if remark:
         say(f"{settings.lens}: {remark}")

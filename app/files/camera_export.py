@@ -79,6 +79,10 @@ def _left_out(camera: lb.Camera, to: str) -> list[str]:
         found.append(f"{to} opens and closes its shutter at once: the ramps are left out")
     if to == "blender" and (camera.shutter_open, camera.shutter_close) != (0.0, 1.0):
         found.append("blender has its shutter in frames: the time of the exposure is left out")
+    if camera.weights != "radiance" and not isinstance(camera, lb.OrthographicCamera) and not (
+            to == "pbrt" and isinstance(camera, lb.LensCamera)):
+        found.append(f"{to} weighs all rays of this camera alike: its picture does not fall off towards the corners "
+                     "(cos⁴)")
     if camera.medium is not None and not (camera.medium.is_clear and camera.medium.index == 1.0):
         found.append(f"{to} looks through clear air: the medium of the camera is left out")
     return found

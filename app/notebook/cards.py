@@ -7,7 +7,7 @@ from dataclasses import fields
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.geometry.section import elements, surface_curves
+from lensbench.app.state.geometry.elements import elements, surface_curves
 from lensbench.kernels.figures import fixed, significant
 
 WIDTH = 460                     # of a section, in pixels

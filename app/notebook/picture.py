@@ -16,12 +16,15 @@ DEVELOPED = "raw"               # tone of values that are screen codes
 
 
 class Picture(np.ndarray):
-    """Picture (h, w, 3) that a notebook shows as it looks on the screen; an array like any other.
+    """Picture that a notebook shows as it looks on the screen; an array like any other.
 
-    Attributes
+    Parameters
     ----------
+    values : (h, w, 3) array
+        Red, green and blue. The picture is a view of it, not a copy.
     tone : str
-        Tone curve with which it is shown: "filmic" for linear light; "raw" for a picture that is developed.
+        Tone curve with which it is shown: "filmic" for linear light; "raw" for a picture that is developed. It stays as
+        the attribute `tone`.
     """
 
     tone: str

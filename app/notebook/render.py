@@ -37,7 +37,7 @@ def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str 
         Whether a progress bar is shown; None: in a notebook, for a picture that takes more than a second. A function
         receives the part that is done, 0 to 1, between passes over the picture.
     flare : Flare or None
-        Ghosts of the sun and of small lights, such as `lb.Flare("single-layer")`; None: none.
+        Ghosts and stars of the sun and of small lights, such as `lb.Flare("single-layer", stars=1.0)`; None: none.
 
     Returns
     -------

@@ -35,6 +35,7 @@ from lensbench.app.widgets.plot_axes import (
 from lensbench.app.widgets.recorded import Recorded
 from lensbench.kernels.figures import significant
 
+BESIDE = 10.0                   # em beside the plot: figures and titles of its axes
 NEAR_END = 0.7                  # of the plot's width: with the focus beyond it, lines have their names at the left
 THIN, THICK = (1.5, 3.0), (6.0, 3.0)             # dashes and gaps, pixels
 
@@ -121,10 +122,11 @@ def _set_axes(size: ImVec2, ranges: tuple[float, float, float, float], pitch: fl
     implot.setup_axis_limits_constraints(x, 1e-3, 1e5)
     implot.setup_axis_limits_constraints(y, 1e-3, 1e6)
     line = imgui.get_text_line_height()
+    across = min(0.75 * size.x, max(size.x - theme.em(BESIDE), 0.4 * size.x))
     for axis, ends, length, room in (
-            (x, (1e-3, 1e5), (0.75 * size.x) / math.log10(high / low), 2.0 * line),
-            (y, (1e-3, 1e6), (0.75 * size.y) / math.log10(top / bottom), 1.6 * line),
-            (pixels, (1e-5, 1e5), (0.75 * size.y) / math.log10(top / bottom), 3.0 * line)):
+            (x, (1e-3, 1e5), across / math.log10(high / low), 2.3 * line),
+            (y, (state.y0, state.y1), (0.75 * size.y) / math.log10(top / bottom), 1.6 * line),
+            (pixels, (state.y0 / pitch, state.y1 / pitch), (0.75 * size.y) / math.log10(top / bottom), 3.0 * line)):
         decades = math.log10(ends[1] / ends[0])
         values, labels = log_ticks(*ends, length * decades, room)
         implot.setup_axis_ticks(axis, values, labels, False)

@@ -322,7 +322,7 @@ def _words(seen: Region, samples: BoxSamples, pointer: str, lit: tuple[int, ...]
         beyond = f"light beyond {fixed(reach, 1)} mm"
         what = f"no {beyond}" if pointer else f"No {beyond} off the axis"
     elif lit:
-        names = " and ".join(f"{i + 1}" for i in lit)
+        names = " and ".join(map(str, lit))
         share = float(np.isin(samples.blocked_by, lit).mean())
         what = f"surface{'s' if len(lit) > 1 else ''} {names}: {fixed(100.0 * share, 0)} % blocked"
         what = what if where else what[0].upper() + what[1:]

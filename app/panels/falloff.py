@@ -15,6 +15,7 @@ from imgui_bundle import ImVec2, imgui, implot
 import lensbench as lb
 from lensbench.analysis.distortion import Distortion
 from lensbench.analysis.falloff import Falloff
+from lensbench.app.state.analysis.figure import light_limit
 from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.picture.statistics import round_above
 from lensbench.app.state.settings import Settings
@@ -136,7 +137,7 @@ def _words(found: Falling) -> None:
 
 def _light_plot(light: Falloff, ghost: Falling | None, size: ImVec2) -> None:
     """Percent of the axis over the radius: the total, and its two parts; and the total of A."""
-    if not _begin("Falloff plot", size, "Light (%)", (0.0, float(light.radii[-1])), (0.0, 105.0), 25.0):
+    if not _begin("Falloff plot", size, "Light (%)", (0.0, float(light.radii[-1])), (0.0, light_limit(light)), 25.0):
         return
     colour, plot, draw = theme.colours(), PlotMap.current(log=False), implot.get_plot_draw_list()
     pixel = theme.scale()

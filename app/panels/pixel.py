@@ -131,7 +131,7 @@ def _plot(settings: Settings, got: PixelReadings, at: Place, found: Spot, size: 
     aimed = len(points) + sum(found.lost.values())
     words, ended = f"{len(points)} rays, of a box of {aimed}", sum(found.lost.get(surface, 0) for surface in lit)
     if lit:
-        names = " and ".join(f"{surface + 1}" for surface in lit)
+        names = " and ".join(map(str, lit))
         words = f"Surface{'s' if len(lit) > 1 else ''} {names}: {ended} of {aimed} rays end there"
     text(draw, ImVec2(plot.left + 4.0 * pixel, plot.top + 2.0 * pixel), colour.warning if ended else colour.dim, words,
          plate=True)

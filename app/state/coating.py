@@ -40,14 +40,15 @@ def _assumed(settings: "Settings", lens: lb.Lens) -> Coating:
 
 
 def flare(settings: "Settings") -> "Flare | None":
-    """The ghosts that the settings ask for, also where the picture can have none, which it says; None: they are off."""
-    if not settings.ghosts:
+    """The ghosts and stars that the settings ask for, also where the picture can have none, which it says; or None."""
+    if not (settings.ghosts or settings.stars):
         return None
     from lensbench.app.state.build import design
     from lensbench.rendering.ghost_image import Flare
 
     found = coating(settings, design(settings)).name if settings.has_lens else "uncoated"
-    return Flare(found, settings.ghost_strength)
+    return Flare(found, settings.ghost_strength if settings.ghosts else 0.0,
+                 stars=settings.star_strength if settings.stars else 0.0)
 
 
 def _loss(name: str) -> str:

@@ -99,7 +99,7 @@ def image_circle(name: str, lens: lb.Lens) -> float | None:
 
     Light that reaches past the corners of 36 × 24 mm says nothing on the film, and counts as that diagonal.
     """
-    card = next((card for card in lenses.describe() if card.name == name), None)
+    card = lenses.card(name)
     if card is not None and card.image_circle is not None:
         return card.image_circle
     stated = _stated_circle(lens)
@@ -108,7 +108,7 @@ def image_circle(name: str, lens: lb.Lens) -> float | None:
     usual = replace(Settings(), lens=name, f_number=None, focus_distance=math.inf, focus_position="paraxial",
                     film_width=USUAL[0], film_height=USUAL[1])
     try:
-        return 2.0 * lit_radius(setup(usual))
+        return 2.0 * lit_radius(setup(usual)) or None       # 0: no light reaches the film
     except (ValueError, OSError):
         return None
 

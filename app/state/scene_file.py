@@ -6,34 +6,46 @@ below the scene file, never elsewhere.
 """
 
 import difflib
-import math
-import re
 import tomllib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import lensbench as lb
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
-from lensbench.app.state.picture.tone import linear
 from lensbench.app.state.scene_assets.depth_map import own_depth_scene, read_photograph
 from lensbench.app.state.scene_assets.mesh_file import MM, Pose, read_mesh, rotation
 from lensbench.app.state.scene_assets.sky_picture import read_sky
-from lensbench.app.state.scene_texture import read_texture
+from lensbench.app.state.scene_assets.table_values import (
+    MOTION,
+    Reader,
+    Table,
+    angle,
+    as_table,
+    as_tables,
+    colour,
+    fields_of,
+    given,
+    length,
+    light,
+    number,
+    numbers,
+    only,
+    point,
+    text,
+    truth,
+    unit,
+    vector,
+    within,
+)
+from lensbench.app.state.scene_assets.texture import read_texture
 from lensbench.kernels.quotation import LONGEST_PATH, cut, escaped, excerpt
 from lensbench.scenery.objects import by_family
 
 MOST_BYTES = 1 << 20                    # of a scene file
 MOST_OBJECTS = 2000
-UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "km": 1e6, "": 1.0}
-SPEEDS = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "km/h": 1e6 / 3600.0, "": 1.0}
-
-Table = dict[str, Any]
-Reader = Callable[[Any, str], Any]      # of a value and its name in messages
 
 
 class SceneFileError(ValueError):
@@ -130,16 +142,16 @@ def load_scene(path: str | Path) -> lb.Scene:
 
 def _scene(table: Table, path: Path) -> lb.Scene:
     folder = path.resolve().parent
-    _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "material", "mesh",
+    only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "material", "mesh",
                               "photograph", *_SURROUNDINGS, *_SHAPES))
-    materials = {name: _within(f"material {cut(name)}", _material, _table(value, f"material {cut(name)}"), folder)
-                 for name, value in _table(table.get("material", {}), "material").items()}
+    materials = {name: within(f"material {cut(name)}", _material, as_table(value, f"material {cut(name)}"), folder)
+                 for name, value in as_table(table.get("material", {}), "material").items()}
     if "photograph" in table:
-        return _within("photograph", _photograph, table, folder)
-    lists = {kind: _tables(table, kind) for kind in _SHAPES}
+        return within("photograph", _photograph, table, folder)
+    lists = {kind: as_tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) > MOST_OBJECTS:
         raise lb.SceneError(f"has more than {MOST_OBJECTS} objects")
-    pictured = "image" in _table(table.get("sky", {}), "sky")
+    pictured = "image" in as_table(table.get("sky", {}), "sky")
     if not (any(lists.values()) or table.get("mesh") or "floor" in table or pictured):
         known = ", ".join(f"[[{kind}]]" for kind in (*_SHAPES, "mesh"))
         raise lb.SceneError(f"shows nothing: give it a [floor], a [sky] with an image or one of {known}")
@@ -152,21 +164,21 @@ def _scene(table: Table, path: Path) -> lb.Scene:
             raise lb.SceneError(f"material {excerpt(value)} is not in the file: write a table [material.{cut(value)}]")
         return materials[value]
 
-    meshes = [mesh for k, value in enumerate(_tables(table, "mesh"))
-              for mesh in _within(f"mesh {k + 1}", _mesh, value, material, folder)]
-    shapes = [_within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
+    meshes = [mesh for k, value in enumerate(as_tables(table, "mesh"))
+              for mesh in within(f"mesh {k + 1}", _mesh, value, material, folder)]
+    shapes = [within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
               for kind, entries in lists.items() for k, value in enumerate(entries)]
     spheres, planar = by_family(shapes)
-    values = {kind: _within(kind, read, _table(table[kind], kind), folder)
+    values = {kind: within(kind, read, as_table(table[kind], kind), folder)
               for kind, read in _SURROUNDINGS.items() if kind in table}
-    values |= _given(table, {"name": _text, "ambient": _light, "enclosed": _truth, "depth_range": _depth_range,
-                             "diffuse_bounce": _truth})
+    values |= given(table, {"name": text, "ambient": light, "enclosed": truth, "depth_range": _depth_range,
+                            "diffuse_bounce": truth})
     return lb.Scene(**{"name": path.stem, "spheres": tuple(spheres), "plates": tuple(planar), "meshes": tuple(meshes),
                        **values})
 
 
 def _depth_range(value: Any, name: str) -> tuple[float, ...]:
-    near, far = _numbers(value, name, 2, _length)
+    near, far = numbers(value, name, 2, length)
     if not 0.0 < near < far:
         raise lb.SceneError("depth_range: the first distance must be positive and less than the second")
     return near, far
@@ -174,26 +186,26 @@ def _depth_range(value: Any, name: str) -> tuple[float, ...]:
 
 def _sky(t: Table, folder: Path) -> lb.Sky | lb.ImageSky:
     if "image" not in t:
-        return lb.Sky(**_read(t, "sky", {"zenith": _light, "horizon": _light, "ground": _light, "up": _vector}))
+        return lb.Sky(**fields_of(t, "sky", {"zenith": light, "horizon": light, "ground": light, "up": vector}))
 
     def picture(value: Any, name: str) -> lb.Image:
-        return read_sky(_text(value, name), folder)
+        return read_sky(text(value, name), folder)
 
-    return lb.ImageSky(**_read(t, "a sky with an image", {"image": picture, "turn": _angle, "brightness": _number}))
+    return lb.ImageSky(**fields_of(t, "a sky with an image", {"image": picture, "turn": angle, "brightness": number}))
 
 
 def _sun(t: Table, folder: Path) -> lb.Sun:
-    return lb.Sun(**_read(t, "sun", {"direction": _vector, "colour": _light, "angular_radius": _angle}, ("direction",)))
+    return lb.Sun(**fields_of(t, "sun", {"direction": vector, "colour": light, "angular_radius": angle},
+                              ("direction",)))
 
 
 def _floor(t: Table, folder: Path) -> lb.Floor:
     def picture(value: Any, name: str) -> lb.Image:
-        return read_texture(_text(value, name), folder)
+        return read_texture(text(value, name), folder)
 
-    found = _read(t, "floor", {
-        "texture": picture, "height": _length, "tile": _length, "light": _colour, "dark": _colour,
-        "gloss": _number, "normal": _vector,
-        "turn": _angle, "offset": partial(_numbers, count=2)})
+    found = fields_of(t, "floor", {
+        "texture": picture, "height": length, "tile": length, "light": colour, "dark": colour,
+        "gloss": number, "normal": vector, "turn": angle, "offset": partial(numbers, count=2)})
     if "texture" in found:
         if unused := [key for key in ("light", "dark") if key in found]:
             raise lb.SceneError(f"{unused[0]}: a floor has a texture or two colours, not both")
@@ -204,16 +216,16 @@ def _floor(t: Table, folder: Path) -> lb.Floor:
 # Objects. `common` has the readers of material and motion
 
 def _sphere(t: Table, common: dict[str, Reader]) -> lb.Sphere:
-    return lb.Sphere(**_read(t, "a sphere", {"centre": _point, "radius": _length, **common}, ("centre", "radius")))
+    return lb.Sphere(**fields_of(t, "a sphere", {"centre": point, "radius": length, **common}, ("centre", "radius")))
 
 
 def _rectangle(t: Table, common: dict[str, Reader]) -> lb.Rectangle:
     if "target" not in t:
-        return lb.Rectangle(**_read(t, "a rectangle", {"centre": _point, "right": _point, "up": _point, **common},
-                                    ("centre", "right", "up")))
+        return lb.Rectangle(**fields_of(t, "a rectangle", {"centre": point, "right": point, "up": point, **common},
+                                         ("centre", "right", "up")))
     sides = ("centre", "target", "width", "height")
-    found = _read(t, "a rectangle with a target", {
-        "centre": _point, "target": _point, "width": _length, "height": _length, **common}, sides)
+    found = fields_of(t, "a rectangle with a target", {
+        "centre": point, "target": point, "width": length, "height": length, **common}, sides)
     centre, target, width, height = (found.pop(name) for name in sides)
     if not (width > 0.0 and height > 0.0):
         raise lb.SceneError("width and height must be positive")
@@ -224,14 +236,14 @@ def _rectangle(t: Table, common: dict[str, Reader]) -> lb.Rectangle:
 
 
 def _disk(t: Table, common: dict[str, Reader]) -> lb.Disk:
-    return lb.Disk(**_read(t, "a disk", {"centre": _point, "normal": _vector, "radius": _length, **common},
-                           ("centre", "normal", "radius")))
+    return lb.Disk(**fields_of(t, "a disk", {"centre": point, "normal": vector, "radius": length, **common},
+                               ("centre", "normal", "radius")))
 
 
 def _mesh(t: Table, material: Reader, folder: Path) -> list[lb.Mesh]:
-    found = _read(t, "a mesh", {"file": _text, "position": _point, "rotation": partial(_numbers, read=_angle),
-                                "scale": _number, "unit": _unit, "size": _length, "smooth": _truth,
-                                "material": material}, ("file",))
+    found = fields_of(t, "a mesh", {"file": text, "position": point, "rotation": partial(numbers, read=angle),
+                                      "scale": number, "unit": unit, "size": length, "smooth": truth,
+                                      "material": material}, ("file",))
     if "size" in found and ("scale" in found or "unit" in found):
         raise lb.SceneError("a mesh has a size, or a unit and a scale, not both")
     for name in ("size", "scale"):
@@ -253,9 +265,9 @@ def _photograph(table: Table, folder: Path) -> lb.Scene:
     if others:
         raise lb.SceneError(f"a scene of a photograph has no {excerpt(others[0])}")
     found: Table = {"fill": "plain"}
-    found |= _read(_table(table["photograph"], "photograph"), "a photograph", {
-        "image": _text, "depth": _text, "fov": _angle, "depth_is": _text, "near": _length, "far": _length,
-        "fill": _text}, ("image",))
+    found |= fields_of(as_table(table["photograph"], "photograph"), "a photograph", {
+        "image": text, "depth": text, "fov": angle, "depth_is": text, "near": length, "far": length,
+        "fill": text}, ("image",))
     if "depth" not in found:
         beside = [name for name in ("depth_is", "near", "far") if name in found]
         if beside:
@@ -266,13 +278,7 @@ def _photograph(table: Table, folder: Path) -> lb.Scene:
     else:
         scene = read_photograph(found["image"], found["depth"], folder, found["fov"],
                                 found.get("depth_is", "distance"), found.get("near"), found.get("far"), found["fill"])
-    return replace(scene, **_given(table, {"name": _text, "depth_range": _depth_range}))
-
-
-def _unit(value: Any, name: str) -> float:
-    if value not in UNITS or not value:
-        raise lb.SceneError(f"{name} {excerpt(value)}: choose one of mm, cm, m, km")
-    return UNITS[value]
+    return replace(scene, **given(table, {"name": text, "depth_range": _depth_range}))
 
 
 # The reader of each table that a scene file may hold. A new shape is one row
@@ -281,14 +287,14 @@ _SHAPES: dict[str, Callable[..., Any]] = {"sphere": _sphere, "rectangle": _recta
 
 
 def _material(value: Any, folder: Path) -> lb.Material:
-    t = _table(value, "material")
-    colour = _light if t.get("kind") in ("light", "lamp") else _colour
+    t = as_table(value, "material")
+    shade = light if t.get("kind") in ("light", "lamp") else colour
 
     def texture(value: Any, name: str) -> lb.Pattern:
-        return lb.Pattern("image", image=read_texture(_text(value, name), folder))
+        return lb.Pattern("image", image=read_texture(text(value, name), folder))
 
-    found = _read(t, "a material", {"kind": _text, "texture": texture, "colour": colour, "gloss": _number,
-                                    "pattern": partial(_pattern, colour=colour)})
+    found = fields_of(t, "a material", {"kind": text, "texture": texture, "colour": shade, "gloss": number,
+                                        "pattern": partial(_pattern, shade=shade)})
     if "texture" not in found:
         return lb.Material(**found)
     if "pattern" in found:
@@ -296,121 +302,9 @@ def _material(value: Any, folder: Path) -> lb.Material:
     return lb.Material(**{"pattern": found.pop("texture"), "colour": (1.0, 1.0, 1.0), **found})
 
 
-def _pattern(value: Any, name: str, colour: Reader) -> lb.Pattern:
-    found = _read(_table(value, name), "a pattern", {
-        "kind": _text, "colour": colour, "columns": _number, "rows": _number, "line": _length}, ("kind",))
+def _pattern(value: Any, name: str, shade: Reader) -> lb.Pattern:
+    found = fields_of(as_table(value, name), "a pattern", {
+        "kind": text, "colour": shade, "columns": number, "rows": number, "line": length}, ("kind",))
     if found["kind"] == "image":
         raise lb.SceneError('an image is given as texture = "file.png"')
     return lb.Pattern(**found)
-
-
-# Values, each with an error that names it
-
-def _within(where: str, make: Callable, *values: Any) -> Any:
-    """make(*values); `where` precedes the message of its errors."""
-    try:
-        return make(*values)
-    except lb.SceneError as error:
-        raise lb.SceneError(f"{where}: {error}") from error
-
-
-def _only(t: Table, what: str, known: Collection[str]) -> None:
-    for name in t:
-        if name not in known:
-            near = difflib.get_close_matches(name, known, 1)
-            raise lb.SceneError(f"{what} has no {excerpt(name)}"
-                                + (f": did you mean {near[0]}?" if near else f" (known: {', '.join(known)})"))
-
-
-def _read(t: Table, what: str, readers: dict[str, Reader], needed: tuple[str, ...] = ()) -> Table:
-    """The values of a table, which may hold no other names than those of the readers."""
-    _only(t, what, readers)
-    for name in needed:
-        if name not in t:
-            raise lb.SceneError(f"{name} is missing")
-    return _given(t, readers)
-
-
-def _given(t: Table, readers: dict[str, Reader]) -> Table:
-    return {name: read(t[name], name) for name, read in readers.items() if name in t}
-
-
-def _table(value: Any, name: str) -> Table:
-    if not isinstance(value, dict):
-        raise lb.SceneError(f"{name} must be a table")
-    return value
-
-
-def _tables(t: Table, name: str) -> list[Table]:
-    value = t.get(name, [])
-    if not isinstance(value, list):
-        raise lb.SceneError(f"{name}: write [[{name}]], with two brackets, for every {name}")
-    return [_table(entry, name) for entry in value]
-
-
-def _text(value: Any, name: str) -> str:
-    if not isinstance(value, str):
-        raise lb.SceneError(f"{name} must be text in quotation marks")
-    return value
-
-
-def _truth(value: Any, name: str) -> bool:
-    if not isinstance(value, bool):
-        raise lb.SceneError(f"{name} must be true or false")
-    return value
-
-
-def _number(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise lb.SceneError(f"{name} must be a number, not {excerpt(value)}")
-    if not abs(value) <= 1e9:
-        raise lb.SceneError(f"{name} is {excerpt(value)}: it must be a finite number, at most 1e9")
-    return float(value)
-
-
-def _angle(value: Any, name: str) -> float:
-    return math.radians(_number(value, name))
-
-
-def _length(value: Any, name: str) -> float:
-    return _quantity(value, name, UNITS, "a length as a number of mm, or as \"1.2 m\" (mm, cm, m, km)")
-
-
-def _speed(value: Any, name: str) -> float:
-    return _quantity(value, name, SPEEDS, "a speed as a number of mm/s, or as \"50 km/h\" (mm/s, cm/s, m/s, km/h)")
-
-
-def _quantity(value: Any, name: str, units: dict[str, float], form: str) -> float:
-    """In mm or mm/s: a number, or text with a unit."""
-    if not isinstance(value, str):
-        return _number(value, name)
-    match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([a-z/]*)\s*", value)
-    if match is None or match[2] not in units:
-        raise lb.SceneError(f"{name} {excerpt(value)}: write {form}")
-    return _number(float(match[1]) * units[match[2]], name)
-
-
-def _numbers(value: Any, name: str, count: int = 3, read: Callable[[Any, str], float] = _number) -> tuple[float, ...]:
-    if not (isinstance(value, list) and len(value) == count):
-        raise lb.SceneError(f"{name} must be a list of {count} numbers")
-    return tuple(read(entry, name) for entry in value)
-
-
-def _colour(value: Any, name: str, most: float = 1.0) -> tuple[float, ...]:
-    """Linear: three numbers, or "#rrggbb" as in sRGB."""
-    if isinstance(value, str):
-        if not re.fullmatch(r"#[0-9a-fA-F]{6}", value):
-            raise lb.SceneError(f"{name} {excerpt(value)}: write a colour as \"#rrggbb\" or as three linear numbers")
-        rgb = tuple(float(x) for x in linear(np.array([int(value[k:k + 2], 16) / 255.0 for k in (1, 3, 5)])))
-    else:
-        rgb = _numbers(value, name)
-    if min(rgb) < 0.0 or max(rgb) > most:
-        raise lb.SceneError(f"{name}: its numbers must lie between 0 and 1" if most == 1.0 else
-                            f"{name}: its numbers cannot be negative")
-    return rgb
-
-
-_light: Reader = partial(_colour, most=math.inf)
-_vector: Reader = _numbers
-_point: Reader = partial(_numbers, read=_length)
-MOTION = {"velocity": partial(_numbers, read=_speed), "spin": partial(_numbers, read=_angle), "pivot": _point}

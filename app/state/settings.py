@@ -126,6 +126,12 @@ class Settings(LensSettings):
     ghost_strength: float = setting(
         1.0, "strength of the ghosts", bounds=Interval(0.0, 1000.0), figures=False, read=read_part, metavar="FACTOR",
         help="on the light of the ghosts; 1, by default, is true to scale with the direct light")
+    stars: bool = setting(
+        False, figures=False,
+        help="add the stars of the sun and of small lights: light that the edges of the blades diffract about them")
+    star_strength: float = setting(
+        1.0, "strength of the stars", bounds=Interval(0.0, 1000.0), figures=False, read=read_part, metavar="FACTOR",
+        help="on the light of the stars; 1, by default, is true to scale with the direct light")
     film_width: float = setting(36.0, unit="mm", bounds=LENGTH)
     film_height: float = setting(24.0, unit="mm", bounds=LENGTH)
     crop: float = setting(1.0, bounds=Interval(1e-4, 1.0))     # part of the film that is used, by length
@@ -388,8 +394,9 @@ class Settings(LensSettings):
         return self._without((*RESTARTS_NOTHING, *RESTARTS_MOTION))
 
     def _without(self, names: tuple[str, ...]) -> "Settings":
-        """The settings without these fields; the coating counts where ghosts show it, their strength where they are."""
-        plain = self.plain(*names, *(() if self.ghosts else ("ghost_strength",)))
+        """The settings without these fields; the coating counts where ghosts show it, strengths where they are seen."""
+        unseen = [name for name, seen in (("ghost_strength", self.ghosts), ("star_strength", self.stars)) if not seen]
+        plain = self.plain(*names, *unseen)
         return replace(plain, coating=self.coating) if self.ghosts else plain
 
     @cached_property

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import floor, log10
+from math import ceil, floor, log10
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
@@ -139,10 +139,11 @@ def linear_ticks(low: float, high: float, pixels: float, room: float) -> tuple[l
 def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:
     """Ticks of a logarithmic axis from low to high of a length in pixels, each needing `room` pixels.
 
-    The finest of 1-2-5, 1-3 and 1 a decade that fits.
+    The finest of 1-2-5, 1-3 and 1 a decade that fits, or of one in two decades and more.
     """
-    decades = range(floor(np.log10(low)), floor(np.log10(high)) + 2)
     per_decade = pixels / max(np.log10(high / low), 1e-6)
+    every = max(1, ceil(room / max(per_decade, 1e-6)))
+    decades = [e for e in range(floor(np.log10(low)), floor(np.log10(high)) + 2) if e % every == 0]
     series = (1.0, 2.0, 5.0) if per_decade >= 3.4 * room else (1.0, 3.0) if per_decade >= 2.1 * room else (1.0,)
     values = [m * 10.0**e for e in decades for m in series]
     return values, [significant(value) for value in values]

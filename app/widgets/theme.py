@@ -165,12 +165,13 @@ def small() -> None:
 
 
 def load_font() -> None:
-    """Roboto with the icons of Font Awesome 6, both bundled with imgui."""
+    """Roboto with the icons of Font Awesome 6, and Inconsolata for what both lack, such as ⁶ and ₂; imgui has all."""
     parameters = hello_imgui.FontLoadingParams()
     hello_imgui.load_font("fonts/Roboto/Roboto-Regular.ttf", FONT_SIZE, parameters)
-    icons = hello_imgui.FontLoadingParams()
-    icons.merge_to_last_font = True
-    hello_imgui.load_font("fonts/Font_Awesome_6_Free-Solid-900.otf", FONT_SIZE, icons)
+    for name in ("Font_Awesome_6_Free-Solid-900.otf", "Inconsolata-Medium.ttf"):
+        added = hello_imgui.FontLoadingParams()
+        added.merge_to_last_font = True
+        hello_imgui.load_font(f"fonts/{name}", FONT_SIZE, added)
 
 
 def style_imgui(dark: bool) -> None:

@@ -1,51 +1,32 @@
 """The analysis panels of a window: their table, what they share, and the saving of their figures."""
 
 from collections.abc import Callable
+from functools import cache
+from importlib import import_module
 from pathlib import Path
 
-from lensbench.app.panels.analysis.axial import axial_panel
-from lensbench.app.panels.analysis.bokeh import bokeh_panel
-from lensbench.app.panels.analysis.depth_of_field import depth_of_field_panel
-from lensbench.app.panels.analysis.fans import fans_panel
-from lensbench.app.panels.analysis.field_curves import field_curves_panel
-from lensbench.app.panels.analysis.focus_shift import focus_shift_panel
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
-from lensbench.app.panels.analysis.ghosts import ghosts_panel
-from lensbench.app.panels.analysis.illumination import illumination_panel
-from lensbench.app.panels.analysis.mtf import mtf_panel
-from lensbench.app.panels.analysis.mtf_map import mtf_map_panel
-from lensbench.app.panels.analysis.point_spread import point_spread_panel
-from lensbench.app.panels.analysis.seidel import seidel_panel
-from lensbench.app.panels.analysis.sensor_stack import sensor_stack_panel
-from lensbench.app.panels.analysis.spots import spots_panel
-from lensbench.app.panels.analysis.sunstar import sunstar_panel
-from lensbench.app.panels.analysis.tolerances import tolerances_panel
-from lensbench.app.panels.analysis.wavefront import wavefront_panel
 from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.analysis_worker import AnalysisWorker
 from lensbench.app.workers.task import Task
 
-PANELS: dict[str, Callable[[Settings, AnalysisState, Sheet], Settings | None]] = {
-    "Spots": spots_panel,
-    "Ray fans": fans_panel,
-    "Field curves": field_curves_panel,
-    "MTF": mtf_panel,
-    "MTF map": mtf_map_panel,
-    "Point spread": point_spread_panel,
-    "Bokeh": bokeh_panel,
-    "Sunstar": sunstar_panel,
-    "Ghosts": ghosts_panel,
-    "Depth of field": depth_of_field_panel,
-    "Wavefront": wavefront_panel,
-    "Seidel": seidel_panel,
-    "On the axis": axial_panel,
-    "Focus shift": focus_shift_panel,
-    "Illumination": illumination_panel,
-    "Sensor stack": sensor_stack_panel,
-    "Tolerances": tolerances_panel,
+# Panels by name: the file of `panels.analysis` that draws each. It is loaded when the panel is first shown
+PANELS = {
+    "Spots": "spots", "Ray fans": "fans", "Field curves": "field_curves", "MTF": "mtf", "MTF map": "mtf_map",
+    "Point spread": "point_spread", "Bokeh": "bokeh", "Sunstar": "sunstar", "Ghosts": "ghosts",
+    "Depth of field": "depth_of_field", "Wavefront": "wavefront", "Seidel": "seidel", "On the axis": "axial",
+    "Focus shift": "focus_shift", "Illumination": "illumination", "Sensor stack": "sensor_stack",
+    "Tolerances": "tolerances",
 }
+Draw = Callable[[Settings, AnalysisState, Sheet], Settings | None]
+
+
+@cache
+def _drawing(name: str) -> Draw:
+    file = PANELS[name]
+    return getattr(import_module(f"lensbench.app.panels.analysis.{file}"), f"{file}_panel")
 
 
 class Analyses:
@@ -61,7 +42,7 @@ class Analyses:
 
     def panel(self, name: str) -> Callable[[Settings], Settings]:
         """Draws the panel of this name: settings to settings."""
-        return lambda settings: PANELS[name](settings, self.states[name], self.sheet) or settings
+        return lambda settings: _drawing(name)(settings, self.states[name], self.sheet) or settings
 
     def begin(self) -> None:
         """Call it at the beginning of each frame."""

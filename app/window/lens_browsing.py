@@ -7,25 +7,29 @@ import json
 from collections.abc import Iterable
 from contextlib import suppress
 from functools import lru_cache
+from time import perf_counter
 
 from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from lensbench import lenses
 from lensbench.app.display.small_textures import SmallTextures
 from lensbench.app.panels.lens_browser.panel import BrowserState, lens_browser_panel
+from lensbench.app.panels.lens_browser.section import SectionLook
 from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.lens_shelf import noted
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.window.state import WindowState
-from lensbench.app.workers.lens_thumbnails import LensThumbnails, thumbnail_folder
+from lensbench.app.workers.lens_pictures import LensPictures, Pixels, pictures_folder
 
 TITLE = "Lens browser"
 WIDTH = 0.47                    # of the window
 LEAST, MOST = 33.0, 66.0        # em
 RECENT = 24                     # lenses that are remembered
 ENOUGH = 24                     # samples of the window's picture, after which thumbnails are made
+REST = 0.3                      # s that the width of the browser rests until sections are drawn for it
+SECTION = "1"                   # version of the look of a section: another one draws all of them again
 
 Box = tuple[float, float, float, float]     # left, top, right, bottom on the screen (pixels)
 
@@ -52,6 +56,42 @@ def outside(box: Box, holes: Iterable[Box]) -> list[Box]:
     return parts
 
 
+class _Sections:
+    """The sections in the browser, drawn in the background; until they are there, those of the look before."""
+
+    def __init__(self, state: WindowState):
+        self._window = state
+        self._pictures: LensPictures | None = None
+        self._shown: dict[str, Pixels] = {}
+        self._textures = SmallTextures(self._shown)
+        self._look: SectionLook | None = None           # of `_pictures`
+        self._wanted: SectionLook | None = None
+        self._since = 0.0                               # when it was first wanted
+
+    def of(self, name: str) -> tuple[int, tuple[int, int]] | None:
+        """The texture of a section and its size in pixels; None until it is there."""
+        return self._textures.of(name)
+
+    def want(self, look: SectionLook, names: tuple[str, ...]) -> None:
+        """Draw these lenses, the first first."""
+        now = perf_counter()
+        if look != self._wanted:
+            self._wanted, self._since = look, now
+        if look != self._look and (self._pictures is None or now - self._since > REST):
+            self.stop()
+            self._look = look
+            self._pictures = LensPictures(pictures_folder() if self._window.remember else None, self._window.wake,
+                                          look.command, f"section {SECTION} {look}", 1)
+        if self._pictures is not None:
+            self._pictures.want(names, True)
+            self._shown.update(self._pictures.found)
+
+    def stop(self) -> None:
+        """End the process that draws them."""
+        if self._pictures is not None:
+            self._pictures.stop()
+
+
 class LensBrowsing:
     """Lives as long as the window."""
 
@@ -59,9 +99,9 @@ class LensBrowsing:
         self.state = BrowserState()
         self.is_open = False
         self._window = state
-        self._thumbnails: LensThumbnails | None = None  # from when the browser is first opened
+        self._thumbnails: LensPictures | None = None    # from when the browser is first opened
         self._textures: SmallTextures | None = None
-        self._sections = SmallTextures(self.state.sections)
+        self._sections = _Sections(state)
         self._before: Settings | None = None            # the settings at the opening
         self._tried: Settings | None = None             # with the lens that is tried
         self._blank: list[Box] = []                     # docked panels, which draw nothing beneath the browser
@@ -127,7 +167,7 @@ class LensBrowsing:
         state.in_grid = False
         state.selected = self._window.history.present.lens
         if self._thumbnails is None:
-            self._thumbnails = LensThumbnails(thumbnail_folder() if self._window.remember else None, self._window.wake)
+            self._thumbnails = LensPictures(pictures_folder() if self._window.remember else None, self._window.wake)
             self._textures = SmallTextures(self._thumbnails.found)
 
     def draw(self) -> None:
@@ -147,8 +187,10 @@ class LensBrowsing:
                                thumbnails.missing)
         imgui.end()
         seen = set(state.in_sight)
-        thumbnails.want((*state.in_sight, *(card.name for card in _cards() if card.name not in seen)),
-                        self._picture_is_ready)
+        names = *state.in_sight, *(card.name for card in _cards() if card.name not in seen)
+        thumbnails.want(names, self._picture_is_ready)
+        if state.section is not None:
+            self._sections.want(state.section, names)
         self._answer()
 
     def _fill(self) -> None:
@@ -221,3 +263,4 @@ class LensBrowsing:
         """The window is about to close."""
         if self._thumbnails is not None:
             self._thumbnails.stop()
+        self._sections.stop()

@@ -7,12 +7,16 @@ from lensbench.lenses.editing.document import LensDocument
 
 
 class ImprovementWorker:
-    """One improvement at a time. first, last: spots (mm rms) at its start and now; None before the first step."""
+    """One improvement at a time.
+
+    first, last: the rms (mm) of its aim at its start and now; None before the first step.
+    """
 
     def __init__(self, wake: Callable[[], None] = lambda: None):
         self.first: float | None = None
         self.last: float | None = None
         self.number = 0
+        self.aim = "spot"
         self._wake = wake
         self._task: Task[None] | None = None
         self._newest: LensDocument | None = None
@@ -33,11 +37,11 @@ class ImprovementWorker:
         return self._task.message if self._task is not None and self._task.done else ""
 
     def start(self, document: LensDocument, cells: Sequence[tuple[int, str]], image_height: float,
-              hold_back_focus: bool = False) -> None:
-        """Begin; an improvement that is under way ends. image_height: mm."""
+              hold_back_focus: bool = False, glasses: bool = False, aim: str = "spot") -> None:
+        """Begin; an improvement that is under way ends. image_height: mm. glasses: whether they may change too."""
         self.stop()
         self.first = self.last = self._newest = None
-        self.number = 0
+        self.number, self.aim = 0, aim
 
         def work(task: Task[None]) -> None:
             from dataclasses import replace
@@ -45,16 +49,19 @@ class ImprovementWorker:
 
             from lensbench.app.studies.improvement.improve import improved
             from lensbench.app.studies.improvement.merit import goal_of
+            from lensbench.app.studies.improvement.substitution import substituted
             from lensbench.lenses.paraxial import image_distance
 
-            goal = goal_of(document, image_height)
+            goal = goal_of(document, image_height, aim)
             if hold_back_focus:
                 goal = replace(goal, back_focus=image_distance(document.surfaces, inf))
-            for step in improved(document, cells, goal):
+            for step in (substituted if glasses else improved)(document, cells, goal):
                 if task.cancelled:
                     return
-                self.first = step.spot if self.first is None else self.first
-                self.last, self.number, self._newest = step.spot, step.number, step.document
+                if step.number == self.number and self.first is not None:
+                    continue
+                self.first = step.rms if self.first is None else self.first
+                self.last, self.number, self._newest = step.rms, step.number, step.document
                 self._wake()
 
         self._task = Task("Improve", work, self._wake)

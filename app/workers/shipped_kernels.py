@@ -68,7 +68,7 @@ def pictures() -> Iterator[Any]:
     yield replace(plain, blades=7, roundness=0.3)
     yield replace(plain, dispersion="on", lens_model="trace")
     yield replace(plain, light_tracing=False)
-    yield replace(plain, scene="night-lights", ghosts=True)
+    yield replace(plain, scene="night-lights", ghosts=True, stars=True)
 
 
 def exercise(progress: Any = print) -> None:

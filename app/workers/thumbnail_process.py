@@ -1,16 +1,9 @@
-"""A second process that renders small pictures through lenses, so that the window never waits for their set-up.
+"""A process that renders small pictures through lenses; its argument is the number of threads."""
 
-Each line of the input is a name of the library, a tab, and the PNG file to be written; each line of the output is
-“ok”, or why there is no picture. The process ends with its input. Its argument is the number of threads.
-"""
-
-import os
 import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
 
 import numpy as np
-from numpy.typing import NDArray
-from PIL import Image
 
 import lensbench as lb
 from lensbench.app.files.export import develop
@@ -20,12 +13,11 @@ from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.picture.exposure import exposed
 from lensbench.app.state.scene_file import find_scene
 from lensbench.app.state.settings import Settings
+from lensbench.app.workers.picture_process import Pixels, answer
 from lensbench.app.workers.threads import lower_priority, thread_count
 
 LONGER_SIDE = 192               # pixels
 SAMPLES = 12
-
-Pixels = NDArray[np.uint8]
 
 
 def thumbnail_settings(name: str) -> Settings:
@@ -35,18 +27,11 @@ def thumbnail_settings(name: str) -> Settings:
 
 
 def main() -> None:
-    """Answer the lines of the input one after the other."""
+    """Answer as `picture_process` describes."""
     threads = int(sys.argv[1]) if len(sys.argv) > 1 else thread_count()
     lower_priority()                            # the rendering threads inherit it
     with ThreadPoolExecutor(threads) as pool:
-        for line in sys.stdin:
-            name, _, path = line.rstrip("\n").partition("\t")
-            try:
-                _write(path, thumbnail(name, pool, threads))
-                answer = "ok"
-            except Exception as error:              # the window shows it in the lens's place
-                answer = f"{type(error).__name__}: {error}"
-            print(" ".join(answer.split()), flush=True)
+        answer(lambda name: thumbnail(name, pool, threads))
 
 
 def thumbnail(name: str, pool: Executor, threads: int) -> Pixels:
@@ -55,12 +40,6 @@ def thumbnail(name: str, pool: Executor, threads: int) -> Pixels:
     rendering = lb.Rendering(camera(settings), find_scene(settings.scene), light_passes=1)
     rendering.add(settings.samples, pool, threads=threads)
     return np.round(develop(exposed(settings, rendering.image()), settings) * 255.0).astype(np.uint8)
-
-
-def _write(path: str, codes: Pixels) -> None:
-    """Write a PNG beside its place and rename it. Unlike an export, it may be lost with the power."""
-    Image.fromarray(codes).save(f"{path}.part", "PNG", compress_level=1)
-    os.replace(f"{path}.part", path)
 
 
 if __name__ == "__main__":

@@ -11,12 +11,12 @@ import numpy as np
 
 from lensbench.analysis.axial_curves import paraxial_focus
 from lensbench.analysis.axial_rays import RadialBeam, axial_rays, on_axis
-from lensbench.analysis.chief_rays import find_chief_rays
 from lensbench.analysis.falloff import Falloff, falloff
-from lensbench.analysis.field_conditions import Conditions
 from lensbench.analysis.focus_map import best_places, through_focus
-from lensbench.analysis.grid_trace import ray_grid
-from lensbench.analysis.traced_grid import RayGrid
+from lensbench.analysis.grids.chief_rays import find_chief_rays
+from lensbench.analysis.grids.field_conditions import Conditions
+from lensbench.analysis.grids.grid_trace import ray_grid
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.imaging.film import Film
 from lensbench.kernels.figures import f_number_text, significant
 from lensbench.optics.finding import Finding, Kind
@@ -87,7 +87,7 @@ class Breathing:
     magnifications
         (n,) paraxial, of the plane in focus, positive; 0 at infinity.
     findings
-        Distances that the lens cannot be focused on.
+        Distances that the lens cannot be focused on, or at which no chief ray meets the film's corner.
     """
 
     distances: np.ndarray
@@ -129,11 +129,14 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
     Raises
     ------
     LensError
-        For an afocal lens, f-numbers that the lens does not reach, and as `ray_grid`.
+        For an afocal lens, f-numbers that the lens does not reach, a frequency or limit that is not positive, and as
+        `ray_grid`.
     """
     widest = first_order(lens.in_air).f_number
     if not widest < inf:
         raise LensError("this lens is afocal: it has no focus to shift")
+    if not (0.0 < frequency < inf and 0.0 < limit < inf):
+        raise LensError("focus shift needs a positive frequency, and a positive blur as its limit")
     numbers = widest * np.sqrt(2.0) ** np.arange(STOPS + 1) if f_numbers is None else \
         np.atleast_1d(np.asarray(f_numbers, float))
     radial = lens.is_rotationally_symmetric and lens.iris.is_round
@@ -223,6 +226,11 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
         angles[i] = find_chief_rays(there, away, corner, inf, True, line).angles[0, 1]
     findings = tuple(Finding(Kind.FIELD, None, f"no focus at {significant(place / 1000.0, 3)} m: {why}",
                              figures={"distance": place}) for place, why in refused)
+    beyond = int((np.isfinite(focal) & np.isnan(angles)).sum())
+    if beyond:
+        findings += (Finding(Kind.FIELD, None, "no chief ray meets the corner of the film, "
+                             f"{significant(corner[0, 1], 4)} mm from its centre: the view is not known at {beyond} of "
+                             f"{len(places)} focus distances", figures={"distances": float(beyond)}),)
     return Breathing(places, np.abs(angles), focal, magnified, findings)
 
 
@@ -251,8 +259,10 @@ def relative_illumination(lens: Lens, film_distance: float, film: Film, f_number
     Raises
     ------
     LensError
-        For an afocal lens, and as `falloff` and `stopped_down`.
+        For an afocal lens, fewer than 2 radii, and as `falloff` and `stopped_down`.
     """
+    if points < 2:
+        raise LensError(f"{points} film radii: at least 2 are needed")
     widest = first_order(lens.in_air).f_number
     if not widest < inf:
         raise LensError("this lens is afocal: it has no f-numbers to compare")

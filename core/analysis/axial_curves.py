@@ -10,10 +10,10 @@ import numpy as np
 
 from lensbench.analysis.aberrations import check_symmetry
 from lensbench.analysis.axial_rays import axial_rays
-from lensbench.analysis.field_beams import OFFSET_T, SLOPE_T
-from lensbench.analysis.field_conditions import Conditions
+from lensbench.analysis.grids.field_beams import OFFSET_T, SLOPE_T
+from lensbench.analysis.grids.field_conditions import Conditions
 from lensbench.optics.glass import GlassError
-from lensbench.optics.paraxial import first_order
+from lensbench.optics.paraxial import first_order, ray_matrix
 from lensbench.optics.prescription import Lens, LensError
 
 HEIGHTS, COLOURS = 33, 61
@@ -77,7 +77,8 @@ def longitudinal_aberration(lens: Lens, film_distance: float, conditions: Condit
     Raises
     ------
     LensError
-        For a lens with a cylinder or toroid, fewer than 2 heights, where no ray off the axis passes, and as `ray_grid`.
+        For a lens without rotational symmetry, fewer than 2 heights, where no ray off the axis passes, and as
+        `ray_grid`.
     """
     check_symmetry(lens)
     if points < 2:
@@ -129,11 +130,12 @@ def chromatic_focal_shift(lens: Lens, film_distance: float, conditions: Conditio
 
 
 def paraxial_focus(lens: Lens, object_distance: float, wavelength: float) -> float:
-    """Last vertex → paraxial image of the axis point (mm); inf for an afocal lens, or an image at infinity."""
+    """Last vertex → paraxial image of the axis point (mm); inf for an image at infinity."""
     fo = first_order(lens, wavelength)
-    if isinf(fo.efl):
-        return inf
     if isinf(object_distance):
         return fo.bfl
+    if isinf(fo.efl):                                   # an afocal lens images with one magnification everywhere
+        a, b, _, d = ray_matrix(lens, 0, len(lens.surfaces), wavelength)
+        return -(a * object_distance + lens.front_index * b) / (lens.front_index * d)
     away = fo.ffl + object_distance                     # of the object before the front focus
     return fo.bfl + lens.front_index * fo.efl**2 / away if away else inf

@@ -1,20 +1,20 @@
 """Rays of one meridian from the axis point of the object: all that an analysis on the axis needs of a round pupil.
 
-Lengths in mm. The beam of a lens of rotational symmetry is symmetrical about the axis. One fan from the axis to the
-rim of the stop then stands for the whole beam, and its inner part for the beam of a smaller stop.
+Lengths in mm. The beam of a lens of rotational symmetry is symmetrical about the axis. So one fan from the axis to the
+rim of the stop gives the whole beam, and its inner part gives the beam of a smaller stop.
 """
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from math import inf, isinf, nan, pi, sqrt
+from math import isinf, nan, pi, sqrt
 
 import numpy as np
 
-from lensbench.analysis.chief_rays import find_chief_rays
 from lensbench.analysis.fans import pupil_by_height
-from lensbench.analysis.field_beams import LANDED, OFFSET_T, OPD, PUPIL_T, SHARE, SLOPE_T, FieldBeams
-from lensbench.analysis.field_conditions import Conditions
-from lensbench.analysis.grid_trace import check_traceable
+from lensbench.analysis.grids.chief_rays import find_chief_rays
+from lensbench.analysis.grids.field_beams import LANDED, OFFSET_T, OPD, PUPIL_T, SHARE, SLOPE_T, FieldBeams
+from lensbench.analysis.grids.field_conditions import Conditions
+from lensbench.analysis.grids.grid_trace import check_traceable
 from lensbench.analysis.transfer_function import FAST, cosine_of_turns
 from lensbench.kernels.cache import njit
 from lensbench.optics.prescription import Lens
@@ -36,9 +36,9 @@ class AxialRays:
         (K,) heights in the stop over its radius, from 0 at even steps; of rays that would meet the middle of the film
         in the primary wavelength.
     entries
-        (K,) distance of the rays from the axis at the first surface, mm, across the beam.
+        (K,) distance of the rays from the axis in the entrance pupil, mm.
     reach
-        Object point → first surface, mm; inf for an object at infinity.
+        Object point → entrance pupil, mm; inf for an object at infinity.
     rows
         (C, 9, K) rows of LANDED in `field_beams`.
     victim
@@ -141,7 +141,7 @@ def axial_rays(lens: Lens, film_distance: float, conditions: Conditions, heights
     for c, colour in enumerate(axis.wavelengths):
         landed, ended = beams.forward(colour, of_field, begun)
         rows[c], victim[c, known] = np.where(known, landed, nan), ended[known]
-    return AxialRays(axis, heights, np.abs(entries), inf if isinf(distance) else distance, rows, victim)
+    return AxialRays(axis, heights, np.abs(entries), float(beams.reaches[0]), rows, victim)
 
 
 @lru_cache(maxsize=1)

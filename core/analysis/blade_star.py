@@ -19,7 +19,7 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from lensbench.analysis.field_threads import each_of
+from lensbench.analysis.grids.field_threads import each_of
 from lensbench.kernels.cache import njit
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.pupils.region import open_region
@@ -30,6 +30,8 @@ PARTS = 4               # of the directions, for the threads
 NEAREST, FARTHEST = 15.0, 150.0     # radii of the pattern, in Airy radii of the pupil
 RADII, AZIMUTHS = 48, 720
 FLAT = 5e-5             # of the pupil's size, by which its outline may miss an edge
+STRAIGHT = 1e-3         # radians: a smaller turn is none
+SHORT = 0.1             # of both neighbours: an edge that cuts a corner off
 PEAK = 1.5              # × the median over the azimuth: a ray of the star is at least so bright
 APART = 0.35            # of the way between rays of the most blades, over which the azimuth is smoothed
 
@@ -107,12 +109,7 @@ def sunstar(lens: Lens, film_distance: float, film_xy=(0.0, 0.0), radii=None, az
     """
     if azimuths < 48 or azimuths % 2 or colours < 1:
         raise LensError("a sunstar needs an even number of azimuths, at least 48, and a wavelength")
-    film = np.asarray(film_xy, float)
-    edge = open_region(lens, film_distance, film)
-    if not len(edge):
-        raise LensError("no light reaches this place of the film: a light there draws no star")
-    away = np.column_stack([edge - film, np.full(len(edge), -film_distance)])
-    pupil = -_simplified(away / np.linalg.norm(away, axis=1)[:, None])[:, :2]
+    pupil = open_pupil(lens, film_distance, film_xy)
     x, y = pupil.T
     area = abs(0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
     airy = 0.61 * 0.55e-3 / (area / pi) ** 0.5
@@ -127,6 +124,19 @@ def sunstar(lens: Lens, film_distance: float, film_xy=(0.0, 0.0), radii=None, az
     each_of(lambda part: add_pattern(pupil, at, around[:azimuths // 2][part], lines, half[:, part]), parts)
     density = np.concatenate([half, half], 1) / (area * colours)
     return Sunstar(at, around, density, airy, pupil)
+
+
+def open_pupil(lens: Lens, film_distance: float, film_xy) -> np.ndarray:
+    """Corners (m, 2) of the open pupil in direction cosines from a film point; the arguments are those of `sunstar`.
+
+    LensError where no light reaches the film point.
+    """
+    film = np.asarray(film_xy, float)
+    edge = open_region(lens, film_distance, film)
+    if not len(edge):
+        raise LensError("no light reaches this place of the film: a light there draws no star")
+    away = np.column_stack([edge - film, np.full(len(edge), -film_distance)])
+    return _with_corners(-_simplified(away / np.linalg.norm(away, axis=1)[:, None])[:, :2])
 
 
 def _simplified(outline: np.ndarray) -> np.ndarray:
@@ -149,6 +159,29 @@ def _simplified(outline: np.ndarray) -> np.ndarray:
             kept.add(middle)
             work += [(first, middle), (middle, last)]
     return outline[sorted(kept)]
+
+
+def _with_corners(outline: np.ndarray) -> np.ndarray:
+    """A closed outline (m, 2) whose corners between long edges are whole.
+
+    Its points lie at given azimuths, so that a short edge cuts each corner off, and one point lies within an edge.
+    """
+    edges, before = np.roll(outline, -1, 0) - outline, outline - np.roll(outline, 1, 0)
+    outline = outline[np.abs(_cross(before, edges)) > STRAIGHT * np.hypot(*edges.T) * np.hypot(*before.T)]
+    edges = np.roll(outline, -1, 0) - outline
+    lengths = np.hypot(*edges.T)
+    long = np.minimum(np.roll(lengths, 1), np.roll(lengths, -1))
+    cut = lengths < SHORT * long
+    first, last = np.roll(edges, 1, 0), np.roll(edges, -1, 0)           # of the edges before and behind each
+    with np.errstate(divide="ignore", invalid="ignore"):
+        on = _cross(edges, last) / _cross(first, last)
+    cut &= np.isfinite(on) & (on > 0.0) & (on * np.hypot(*first.T) < 2.0 * SHORT * long)
+    corners = np.where(cut[:, None], outline + np.where(cut, on, 0.0)[:, None] * first, outline)
+    return corners[~np.roll(cut, 1)]                        # the end of a cut lies on the edge behind it
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -13,8 +13,8 @@ from math import inf, isinf
 
 import numpy as np
 
-from lensbench.analysis.field_conditions import Conditions
-from lensbench.analysis.grid_trace import ray_grid
+from lensbench.analysis.grids.field_conditions import Conditions
+from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.analysis.spot_diagram import spots
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.analysis.field_beams import OFFSET_S, OFFSET_T, OPD, SLOPE_S, SLOPE_T, FieldBeams
-from lensbench.analysis.traced_grid import RayGrid
+from lensbench.analysis.grids.field_beams import OFFSET_S, OFFSET_T, OPD, SLOPE_S, SLOPE_T, FieldBeams
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.optics.prescription import LensError
 
 SEARCH = 49             # rays that find the heights in the stop

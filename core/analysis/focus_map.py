@@ -9,11 +9,11 @@ from math import floor, sqrt
 
 import numpy as np
 
-from lensbench.analysis.field_conditions import Conditions
-from lensbench.analysis.field_threads import each_of
-from lensbench.analysis.grid_trace import ray_grid
+from lensbench.analysis.grids.field_conditions import Conditions
+from lensbench.analysis.grids.field_threads import each_of
+from lensbench.analysis.grids.grid_trace import ray_grid
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.spot_diagram import light_shares
-from lensbench.analysis.traced_grid import RayGrid
 from lensbench.analysis.transfer_function import FAST, PAD, cosine_of_turns, pupil_functions, sine_of_turns
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant

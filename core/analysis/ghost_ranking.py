@@ -10,12 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lensbench.analysis.grids.field_conditions import check_wavelength
 from lensbench.cameras.film_landing import landing_step
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import lane_buffer
 from lensbench.optics.coatings import Coating
 from lensbench.optics.ghost_grid import entrance_grid, pair_box
-from lensbench.optics.ghost_trace import DIRECT, GhostTracer, Pair, ghost_order, ghost_pairs, pair_share
+from lensbench.optics.ghost_pairs import DIRECT, Pair, ghost_order, ghost_pairs, pair_share
+from lensbench.optics.ghost_trace import GhostTracer
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens, LensError
 
@@ -32,7 +34,7 @@ class Ghost:
         Surfaces that reflect; the light meets `second` first.
     focus : float
         Film → focus of the ghost of a distant light on the axis, paraxial, positive behind the film (mm); inf where
-        the ghost leaves the lens parallel.
+        the ghost leaves the lens parallel. This and the next two are NaN for a lens without rotational symmetry.
     paraxial_diameter : float
         Of the ghost on the film, for a distant light on the axis (mm).
     paraxial_share : float
@@ -102,7 +104,7 @@ def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelen
     wavelength : float
         Micrometres.
     coating : str or Coating
-        Of the surfaces to air that have none of their own, as of `surface_coatings`.
+        Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any coating.
     cells : int
         Along a side of the grid of rays of one pair, 4 to 512.
 
@@ -113,10 +115,11 @@ def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelen
     Raises
     ------
     LensError
-        For a light that is not before the lens, or a film that is not behind it.
+        For a light that is not before the lens, a film that is not behind it, and a number that is no wavelength.
     CoatingError
         For an unknown coating.
     """
+    check_wavelength(wavelength)
     if not 4 <= cells <= 512:
         raise LensError(f"{cells} cells: a grid of ghosts has 4 to 512")
     if not 0.0 < film_distance < math.inf:
@@ -126,9 +129,9 @@ def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelen
     source = light_place(lens, film_distance, light)
     lanes = lane_buffer(np.float64)
     direct = traced_spot(tracer, lanes, source, DIRECT, cells)
-    found = []
+    found, symmetric = [], lens.is_rotationally_symmetric
     for pair in ghost_pairs(lens, wavelength):
-        estimate = paraxial_ghost(lens, film_distance, pair, wavelength, coating)
+        estimate = paraxial_ghost(lens, film_distance, pair, wavelength, coating) if symmetric else (math.nan,) * 3
         light_there, x, y, diameter = traced_spot(tracer, lanes, source, pair, cells)
         share = light_there / direct[0] if direct[0] > 0.0 else math.nan if light_there > 0.0 else 0.0
         found.append(Ghost(*pair, *estimate, share, (x, y), diameter))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.analysis.field_conditions import conditions
+from lensbench.analysis.grids.field_conditions import conditions
 from lensbench.analysis.perturbed_copies import (
     AROUND_X,
     AROUND_Y,
@@ -120,8 +120,9 @@ class Production:
         That of the copies.
     nominal_spots, spots : (fields,) and (copies, fields) arrays
         rms radii (mm).
-    focus : (copies,) array
-        Shift of the film (mm) to where each copy's spot on the axis is smallest.
+    nominal_film, film : float and (copies,) array
+        Where the film stands (mm) behind the first vertex of the design and of each copy: where the spot on the axis is
+        smallest.
     drawn : (copies, errors) array
         The errors, in the units of Tolerances, by `names`.
     names : tuple of (str, int)
@@ -134,12 +135,23 @@ class Production:
     contrast: np.ndarray
     nominal_spots: np.ndarray
     spots: np.ndarray
-    focus: np.ndarray
+    nominal_film: float
+    film: np.ndarray
     drawn: np.ndarray
     names: tuple[tuple[str, int], ...]
 
     def band(self, percentiles=(5.0, 50.0, 95.0)) -> np.ndarray:
-        """Percentiles (p, fields, n, 2) of the contrast over the copies."""
+        """Percentiles of the contrast over the copies.
+
+        Parameters
+        ----------
+        percentiles : sequence of float
+            p numbers from 0 to 100.
+
+        Returns
+        -------
+        (p, fields, n, 2) array
+        """
         return np.percentile(self.contrast, percentiles, axis=0)
 
 
@@ -321,7 +333,8 @@ def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | No
     while (beyond := np.abs(drawn) > 2.0).any():
         drawn[beyond] = random.standard_normal(int(beyond.sum()))
     drawn *= 0.5 * np.array([tolerance for _, _, tolerance in errors])
-    _, spots, contrast = judge.judged(*_built(judge, errors, np.zeros((1, len(errors)))))
+    design, spots, contrast = judge.judged(*_built(judge, errors, np.zeros((1, len(errors)))))
     focus, made, seen = judge.judged(*_built(judge, errors, drawn))
     return Production(tuple(share * judge.height for share in FIELDS), judge.frequencies, contrast[0], seen, spots[0],
-                      made, focus, drawn, tuple((kind, surface) for kind, surface, _ in errors))
+                      made, judge.film_z + float(design[0]), judge.film_z + focus, drawn,
+                      tuple((kind, surface) for kind, surface, _ in errors))

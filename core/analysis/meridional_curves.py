@@ -10,8 +10,8 @@ from math import inf, isinf
 import numpy as np
 
 from lensbench.analysis.aberrations import check_symmetry, coddington
-from lensbench.analysis.chief_rays import find_chief_rays
-from lensbench.analysis.field_conditions import Conditions, wanted_chief_rays
+from lensbench.analysis.grids.chief_rays import find_chief_rays
+from lensbench.analysis.grids.field_conditions import Conditions, wanted_chief_rays
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.scalar_trace import trace

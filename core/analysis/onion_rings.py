@@ -15,7 +15,7 @@ from math import cos, inf, pi
 
 import numpy as np
 
-from lensbench.analysis.traced_grid import RayGrid
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import LensError

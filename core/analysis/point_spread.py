@@ -20,9 +20,9 @@ from math import floor
 
 import numpy as np
 
-from lensbench.analysis.field_threads import each_of
+from lensbench.analysis.grids.field_threads import each_of
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.spot_diagram import light_shares, spots
-from lensbench.analysis.traced_grid import RayGrid
 from lensbench.analysis.transfer_function import FAST, PAD, cosine_of_turns, pupil_functions, sine_of_turns
 from lensbench.kernels.cache import njit
 from lensbench.optics.finding import Finding, Kind

@@ -5,17 +5,18 @@ reflections makes the picture, after 2, 4, … the ghosts; after an odd number i
 a budget add up to 1. Glass absorbs nothing. Light counts as unpolarised at every surface.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from lensbench.optics.coatings import Coating
-from lensbench.optics.ghost_trace import Meetings
+from lensbench.optics.ghost_path import Meetings
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.scalar_trace import CLIPPED, PASSED
 
-LEAST = 1e-9            # part of the light below which a ray is not followed
+LEAST = 1e-6            # part of the light below which a ray is not followed: of a large lens, 1e-3 is then left
 MOST_RAYS = 400_000     # that one budget follows
 
 
@@ -62,7 +63,7 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
     wavelength : float
         Micrometres.
     coating : str or Coating
-        As of `surface_coatings`.
+        Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any coating.
     least : float
         Part of the light below which a ray is not followed.
     clip : bool
@@ -75,11 +76,15 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
     Raises
     ------
     LensError
-        If more than 400,000 rays would have to be followed: choose a larger `least`.
+        For a direction that is no finite vector, and if more than 400,000 rays would have to be followed: choose a
+        larger `least`.
     """
-    bench, count = Meetings(lens, wavelength, coating, clip), len(lens.surfaces)
+    meetings, count = Meetings(lens, wavelength, coating, clip), len(lens.surfaces)
     unit = np.asarray(direction, float)
-    unit = unit / np.linalg.norm(unit)
+    length = float(np.linalg.norm(unit))
+    if not 0.0 < length < math.inf or not np.isfinite(np.asarray(origin, float)).all():
+        raise LensError("light budget: a ray has an origin of finite numbers, and a direction that is not 0")
+    unit = unit / length
     to_film: dict[int, float] = {}
     to_scene: dict[int, float] = {}
     clipped = lost = left = 0.0
@@ -98,7 +103,7 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
         rays += 1
         if rays > MOST_RAYS:
             raise LensError(f"light budget: more than {MOST_RAYS} rays; follow only those above a larger part `least`")
-        met = bench.meet(i, forward, point, ray)
+        met = meetings.meet(i, forward, point, ray)
         if met.fate != PASSED:
             clipped, lost = (clipped + part, lost) if met.fate == CLIPPED else (clipped, lost + part)
             continue

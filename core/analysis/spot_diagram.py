@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.analysis.traced_grid import RayGrid
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.optics.prescription import LensError
 
 REFERENCES = ("chief", "centroid")
@@ -86,6 +86,10 @@ class Spots:
         ----------
         field, colour, place
             Indices of the field, the wavelength and the shift.
+
+        Returns
+        -------
+        (n, 2) array, mm
         """
         rays, shift = self.rays, self.shifts[place]
         passed = rays.passed[field, colour]

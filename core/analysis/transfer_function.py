@@ -21,9 +21,9 @@ from math import floor
 
 import numpy as np
 
-from lensbench.analysis.field_threads import each_of
+from lensbench.analysis.grids.field_threads import each_of
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.spot_diagram import light_shares
-from lensbench.analysis.traced_grid import RayGrid
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind

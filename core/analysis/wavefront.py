@@ -15,8 +15,8 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 
-from lensbench.analysis.field_threads import each_of
-from lensbench.analysis.traced_grid import RayGrid
+from lensbench.analysis.grids.field_threads import each_of
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.zernike import noll_indices, radial_coefficients, zernikes
 from lensbench.kernels.cache import njit
 from lensbench.optics.prescription import LensError

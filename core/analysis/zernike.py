@@ -24,7 +24,18 @@ NAMES = {(0, 0): "piston", (1, 1): "tilt", (2, 0): "defocus", (2, 2): "astigmati
 
 
 def noll_indices(j: int) -> tuple[int, int]:
-    """Radial order n and azimuthal frequency m of Noll's polynomial j, from 1; m < 0 for a sine."""
+    """Order and frequency of a Zernike polynomial in Noll's order (J. Opt. Soc. Am. 66, 1976).
+
+    Parameters
+    ----------
+    j : int
+        Noll's index, from 1.
+
+    Returns
+    -------
+    n, m : int
+        Radial order and azimuthal frequency; m < 0 for a sine.
+    """
     n = int((sqrt(8 * j - 7) - 1) // 2)
     k = j - n * (n + 1) // 2 - 1
     m = 2 * ((k + 1) // 2) if n % 2 == 0 else 2 * (k // 2) + 1
@@ -32,13 +43,38 @@ def noll_indices(j: int) -> tuple[int, int]:
 
 
 def fringe_index(n: int, m: int) -> int:
-    """Index of the fringe polynomial of this order and frequency, from 1."""
+    """Index of a Zernike polynomial in the fringe order.
+
+    Parameters
+    ----------
+    n : int
+        Radial order.
+    m : int
+        Azimuthal frequency; negative for a sine.
+
+    Returns
+    -------
+    int, from 1
+    """
     a = abs(m)
     return (1 + (n + a) // 2) ** 2 - 2 * a + (1 if m < 0 else 0)
 
 
 def zernike_name(n: int, m: int) -> str:
-    """The aberration of a polynomial in words, such as "coma, sine"."""
+    """The aberration of a Zernike polynomial in words.
+
+    Parameters
+    ----------
+    n : int
+        Radial order.
+    m : int
+        Azimuthal frequency; negative for a sine.
+
+    Returns
+    -------
+    str
+        Such as "coma, sine".
+    """
     known = NAMES.get((n, abs(m)), f"order {n}, frequency {abs(m)}")
     return known if m == 0 else f"{known}, {'sine' if m < 0 else 'cosine'}"
 
@@ -53,7 +89,19 @@ def radial_coefficients(n: int, m: int) -> tuple[int, ...]:
 
 
 def zernikes(count: int, x, y) -> np.ndarray:
-    """(count, …) Noll's polynomials 1 to `count` at points x, y of any shape, in radii of the disk."""
+    """Zernike polynomials in Noll's order and normalisation.
+
+    Parameters
+    ----------
+    count : int
+        How many, from piston on.
+    x, y : float or array
+        Points of any shape, in radii of the disk.
+
+    Returns
+    -------
+    (count, …) array
+    """
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
     out = np.empty((count, x.size))
     _fill(np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), *_table(count), out)

@@ -299,6 +299,10 @@ class Camera:
         ----------
         wavelength : float
             Wavelength of the light (µm).
+
+        Returns
+        -------
+        FilmLanding or None
         """
         return None
 
@@ -311,6 +315,10 @@ class Camera:
         ----------
         wavelength : float
             Wavelength of the light (µm); has no effect on a camera that does not disperse.
+
+        Returns
+        -------
+        list of Step
         """
         return self._weighted_gaussian.steps(self._weighted_gain)
 
@@ -333,6 +341,15 @@ class Camera:
         ----------
         wavelength : float
             Wavelength of the light (µm).
+
+        Returns
+        -------
+        list of Step
+
+        Raises
+        ------
+        AssertionError
+            If the camera does not aim: it has no `aim_distance`.
         """
         raise AssertionError("a camera with an aim_distance defines its lens_steps")
 
@@ -360,6 +377,10 @@ class Camera:
         ----------
         wavelength : float
             Wavelength of the light (µm).
+
+        Returns
+        -------
+        list of Step
         """
         return [*self.camera_steps(wavelength), *self.port]
 
@@ -392,10 +413,15 @@ class Camera:
                             self.film.pixels_x, self.film.pixels_y)
 
     def check_overrides(self) -> None:
-        """Raise CameraError where a camera kind overrides a method that pictures do not call.
+        """Refuse a camera kind that overrides a method that pictures do not call.
 
         Pictures run the camera's stages; `generate_rays` and `generate_ray_differentials` run the same stages and
         return what they computed.
+
+        Raises
+        ------
+        CameraError
+            With what to do instead.
         """
         for name in ("generate_rays", "generate_ray_differentials"):
             if getattr(getattr(self, name), "__func__", None) is not getattr(Camera, name):

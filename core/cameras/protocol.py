@@ -21,7 +21,9 @@ class CameraProtocol(Protocol):
     """A camera as ray differentials, importance, spaces and the rolling shutter see it."""
 
     @property
-    def film(self) -> Film: ...
+    def film(self) -> Film:
+        """Size (mm) and pixels, of each camera kind."""
+        ...
     @property
     def medium(self) -> Medium | None: ...
     @property

@@ -73,6 +73,8 @@ class LensCamera(Camera):
     film_distance : float
         Keyword, in place of a focus distance: where the film stands, in mm behind the last vertex. The lens stays as it
         is, and `focus_distance` becomes the plane that is then in focus, math.inf where there is none.
+    film_at : float or None
+        The same as a field, which `dataclasses.replace` changes; None where a focus distance is given.
     film_pose : FilmPose
         Tilt, swing, rise and shift of the film behind a rotationally symmetric lens; in line by default. Focus distance
         and film distance are those on the axis of the lens, of the plane in which the film's middle lies.
@@ -315,8 +317,8 @@ class LensCamera(Camera):
 
     @property
     def front(self) -> float:
-        """Coordinate z (mm, camera frame) of the lens's foremost point: its first vertex, or the rim before it."""
-        return min(0.0, *_first_rim(self.lens)[:, 2].tolist()) - self.lens.length - self.film_distance
+        """Coordinate z (mm, camera frame) of the lens's foremost point: its first vertex, or glass or rim before it."""
+        return min(0.0, float(np.fmin.reduce(_first_surface(self.lens)[:, 2]))) - self.lens.length - self.film_distance
 
     def film_slopes(self, film_xy, directions):
         """Derivatives in closed form for the ideal models; see `Camera.film_slopes`."""
@@ -397,7 +399,7 @@ class LensCamera(Camera):
                     else posed_landing_step(self.film, self.film_pose, gain))
         whole = trace_steps(lens, self.film_distance, wavelength, "film", blades=False)
         first = lens.surfaces[0]
-        reach = float(np.hypot(*_first_rim(lens)[:, :2].T).max())
+        reach = float(np.hypot(*_first_surface(lens)[:, :2].T).max())
         reach += min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
         return FilmLanding([*trace_steps(lens, self.film_distance, wavelength, "film"), arriving], [*whole, arriving],
                        (0.0, 0.0, -lens.length - self.film_distance), reach)
@@ -446,6 +448,11 @@ class LensCamera(Camera):
         """Importance of rays traced back to the film, which emits z² / normaliser evenly over its area.
 
         In a medium, cos θ dω dA is smaller and W larger by the squared index.
+
+        Raises
+        ------
+        CameraError
+            With a film out of line behind another model than the full trace.
         """
         if not self.follows_rays:
             if not self.film_pose.is_upright:
@@ -474,13 +481,15 @@ class LensCamera(Camera):
         return FilmImportance(film, we, position_pdf, direction_pdf, passes & (area > 0.0))
 
 
-def _first_rim(lens: Lens) -> np.ndarray:
-    """Points (n, 3) of the rim of the first surface, lens frame (mm): one of them where it is in line."""
+def _first_surface(lens: Lens) -> np.ndarray:
+    """Points (n, 3) of the first surface, lens frame (mm): one of its rim where it is in line, else all over it."""
     first, frame = lens.surfaces[0], lens.frames[0]
-    turn = np.zeros(1) if frame is None else np.linspace(0.0, 2.0 * math.pi, 17)
-    x, y = first.semi_diameter * np.cos(turn), first.semi_diameter * np.sin(turn)
-    rim = np.column_stack([x, y, first.sag(x, y)])
-    return rim if frame is None else rim @ frame.rotation.T + frame.shift
+    if frame is None:
+        return np.array([[first.semi_diameter, 0.0, float(first.sag(first.semi_diameter))]])
+    r = first.semi_diameter * np.linspace(0.0, 1.0, 33)[:, None]
+    turn = np.linspace(0.0, 2.0 * math.pi, 33)
+    x, y = (r * np.cos(turn)).ravel(), (r * np.sin(turn)).ravel()
+    return np.column_stack([x, y, first.sag(x, y)]) @ frame.rotation.T + frame.shift
 
 
 def _taking_film_distance(init: Callable[..., None]) -> Callable[..., None]:

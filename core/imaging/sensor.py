@@ -81,7 +81,25 @@ class Sensor:
     @classmethod
     def of(cls, film: Film, quantum_efficiency: float = 0.5, read_noise: float = 3.0, base_iso: float = 100.0,
            bits: int = 14) -> "Sensor":
-        """The sensor with the film's pixels, whose wells are full at saturation at the base ISO."""
+        """The sensor with the film's pixels, whose wells are full at saturation at the base ISO.
+
+        Parameters
+        ----------
+        film : Film
+            Its pitch is that of the pixels.
+        quantum_efficiency : float
+            Electrons per photon.
+        read_noise : float
+            Electrons rms.
+        base_iso : float
+            ISO speed at which saturation fills the wells.
+        bits : int
+            Of the converter.
+
+        Returns
+        -------
+        Sensor
+        """
         pitch = film.pitch * 1000.0
         per_lux_second = quantum_efficiency * PHOTONS * pitch**2
         checked_positive("base ISO", base_iso)
@@ -146,12 +164,29 @@ class Sensor:
         return math.log2(self.full_well / math.hypot(self.read_noise, step / math.sqrt(12.0)))
 
     def record(self, image, iso: float, lux_seconds: float = 1.0, seed: int = 0) -> np.ndarray:
-        """The recorded picture, float32 (h, w, 3) in the unit of the given one, black at 0.
+        """The recorded picture of a linear one. The noise of a pixel depends on the seed and its place alone.
 
-        image: linear picture (h, w, 3). lux_seconds: the exposure that its value 1 represents (`Exposure.lux_seconds`
-        for relative weights, LUMINANCE for physical ones). Noise may be negative. The noise of a pixel depends on the
-        seed and its place alone, not on the number of threads or on its neighbours. ExposureError for an
-        invalid ISO.
+        Parameters
+        ----------
+        image : (h, w, 3) array
+            Linear picture.
+        iso : float
+            ISO speed.
+        lux_seconds : float
+            Exposure that the value 1 of the picture represents: `Exposure.lux_seconds` for relative weights, LUMINANCE
+            for physical ones.
+        seed : int
+            Seed of the noise.
+
+        Returns
+        -------
+        (h, w, 3) array
+            float32, in the unit of the given picture, black at 0; noise may be negative.
+
+        Raises
+        ------
+        ExposureError
+            For an invalid ISO speed or exposure.
         """
         top = self.top(iso)
         values = np.ascontiguousarray(image, np.float32)

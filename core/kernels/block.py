@@ -54,9 +54,9 @@ PITCH = B + 16                  # numbers from row to row; with a power of two a
  PUPIL_RADIUS, PUPIL_SPREAD,    # footprint of the pupil, or of its part: radius at the origin (mm), growth per mm
  OX, OY, OZ,                    # offset of this ray from the middle of its part of the pupil, in these radii
  DEPTH, NX, NY, NZ,             # nearest surface: distance along the ray (mm), unit normal towards the ray
- EMITS,                         # > 0: RED, GREEN, BLUE are emitted radiance; else they are albedo
- GLOSS,                         # 0: matte; (0, 1]: a clear coat over it; METAL; GLASS
- SPECULAR,                      # 1 after a specular bounce that small lights are traced through: they are black
+ EMITS,                         # what the surface emits, a number of `scenery/emission.py`
+ FINISH,                        # how the surface reflects, a number of `scenery/finish.py`
+ PATH,                          # what the path has met, a number of `scenery/emission.py`
  RED, GREEN, BLUE,              # albedo or radiance; at last the colour of the sample
  TR, TG, TB,                    # throughput of a path after specular bounces
  SR, SG, SB,                    # sum of the radiance that a path has gathered so far
@@ -65,8 +65,6 @@ PITCH = B + 16                  # numbers from row to row; with a power of two a
  BEAM,                                          # of the block, not of its lanes: bounds of its rays
  ) = range(58)
 ROWS = 58
-
-METAL, GLASS = 2.0, 3.0         # values of GLOSS
 
 PIXEL, SAMPLE, SEED, ALIVE = range(4)       # entries of key
 KEYS = 4

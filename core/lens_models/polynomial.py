@@ -17,31 +17,21 @@ from functools import cache
 
 import numpy as np
 
-from lensbench.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    CLEARANCE,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    rows,
-    stage,
-)
+from lensbench.kernels.block import CLEARANCE, L, M, N, Step, X, Y, Z
 from lensbench.kernels.cache import njit
 from lensbench.kernels.program import Program
 from lensbench.lens_models.invariant_least_squares import evaluate_polynomials, fit_vector_fields
+from lensbench.lens_models.polynomial_stage import (
+    CENTRE_Z,
+    COEFFICIENTS,
+    DISTANCE_SHARE,
+    DRIFT_SHARE,
+    INVERSE_RADIUS,
+    NEARNESS,
+    monomial_count,
+    polynomial_stage,
+    position_degree,
+)
 from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import FirstOrder, first_order, scene_side_origin
@@ -56,11 +46,6 @@ EVENLY = 0.6                # exponent of the weights, from Chebyshev's (0) to s
 SPREAD = (0.7548776662466927, 0.5698402909980532)       # whose multiples fill a square evenly: 1/ρ, 1/ρ² of ρ³ = ρ + 1
 OFF = 0.05                  # of the length of a fitted direction from 1; two steps of Newton's method leave 3e-5
 DRIFT_POINTS = 17           # film points at which the drift of the regions' centres is measured
-
-# Parameters of the stage: −film distance over the reach of the aim, (1 − drift) over that reach (1/mm), 1 / film radius
-# (1/mm), z of the centre (mm), 1 / distance from it to objects in focus (1/mm), coefficients of F, G, H, P, Q and R
-DISTANCE_SHARE, DRIFT_SHARE, INVERSE_RADIUS, CENTRE_Z, NEARNESS, COEFFICIENTS = range(6)
-
 
 @dataclass(frozen=True, eq=False)
 class Polynomial:
@@ -112,7 +97,7 @@ class Polynomial:
         if table.splits:
             raise LensError("no polynomial: near the edge of the light, this lens splits its exit-pupil regions, and "
                             "only the trace finds the dark between the pieces: choose the trace, or a smaller film")
-        n, low = degree // 2, _position_degree(degree // 2)
+        n, low = degree // 2, position_degree(degree // 2)
         places, shares = _sample_places(n)
         film, aim, drift = _aim_rays(table.outline, table.course, table.offsets, table.radius, table.end, table.scale,
                                    *places)
@@ -164,16 +149,6 @@ def _sample_places(n: int) -> tuple[np.ndarray, np.ndarray]:
     k = np.arange(HELD_OUT)
     judges = np.stack([np.sqrt((k + 0.5) / HELD_OUT), np.sqrt(k * SPREAD[0] % 1.0), k * SPREAD[1] % 1.0])
     return np.concatenate([np.stack([r, reach, turn]), judges], 1), np.maximum(shares, LEAST) ** EVENLY
-
-
-def monomial_count(n: int) -> int:
-    """Number of monomials of three variables up to the total degree n."""
-    return (n + 1) * (n + 2) * (n + 3) // 6
-
-
-def _position_degree(n: int) -> int:
-    """Degree in a, b and c of the positions."""
-    return min(n, max(n - 1, 2))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -301,126 +276,3 @@ def _film_scale(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> f
     """
     efl = lens.front_index * fo.efl
     return abs(efl / (1.0 + nearness * (fo.front_principal - centre - efl)))
-
-
-# The stage
-
-
-@njit(inline="always")
-def _of_two(q, k, b, c, n, real):
-    """Terms of one power of a: all monomials in b and c up to the degree n, by Horner's rule."""
-    total = real(0)
-    for j in range(n + 1):
-        part = q[k]
-        k += 1
-        for _ in range(j):
-            part = part * c + q[k]
-            k += 1
-        total = total * b + part
-    return total
-
-
-@cache
-def polynomial_stage(n: int):
-    """Stage for polynomials of the degree n in a, b and c."""
-    low = _position_degree(n)
-    high_terms, low_terms = monomial_count(n), monomial_count(low)
-
-    @stage
-    def polynomial(lanes, p, ints, key):
-        """Replace the ray at the film by the ray in front of the lens. p: DISTANCE_SHARE and so on."""
-        real = lanes.dtype.type
-        row = rows(lanes)
-        x, y, z, l, m, n_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
-        a, b, c, total = row[A0], row[A1], row[A2], row[A3]
-        f, g, h, pu, pv = row[A4], row[A5], row[A6], row[A7], row[A8]
-        reach, drift, scale = p[DISTANCE_SHARE], p[DRIFT_SHARE], p[INVERSE_RADIUS]
-        centre, near = p[CENTRE_Z], p[NEARNESS]
-        # Invariants of the film point u and the aim v
-        for i in range(B):
-            ux, uy = x[i] * scale, y[i] * scale
-            away = reach / n_[i]
-            vx, vy = l[i] * away + x[i] * drift, m[i] * away + y[i] * drift
-            a[i], b[i], c[i] = ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy
-        # Polynomials F, G and H of the direction
-        at = COEFFICIENTS
-        _summed(lanes, p[at:], n)
-        for i in range(B):
-            f[i] = total[i]
-        _summed(lanes, p[at + high_terms:], n)
-        for i in range(B):
-            g[i] = total[i]
-        _summed(lanes, p[at + 2 * high_terms:], n)
-        for i in range(B):
-            h[i] = total[i]
-        # Polynomials P, Q and R of the position
-        at += 3 * high_terms
-        _summed(lanes, p[at:], low)
-        for i in range(B):
-            pu[i] = total[i]
-        _summed(lanes, p[at + low_terms:], low)
-        for i in range(B):
-            pv[i] = total[i]
-        _summed(lanes, p[at + 2 * low_terms:], low)
-        for i in range(B):
-            # Position (P u + Q v, R), and direction from there to objects in focus
-            ux, uy = x[i] * scale, y[i] * scale
-            away = reach / n_[i]
-            vx, vy = l[i] * away + x[i] * drift, m[i] * away + y[i] * drift
-            px, py, pz = pu[i] * ux + pv[i] * vx, pu[i] * uy + pv[i] * vy, total[i]
-            dx, dy = f[i] * ux + g[i] * vx - near * px, f[i] * uy + g[i] * vy - near * py
-            dz = h[i] - near * pz
-            # Normalise what is nearly a unit vector: two steps of Newton's method for 1 / √
-            square = dx * dx + dy * dy + dz * dz
-            size = real(1.5) - real(0.5) * square
-            size = size * (real(1.5) - real(0.5) * square * size * size)
-            l[i], m[i], n_[i] = dx * size, dy * size, dz * size
-            x[i], y[i], z[i] = px, py, pz + centre
-
-    return polynomial
-
-
-@cache
-def _sum(n: int):
-    """Stage that evaluates one polynomial of the rows A0, A1 and A2 into A3.
-
-    One loop per polynomial: its coefficients are so few that they stay in registers.
-    """
-    @stage
-    def sum_polynomial(lanes, q):
-        """Write into A3 the polynomial with the coefficients q."""
-        real = lanes.dtype.type
-        row = rows(lanes)
-        a, b, c, total = row[A0], row[A1], row[A2], row[A3]
-        for i in range(B):
-            t = q[0] * a[i] + _of_two(q, 1, b[i], c[i], 1, real)
-            if n >= 2:
-                t = t * a[i] + _of_two(q, 4, b[i], c[i], 2, real)
-            if n >= 3:
-                t = t * a[i] + _of_two(q, 10, b[i], c[i], 3, real)
-            if n >= 4:
-                t = t * a[i] + _of_two(q, 20, b[i], c[i], 4, real)
-            if n >= 5:
-                t = t * a[i] + _of_two(q, 35, b[i], c[i], 5, real)
-            total[i] = t
-
-    return sum_polynomial
-
-
-# Module-level names: numba cannot cache a kernel with a function in its closure
-_of_1, _of_2, _of_3, _of_4, _of_5 = (_sum(n) for n in range(1, 6))
-
-
-@njit(inline="always")
-def _summed(lanes, q, n):
-    """Evaluate one polynomial of the degree n, a compile-time constant, into A3."""
-    if n == 1:
-        _of_1(lanes, q)
-    elif n == 2:
-        _of_2(lanes, q)
-    elif n == 3:
-        _of_3(lanes, q)
-    elif n == 4:
-        _of_4(lanes, q)
-    else:
-        _of_5(lanes, q)

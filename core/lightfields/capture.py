@@ -14,13 +14,7 @@ from lensbench.cameras.base import Camera
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import Step
 from lensbench.kernels.figures import fixed
-from lensbench.lightfields.light_field import (
-    LightField,
-    LightFieldError,
-    centre_coverage,
-    light_field_bytes,
-    spread_offsets,
-)
+from lensbench.lightfields.light_field import LightField, LightFieldError, centre_coverage, spread_offsets
 from lensbench.lightfields.pupil_cells import Cell, cell_steps, lit_cell, pupil_reach, sample_disk
 from lensbench.lightfields.recorder import Recorder, in_parallel
 from lensbench.scenery.scene import Scene
@@ -28,6 +22,29 @@ from lensbench.scenery.scene import Scene
 HIGHEST = 60000.0       # radiance, at the most: half floats end at 65504
 FILL = 0.5              # side of the part of a pixel that the samples of a view fill
 MEMORY_SHARE = 0.9      # of the free memory that a capture may take
+
+
+def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.float16, moments: int = 1) -> int:
+    """Size of a light field in memory: three colours and the coverage of every pixel and view.
+
+    Parameters
+    ----------
+    film
+        The camera's film.
+    views
+        Views across and down.
+    dtype
+        np.float16 or np.float32.
+    moments
+        Number of moments; above 1 each takes three colours more.
+
+    Returns
+    -------
+    int
+        Bytes.
+    """
+    numbers = 4 + (3 * moments if moments > 1 else 0)
+    return views[0] * views[1] * film.pixels_x * film.pixels_y * numbers * np.dtype(dtype).itemsize
 
 
 def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), samples: int = 16,

@@ -23,7 +23,6 @@ import numpy as np
 
 from lensbench.cameras.base import Camera
 from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.imaging.film import Film
 from lensbench.kernels.figures import significant
 from lensbench.lightfields.refocus_kernel import rescaled, shift_and_add, spectral_gain
 
@@ -35,29 +34,6 @@ CENTRE_PART = 24        # the picture's sides over those of its centre, where co
 
 class LightFieldError(ValueError):
     """An invalid light field; the message says what to do."""
-
-
-def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.float16, moments: int = 1) -> int:
-    """Size of a light field in memory: three colours and the coverage of every pixel and view.
-
-    Parameters
-    ----------
-    film
-        The camera's film.
-    views
-        Views across and down.
-    dtype
-        np.float16 or np.float32.
-    moments
-        Number of moments; above 1 each takes three colours more.
-
-    Returns
-    -------
-    int
-        Bytes.
-    """
-    numbers = 4 + (3 * moments if moments > 1 else 0)
-    return views[0] * views[1] * film.pixels_x * film.pixels_y * numbers * np.dtype(dtype).itemsize
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,7 +31,8 @@ from lensbench.kernels.half_float import as_bits, scale_of
 from lensbench.lightfields.capture import HIGHEST, checked_views
 from lensbench.lightfields.light_field import LightFieldError, spread_offsets
 from lensbench.lightfields.novel_view_kernel import Pinholes, Surface, render_rows
-from lensbench.rendering.progressive import depth_map, render
+from lensbench.rendering.pixel_depth import depth_map
+from lensbench.rendering.progressive import render
 from lensbench.scenery.scene import Scene
 
 MOST_RAYS = 8           # per pixel, across and down
@@ -40,7 +41,15 @@ NOTHING, NO_RAYS, MIDDLE = np.zeros(0, np.float32), np.zeros((0, 6)), np.zeros((
 
 
 class NovelView(NamedTuple):
-    """Picture of a lumigraph from another camera, from `Lumigraph.seen_by`."""
+    """Picture of a lumigraph from another camera, from `Lumigraph.seen_by`.
+
+    Parameters
+    ----------
+    picture : (h, w, 3) array
+        float32, linear red, green and blue; 0 where nothing was recorded.
+    covered : (h, w) array of bool
+        Whether the pixel was recorded.
+    """
 
     picture: np.ndarray         # float32 (h, w, 3), linear RGB; 0 where nothing was recorded
     covered: np.ndarray         # (h, w) bool: whether the pixel was recorded

@@ -31,7 +31,13 @@ class CoatingError(ValueError):
 
 
 class Reflectance(NamedTuple):
-    """Reflected parts of light polarised across (s) and in (p) the plane of incidence."""
+    """Reflected parts of light, from `Coating.reflectance`.
+
+    Parameters
+    ----------
+    s, p : array
+        From 0 to 1, of light polarised across (s) and in (p) the plane of incidence.
+    """
 
     s: np.ndarray
     p: np.ndarray
@@ -43,10 +49,15 @@ class Reflectance(NamedTuple):
 
 
 class Layer(NamedTuple):
-    """A thin layer: its index n, and its optical thickness n d in waves of the coating's design wavelength.
+    """A thin layer of a coating.
 
-    n None: n₁ √(n / n₀) for the glass n that is coated in a medium n₀, n₁ the first layer; this makes the
-    reflectance of a quarter, half and quarter wave zero at the design wavelength, whatever the glass.
+    Parameters
+    ----------
+    n : float or None
+        Refractive index. None: n₁ √(n / n₀) for the glass n that is coated in a medium n₀, n₁ the first layer; this
+        makes the reflectance of a quarter, half and quarter wave zero at the design wavelength, whatever the glass.
+    waves : float
+        Optical thickness n d, in waves of the coating's design wavelength.
     """
 
     n: float | None
@@ -164,6 +175,15 @@ class Coating:
             From 0 to 1.
         angles : sequence of float
             Rising angles of incidence in the medium of the smaller index, radians.
+
+        Returns
+        -------
+        Coating
+
+        Raises
+        ------
+        CoatingError
+            For reflectances without a row for each wavelength and a column for each angle, or beyond 0 to 1.
         """
         rows = np.asarray(reflectances, float)
         rows = rows[:, None] if rows.ndim == 1 else rows

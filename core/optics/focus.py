@@ -102,8 +102,11 @@ def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens
     FocusError
         If the object is nearer than the lens can focus.
     """
-    if not lens.has_focus_groups:
-        return lens
+    return _focused(lens, focus_distance, method) if lens.has_focus_groups else lens
+
+
+@lru_cache(maxsize=64)
+def _focused(lens: Lens, focus_distance: float, method: str) -> Lens:
     at_infinity = lens.at(close=0.0)
     off, nearest = _travel(at_infinity, method)
     if focus_distance == inf:

@@ -1,16 +1,24 @@
 """The rays of a ghost: even grids across the beam of a light that enters a lens.
 
-A grid lies in the plane through the first vertex across the direction to the light. Camera frame, mm: the film's centre
-is the origin, the scene at −z. A light is (x, y, z, 1), its place, or (x, y, z, 0), the unit direction to it.
+A grid lies in the plane through the first vertex, in line, across the direction to the light. Camera frame, mm: the
+film's centre is the origin, the scene at −z. A light is (x, y, z, 1), its place, or (x, y, z, 0), the unit direction to
+it.
 """
 
 import math
+from functools import lru_cache
+from math import sqrt
 
 import numpy as np
 
-from lensbench.optics.ghost_trace import GhostTracer, Pair
+from lensbench.kernels.cache import njit
+from lensbench.optics.ghost_pairs import Pair
+from lensbench.optics.ghost_trace import GhostTracer
+from lensbench.optics.paraxial import first_order
+from lensbench.optics.prescription import Lens
 
 SCAN = 21               # cells along a side of the grid that finds where a ghost enters: its vertices are one block
+CLOSE_SCAN = 3 * SCAN   # cells where hardly a ray of the first scan passes a narrow lens, such as a fisheye
 SCANS = 4               # of a pair at the most, each about what the one before found
 TRIES = 6               # places that a scan without a passing ray goes on to search
 MOST_SCANS = 16
@@ -25,34 +33,41 @@ def pair_box(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pair: Pa
     distances of their neighbours say that none can pass. A ghost narrower than about 1/50 of the front may be missed.
     """
     reach = entrance_reach(tracer)
-    boxes: list[tuple[Box, int]] = [((-reach, -reach, reach, reach), 0)]
+    whole = -reach, -reach, reach, reach
+    boxes: list[tuple[Box, int]] = [(whole, 0)]
+    cells = SCAN
     for _ in range(MOST_SCANS):
         if not boxes:
             break
         box, depth = boxes.pop(0)
-        found = entrance_grid(tracer, lanes, light, pair, box, SCAN)
-        distance = np.sqrt(np.where(np.isfinite(found[5]), found[5], np.inf)).reshape(SCAN + 1, SCAN + 1)
+        found = entrance_grid(tracer, lanes, light, pair, box, cells, reflecting=False)
+        distance = np.sqrt(np.where(np.isfinite(found[5]), found[5], np.inf)).reshape(cells + 1, cells + 1)
+        if depth == 0 and cells == SCAN and _is_narrow(tracer.lens) and np.count_nonzero(np.isfinite(distance)) < SCAN:
+            boxes, cells = [(whole, 0)], CLOSE_SCAN
+            continue
         lines, columns = np.nonzero((distance <= 1.0).any(1))[0], np.nonzero((distance <= 1.0).any(0))[0]
         if len(lines):
-            inner = _part(box, lines[0] - 1, lines[-1] + 1, columns[0] - 1, columns[-1] + 1)
+            inner = _part(box, cells, lines[0] - 1, lines[-1] + 1, columns[0] - 1, columns[-1] + 1)
             if depth == SCANS - 1 or min(len(lines), len(columns)) > SCAN // 3:
                 return inner                            # fine enough
             boxes = [(inner, depth + 1)]
         elif depth < SCANS - 1:
-            boxes += [(_part(box, j - 1, j + 1, i - 1, i + 1), depth + 1) for j, i in _nearly(distance)]
+            boxes += [(_part(box, cells, j - 1, j + 1, i - 1, i + 1), depth + 1) for j, i in _nearly(distance)]
+        cells = SCAN
     return None
 
 
-def _part(box: Box, top: int, bottom: int, left: int, right: int) -> Box:
+def _part(box: Box, cells: int, top: int, bottom: int, left: int, right: int) -> Box:
     """The part of a box between these lines and columns of its scan."""
-    du, dv = (box[2] - box[0]) / SCAN, (box[3] - box[1]) / SCAN
+    du, dv = (box[2] - box[0]) / cells, (box[3] - box[1]) / cells
     return box[0] + left * du, box[1] + top * dv, box[0] + right * du, box[1] + bottom * dv
 
 
 def _nearly(distance: np.ndarray) -> list[tuple[int, int]]:
     """Up to TRIES least of their neighbours, beside which a ray may pass, the most promising first."""
     padded = np.pad(distance, 1, constant_values=np.inf)
-    around = np.stack([padded[j:j + SCAN + 1, i:i + SCAN + 1] for j in range(3) for i in range(3)])
+    side = len(distance)
+    around = np.stack([padded[j:j + side, i:i + side] for j in range(3) for i in range(3)])
     least = around.min(0)
     steep = np.where(np.isfinite(around), around, -np.inf).max(0) - least
     with np.errstate(invalid="ignore"):
@@ -63,14 +78,27 @@ def _nearly(distance: np.ndarray) -> list[tuple[int, int]]:
 
 
 def entrance_reach(tracer: GhostTracer) -> float:
-    """Radius (mm) about the first vertex of the sphere that holds the first surface within its rim."""
-    first = tracer.lens.surfaces[0]
+    """Radius (mm) of the sphere that holds the first surface within its rim, about its vertex in line."""
+    return _reach(tracer.lens)
+
+
+@lru_cache(maxsize=16)
+def _reach(lens: Lens) -> float:
+    first = lens.surfaces[0]
     sag = abs(float(first.sag(first.semi_diameter)))
-    return math.hypot(first.semi_diameter, sag if math.isfinite(sag) else first.semi_diameter)
+    aside = float(np.linalg.norm(lens.vertex(0)))
+    return aside + math.hypot(first.semi_diameter, sag if math.isfinite(sag) else first.semi_diameter)
+
+
+@lru_cache(maxsize=16)
+def _is_narrow(lens: Lens) -> bool:
+    """Whether the beam that enters a lens may pass between the rays of a first scan."""
+    return first_order(lens).entrance_pupil.radius < 2.0 * _reach(lens) / SCAN
 
 
 def entrance_grid(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pair: Pair, box: Box, cells: int,
-                  shift: tuple[float, float] = (0.0, 0.0), radiance: float = 1.0) -> np.ndarray:
+                  shift: tuple[float, float] = (0.0, 0.0), radiance: float = 1.0, reflecting: bool = True
+                  ) -> np.ndarray:
     """The rays of a grid (cells + 1)² traced: (6, rays) as of `GhostTracer.trace`, row by row in v.
 
     shift: of the grid, in cells. The light of a ray is radiance times the area of a cell (mm²), for a near light times
@@ -78,33 +106,51 @@ def entrance_grid(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pai
     """
     rays = grid_rays(tracer, light, box, cells, shift, radiance)
     found = np.empty((6, rays.shape[1]), tracer.real)
-    tracer.trace(lanes, pair, rays, found)
+    tracer.trace(lanes, pair, rays, found, reflecting)
     return found
+
+
+@lru_cache(maxsize=256)
+def _axes(front_z: float, x: float, y: float, z: float, near: float
+          ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
+    """The first vertex, unit vectors across the beam of a light and towards it (3,), and its distance."""
+    vertex, light = np.array([0.0, 0.0, front_z]), np.array([x, y, z])
+    towards = light - vertex if near else light
+    distance = float(np.linalg.norm(towards))
+    towards = towards / distance
+    side = np.array([1.0, 0.0, 0.0]) if abs(towards[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    u = side - (side @ towards) * towards
+    u /= np.linalg.norm(u)
+    return vertex, u, np.cross(towards, u), towards, distance
 
 
 def grid_rays(tracer: GhostTracer, light: np.ndarray, box: Box, cells: int, shift: tuple[float, float] = (0.0, 0.0),
               radiance: float = 1.0) -> np.ndarray:
     """X … N and WEIGHT (7, rays) of a grid; see `entrance_grid`."""
-    vertex = np.array([0.0, 0.0, tracer.front_z])
-    towards = light[:3] - vertex if light[3] else light[:3].copy()
-    distance = float(np.linalg.norm(towards))
-    towards /= distance
-    side = np.array([1.0, 0.0, 0.0]) if abs(towards[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-    u = side - (side @ towards) * towards
-    u /= np.linalg.norm(u)
-    v = np.cross(towards, u)
+    vertex, u, v, towards, distance = _axes(tracer.front_z, *light.tolist())
     a = box[0] + (np.arange(cells + 1) + shift[0]) / cells * (box[2] - box[0])
     b = box[1] + (np.arange(cells + 1) + shift[1]) / cells * (box[3] - box[1])
-    points = vertex[:, None] + (u[:, None, None] * a + v[:, None, None] * b[:, None]).reshape(3, -1)
-    rays = np.empty((7, points.shape[1]), tracer.real)
-    rays[:3] = points
+    rays = np.empty((7, a.size * b.size), tracer.real)
     area = radiance * (box[2] - box[0]) * (box[3] - box[1]) / cells**2
-    if light[3]:
-        away = points - light[:3, None]
-        length = np.sqrt((away * away).sum(0))
-        rays[3:6] = away / length
-        rays[6] = area * (distance / length)**3          # cosine: distance / length
-    else:
-        rays[3:6] = -towards[:, None]
-        rays[6] = area
+    _fill(rays, vertex, u, v, a, b, towards, distance, bool(light[3]), area)
     return rays
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fill(rays, vertex, u, v, a, b, towards, distance, is_near, area):
+    """Rays (7, b · a) from vertex + a u + b v, away from the light."""
+    x, y, z = vertex + distance * towards
+    for j in range(b.size):
+        for i in range(a.size):
+            k = j * a.size + i
+            px, py, pz = (vertex[0] + (u[0] * a[i] + v[0] * b[j]), vertex[1] + (u[1] * a[i] + v[1] * b[j]),
+                          vertex[2] + (u[2] * a[i] + v[2] * b[j]))
+            rays[0, k], rays[1, k], rays[2, k] = px, py, pz
+            if is_near:
+                dx, dy, dz = px - x, py - y, pz - z
+                length = sqrt(dx * dx + dy * dy + dz * dz)
+                rays[3, k], rays[4, k], rays[5, k] = dx / length, dy / length, dz / length
+                rays[6, k] = area * (distance / length) ** 3            # cosine: distance / length
+            else:
+                rays[3, k], rays[4, k], rays[5, k] = -towards[0], -towards[1], -towards[2]
+                rays[6, k] = area

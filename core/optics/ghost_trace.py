@@ -1,18 +1,11 @@
-"""Ghost light: rays that two surfaces of a lens reflect, the second one back towards the film.
+"""Ghost light in blocks of rays: the stages of `block_trace` in the order in which the light of a pair meets surfaces.
 
-A pair (first, second) has first < second: light is refracted up to `second`, reflected there, goes back to `first`, is
-reflected again and leaves the lens towards the film. `ghost_path` is the reference, one ray in float64; `GhostTracer`
-runs the stages of `block_trace` in that order, a block of rays at a time.
-
-Both find the normal of a surface, of whatever kind, from a refraction there into a medium of higher index: the
-optical direction changes along the normal, and no ray is totally reflected.
-
-Light counts as unpolarised at every surface. Absorption in the glass is neglected.
+`ghost_path` is the reference. As there, the normal of a surface is found from a refraction into a medium of higher
+index, light counts as unpolarised at every surface, and absorption in the glass is neglected.
 """
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import lru_cache
 from math import sqrt
 from typing import NamedTuple
@@ -44,182 +37,21 @@ from lensbench.kernels.block import (
     rows,
 )
 from lensbench.kernels.cache import njit
-from lensbench.kernels.program import Program, call_stage, run_steps
-from lensbench.optics.block_trace import RUNS, SLOWNESS, STEP, surface_steps
+from lensbench.kernels.program import Program, call_stage, run_steps, stage_address
+from lensbench.optics.block_refraction import SLOWNESS, STEP
+from lensbench.optics.block_trace import FRAME, change_frame, surface_records
 from lensbench.optics.coatings import Coating
+from lensbench.optics.ghost_pairs import DIRECT, Pair
+from lensbench.optics.ghost_path import DENSER
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens, LensError
-from lensbench.optics.scalar_trace import CLIPPED, PASSED, TOTAL_REFLECTION, surface_table, trace_ray
-from lensbench.optics.surfaces import AFTER, BEFORE
+from lensbench.optics.prescription import Lens
 from lensbench.optics.transmission import surface_coatings
 
-Pair = tuple[int, int]          # (first, second): indices of surfaces, second the one that is met first by the light
 Visible = tuple[tuple[float, ...], ...]
 
-DIRECT: Pair = (-1, -1)         # in place of a pair: the light that no surface reflects
-DENSER = 1.5                    # index ratio of the refraction that finds the normal
 NODES = 129                     # of a table of reflectance, evenly over the cosine on the side of the smaller index
 CHANNELS = 3
 FORWARD, BACKWARD = 0, 1
-
-
-def ghost_pairs(lens: Lens, wavelength: float = D_LINE) -> tuple[Pair, ...]:
-    """All pairs of surfaces that reflect, first < second: those with different indices on both sides."""
-    n = lens.indices(wavelength)
-    reflecting = [i for i in range(len(lens.surfaces)) if n[i] != n[i + 1]]
-    return tuple((first, second) for k, second in enumerate(reflecting) for first in reflecting[:k])
-
-
-def require_in_line(lens: Lens) -> None:
-    """LensError for a lens with surfaces out of line: their ghosts are not traced."""
-    if not lens.is_in_line:
-        raise LensError("ghosts are not traced through surfaces out of line: reset their tilt and decentre")
-
-
-def ghost_order(count: int, pair: Pair) -> Iterator[tuple[int, bool, bool]]:
-    """Surfaces in the order met, of `count`: index, whether the light runs to the film, whether it is reflected."""
-    first, second = pair
-    if pair == DIRECT:
-        yield from ((i, True, False) for i in range(count))
-        return
-    yield from ((i, True, i == second) for i in range(second + 1))
-    yield from ((i, False, i == first) for i in range(second - 1, first - 1, -1))
-    yield from ((i, True, False) for i in range(first + 1, count))
-
-
-def pair_share(lens: Lens, pair: Pair, wavelength: float = D_LINE, coating: str | Coating = "uncoated") -> float:
-    """Product of the reflectances of a pair, or of DIRECT, and of all transmittances on its way, on the axis."""
-    reflected, passed = _on_axis(lens, wavelength, coating), 1.0
-    for i, _, mirror in ghost_order(len(lens.surfaces), pair):
-        part = reflected[i]
-        passed *= part if mirror else 1.0 - part
-    return passed
-
-
-@lru_cache(maxsize=64)
-def _on_axis(lens: Lens, wavelength: float, coating: str | Coating) -> tuple[float, ...]:
-    """Reflectance of each surface at normal incidence."""
-    n = lens.indices(wavelength)
-    return tuple(float(own.reflectance(n[i], n[i + 1], wavelength=wavelength).mean) if n[i] != n[i + 1] else 0.0
-                 for i, own in enumerate(surface_coatings(lens, coating)))
-
-
-# The reference
-
-
-class Meeting(NamedTuple):
-    """One ray at one surface; lens frame, mm."""
-
-    point: tuple[float, float, float]
-    refracted: tuple[float, float, float] | None        # unit direction; None: totally reflected
-    reflected: tuple[float, float, float]
-    reflectance: float
-    fate: int                                           # PASSED, or why the ray ends here
-
-
-@dataclass(frozen=True, eq=False)
-class GhostPath:
-    """One ray of a ghost.
-
-    Attributes
-    ----------
-    points : (n, 3) ndarray
-        Origin, then the points met in order, the one that ends the ray included (mm, lens frame).
-    direction : (3,) ndarray
-        Unit direction behind the last point.
-    weight : float
-        Part of the ray's light that is left: reflectances times transmittances; 0 if the ray ends.
-    fate : int
-        A value of `Fate`.
-    """
-
-    points: np.ndarray
-    direction: np.ndarray
-    weight: float
-    fate: int
-
-
-class Meetings:
-    """Rays at single surfaces of a lens, at a wavelength (µm), by the reference tracer."""
-
-    def __init__(self, lens: Lens, wavelength: float = D_LINE, coating: str | Coating = "uncoated", clip: bool = True):
-        require_in_line(lens)
-        self._lens, self._wavelength, self._clip = lens, wavelength, clip
-        self._table = surface_table(lens, wavelength)
-        self._coatings = surface_coatings(lens, coating)
-
-    def meet(self, i: int, forward: bool, point, direction) -> Meeting:
-        """A ray, in the medium before surface i as the light runs, at this surface."""
-        row = type(self._table)(*(part[i:i + 1] for part in self._table))
-        order = 1 if forward else -1
-        before, after = row.numbers[0, [BEFORE, AFTER] if forward else [AFTER, BEFORE]].tolist()
-        *hit, dx, dy, dz, fate, _ = trace_ray(row, self._clip, *point, *direction, None, 0, order)
-        blocked = self._clip and i == self._lens.stop_index and fate == PASSED and not self._passes_iris(hit)
-        if blocked or fate not in (PASSED, TOTAL_REFLECTION):
-            return Meeting(tuple(hit), None, direction, 0.0, CLIPPED if blocked else fate)
-        if before == after:
-            return Meeting(tuple(hit), (dx, dy, dz), direction, 0.0, PASSED)
-
-        # The normal, by a refraction that always succeeds
-        denser = row._replace(numbers=row.numbers.copy())
-        denser.numbers[0, AFTER if forward else BEFORE] = DENSER * before
-        *_, ex, ey, ez, normal_fate, _ = trace_ray(denser, False, *point, *direction, None, 0, order)
-        if normal_fate != PASSED:
-            return Meeting(tuple(hit), None, direction, 0.0, normal_fate)
-        change = [DENSER * b - a for a, b in zip(direction, (ex, ey, ez), strict=True)]
-        length = sqrt(sum(c * c for c in change))
-        normal = [c / length for c in change]
-        cosine = sum(a * b for a, b in zip(direction, normal, strict=True))
-        mirrored = [a - 2.0 * cosine * b for a, b in zip(direction, normal, strict=True)]
-        part = float(self._coatings[i].reflectance(before, after, min(cosine, 1.0), self._wavelength).mean)
-        total = fate == TOTAL_REFLECTION
-        return Meeting(tuple(hit), None if total else (dx, dy, dz), tuple(mirrored), 1.0 if total else part, PASSED)
-
-    def _passes_iris(self, hit) -> bool:
-        iris, radius = self._lens.iris, self._lens.stop.semi_diameter
-        return iris.is_round or bool(iris.contains(np.array([hit[0] / radius]), np.array([hit[1] / radius]))[0])
-
-
-def ghost_path(lens: Lens, pair: Pair, origin, direction, wavelength: float = D_LINE,
-               coating: str | Coating = "uncoated", clip: bool = True) -> GhostPath:
-    """One ray of the ghost of a pair, by the reference tracer.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    pair : (int, int)
-        Surfaces (first, second), as of `ghost_pairs`.
-    origin, direction : (3,) array_like
-        The ray towards the lens (mm, lens frame); the direction may have any length.
-    wavelength : float
-        Micrometres.
-    coating : str or Coating
-        As of `surface_coatings`.
-    clip : bool
-        Whether rims, stop and blades end the ray.
-
-    Returns
-    -------
-    GhostPath
-    """
-    bench = Meetings(lens, wavelength, coating, clip)
-    point = tuple(np.asarray(origin, float).tolist())
-    unit = np.asarray(direction, float)
-    ray = tuple((unit / np.linalg.norm(unit)).tolist())
-    points, weight = [point], 1.0
-    for i, forward, mirror in ghost_order(len(lens.surfaces), pair):
-        met = bench.meet(i, forward, point, ray)
-        point, after = met.point, met.reflected if mirror else met.refracted
-        points.append(point)
-        if met.fate != PASSED or after is None:
-            return GhostPath(np.array(points), np.array(ray), 0.0, TOTAL_REFLECTION if met.fate == PASSED else met.fate)
-        weight *= met.reflectance if mirror else 1.0 - met.reflectance
-        ray = after
-    return GhostPath(np.array(points), np.array(ray), weight, PASSED)
-
-
-# The block tracer
 
 
 class GhostCode(NamedTuple):
@@ -229,6 +61,9 @@ class GhostCode(NamedTuple):
     numbers: np.ndarray         # records of the stages, one after the other
     starts: np.ndarray          # (2, surfaces, 2) where each begins: refracting, and finding the normal
     sizes: np.ndarray           # (surfaces,)
+    moved: np.ndarray           # (2, surfaces + 1) bool: whether a surface has another frame than the one met before;
+                                # the last: whether the last surface has another frame than the lens
+    moves: np.ndarray           # (2, surfaces + 1, FRAME) parameters of `change_frame` into its frame
     reflects: np.ndarray        # (surfaces,) bool
     indices: np.ndarray         # (surfaces + 1,) of the media
     tables: np.ndarray          # (surfaces, CHANNELS, NODES) reflectance over the cosine
@@ -247,48 +82,54 @@ class GhostTracer:
 
     def __init__(self, lens: Lens, film_distance: float, landing: list[Step], wavelength: float = D_LINE,
                  channels: Visible | None = None, coating: str | Coating = "uncoated", real=np.float32):
-        require_in_line(lens)
         self.real, self.lens = real, lens
         self._landing = Program(landing, real)
-        forward = _records(lens, film_distance, wavelength, "film")
-        backward = _records(lens, film_distance, wavelength, "scene")[::-1]
+        to_film = surface_records(lens, film_distance, wavelength, "film")
+        forward = to_film.surfaces
+        backward = surface_records(lens, film_distance, wavelength, "scene").surfaces[::-1]
+        moved, moves = np.zeros((2, len(forward) + 1), np.bool_), np.zeros((2, len(forward) + 1, FRAME), real)
         numbers: list[np.ndarray] = []
         starts = np.empty((2, len(forward), 2), np.int64)
         at = 0
-        for way, steps in ((FORWARD, forward), (BACKWARD, backward)):
-            for i, step in enumerate(steps):
-                mirror = np.array(step.parameters, float)
+        for way, records in ((FORWARD, forward), (BACKWARD, backward)):
+            for i, move in enumerate([*(record.move for record in records), to_film.move]):
+                if move is not None:
+                    moved[way, i], moves[way, i] = True, move
+            for i, record in enumerate(records):
+                mirror = record.numbers.copy()
                 mirror[STEP] = (DENSER * DENSER - 1.0) / mirror[SLOWNESS]
-                for k, record in enumerate((step.parameters, mirror)):
+                for k, own in enumerate((record.numbers, mirror)):
                     starts[way, i, k] = at
-                    numbers.append(np.asarray(record, real))
-                    at += len(record)
+                    numbers.append(own.astype(real))
+                    at += len(own)
         blades = lens.iris.blocking(lens.stop.semi_diameter)
-        program, blocking = Program(forward, real), Program(blades, real)
         n = np.array(lens.indices(wavelength))
         self.code = GhostCode(
-            program.code.addresses, np.concatenate(numbers), starts, np.array([len(s.parameters) for s in forward]),
+            np.array([stage_address(record.kernel, real) for record in forward], np.int64), np.concatenate(numbers),
+            starts, np.array([len(record.numbers) for record in forward]), moved, moves,
             n[:-1] != n[1:], n.astype(real),
             reflectance_tables(lens, channels or ((wavelength,),) * CHANNELS, coating).astype(real),
-            lens.stop_index if blades else -1, int(blocking.code.addresses[0]) if blades else 0,
+            lens.stop_index if blades else -1, stage_address(blades[0].kernel, real) if blades else 0,
             np.asarray(blades[0].parameters if blades else np.zeros(1), real), real(-film_distance))
         self._front = real(lens.front_index)
         self.front_z = -lens.length - film_distance
 
-    def trace(self, lanes: np.ndarray, pair: Pair, rays: np.ndarray, found: np.ndarray) -> None:
+    def pair_reflectances(self, pairs: Sequence[Pair]) -> np.ndarray:
+        """Light of pairs over the direct light, (pairs, CHANNELS), at normal incidence: 1 for DIRECT."""
+        reflected = self.code.tables[:, :, -1].astype(float)
+        found = [np.ones(CHANNELS) if (first, second) == DIRECT else
+                 reflected[first] * reflected[second] * ((1.0 - reflected[first + 1:second]) ** 2).prod(0)
+                 for first, second in pairs]
+        return np.array(found).reshape(-1, CHANNELS)
+
+    def trace(self, lanes: np.ndarray, pair: Pair, rays: np.ndarray, found: np.ndarray, reflecting: bool = True
+              ) -> None:
         """Trace rays (7, n): X … N unit, and WEIGHT, into found (6, n): raster x, y, light of R, G, B, clearance.
 
-        A ray that ends has no light. Its place is that of the ray traced on beyond rims, or NaN.
+        A ray that ends has no light. Its place is that of the ray traced on beyond rims, or NaN. reflecting: whether
+        reflectances count; without them, all light of a ray that passes is left, in a quarter of the time.
         """
-        _trace_rays(lanes, self.code, self._landing.code, *pair, self._front, rays, found)
-
-
-def _records(lens: Lens, film_distance: float, wavelength: float, towards: str) -> list[Step]:
-    """A step for each surface, in the order met."""
-    _, *runs, _ = surface_steps(lens, film_distance, wavelength, towards)
-    lengths = {id(kernel): length for kernel, length in RUNS.values()}
-    return [Step(run.kernel, run.parameters[at:at + lengths[id(run.kernel)]]) for run in runs
-            for at in range(0, len(run.parameters), lengths[id(run.kernel)])]
+        _trace_rays(lanes, self.code, self._landing.code, *pair, self._front, rays, found, reflecting)
 
 
 def reflectance_tables(lens: Lens, channels: Visible, coating: str | Coating) -> np.ndarray:
@@ -309,7 +150,7 @@ def _table(own: Coating, lines: tuple[float, ...], indices: tuple[tuple[float, .
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _trace_rays(lanes, code, landing, first, second, front, rays, found):
+def _trace_rays(lanes, code, landing, first, second, front, rays, found, reflecting):
     key = np.zeros(KEYS, np.uint32)
     row = rows(lanes)
     real = lanes.dtype.type
@@ -322,7 +163,7 @@ def _trace_rays(lanes, code, landing, first, second, front, rays, found):
             row[L, i], row[M, i], row[N, i] = rays[3, k] * front, rays[4, k] * front, rays[5, k] * front
             weight[i] = rays[6, k]
             red[i], green[i], blue[i], clearance[i] = real(1), real(1), real(1), real(0)
-        _trace_pair(lanes, code, first, second, key)
+        _trace_pair(lanes, code, first, second, reflecting, key)
         z = row[Z]
         for i in range(B):
             z[i] += code.end
@@ -336,20 +177,29 @@ def _trace_rays(lanes, code, landing, first, second, front, rays, found):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _trace_pair(lanes, code, first, second, key):
+def _trace_pair(lanes, code, first, second, reflecting, key):
     """A block of rays through all surfaces, reflected at `second` and then at `first`; at none where these are −1."""
     if second < 0:
         for i in range(code.sizes.size):
-            _refract(lanes, code, i, FORWARD, key)
+            _refract(lanes, code, i, FORWARD, reflecting, key)
+        _change_frame(lanes, code, code.sizes.size, FORWARD, key)
         return
     for i in range(second):
-        _refract(lanes, code, i, FORWARD, key)
-    _reflect(lanes, code, second, FORWARD, key)
+        _refract(lanes, code, i, FORWARD, reflecting, key)
+    _reflect(lanes, code, second, FORWARD, reflecting, key)
     for i in range(second - 1, first, -1):
-        _refract(lanes, code, i, BACKWARD, key)
-    _reflect(lanes, code, first, BACKWARD, key)
+        _refract(lanes, code, i, BACKWARD, reflecting, key)
+    _reflect(lanes, code, first, BACKWARD, reflecting, key)
     for i in range(first + 1, code.sizes.size):
-        _refract(lanes, code, i, FORWARD, key)
+        _refract(lanes, code, i, FORWARD, reflecting, key)
+    _change_frame(lanes, code, code.sizes.size, FORWARD, key)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _change_frame(lanes, code, i, way, key):
+    """Into the frame of surface i from that of the surface before it on this way."""
+    if code.moved[way, i]:
+        change_frame(lanes, code.moves[way, i], code.starts[0, 0, :0], key)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -369,10 +219,11 @@ def _keep_direction(lanes):
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "nsz", "arcp"}, error_model="numpy")
-def _refract(lanes, code, s, way, key):
+def _refract(lanes, code, s, way, reflecting, key):
     """Refract at surface s; TR, TG, TB: times the transmitted part."""
     real = lanes.dtype.type
-    if not code.reflects[s]:
+    _change_frame(lanes, code, s, way, key)
+    if not (reflecting and code.reflects[s]):
         _stage_of_surface(lanes, code, s, way, 0, key)
         return
     _keep_direction(lanes)
@@ -390,9 +241,10 @@ def _refract(lanes, code, s, way, key):
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "nsz", "arcp"}, error_model="numpy")
-def _reflect(lanes, code, s, way, key):
+def _reflect(lanes, code, s, way, reflecting, key):
     """Reflect at surface s, z running with the light before and after; TR, TG, TB: times the reflected part."""
     real = lanes.dtype.type
+    _change_frame(lanes, code, s, way, key)
     _keep_direction(lanes)
     _stage_of_surface(lanes, code, s, way, 1, key)
     row = rows(lanes)
@@ -411,7 +263,8 @@ def _reflect(lanes, code, s, way, key):
         clearance[i] = clearance[i] if n[i] > real(0) else real(np.inf)
         # (n cos I)² on the side of the smaller index; below 0 the light is totally reflected
         cosine[i] = sqrt(max(along * along * size + more, real(0))) * per
-    _apply(lanes, code.tables[s], real(0), real(1))
+    if reflecting:
+        _apply(lanes, code.tables[s], real(0), real(1))
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "nsz", "arcp"}, error_model="numpy")

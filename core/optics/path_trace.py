@@ -29,7 +29,8 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.optics.block_trace import GAP, RIM, RUNS, change_frame, scale_directions, surface_steps
+from lensbench.optics.block_refraction import GAP, RIM
+from lensbench.optics.block_trace import change_frame, enter_lens, leave_lens, scale_directions, surface_records
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 
@@ -39,8 +40,6 @@ STOP_SHARE = H8         # (r / semi-diameter)² at the stop, NaN for a ray lost 
 
 # Parameters of `add_path`
 AT_GAP, AT_SURFACE, AT_RIM = range(3)   # mm from the vertex before; index of the surface; 1 / h² at the stop, else 0
-
-_LENGTHS = {id(kernel): length for kernel, length in RUNS.values()}     # of a record, by its stage
 
 
 @stage
@@ -88,20 +87,16 @@ def path_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> 
     film_distance: last vertex → film (mm). wavelength: µm. PATH adds to what the row holds. CLEARANCE is the greatest
     (r / semi-diameter)² on the way, and the blades of the stop count in it.
     """
-    enter, *runs, leave = surface_steps(lens, film_distance, wavelength, "film")
+    records = surface_records(lens, film_distance, wavelength, "film")
     blocking = lens.iris.blocking(lens.stop.semi_diameter)
     steps = [] if lens.front_index == 1.0 else [Step(scale_directions, [lens.front_index])]
-    steps += [enter, Step(keep_ray), Step(begin_path)]
-    surface = 0
-    for run in runs:
-        if run.kernel is change_frame:
-            steps += [run, Step(keep_ray)]
-            continue
-        length = _LENGTHS[id(run.kernel)]
-        for start in range(0, run.parameters.size, length):
-            record = run.parameters[start:start + length]
-            is_stop = surface == lens.stop_index
-            steps += [Step(run.kernel, record), *(blocking if is_stop else []),
-                      Step(add_path, [record[GAP], surface, record[RIM] if is_stop else 0.0])]
-            surface += 1
-    return [*steps, leave]
+    steps += [Step(enter_lens, [records.sign]), Step(keep_ray), Step(begin_path)]
+    for surface, kernel, numbers, move in records.surfaces:
+        if move is not None:
+            steps += [Step(change_frame, move), Step(keep_ray)]
+        is_stop = surface == lens.stop_index
+        steps += [Step(kernel, numbers), *(blocking if is_stop else []),
+                  Step(add_path, [numbers[GAP], surface, numbers[RIM] if is_stop else 0.0])]
+    if records.move is not None:
+        steps.append(Step(change_frame, records.move))
+    return [*steps, Step(leave_lens, [records.sign, records.end])]

@@ -140,11 +140,32 @@ class Surface:
         return shape(self.curvature, self.conic, self.aspheric, self.curvature_x, self.semi_diameter)
 
     def sag(self, x, y=0.0) -> np.ndarray:
-        """Height z (mm) above the vertex's plane at points x, y (mm, broadcast); NaN beyond the equator."""
+        """Height above the plane that touches the vertex.
+
+        Parameters
+        ----------
+        x, y : float or array
+            Points in the frame of the surface, mm, broadcast against each other.
+
+        Returns
+        -------
+        array
+            z in mm, in the shape of the points; NaN beyond the equator.
+        """
         return sags(*self.shape, x, y)
 
     def scaled(self, factor: float) -> "Surface":
-        """The surface and the gap behind it, scaled by `factor`."""
+        """The surface and the gap behind it, scaled.
+
+        Parameters
+        ----------
+        factor : float
+            Factor on all lengths; coefficients of r^p take its (1 − p)-th power.
+
+        Returns
+        -------
+        Surface
+        """
         return replace(self, curvature=self.curvature / factor, thickness=self.thickness * factor,
                        semi_diameter=self.semi_diameter * factor,
                        aspheric=tuple((power, a * factor ** (1 - power)) for power, a in self.aspheric),
@@ -152,7 +173,19 @@ class Surface:
                        pose=self.pose and self.pose.scaled(factor))
 
     def reversed(self, thickness: float, glass: Glass) -> "Surface":
-        """The surface met from behind, turned about y, with another gap (mm) and medium behind it."""
+        """The surface met from behind, turned about y, with another gap and medium behind it.
+
+        Parameters
+        ----------
+        thickness : float
+            Gap (mm) behind the surface, in its new place.
+        glass : Glass
+            Medium of that gap.
+
+        Returns
+        -------
+        Surface
+        """
         return replace(self, curvature=-self.curvature or 0.0, thickness=thickness, glass=glass,
                        aspheric=tuple((power, -a) for power, a in self.aspheric),
                        curvature_x=None if self.curvature_x is None else -self.curvature_x or 0.0,
@@ -310,17 +343,53 @@ class Lens:
         return tuple(found)
 
     def vertex(self, i: int) -> np.ndarray:
-        """Where the vertex of surface i stands (3,), lens frame (mm)."""
+        """Where the vertex of a surface stands.
+
+        Parameters
+        ----------
+        i : int
+            Index of the surface.
+
+        Returns
+        -------
+        (3,) array
+            Lens frame, mm.
+        """
         frame, z = self.frames[i], self.vertices[i]
         return np.array([0.0, 0.0, z]) if frame is None else frame.at(z)
 
     def in_frame_of(self, i: int, points: np.ndarray) -> np.ndarray:
-        """Points (n, 3) of the lens frame in the frame of surface i: its vertex is the origin, and +z its axis; mm."""
+        """Points in the frame of a surface: its vertex is the origin, and +z its axis.
+
+        Parameters
+        ----------
+        i : int
+            Index of the surface.
+        points : (n, 3) array
+            Points of the lens frame, mm.
+
+        Returns
+        -------
+        (n, 3) array, mm
+        """
         moved, frame = points - self.vertex(i), self.frames[i]
         return moved if frame is None else moved @ frame.rotation
 
     def mirrored(self, across: bool, up: bool) -> "Lens":
-        """The lens mirrored along x (`across`), along y (`up`), or both; the iris keeps its place."""
+        """The lens mirrored; the iris keeps its place.
+
+        Parameters
+        ----------
+        across : bool
+            Along x.
+        up : bool
+            Along y.
+
+        Returns
+        -------
+        Lens
+            This lens itself if it is in line.
+        """
         return self if self.is_in_line else replace(self, surfaces=tuple(
             replace(surface, pose=surface.pose and surface.pose.mirrored(across, up)) for surface in self.surfaces))
 
@@ -330,7 +399,23 @@ class Lens:
         return self if self.front_index == 1.0 else replace(self, front_index=1.0)
 
     def section(self, axis: str) -> "Lens":
-        """The rotationally symmetric lens, in line, with the section x–z ("x") or y–z ("y") of this one."""
+        """The rotationally symmetric lens, in line, that has one section of this lens.
+
+        Parameters
+        ----------
+        axis : str
+            "x" for the section x–z, "y" for y–z.
+
+        Returns
+        -------
+        Lens
+            This lens itself if it is rotationally symmetric.
+
+        Raises
+        ------
+        LensError
+            For another axis.
+        """
         if axis not in ("x", "y"):
             raise LensError(f"section {axis!r}: it is 'x' for x–z or 'y' for y–z")
         return self if self.is_rotationally_symmetric else self._cut[axis == "y"]
@@ -369,7 +454,18 @@ class Lens:
         return self.vertices[-1]
 
     def indices(self, wavelength: float = D_LINE) -> tuple[float, ...]:
-        """Index before the first surface, then behind each: one more than surfaces. Wavelength in µm."""
+        """Refractive indices of all media.
+
+        Parameters
+        ----------
+        wavelength : float
+            µm.
+
+        Returns
+        -------
+        tuple of float
+            The index before the first surface, then that behind each: one more than there are surfaces.
+        """
         known = self.known.get(("indices", wavelength))
         if known is None:
             known = self.front_index, *(surface.glass.index(wavelength) for surface in self.surfaces)
@@ -382,7 +478,22 @@ class Lens:
         return {}
 
     def scaled(self, factor: float) -> "Lens":
-        """The lens scaled by `factor`; LensError if it is not positive."""
+        """The lens with all lengths multiplied by a factor, those of its positions and system data too.
+
+        Parameters
+        ----------
+        factor : float
+            A positive number.
+
+        Returns
+        -------
+        Lens
+
+        Raises
+        ------
+        LensError
+            If the factor is not positive and finite.
+        """
         if not (isfinite(factor) and factor > 0.0):
             raise LensError(f"scale {significant(factor)}: it must be a positive number")
         return replace(self, surfaces=tuple(surface.scaled(factor) for surface in self.surfaces),
@@ -391,7 +502,17 @@ class Lens:
                        system=self.system.scaled(factor))
 
     def with_stop_radius(self, radius: float) -> "Lens":
-        """The lens with a stop of this radius (mm), at its other positions in proportion."""
+        """The lens with another size of its stop, at its other positions in proportion.
+
+        Parameters
+        ----------
+        radius : float
+            Semi-diameter of the stop, mm.
+
+        Returns
+        -------
+        Lens
+        """
         surfaces = list(self.surfaces)
         surfaces[self.stop_index] = replace(self.stop, semi_diameter=radius)
         positions = self.positions and self.positions.with_stops(radius / self.stop.semi_diameter)
@@ -408,11 +529,23 @@ class Lens:
         return self.positions is not None and self.positions.focuses
 
     def at(self, zoom: float | None = None, close: float | None = None) -> "Lens":
-        """The lens with its groups moved.
+        """The lens with its groups moved; the varying gaps, a varying stop and the stated figures follow.
 
-        zoom: 0 (wide) to 1 (tele). close: 0 (infinity) to 1 (nearest). None leaves a position as it is. The varying
-        gaps, a varying stop and the stated figures follow. LensError beyond 0 to 1, or
-        for a position other than 0 that the lens does not have.
+        Parameters
+        ----------
+        zoom : float or None
+            From 0, wide, to 1, tele; None leaves it as it is.
+        close : float or None
+            Focus of a lens with focus groups, from 0, infinity, to 1, the nearest position; None leaves it as it is.
+
+        Returns
+        -------
+        Lens
+
+        Raises
+        ------
+        LensError
+            Beyond 0 to 1, or for a position other than 0 that the lens does not have.
         """
         for asked, has, what in ((zoom, self.zooms, "does not zoom: zoom must be 0"),
                                  (close, self.has_focus_groups, "has no focus groups and is focused as a whole: "

@@ -70,15 +70,42 @@ class SurfacePose:
         return not (self.decentre_x or self.decentre_y or self.tilt_x or self.tilt_y)
 
     def scaled(self, factor: float) -> "SurfacePose":
-        """The pose in a lens scaled by `factor`."""
+        """The pose in a scaled lens.
+
+        Parameters
+        ----------
+        factor : float
+            Factor on the decentres.
+
+        Returns
+        -------
+        SurfacePose
+        """
         return SurfacePose(self.decentre_x * factor, self.decentre_y * factor, self.tilt_x, self.tilt_y, self.pivot)
 
     def turned(self) -> "SurfacePose":
-        """The pose in a lens turned round, by half a turn about y."""
+        """The pose in a lens turned round, by half a turn about y.
+
+        Returns
+        -------
+        SurfacePose
+        """
         return SurfacePose(-self.decentre_x or 0.0, self.decentre_y, -self.tilt_x or 0.0, self.tilt_y, -self.pivot)
 
     def mirrored(self, across: bool, up: bool) -> "SurfacePose":
-        """The pose in a lens mirrored along x (`across`), along y (`up`), or both."""
+        """The pose in a mirrored lens.
+
+        Parameters
+        ----------
+        across : bool
+            Along x.
+        up : bool
+            Along y.
+
+        Returns
+        -------
+        SurfacePose
+        """
         x, y = -1.0 if across else 1.0, -1.0 if up else 1.0
         return SurfacePose(x * self.decentre_x, y * self.decentre_y, y * self.tilt_x, x * self.tilt_y, self.pivot)
 

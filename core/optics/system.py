@@ -98,7 +98,20 @@ class FieldPoint:
 
 @dataclass(frozen=True)
 class Wavelength:
-    """A wavelength (µm, in air) and its weight; SystemDataError for a value that is not positive or no number."""
+    """A wavelength of a design and its weight.
+
+    Parameters
+    ----------
+    micrometres : float
+        In air, µm.
+    weight : float
+        In sums over the wavelengths.
+
+    Raises
+    ------
+    SystemDataError
+        For a wavelength that is not positive and finite, or a negative weight.
+    """
 
     micrometres: float
     weight: float = 1.0
@@ -160,7 +173,17 @@ class SystemData:
         return max(((point.x**2 + point.y**2)**0.5 for point in self.fields), default=0.0)
 
     def scaled(self, factor: float) -> "SystemData":
-        """The data of the lens scaled by `factor`; angles, ratios and wavelengths stay."""
+        """The data of a scaled lens; angles, ratios and wavelengths stay.
+
+        Parameters
+        ----------
+        factor : float
+            Factor on all lengths.
+
+        Returns
+        -------
+        SystemData
+        """
         aperture, fields = self.aperture, self.fields
         if aperture is not None and aperture.kind in LENGTHS:
             aperture = replace(aperture, values=tuple(value * factor for value in aperture.values))

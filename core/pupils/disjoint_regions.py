@@ -178,9 +178,12 @@ def _search_intervals(left, right, lit):
 
 def _upper_hull(points: np.ndarray) -> np.ndarray:
     """Corners (q, 2), from +x to −x, of the upper half of the convex hull of points (p, 2) and their mirror images."""
-    chain: list[np.ndarray] = []
-    for point in points[np.lexsort((points[:, 1], -points[:, 0]))]:
-        while len(chain) > 1 and np.linalg.det([chain[-1] - chain[-2], point - chain[-2]]) <= 0.0:
+    chain: list[tuple[float, float]] = []
+    for x, y in points[np.lexsort((points[:, 1], -points[:, 0]))].tolist():
+        while len(chain) > 1:
+            (x0, y0), (x1, y1) = chain[-2:]
+            if (x1 - x0) * (y - y0) > (y1 - y0) * (x - x0):
+                break
             chain.pop()
-        chain.append(point)
-    return np.array([[chain[0][0], 0.0], *chain, [chain[-1][0], 0.0]])
+        chain.append((x, y))
+    return np.array([(chain[0][0], 0.0), *chain, (chain[-1][0], 0.0)])

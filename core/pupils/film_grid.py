@@ -13,7 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lensbench.kernels.cache import njit
 from lensbench.optics.prescription import Lens
+from lensbench.pupils.equal_areas import equal_areas
 from lensbench.pupils.image_circle import edge_of_light
 from lensbench.pupils.outline_solver import solve_outlines
 from lensbench.pupils.ray_aiming import Aim
@@ -85,9 +87,9 @@ def _cut(centres: np.ndarray, rims: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     """
     at, outline = centres[::2, ::2].copy(), rims[::2, ::2].copy()
     _adopt_neighbours(centres, rims, np.asarray(~outline.any((2, 3))), at, outline)
-    growth = _growth(centres, rims, at, _equal_areas(outline))
+    growth = _growth(centres, rims, at, _corners(outline))
     _adopt_neighbours(centres, rims, growth.max(2) > LARGEST_GROWTH, at, outline)
-    corners = _equal_areas(outline)
+    corners = _corners(outline)
     return at, corners * (SPREAD * _growth(centres, rims, at, corners))[..., None]
 
 
@@ -133,18 +135,10 @@ def _hull(points: np.ndarray) -> np.ndarray:
     return np.stack([reach * np.cos(turn), reach * np.sin(turn)], 1)
 
 
-def _equal_areas(outline: np.ndarray) -> np.ndarray:
+def _corners(outline: np.ndarray) -> np.ndarray:
     """Corners (…, SECTORS + 1, 2) at equal areas along the chords of closed rims (…, POINTS, 2)."""
     closed = np.concatenate([outline, outline[..., :1, :]], -2)
-    x, y = closed[..., 0], closed[..., 1]
-    area = np.zeros(x.shape)
-    area[..., 1:] = np.cumsum(x[..., :-1] * y[..., 1:] - x[..., 1:] * y[..., :-1], -1)
-    corners = np.zeros((*outline.shape[:-2], SECTORS + 1, 2))
-    for k in np.ndindex(outline.shape[:-2]):
-        if area[k][-1] > 0.0:
-            wanted = np.linspace(0.0, area[k][-1], SECTORS + 1)
-            corners[k] = np.stack([np.interp(wanted, area[k], x[k]), np.interp(wanted, area[k], y[k])], 1)
-    return corners
+    return equal_areas(closed.reshape(-1, *closed.shape[-2:]), SECTORS).reshape(*outline.shape[:-2], SECTORS + 1, 2)
 
 
 def _growth(centres: np.ndarray, rims: np.ndarray, at: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -154,7 +148,7 @@ def _growth(centres: np.ndarray, rims: np.ndarray, at: np.ndarray, corners: np.n
     # Chord of the polygon in the direction of each rim point, and how far beyond it the point lies
     turn = np.unwrap(np.arctan2(polygon[..., 1], polygon[..., 0]))
     angle = turn[..., :1] + (np.arctan2(true[..., 1], true[..., 0]) - turn[..., :1]) % (2.0 * math.pi)
-    chord = np.clip((turn[:, :, None, :] <= angle[..., None]).sum(-1) - 1, 0, SECTORS - 1)[..., None]
+    chord = _chords(turn, angle)[..., None]
     a, b = np.take_along_axis(polygon, chord, 2), np.take_along_axis(polygon, chord + 1, 2)
     doubled = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     beyond = true[..., 0] * (b - a)[..., 1] - true[..., 1] * (b - a)[..., 0]
@@ -168,6 +162,21 @@ def _growth(centres: np.ndarray, rims: np.ndarray, at: np.ndarray, corners: np.n
     # A node's corner serves all points of the finer grid beside it
     padded = np.pad(factors, ((1, 1), (1, 1), (0, 0)), mode="edge")
     return np.max([padded[i:i + 2 * RINGS - 1:2, j:j + 2 * COLUMNS - 1:2] for i in range(3) for j in range(3)], 0)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _chords(turn, angle):
+    """Indices (rings, columns, points) of chords between corners at angles (…, SECTORS + 1), by angles (…, points)."""
+    rings, columns, points = angle.shape
+    found = np.empty(angle.shape, np.int64)
+    for i in range(rings):
+        for j in range(columns):
+            for point in range(points):
+                before = 0
+                for k in range(SECTORS + 1):
+                    before += turn[i, j, k] <= angle[i, j, point]
+                found[i, j, point] = min(max(before - 1, 0), SECTORS - 1)
+    return found
 
 
 def _midpoints(nodes: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from lensbench.kernels.cache import njit
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.ray_aiming import Aim
@@ -68,15 +69,45 @@ def _centroids(outlines: np.ndarray) -> np.ndarray:
     return np.divide(moment, area, out=np.zeros_like(moment), where=area > 0.0)
 
 
-def _even_directions(outlines: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
+@njit(cache=True, error_model="numpy", nogil=True)
+def _even_directions(outlines, points):
     """Angles (n, points), from 0, of points evenly spaced along outlines (n, m, 2) about 0, and their distances."""
-    around = 2.0 * math.pi * np.arange(DIRECTIONS + 1) / DIRECTIONS
-    angles, sizes = np.zeros((2, len(outlines), points))
-    for k, line in enumerate(outlines):
-        size = np.interp(around, np.arctan2(line[:, 1], line[:, 0]), np.hypot(line[:, 0], line[:, 1]),
-                         period=2.0 * math.pi)
-        along = np.append(0.0, np.cumsum(np.hypot(np.diff(size * np.cos(around)), np.diff(size * np.sin(around)))))
-        if along[-1] > 0.0:
-            angles[k] = np.interp(along[-1] * np.arange(points) / points, along, around)
-            sizes[k] = np.interp(angles[k], around, size)
+    count, corners, _ = outlines.shape
+    angles, sizes = np.zeros((count, points)), np.zeros((count, points))
+    turn, length = np.empty(corners + 2), np.empty(corners + 2)
+    size, along = np.empty(DIRECTIONS + 1), np.zeros(DIRECTIONS + 1)
+    step = 2.0 * math.pi / DIRECTIONS
+    for k in range(count):
+        # Corners by rising angle in [0, 2π), and those at the ends once more beyond the other end
+        for i in range(corners):
+            x, y = outlines[k, i]
+            angle, place = math.atan2(y, x) % (2.0 * math.pi), i + 1
+            while place > 1 and turn[place - 1] > angle:
+                turn[place], length[place] = turn[place - 1], length[place - 1]
+                place -= 1
+            turn[place], length[place] = angle, math.hypot(x, y)
+        turn[0], length[0] = turn[corners] - 2.0 * math.pi, length[corners]
+        turn[corners + 1], length[corners + 1] = turn[1] + 2.0 * math.pi, length[1]
+        # Length of the outline up to even angles
+        i = 0
+        for j in range(DIRECTIONS):
+            while turn[i + 1] <= j * step:
+                i += 1
+            share = (j * step - turn[i]) / (turn[i + 1] - turn[i])
+            size[j] = length[i] + share * (length[i + 1] - length[i])
+        size[DIRECTIONS] = size[0]
+        for j in range(DIRECTIONS):
+            along[j + 1] = along[j] + math.hypot(
+                size[j + 1] * math.cos((j + 1) * step) - size[j] * math.cos(j * step),
+                size[j + 1] * math.sin((j + 1) * step) - size[j] * math.sin(j * step))
+        if along[DIRECTIONS] == 0.0:                    # an empty region
+            continue
+        i = 0
+        for j in range(points):
+            wanted = along[DIRECTIONS] * j / points
+            while along[i + 1] <= wanted:
+                i += 1
+            share = (wanted - along[i]) / (along[i + 1] - along[i])
+            angles[k, j] = (i + share) * step
+            sizes[k, j] = size[i] + share * (size[i + 1] - size[i])
     return angles, sizes

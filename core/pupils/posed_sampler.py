@@ -170,26 +170,44 @@ class PosedPupil:
         return np.where(lit.any(0), SECTORS * np.maximum(ax * by - bx * ay, 0.0), 0.0)
 
 
+# Scratch rows. Those of a hit serve too: a ray that has not left the camera has met nothing
+PART, LOWER, TURN, CORNER, RING, BETWEEN = A0, A1, A2, A3, A4, A5
+CORNER_AX, CORNER_BX, CORNER_AY, CORNER_BY, MIDDLE, RADIUS, SHARE = L, M, N, NX, NY, NZ, DEPTH
+
+
 @stage
 def aim_from_posed_film(lanes, p, ints, key):
     """Aim from a film point X, Y of the film's frame into its exit-pupil region: the ray at z = 0, and WEIGHT.
 
-    p: the pose, then FILM_DISTANCE and following. ints: offsets of the rings' offsets and of the corners in p. The rows
-    of a hit serve as scratch: a ray that has not left the camera has met nothing.
+    p: the pose, then FILM_DISTANCE and following. ints: offsets of the rings' offsets and of the corners in p.
+    """
+    real = lanes.dtype.type
+    weight = rows(lanes)[WEIGHT]
+    _place_film_point(lanes, p)
+    for side in range(2):
+        _add_slice(lanes, p, ints, side)
+    _aim(lanes, p)
+    # Skip all further steps where no lane has any weight
+    alive = np.int32(0)
+    for i in range(B):
+        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
+    if alive == 0:
+        key[ALIVE] = np.uint32(LOST)
+
+
+@stage(part=True)
+def _place_film_point(lanes, p):
+    """X, Y, Z: the film point. LOWER: the slice before it, PART: its share of the way to the next. TURN: the sector.
+
+    The sums of the slices, WEIGHT among them, become 0.
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, l, m, n, u, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U0], row[U1], row[WEIGHT]
-    part, lower, turn, corner, ring, between = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
-    inner0, inner1, outer0, outer1, centre0, centre1 = row[A6], row[A7], row[A8], row[A9], row[A10], row[A11]
-    ax, bx, ay, by, middle, radius, share = row[L], row[M], row[N], row[NX], row[NY], row[NZ], row[DEPTH]
+    x, y, z, u, weight = row[X], row[Y], row[Z], row[U0], row[WEIGHT]
+    part, lower, turn = row[PART], row[LOWER], row[TURN]
+    ax, bx, ay, by, middle = row[CORNER_AX], row[CORNER_BX], row[CORNER_AY], row[CORNER_BY], row[MIDDLE]
     cx, cy, xx, xy, xz, yx, yy, yz = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
-    fx, fy, fz = p[8], p[9], p[10]
-    first, per_step, last_slice, narrowing = p[FIRST], p[PER_STEP], p[LAST], p[NARROWING]
-    distance0, gain, cell, origin = p[FILM_DISTANCE], p[GAIN], p[CELL], p[ORIGIN]
-    offsets, corners = ints[0], ints[1]
-    last = real(RINGS - 1.001)
-    # Place the film point, and find the slice before it and the sector
+    first, per_step, last_slice = p[FIRST], p[PER_STEP], p[LAST]
     for i in range(B):
         a, b = x[i], y[i]
         x[i], y[i], z[i] = cx + a * xx + b * yx, cy + a * xy + b * yy, a * xz + b * yz
@@ -202,55 +220,81 @@ def aim_from_posed_film(lanes, p, ints, key):
         turn[i] = s - real(SECTORS) if s >= real(SECTORS) else s
         weight[i] = real(0)
         ax[i], bx[i], ay[i], by[i], middle[i] = real(0), real(0), real(0), real(0), real(0)
-    for side in range(2):
-        # Ring of this slice, at the radius of one direction from the exit pupil
-        for i in range(B):
-            corner[i] = (lower[i] + real(side)) * real(FIELDS)
-        gather(inner0, p[OF_SLICES + SLICE_Z:], corner)
-        gather(inner1, p[OF_SLICES + INVERSE_END:], corner)
-        gather(outer0, p[OF_SLICES + RING_SCALE:], corner)
-        gather(outer1, p[OF_SLICES + DARK_BEYOND:], corner)
-        for i in range(B):
-            r = math.sqrt(x[i] * x[i] + y[i] * y[i])
-            r = r * (real(1) + narrowing * inner0[i]) / (real(1) + narrowing * z[i])
-            radius[i] = r
-            left = real(1) - r * inner1[i]
-            k = (real(1) - math.sqrt(left if left > real(0) else real(0))) * outer0[i]
-            k = k if k < last else last
-            ring[i], between[i] = np.floor(k), k - np.floor(k)
-            share[i] = part[i] if side == 1 else real(1) - part[i]
-            share[i] = share[i] if r <= outer1[i] else real(0)
-            weight[i] += share[i]
-            centre0[i] = r * inner1[i]
-        # Course of the centre
-        gather(inner0, p[OF_SLICES + COURSE:], corner)
-        gather(inner1, p[OF_SLICES + COURSE + 1:], corner)
-        gather(outer0, p[OF_SLICES + COURSE + 2:], corner)
-        for i in range(B):
-            t = centre0[i] * centre0[i]
-            middle[i] += share[i] * radius[i] * (inner0[i] + t * (inner1[i] + t * outer0[i]))
-            ring[i] += (lower[i] + real(side)) * real(RINGS)
-            corner[i] = ring[i] * real(RING_CORNERS) + np.floor(turn[i])
-        # The triangle's two corners and the centre, between the rings
-        gather(inner0, p[corners:], corner)
-        gather(inner1, p[corners + 1:], corner)
-        gather(outer0, p[corners + RING_CORNERS:], corner)
-        gather(outer1, p[corners + RING_CORNERS + 1:], corner)
-        gather(centre0, p[offsets:], ring)
-        gather(centre1, p[offsets + 1:], ring)
-        unit = real(1 / GRID)
-        for i in range(B):
-            f = between[i] * share[i]
-            e = share[i] - f
-            y0, y1, y2, y3 = (np.floor(inner0[i] * unit), np.floor(inner1[i] * unit),
-                              np.floor(outer0[i] * unit), np.floor(outer1[i] * unit))
-            x0, x1, x2, x3 = (inner0[i] - y0 * real(GRID), inner1[i] - y1 * real(GRID),
-                              outer0[i] - y2 * real(GRID), outer1[i] - y3 * real(GRID))
-            ax[i] += (e * x0 + f * x2) * cell + share[i] * origin
-            bx[i] += (e * x1 + f * x3) * cell + share[i] * origin
-            ay[i] += (e * y0 + f * y2) * cell + share[i] * origin
-            by[i] += (e * y1 + f * y3) * cell + share[i] * origin
-            middle[i] += e * centre0[i] + f * centre1[i]
+
+
+@stage(part=True)
+def _add_slice(lanes, p, ints, side):
+    """Add a slice, the one before the film point (side 0) or behind it (1), by its share.
+
+    To the corners of the triangle, MIDDLE and WEIGHT: the share itself, 0 where the slice is dark.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, weight, part, lower = row[X], row[Y], row[Z], row[WEIGHT], row[PART], row[LOWER]
+    turn, corner, ring, between = row[TURN], row[CORNER], row[RING], row[BETWEEN]
+    inner0, inner1, outer0, outer1, centre0, centre1 = row[A6], row[A7], row[A8], row[A9], row[A10], row[A11]
+    ax, bx, ay, by = row[CORNER_AX], row[CORNER_BX], row[CORNER_AY], row[CORNER_BY]
+    middle, radius, share = row[MIDDLE], row[RADIUS], row[SHARE]
+    narrowing, cell, origin, offsets, corners = p[NARROWING], p[CELL], p[ORIGIN], ints[0], ints[1]
+    last, unit = real(RINGS - 1.001), real(1 / GRID)
+    # Ring of this slice, at the radius of one direction from the exit pupil
+    for i in range(B):
+        corner[i] = (lower[i] + real(side)) * real(FIELDS)
+    gather(inner0, p[OF_SLICES + SLICE_Z:], corner)
+    gather(inner1, p[OF_SLICES + INVERSE_END:], corner)
+    gather(outer0, p[OF_SLICES + RING_SCALE:], corner)
+    gather(outer1, p[OF_SLICES + DARK_BEYOND:], corner)
+    for i in range(B):
+        r = math.sqrt(x[i] * x[i] + y[i] * y[i])
+        r = r * (real(1) + narrowing * inner0[i]) / (real(1) + narrowing * z[i])
+        radius[i] = r
+        left = real(1) - r * inner1[i]
+        k = (real(1) - math.sqrt(left if left > real(0) else real(0))) * outer0[i]
+        k = k if k < last else last
+        ring[i], between[i] = np.floor(k), k - np.floor(k)
+        share[i] = part[i] if side == 1 else real(1) - part[i]
+        share[i] = share[i] if r <= outer1[i] else real(0)
+        weight[i] += share[i]
+        centre0[i] = r * inner1[i]
+    # Course of the centre
+    gather(inner0, p[OF_SLICES + COURSE:], corner)
+    gather(inner1, p[OF_SLICES + COURSE + 1:], corner)
+    gather(outer0, p[OF_SLICES + COURSE + 2:], corner)
+    for i in range(B):
+        t = centre0[i] * centre0[i]
+        middle[i] += share[i] * radius[i] * (inner0[i] + t * (inner1[i] + t * outer0[i]))
+        ring[i] += (lower[i] + real(side)) * real(RINGS)
+        corner[i] = ring[i] * real(RING_CORNERS) + np.floor(turn[i])
+    # The triangle's two corners and the centre, between the rings
+    gather(inner0, p[corners:], corner)
+    gather(inner1, p[corners + 1:], corner)
+    gather(outer0, p[corners + RING_CORNERS:], corner)
+    gather(outer1, p[corners + RING_CORNERS + 1:], corner)
+    gather(centre0, p[offsets:], ring)
+    gather(centre1, p[offsets + 1:], ring)
+    for i in range(B):
+        f = between[i] * share[i]
+        e = share[i] - f
+        y0, y1, y2, y3 = (np.floor(inner0[i] * unit), np.floor(inner1[i] * unit),
+                          np.floor(outer0[i] * unit), np.floor(outer1[i] * unit))
+        x0, x1, x2, x3 = (inner0[i] - y0 * real(GRID), inner1[i] - y1 * real(GRID),
+                          outer0[i] - y2 * real(GRID), outer1[i] - y3 * real(GRID))
+        ax[i] += (e * x0 + f * x2) * cell + share[i] * origin
+        bx[i] += (e * x1 + f * x3) * cell + share[i] * origin
+        ay[i] += (e * y0 + f * y2) * cell + share[i] * origin
+        by[i] += (e * y1 + f * y3) * cell + share[i] * origin
+        middle[i] += e * centre0[i] + f * centre1[i]
+
+
+@stage(part=True)
+def _aim(lanes, p):
+    """L, M, N: from the film point to the pupil sample in the triangle; WEIGHT; and the start of the ray at z = 0."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, u, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U0], row[U1], row[WEIGHT]
+    ax, bx, ay, by = row[CORNER_AX], row[CORNER_BX], row[CORNER_AY], row[CORNER_BY]
+    turn, middle = row[TURN], row[MIDDLE]
+    fx, fy, fz, distance0, gain = p[8], p[9], p[10], p[FILM_DISTANCE], p[GAIN]
     for i in range(B):
         # Where one slice is dark, the other serves alone
         whole = real(1) / weight[i] if weight[i] > real(0) else real(0)
@@ -282,9 +326,3 @@ def aim_from_posed_film(lanes, p, ints, key):
         x[i] -= back * l[i]
         y[i] -= back * m[i]
         z[i] = real(0)
-    # Skip all further steps where no lane has any weight
-    alive = np.int32(0)
-    for i in range(B):
-        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
-    if alive == 0:
-        key[ALIVE] = np.uint32(LOST)

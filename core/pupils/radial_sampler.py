@@ -42,6 +42,7 @@ from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, cleara
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.disjoint_regions import enclose_disjoint_regions
+from lensbench.pupils.equal_areas import equal_areas
 from lensbench.pupils.rim_solver import (
     ROUGH,
     find_interior_points,
@@ -121,7 +122,7 @@ class PupilTable:
                                                          wavelength)
         course, offsets = _course(radii, end, dark, centres, rims)
         return cls(film_distance, film_radius, end, dark,
-                   _equal_areas(_widened(offsets, rims)) if widened else _filled(rims), course, offsets, splits)
+                   equal_areas(_widened(offsets, rims), SECTORS) if widened else _filled(rims), course, offsets, splits)
 
     def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Inner ring (n,), below RINGS − 1, of film radii (n,) in mm, and the share (n,) of the next ring."""
@@ -275,7 +276,7 @@ def _widened(offsets: np.ndarray, rims: np.ndarray) -> np.ndarray:
 @njit(cache=True, error_model="numpy", nogil=True)
 def _filled(rims):
     """Corners at equal areas, enlarged so that the triangles have the area of the regions rather than of the chords."""
-    corners = _equal_areas(rims)
+    corners = equal_areas(rims, SECTORS)
     for ring in range(rims.shape[0]):
         rim, corner, area, chords = rims[ring], corners[ring], 0.0, 0.0
         angle, r2 = math.atan2(rim[0, 1], rim[0, 0]), rim[0, 0] ** 2 + rim[0, 1] ** 2
@@ -287,28 +288,6 @@ def _filled(rims):
             chords += corner[k, 0] * corner[k + 1, 1] - corner[k + 1, 0] * corner[k, 1]
         if chords > 0.0:
             corner *= math.sqrt(area / chords)
-    return corners
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _equal_areas(rims):
-    """Corners (rings, SECTORS + 1, 2) at equal areas along the chords of rims (rings, points, 2)."""
-    rings, points, _ = rims.shape
-    corners, area = np.zeros((rings, SECTORS + 1, 2)), np.zeros(points)
-    for ring in range(rings):
-        rim = rims[ring]
-        for i in range(1, points):
-            area[i] = area[i - 1] + rim[i - 1, 0] * rim[i, 1] - rim[i, 0] * rim[i - 1, 1]
-        if area[points - 1] > 0.0:
-            i = 0
-            for k in range(SECTORS + 1):
-                wanted = area[points - 1] * k / SECTORS
-                while i < points - 2 and area[i + 1] <= wanted:
-                    i += 1
-                share = (wanted - area[i]) / (area[i + 1] - area[i]) if area[i + 1] > area[i] else 0.0
-                share = min(max(share, 0.0), 1.0)
-                for axis in range(2):
-                    corners[ring, k, axis] = rim[i, axis] * (1.0 - share) + rim[i + 1, axis] * share
     return corners
 
 

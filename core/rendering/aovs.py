@@ -67,7 +67,7 @@ STEEPEST = 1e-3         # cosine to the axis: a depth along it would be a thousa
 # Parameters of `show_rows`
 GAIN, SHIFT = range(2)
 # Parameters of `aim_at_rear_opening`
-OPENING_Z, OPENING_RADIUS = range(2)
+OPENING_X, OPENING_Y, OPENING_Z, OPENING_RADIUS = range(4)
 
 
 def aov_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
@@ -201,10 +201,12 @@ def show_white(lanes, p, ints, key):
 
 def _fate_steps(lens: Lens, film_distance: float) -> list[Step]:
     """The stages from the film point to the rear opening, then through one surface at a time."""
-    rear = lens.surfaces[-1]
-    # The plane of the rim: a ray that meets this disk meets the surface within its rim, however deep the surface is
-    plane = float(rear.sag(rear.semi_diameter)) - film_distance
-    steps = [Step(aim_at_rear_opening, [plane, rear.semi_diameter])]
+    rear, last = lens.surfaces[-1], len(lens.surfaces) - 1
+    # The plane of the rim: a ray that meets this disk meets the surface within its rim, however deep the surface is. A
+    # tilted rim lies within a sphere about its middle, and its disk is across the axis
+    frame, middle = lens.frames[last], np.array([0.0, 0.0, lens.length + float(rear.sag(rear.semi_diameter))])
+    middle = middle if frame is None else frame.rotation @ middle + frame.shift
+    steps = [Step(aim_at_rear_opening, [*(middle - [0.0, 0.0, lens.length + film_distance]), rear.semi_diameter])]
     for back, colour in enumerate(fate_colours(lens)[::-1]):
         steps += [*surface_steps(lens, film_distance, part=slice(back, back + 1),
                                  at_stop=lens.iris.blocking(lens.stop.semi_diameter)), Step(show_fate, colour)]
@@ -213,15 +215,15 @@ def _fate_steps(lens: Lens, film_distance: float) -> list[Step]:
 
 @stage
 def aim_at_rear_opening(lanes, p, ints, key):
-    """L, M, N: from the film point X, Y, Z to a uniform point (by U0, U1) of the disk in the plane Z = OPENING_Z."""
+    """L, M, N: from the film point X, Y, Z to a uniform point (by U0, U1) of a disk across the axis. p: OPENING_X …."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
     u, v, weight, ended = row[U0], row[U1], row[WEIGHT], row[HAS_ENDED]
-    plane, radius = p[OPENING_Z], p[OPENING_RADIUS]
+    middle_x, middle_y, plane, radius = p[OPENING_X], p[OPENING_Y], p[OPENING_Z], p[OPENING_RADIUS]
     for i in range(B):
         a, b = concentric_disk(real, v[i], u[i])
-        dx, dy, dz = a * radius - x[i], b * radius - y[i], plane - z[i]
+        dx, dy, dz = middle_x + a * radius - x[i], middle_y + b * radius - y[i], plane - z[i]
         size = real(1) / math.sqrt(dx * dx + dy * dy + dz * dz)
         l[i], m[i], n[i] = dx * size, dy * size, dz * size
         x[i], y[i] = x[i] - z[i] / dz * dx, y[i] - z[i] / dz * dy           # the ray begins at Z = 0

@@ -2,8 +2,9 @@
 
 Every pair of surfaces has a grid of rays for every light, whose cells land on the film (`ghost_cells`): a picture
 without noise from the first pass on. Later passes shift the grids, and take other points of the lights; their mean has
-softer edges of cells, and the true size of the lights. With many lights the dim ghosts take turns. The first four
-passes of a picture add ghosts, then every fourth, at most MOST of them.
+softer edges of cells, and the true size of the lights. With many lights a pass draws some of the dim ghosts, by their
+light, and each counts by the inverse of its chance. The first four passes of a picture add ghosts, then every fourth,
+at most MOST of them.
 
 Ghosts have the scale of the direct light: as a picture has no losses by reflection, they are divided by what the
 surfaces transmit on the axis.
@@ -26,71 +27,76 @@ from lensbench.kernels.figures import significant
 from lensbench.optics.coatings import Coating
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.ghost_grid import Box, entrance_grid, entrance_reach, pair_box
-from lensbench.optics.ghost_trace import DIRECT, GhostTracer, Pair, ghost_pairs, pair_share
+from lensbench.optics.ghost_pairs import DIRECT, Pair, ghost_pairs, pair_share
+from lensbench.optics.ghost_trace import GhostTracer
 from lensbench.optics.glass import D_LINE
-from lensbench.rendering.ghost_cells import add_cells
+from lensbench.rendering.ghost_cells import add_cells, add_lines
 from lensbench.rendering.ghost_lights import GhostLights, ghost_lights
 from lensbench.scenery.scene import Scene
 
 FIRST, PERIOD, MOST = 4, 4, 64  # passes that all add ghosts; then one in so many does; at the most
 SIDE = 31                       # cells along a side of the grid of a bright ghost: 1,024 rays
 SMALL_SIDE = 21                 # of the dim ones: 484 rays, less than a block
-BEST = 150                      # grids in every pass: the brightest ones
-LONGEST = 16                    # passes, of which one traces a dim ghost
+BEST, DRAWN = 150, 150          # grids in every pass: the brightest ones, and drawn ones
+EVEN = 0.25                     # × the mean reflectance of pairs, added to each chance: oblique rays have others
+LEAST = 1e-12                   # of that mean: no chance is 0
+GOLDEN = 0.6180339887498949     # whose multiples modulo 1 are even
+LINES = 60                      # of the film, to which a thread adds the cells of a batch at a time
 BATCH = 64                      # grids that are traced before they are added to the film
 
 
 @dataclass(frozen=True)
 class Flare:
-    """Ghosts in a picture.
+    """Light of a lens about its lights: ghosts and stars.
 
     Parameters
     ----------
     coating : str or Coating
         Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any coating.
     strength : float
-        Factor on their light; 1 is true to scale with the direct light.
+        Factor on the light of ghosts; 1 is true to scale with the direct light, 0 shows none.
     pairs : tuple of (int, int)
         Pairs of surfaces (first, second) to show; () for all.
+    stars : float
+        Factor on the light that the edges of the open pupil diffract from the sun and small lights: the rays of the
+        blades. 1 is true to scale, 0 none.
     """
 
     coating: str | Coating = "uncoated"
     strength: float = 1.0
     pairs: tuple[Pair, ...] = ()
+    stars: float = 0.0
 
 
 class _Task(NamedTuple):
-    """The grid of one light and one pair, traced in one of `period` passes, in which it counts as often."""
+    """The grid of one light and one pair, and how often it counts: more often than once where it is drawn."""
 
     light: int
     pair: Pair
     cells: int
-    period: int = 1
-    turn: int = 0               # of the period
+    times: float = 1.0
 
 
 class GhostImage:
-    """Ghosts of a picture: sums over the passes so far.
+    """Ghosts of a picture: sums over the passes so far; none where there is a `reason`.
 
-    Parameters: the camera, whose model is resolved; the scene; what ghosts are shown.
+    Parameters: the camera, whose model is resolved; the scene; what ghosts are shown; pixels that are added on every
+    side of the film. With pairs=(DIRECT,) the image is that of the lights themselves.
     """
 
-    def __init__(self, camera: Camera, scene: Scene, flare: Flare):
+    def __init__(self, camera: Camera, scene: Scene, flare: Flare, margin: tuple[int, int] = (0, 0)):
         self.reason = why_no_ghosts(camera, scene)
         self._camera, self._scene, self._flare = camera, scene, flare
-        film = camera.film
-        self._across, self._down = film.pixels_x, film.pixels_y
-        self._sums = np.zeros((0 if self.reason else film.pixels_x * film.pixels_y, 3), np.float32)
+        film, self._margin = camera.film, np.array(margin)
+        self._across, self._down = film.pixels_x + 2 * margin[0], film.pixels_y + 2 * margin[1]
+        self._sums = np.zeros((0 if self.reason else self._across * self._down, 3), np.float32)
         self._passes = self._seen = 0
         self._boxes: dict[tuple[int, Pair], Box | None] = {}
         self._tracer: GhostTracer | None = None
         self._lights = GhostLights([], 0, 0.0)
-        self._tasks: list[_Task] = []
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether there are no ghosts to trace; `reason` says why."""
-        return bool(self.reason)
+        self._bright: list[_Task] = []
+        self._dim: list[_Task] = []
+        self._chances = np.zeros(0)                         # of the dim ones, not normalised
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -105,8 +111,15 @@ class GhostImage:
                      f"{significant(100.0 * lights.left_share, 2)} % of the light at the lens",
                      lights=lights.left_out, share=lights.left_share),)
 
+    @property
+    def passes(self) -> int:
+        """Number of passes so far."""
+        return self._passes
+
     def add_to(self, picture: np.ndarray) -> None:
         """Add the mean of the passes so far to a picture (h, w, 3), line by line."""
+        if self.reason:
+            return
         share = np.float32(1.0 / max(self._passes, 1))
         for line, sums in zip(picture, self._sums.reshape(self._down, self._across, 3), strict=True):
             line += sums * share
@@ -123,15 +136,27 @@ class GhostImage:
 
     def add(self, samples: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
         """Add the ghosts of so many samples; False when `wanted` cancelled on the way."""
+        if self.reason:
+            return True
         if self._tracer is None:
             self._prepare()
         numbers = range(self._seen, self._seen + samples)
         self._seen += samples
-        for _ in [n for n in numbers if n < FIRST or n % PERIOD == 0][:MOST - self._passes]:
+        due = sum(n < FIRST or n % PERIOD == 0 for n in numbers)
+        return self.go_on_to(self._passes + due, pool, threads, wanted)
+
+    def go_on_to(self, passes: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
+        """Add passes until there are so many, at most MOST; False when `wanted` cancelled on the way."""
+        while self._passes < min(passes, MOST):
             if not self._add_pass(self._passes, pool, threads, wanted):
                 return False
             self._passes += 1
         return True
+
+    @property
+    def light_count(self) -> int:
+        """Number of lights that have ghosts; known after the first pass."""
+        return len(self._lights.lights)
 
     def _prepare(self) -> None:
         assert isinstance(self._camera, LensCamera)
@@ -144,16 +169,16 @@ class GhostImage:
         self._lights = ghost_lights(camera, self._scene, self._tracer.front_z, entrance_reach(self._tracer))
         direct = [np.mean([pair_share(lens, DIRECT, line, self._flare.coating) for line in row]) for row in channels]
         self._gain = self._flare.strength / np.array(direct)
-        pairs = ghost_pairs(lens)
-        shown = [pair for pair in pairs if pair in self._flare.pairs] if self._flare.pairs else pairs
-        self._tasks = _shared_out(self._lights, shown, [pair_share(lens, pair, coating=self._flare.coating)
-                                                        for pair in shown])
+        pairs = (*ghost_pairs(lens), DIRECT)
+        shown = [pair for pair in pairs if pair in (self._flare.pairs or pairs[:-1])]
+        tasks, chances = _by_chance(self._lights, shown, self._tracer.pair_reflectances(shown))
+        self._bright, self._dim, self._chances = tasks[:BEST], tasks[BEST:], chances[BEST:]
 
     def _add_pass(self, number: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
         """Trace a batch of grids, and add their cells in order: the sums are the same for any number of threads."""
         assert self._tracer is not None
         tracer = self._tracer
-        due = [task for task in self._tasks if (number + task.turn) % task.period == 0]
+        due = [*self._bright, *_drawn(self._dim, self._chances, number)]
         for begin in range(0, len(due), BATCH):
             tasks = due[begin:begin + BATCH]
             grids: list[np.ndarray | None] = [None] * len(tasks)
@@ -167,15 +192,20 @@ class GhostImage:
                     grids[k] = self._grid(tracer, lanes, tasks[k], number)
                 return True
 
-            def gather(i: int, tasks=tasks, grids=grids) -> bool:
-                top, bottom = self._down * i // threads, self._down * (i + 1) // threads
-                for task, grid in zip(tasks, grids, strict=True):
-                    if grid is not None:
-                        if not wanted():
-                            return False
-                        light = self._lights.lights[task.light].irradiance
-                        gain = (task.period * self._gain * light).astype(np.float32)
-                        add_cells(self._sums, grid, task.cells, self._across, top, bottom, gain)
+            bands = count(0, LINES)
+
+            def gather(_: int, tasks=tasks, grids=grids, bands=bands) -> bool:
+                while (top := next(bands)) < self._down:
+                    bottom = min(top + LINES, self._down)
+                    edges = np.zeros((bottom - top, self._across + 1, 3))
+                    for task, grid in zip(tasks, grids, strict=True):
+                        if grid is not None:
+                            if not wanted():
+                                return False
+                            light = self._lights.lights[task.light].irradiance
+                            gain = (task.times * self._gain * light).astype(np.float32)
+                            add_cells(edges, grid, task.cells, self._across, top, bottom, gain)
+                    add_lines(self._sums, edges, top * self._across)
                 return True
 
             if not all(list(pool.map(trace, range(threads)))) or not all(list(pool.map(gather, range(threads)))):
@@ -194,25 +224,52 @@ class GhostImage:
         # Additive recurrences of the plastic number, and a stride through the points of the light
         shift = tuple((number * step + 0.5) % 1.0 - 0.5 for step in (0.7548776662466927, 0.5698402909980532))
         point = points[1 + (number * 37) % (len(points) - 1)] if number else points[0]
-        return entrance_grid(tracer, lanes, point, task.pair, box, task.cells, (shift[0], shift[1]))
+        grid = entrance_grid(tracer, lanes, point, task.pair, box, task.cells, (shift[0], shift[1]))
+        grid[:2] += self._margin[:, None]
+        return grid
 
 
-def _shared_out(found: GhostLights, pairs: Sequence[Pair], shares: Sequence[float]) -> list[_Task]:
-    """A grid for every light and pair: of SIDE cells for the BEST brightest ghosts, the others small and in turn."""
-    powers = np.array([light.irradiance.sum() for light in found.lights])[:, None] * np.array(shares)
-    order = np.argsort(-powers, axis=None, kind="stable")
-    period = min(-(-max(len(order) - BEST, 0) // BEST), LONGEST) or 1
-    return [_Task(at // len(pairs), pairs[at % len(pairs)], SIDE if rank < BEST else SMALL_SIDE,
-                  1 if rank < BEST else period, rank % period)
-            for rank, at in enumerate(order.tolist())]
+def _by_chance(found: GhostLights, pairs: Sequence[Pair], reflectances: np.ndarray) -> tuple[list[_Task], np.ndarray]:
+    """A grid for every light and pair, the brightest first, of SIDE cells for BEST of them; and their chances.
+
+    reflectances (pairs, 3): both reflections of a pair, for red, green and blue at normal incidence.
+    """
+    light = np.array([light.irradiance for light in found.lights]).reshape(-1, 1, 3)
+    chances = (light * (reflectances + EVEN * np.maximum(reflectances.mean(0), LEAST))).sum(2).ravel()
+    order = np.argsort(-chances, kind="stable")
+    return [_Task(at // len(pairs), pairs[at % len(pairs)], SIDE if rank < BEST else SMALL_SIDE)
+            for rank, at in enumerate(order.tolist())], chances[order]
+
+
+def _drawn(dim: list[_Task], chances: np.ndarray, number: int) -> list[_Task]:
+    """The dim grids of a pass: all of them, or DRAWN at even places of their added chances, counted by the inverse."""
+    if len(dim) <= DRAWN:
+        return dim
+    ends = np.cumsum(chances)
+    step = ends[-1] / DRAWN
+    places = (np.arange(DRAWN) + (0.5 + number * GOLDEN) % 1.0) * step
+    which, hits = np.unique(np.minimum(np.searchsorted(ends, places), len(dim) - 1), return_counts=True)
+    times = hits * step / chances[which]
+    return [dim[at]._replace(times=each) for at, each in zip(which.tolist(), times.tolist(), strict=True)]
 
 
 def why_no_ghosts(camera: Camera, scene: Scene) -> str:
-    """Why a picture of this camera has no ghosts; "" where it has."""
+    """Why a picture has no ghosts.
+
+    Parameters
+    ----------
+    camera : Camera
+        Any camera.
+    scene : Scene
+        What it looks at.
+
+    Returns
+    -------
+    str
+        A sentence; "" if the picture can have ghosts.
+    """
     if not isinstance(camera, LensCamera):
         return "ghosts need a lens with surfaces: this camera has none"
-    if not camera.lens.is_in_line:
-        return "ghosts are not traced through surfaces out of line"
     if isinstance(camera.world_from_camera, AnimatedTransform) or scene.moves:
         return "ghosts are not traced where the camera or the scene moves"
     if camera.has_port:

@@ -1,7 +1,7 @@
 """The lights whose ghosts a picture shows: the sun and the small lights of a scene, in or outside the picture.
 
-Camera frame, mm. What hides a light, and a fog before it, dims all its ghosts by the part that a few hundred rays
-between light and lens find.
+Camera frame, mm. What hides a light, and fog in front of it, dims all its ghosts by the mean of a few hundred rays
+between light and lens. The sun lies at the distance of the sky.
 """
 
 import math
@@ -12,10 +12,11 @@ import numpy as np
 from lensbench.cameras.base import Camera
 from lensbench.kernels.block import BLUE, EMITS, GREEN, RED, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
+from lensbench.scenery.intersect.sky import FAR
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.small_lights import SmallLight, light_samples, small_lights
 
-MOST_LIGHTS = 48        # the brightest ones at the lens; the others cast no ghosts
+MOST_LIGHTS = 2000      # the brightest ones at the lens; the others cast no ghosts
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 RAYS = 256              # that find how much of a light the lens sees
 
@@ -79,7 +80,10 @@ def _sun(camera: Camera, scene: Scene, rotation: np.ndarray, vertex: np.ndarray,
     given = dict(zip((X, Y, Z, L, M, N, WEIGHT), (*through.T, *directions.T, np.ones(RAYS)), strict=True))
     hidden = Program(steps).run(given, [GREEN], RAYS)[0] > 0.0
     points = np.column_stack([np.vstack([towards, directions]), np.zeros(RAYS + 1)])
-    return [GhostLight(points, math.pi * np.asarray(sun.colour, float) * float(1.0 - hidden.mean()))]
+    visible = 1.0 - hidden.mean()
+    if camera.medium is not None:
+        visible = visible * camera.medium.transmittance(FAR)
+    return [GhostLight(points, math.pi * np.asarray(sun.colour, float) * visible)]
 
 
 def _small(camera: Camera, scene: Scene, small: list[SmallLight], place: np.ndarray, vertex: np.ndarray, reach: float

@@ -28,7 +28,6 @@ from lensbench.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
 from lensbench.kernels.block import (
     BLUE,
     DEPTH,
-    EMITS,
     GREEN,
     KEYS,
     PIXEL,
@@ -66,6 +65,7 @@ from lensbench.rendering.light_layer import (
 from lensbench.rendering.light_rays import (
     LIGHT_MARK,
     LIGHT_SIZE,
+    MARK,
     apply_throughput,
     require_mirror,
     reverse_ray,
@@ -331,7 +331,7 @@ def _count_hidden(hidden, which, lanes, code, marks, spheres):
     """How many of B rays to each of these lights are hidden; spheres: centre (world), radius of a sphere or 0."""
     key = np.zeros(KEYS, np.uint32)
     row = rows(lanes)
-    x, y, z, met, weight, depth = row[X], row[Y], row[Z], row[EMITS], row[WEIGHT], row[DEPTH]
+    x, y, z, met, weight, depth = row[X], row[Y], row[Z], row[MARK], row[WEIGHT], row[DEPTH]
     for j in which:
         key[PIXEL] = j
         run_steps(lanes, code, key)

@@ -73,8 +73,9 @@ RIGHT = 15              # its half-axes, mm
 UP = 18
 NORMAL = 21             # unit normal of these
 ETENDUE = 24            # area of the light × area of the rectangle × share of one sample, mm⁴
-LIGHT_MARK = 25         # EMITS of the object that shines
-MIRROR_MARK = 26        # EMITS of the specular object on the path
+MARK = EMITS            # the row where `Scene.marking_steps` leaves which object was met
+LIGHT_MARK = 25         # MARK of the object that shines
+MIRROR_MARK = 26        # MARK of the specular object on the path
 BALL = 27               # centre of the ball on the path, mm
 BALL_RADIUS = 30        # mm
 BALL_SIDE = 31          # on which side of the ball's centre the ray passes, seen from the light: 1 metal, −1 glass
@@ -100,10 +101,10 @@ def light_parameters(marks, middles, half_axes, towards, centres, rights, ups, d
                      ) -> np.ndarray:
     """Parameters (n, LIGHT_SIZE) of n lights for the stages below; camera frame, mm.
 
-    marks (n,): EMITS of the objects that shine; middles (n, 3), half_axes (n, 2, 3), towards (n, 3): of the
+    marks (n,): MARK of the objects that shine; middles (n, 3), half_axes (n, 2, 3), towards (n, 3): of the
     rectangles on the entrance planes, unit normals towards the light; centres, rights, ups (n, 3), disks (n,) bool:
     the ellipses or parallelograms that cover the lights, by half-axes; shares (n,): rectangle area over the
-    number of samples; mirrors (n,): EMITS of the specular objects on the paths; balls (n, 6): of those that are
+    number of samples; mirrors (n,): MARK of the specular objects on the paths; balls (n, 6): of those that are
     balls the centre, radius, side and first guess of b.
     """
     normals = np.cross(rights, ups)
@@ -289,11 +290,11 @@ def _aim_at_ball(lanes, p, s):
 
 @stage
 def require_mirror(lanes, p, ints, key):
-    """WEIGHT: 0 for rays that have not met the specular object of their path; EMITS as marking_steps leaves it."""
+    """WEIGHT: 0 for rays that have not met the specular object of their path; MARK as marking_steps leaves it."""
     real = lanes.dtype.type
     row = rows(lanes)
     mark = p[np.int64(key[PIXEL]) * LIGHT_SIZE + MIRROR_MARK]
-    weight, met = row[WEIGHT], row[EMITS]
+    weight, met = row[WEIGHT], row[MARK]
     left = np.int32(0)
     for i in range(B):
         weight[i] = weight[i] if met[i] == mark else real(0)
@@ -317,7 +318,7 @@ def reverse_ray(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     mark = p[np.int64(key[PIXEL]) * LIGHT_SIZE + LIGHT_MARK]
-    x, y, z, l, m, n, weight, met = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[EMITS]
+    x, y, z, l, m, n, weight, met = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[MARK]
     hx, hy, hz, hl, hm, hn = row[KEPT_X], row[KEPT_Y], row[KEPT_Z], row[KEPT_L], row[KEPT_M], row[KEPT_N]
     for i in range(B):
         x[i], y[i], z[i], l[i], m[i], n[i] = hx[i], hy[i], hz[i], -hl[i], -hm[i], -hn[i]

@@ -11,15 +11,15 @@ from lensbench.analysis.model_choice import resolved
 from lensbench.cameras.base import Camera
 from lensbench.cameras.differentials import spread_step
 from lensbench.cameras.pupil_footprint import footprint_steps
-from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
-from lensbench.kernels.block import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, Step, X, Y, Z, lane_buffer
+from lensbench.kernels.block import B, Step, lane_buffer
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
 from lensbench.kernels.tile_order import raster_image
 from lensbench.optics.finding import Finding
-from lensbench.rendering.aovs import AVERAGED, aov_steps, arrival_steps, sees_behind
-from lensbench.rendering.ghost_image import Flare, GhostImage
+from lensbench.rendering.aovs import AVERAGED, aov_steps, arrival_steps
+from lensbench.rendering.flare_image import FlareImage
+from lensbench.rendering.ghost_image import Flare
 from lensbench.rendering.light_image import LightImage
 from lensbench.rendering.light_layer import LightLayer
 from lensbench.scenery.scene import Scene
@@ -73,8 +73,8 @@ class Rendering:
         Number of samples that trace lights at the most, for small pictures of few samples; None: as many as repay
         their time.
     flare
-        Ghosts of the sun and of small lights, added to the picture of a traced lens; None: none. `why_no_ghosts` says
-        where there are none for other reasons.
+        Ghosts and stars of the sun and of small lights, added to the picture of a lens; None: none. `why_no_ghosts`
+        says where there are none for other reasons.
 
     Attributes
     ----------
@@ -117,9 +117,7 @@ class Rendering:
         if light_tracing and not view and self._borrowed is None:
             self._light_image = LightImage(camera, scene, self.seed, real, light_passes)
         self._light_passes = light_passes
-        ghosts = None if flare is None or view else GhostImage(camera, scene, flare)
-        self._ghosts = None if ghosts is None or ghosts.is_empty else ghosts
-        self._flared = ghosts       # says why it is empty
+        self._flare = None if flare is None or view else FlareImage(camera, scene, flare)
         self._scene, self._view, self._shadows, self._pupil_part = scene, view, shadows, pupil_part
         self._compose()
         # Counts the samples that arrive, for the AOVs that are means over these
@@ -140,7 +138,17 @@ class Rendering:
         return None if self._light_image is None else self._light_image.left_out
 
     def leaves_out(self, excluded: ExcludedLight | None) -> bool:
-        """Whether the camera's rays leave out just this light."""
+        """Whether the camera's rays leave out just this light.
+
+        Parameters
+        ----------
+        excluded : ExcludedLight or None
+            Light that is traced from the lights.
+
+        Returns
+        -------
+        bool
+        """
         return _same_exclusion(self.excluded, excluded)
 
     def _compose(self) -> None:
@@ -161,7 +169,13 @@ class Rendering:
         return self._borrowed is not None
 
     def layer(self) -> LightLayer | None:
-        """Light of the small lights for the first samples of another picture; None without light tracing."""
+        """Light of the small lights for the first samples of another picture.
+
+        Returns
+        -------
+        LightLayer or None
+            None without light tracing.
+        """
         if self._borrowed is not None:
             return self._borrowed
         return None if self._light_image is None else self._light_image.layer()
@@ -169,7 +183,19 @@ class Rendering:
     def own_light(self, pool: Executor, threads: int, wanted: Callable[[], bool] = _always) -> LightImage | None:
         """The picture's own light image, with the passes of the samples so far; from any thread.
 
-        None when `wanted`, called from any thread, cancelled.
+        Parameters
+        ----------
+        pool : Executor
+            Runs the passes.
+        threads : int
+            Parts of a pass that run at the same time.
+        wanted : function
+            Called without arguments from any thread; False cancels.
+
+        Returns
+        -------
+        LightImage or None
+            None if it was cancelled.
         """
         light_image = LightImage(self._camera, self._scene, self.seed, self._real, self._light_passes)
         if not light_image.is_empty:
@@ -182,6 +208,11 @@ class Rendering:
         """Take the picture's own light image in place of the borrowed layer.
 
         Where the camera's rays have left out other light, the samples so far are dropped: `samples` is 0 again.
+
+        Parameters
+        ----------
+        light_image : LightImage
+            From `own_light`.
         """
         former = self.excluded
         self._light_image, self._borrowed, self._borrowed_image = light_image, None, None
@@ -212,12 +243,12 @@ class Rendering:
         if self._arrived is not None:
             found["arrived"] = self._arrived
         found |= {} if self._light_image is None or self._light_image.is_empty else self._light_image.state
-        return found | ({} if self._ghosts is None else self._ghosts.state)
+        return found | ({} if self._flare is None else self._flare.state)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What the picture leaves out: why it has no ghosts, or which lights have none, known with the first sample."""
-        return () if self._flared is None else self._flared.findings
+        return () if self._flare is None else self._flare.findings
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from the sums of a rendering of the same arguments.
@@ -240,10 +271,10 @@ class Rendering:
         self._sums[:] = state["sums"]
         if self._arrived is not None:
             self._arrived[:] = state["arrived"]
-        if self._light_image is not None:
+        if self._light_image is not None and not self._light_image.is_empty:
             self._light_image.restore(state)
-        if self._ghosts is not None:
-            self._ghosts.restore(state)
+        if self._flare is not None:
+            self._flare.restore(state)
 
     def _is_uncoloured(self, samples: int) -> bool:
         """Whether the next samples are of the d line alone, all channels at once."""
@@ -319,7 +350,7 @@ class Rendering:
         light_image = self._light_image
         done = light_image is None or light_image.is_empty or light_image.add(self._numbers(samples), afresh, pool,
                                                                               threads, wanted)
-        done = done and (self._ghosts is None or self._ghosts.add(samples, pool, threads, wanted))
+        done = done and (self._flare is None or self._flare.add(samples, pool, threads, wanted))
         done = done and all(list(pool.map(work, range(threads))))
         self.samples += samples
         return done
@@ -337,12 +368,18 @@ class Rendering:
             mean += self._borrowed_image
         elif self._light_image is not None and not self._light_image.is_empty:
             self._light_image.add_to(mean)
-        if self._ghosts is not None:
-            self._ghosts.add_to(mean)
+        if self._flare is not None:
+            self._flare.add_to(mean)
         return mean.astype(np.float32, copy=False)
 
     def camera_image(self) -> np.ndarray:
-        """The part of `image` that the camera's rays see: (h, w, 3), a fresh array of the stages' numbers."""
+        """The part of `image` that the camera's rays see.
+
+        Returns
+        -------
+        (h, w, 3) array
+            A fresh array of the stages' numbers.
+        """
         h, w = self.shape
         if self._arrived is not None:
             return raster_image(self._sums, w, h) / np.maximum(raster_image(self._arrived, w, h), np.float32(1))
@@ -350,15 +387,21 @@ class Rendering:
         return raster_image(self._sums, w, h, 1.0 / max(counted, 1))
 
     def light(self) -> np.ndarray | None:
-        """The part of `image` that is traced from small lights, its own or borrowed, with ghosts; None without any."""
+        """The part of `image` that is traced from small lights, its own or borrowed, with ghosts and stars.
+
+        Returns
+        -------
+        (h, w, 3) array or None
+            float32; None without any.
+        """
         if self._borrowed is not None:
             traced = self._borrowed_image
         else:
             traced = None if self._light_image is None or self._light_image.is_empty else self._light_image.image()
-        if self._ghosts is None:
+        if self._flare is None or self._flare.is_empty:
             return traced
         traced = np.zeros((*self.shape, 3), np.float32) if traced is None else traced.copy()
-        self._ghosts.add_to(traced)
+        self._flare.add_to(traced)
         return traced
 
 
@@ -401,42 +444,3 @@ def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threa
     rendering = Rendering(camera, scene, seed)
     rendering.add(samples, threads=threads)
     return rendering.image()
-
-
-def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
-    """Depth of the scene at the centre of each pixel, along the ray through the middle of the pupil.
-
-    Parameters
-    ----------
-    camera
-        Any camera; one of the model "auto" is resolved as by `render`.
-    scene
-        The scene, world frame, mm.
-    time
-        When, in [0, 1) of the shutter; matters where camera or scene move.
-
-    Returns
-    -------
-    ndarray
-        float32 (h, w) mm from the camera's origin along its −z, the top row first; inf where only sky is seen, NaN
-        where the camera passes no light. Of a camera that also sees sideways or behind itself, such as a panorama or
-        a fisheye over 180°, the distance along each ray in mm.
-    """
-    camera.check_overrides()
-    camera, film = resolved(camera, scene), camera.film
-    h, w = film.pixels_y, film.pixels_x
-    y, x = np.mgrid[0:h, 0:w] + 0.5
-    n = w * h
-    middle = camera.stage_centre
-    given = {X: x.ravel(), Y: y.ravel(), U0: np.full(n, middle[0]), U1: np.full(n, middle[1]), TIME: np.full(n, time)}
-    # Distance along the ray, and whether there is a hit
-    steps = [*camera.steps(timed=scene.moves), *scene.depth_steps(camera.shutter_open)]
-    along, hit, weight = Program(steps).run(given, [RED, GREEN, WEIGHT], n)
-    # The ray's start and slope along the camera's axis
-    z, slope, clock = Program([camera.clock, camera.film_step, *camera.aimed()]).run(given, [Z, N, TIME], n)
-    place = camera.world_from_camera
-    scale = place.scale_at(camera.shutter_open + clock) if isinstance(place, AnimatedTransform) else 1.0
-    with np.errstate(invalid="ignore", over="ignore"):
-        depth = along if sees_behind(camera) else -(z * scale + slope * along)
-    depth = np.where(hit > 0.0, depth, np.inf)
-    return np.where(weight > 0.0, depth, np.nan).reshape(h, w).astype(np.float32)

@@ -117,6 +117,10 @@ class Scene:
         medium : Medium, optional
             What fills the scene; clear air has no stage.
 
+        Returns
+        -------
+        list of Step
+
         Notes
         -----
         A patterned scene also reads PIXEL_SIDE and PIXEL_SPREAD; zeros show each pattern at a point.
@@ -124,16 +128,32 @@ class Scene:
         return list(scene_steps.radiance_steps(self, shadows, opening, excluded, medium))
 
     def marking_steps(self, shapes: tuple[Shape, ...]) -> list[Step]:
-        """Stages that mark which of these shapes, all at rest, a ray meets, with its radiance or albedo.
+        """Stages that mark which shape a ray meets, with its radiance or albedo.
 
-        EMITS is 2 + its index if it shines and −2 − its index if not; 1 is the sky, 0 the floor.
+        EMITS is 2 + the index of the shape if it shines and −2 − its index if not; 1 is the sky, 0 the floor.
+
+        Parameters
+        ----------
+        shapes : tuple of Shape
+            Shapes of the scene, all at rest.
+
+        Returns
+        -------
+        list of Step
         """
         return list(scene_steps.marking_steps(self, shapes))
 
     def depth_steps(self, opening: float = 0.0) -> list[Step]:
-        """Stages that find the depth only: RED is DEPTH in mm, GREEN 1 where a surface is met and 0 at the sky.
+        """Stages that find the depth alone: RED is DEPTH in mm, GREEN is 1 where a surface is met and 0 at the sky.
 
-        opening: time in seconds at which TIME is 0.
+        Parameters
+        ----------
+        opening : float
+            Time in seconds at which TIME is 0.
+
+        Returns
+        -------
+        list of Step
         """
         return list(scene_steps.depth_steps(self, opening))
 

@@ -13,6 +13,8 @@ import numpy as np
 from lensbench.kernels.block import BLUE, DEPTH, GREEN, RED, B, Step, rows, stage
 from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.layout import Packed, join
+from lensbench.scenery.emission import BENDS, DARK, LAMP, SHINES, SMALL_LIGHT
+from lensbench.scenery.finish import SHARP
 from lensbench.scenery.intersect.block_bounds import beam
 from lensbench.scenery.intersect.floor import floor, floor_parameters
 from lensbench.scenery.intersect.image_sky import image_sky_step
@@ -23,17 +25,14 @@ from lensbench.scenery.intersect.planar import planar, planar_parameters
 from lensbench.scenery.intersect.sky import SKY_DISTANCE, UP, sky, sky_parameters, sun_disk, sun_disk_parameters
 from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
 from lensbench.scenery.objects import ImageSky, Mesh, Shape, Sky, by_family, displaced, unit
-from lensbench.scenery.shading.clearcoat import SHARP, clearcoat, clearcoat_parameters
+from lensbench.scenery.shading.clearcoat import clearcoat, clearcoat_parameters
 from lensbench.scenery.shading.diffuse_bounce import (
-    SHINES,
     diffuse_bend,
     diffuse_end,
     diffuse_leave,
     diffuse_sky,
 )
 from lensbench.scenery.shading.illumination import (
-    BENDS,
-    SMALL,
     ambient,
     begin_path,
     daylight,
@@ -110,13 +109,13 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
                 Step(daylight, np.concatenate([_surround(scene), scene.ambient, sunlight])))
     light = _light(scene, shadows, opening)
     bounce = shadows and scene.diffuse_bounce
-    emission = [BENDS if j in excluded.bends else float(o.material.shines) for j, o in enumerate(excluded.first)]
+    emission = [BENDS if j in excluded.bends else _emits(o) for j, o in enumerate(excluded.first)]
     steps = [Step(begin_path), *_intersection(scene, opening, shapes=excluded.first, emission=emission), *fog,
              *_coats(scene, False, opening), Step(gather_emission),
              *(_light(scene, shadows, opening, sky_too=False) if bounce else light)]
     if mirrors or bounce:
-        shining = SHINES if bounce else 1.0
-        emission = [SMALL if o != other and o.material.pattern is None else shining * o.material.shines
+        lamp = LAMP if bounce else SHINES
+        emission = [SMALL_LIGHT if o != other and o.material.pattern is None else lamp if o.material.shines else DARK
                     for o, other in zip(scene.objects, excluded.later, strict=True)]
         part = [Step(bounce_pupil_part)] if is_rough(scene) else []
         solids = any(o.material.kind == "glass" for o in scene.meshes)
@@ -140,7 +139,7 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
 @byte_cache(MOST_KEPT, 16)
 def marking_steps(scene: Scene, shapes: tuple[Shape, ...]) -> tuple[Step, ...]:
     """Stages that mark which of these still shapes a ray meets; see `Scene.marking_steps`."""
-    emission = [2.0 + j if o.material.shines else -2.0 - j for j, o in enumerate(shapes)]
+    emission = [SMALL_LIGHT + j if o.material.shines else -SMALL_LIGHT - j for j, o in enumerate(shapes)]
     return tuple(_intersection(scene, 0.0, shapes=shapes, emission=emission))
 
 
@@ -173,10 +172,10 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
     """Stages that find the nearest surface; `reflected`: the sun's disk is at least HIGHLIGHT_RADIUS.
 
     shapes: in place of the scene's objects; emission: EMITS of each, by default whether it shines; specular: the
-    shapes as SPECULAR paths see them.
+    shapes as paths see them that are not DIRECT.
     """
     shapes = scene.objects if shapes is None else shapes
-    emission = [float(o.material.shines) for o in shapes] if emission is None else emission
+    emission = [_emits(o) for o in shapes] if emission is None else emission
     seen = [one for one in zip(shapes, emission, shapes if specular is None else specular, strict=True)
             if not one[0].moves]
     balls, flat = ([one for one in seen if one[0].family == family and not is_large(one[0])]
@@ -323,6 +322,11 @@ def _floor_light(scene: Scene) -> np.ndarray:
         size = light.silhouette(to / distance) / math.pi
         total = total + np.asarray(light.material.colour) * slant * size / distance**2
     return total
+
+
+def _emits(shape: Shape) -> float:
+    """EMITS of a shape by its material alone."""
+    return SHINES if shape.material.shines else DARK
 
 
 def _lamps(scene: Scene) -> list[Shape]:

@@ -12,6 +12,7 @@ from math import isfinite
 import numpy as np
 
 from lensbench.kernels.figures import significant
+from lensbench.lenses.checks.aspheres import vanishing_terms
 from lensbench.lenses.checks.causes import cause_findings
 from lensbench.lenses.checks.digits import digit_findings
 from lensbench.lenses.checks.geometry import geometry_findings
@@ -57,7 +58,7 @@ def check(lens: Lens) -> list[Finding]:
     except GlassError as error:         # a glass of the infrared, say: nothing can be traced at the d line
         return [Finding(Kind.GLASS, None, str(error))]
     shapes = geometry_findings(lens)
-    table = [*digit_findings(lens), *glass_findings(lens), *shapes]
+    table = [*digit_findings(lens), *glass_findings(lens), *vanishing_terms(lens), *shapes]
     if isfinite(lens.system.object_distances[0]):
         return [*table, *position_findings(seen), *about, *lens.findings]
     symptoms = symptom_findings(seen)

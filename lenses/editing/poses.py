@@ -5,6 +5,7 @@ Lengths in mm, angles in radians; surfaces are numbered from 0.
 
 from dataclasses import replace
 
+from lensbench.lenses.axes import body
 from lensbench.lenses.editing.document import POSE, EditError, LensDocument, with_surfaces, words
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import element_at
@@ -54,12 +55,4 @@ def with_pose(document: LensDocument, first: int, last: int, quantity: str, valu
 
 def body_at(lens: Lens, surface: int) -> tuple[int, int]:
     """First and last surface of what moves with a surface that is out of line, else its element, or itself."""
-    frame = lens.frames[surface]
-    if frame is None:
-        return element_at(lens, surface)
-    first = last = surface
-    while first > 0 and lens.frames[first - 1] is frame:
-        first -= 1
-    while last + 1 < len(lens.surfaces) and lens.frames[last + 1] is frame:
-        last += 1
-    return first, last
+    return body(lens, surface) or element_at(lens, surface)

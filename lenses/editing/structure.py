@@ -90,7 +90,7 @@ def flipped(document: LensDocument, first: int, last: int) -> LensDocument:
         raise EditError(f"surfaces {first} to {last} have {_named(before)} in front of them and {_named(after)} behind "
                         "them: only a group between equal media can be turned round")
     _fixed(document.lens, set(range(first, last)), "turned round")
-    group = document.surfaces[first:last + 1]
+    group = [_pivot_within(document.surfaces[i], i, first, last) for i in range(first, last + 1)]
     gaps = [(s.thickness, s.glass) for s in group[:-1]][::-1] + [(group[-1].thickness, group[-1].glass)]
     turned = [surface.reversed(*gap) for surface, gap in zip(reversed(group), gaps, strict=True)]
     surfaces = (*document.surfaces[:first], *turned, *document.surfaces[last + 1:])
@@ -98,6 +98,17 @@ def flipped(document: LensDocument, first: int, last: int) -> LensDocument:
     moved = _reordered(document, order, settle=False)
     positions = document.lens.positions                 # gaps stay in place: only those inside would move
     return settled(replace(moved, lens=replace(moved.lens, surfaces=surfaces, positions=positions)))
+
+
+def _pivot_within(surface: Surface, i: int, first: int, last: int) -> Surface:
+    """Surface i, pivoting about one of those that are turned round; EditError for a tilt about another."""
+    pose = surface.pose
+    if pose is None or first <= i - pose.pivot <= last:
+        return surface
+    if pose.tilt_x or pose.tilt_y:
+        raise EditError(f"surface {i} is tilted about the vertex of surface {i - pose.pivot}: turn both round, or "
+                        "neither")
+    return replace(surface, pose=replace(pose, pivot=0))
 
 
 def moved(document: LensDocument, first: int, last: int, place: int) -> LensDocument:
@@ -223,9 +234,9 @@ def element_at(lens: Lens, surface: int) -> tuple[int, int]:
 
 def _reordered(document: LensDocument, order: Sequence[int | Surface], comments: dict[int, str] | None = None,
                settle: bool = True) -> LensDocument:
-    """The document with its surfaces, and all that belongs to them, in another order; new surfaces stand for numbers.
+    """The document with its surfaces, and all that belongs to them, in another order.
 
-    comments: of new surfaces, by their place.
+    order: a surface of the document by its number, or a new one. comments: of new surfaces, by their place.
     """
     lens, findings = document.lens, list(document.findings)
     place = {old: new for new, old in enumerate(order) if isinstance(old, int)}

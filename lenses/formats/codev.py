@@ -10,21 +10,20 @@
     SI  0 0
 
 Lines or semicolons separate commands; & continues a line and ! begins a comment. A
-qualifier names another surface (THI S3 2.5). Without RDM, CODE V uses a setting of the
+qualifier names another surface (THI S3 2.5), or several (CIR S1..3 8). Without RDM, CODE V uses a setting of the
 user: the reader tries radii and curvatures and takes the reading whose image lies at
 the image surface of the file. A zoom lens has a value for each position (ZOO 3, then
 ZOO THI S4 14.1 14.1 12.5; THI S4 Z2 14.1 is the value of one position, TIT Z2 'tele'
-its name). Mirrors, gratings, tilts and decentres are refused.
+its name). Mirrors and gratings are refused, and tilts that do not return (`codev_tilts`).
 """
 
 import re
 from dataclasses import replace
 from decimal import Decimal
-from math import radians
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses import configurations, glass_catalogue, media
-from lensbench.lenses.axes import Break, intrinsic
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import (
     check_lines,
@@ -36,7 +35,7 @@ from lensbench.lenses.encoding import (
     plain_number,
 )
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.formats import codev_system
+from lensbench.lenses.formats import codev_system, codev_tilts
 from lensbench.lenses.formats.codev_system import SYSTEM
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Solve
@@ -59,7 +58,6 @@ HARMLESS = frozenset("""
     CLS COM INI GO LEN RDM TEM PRE THM DER CA POL MIR CIN CNS
     ASP CON SPH DDM UID CUN
 """.split())
-TILTS = ("XDE", "YDE", "ZDE", "ADE", "BDE", "CDE")  # decentres; tilts about x and y (left-handed) and z, degrees
 HARMLESS_ALONE = ("BEN", "RET")       # commands without a value
 SIDED = {"REX": "a rectangular aperture", "REY": "a rectangular aperture", "ELX": "an elliptical aperture",
          "ELY": "an elliptical aperture", "ADX": "a decentred aperture", "ADY": "a decentred aperture"}
@@ -131,8 +129,7 @@ class _Sequence:
         self.private = False
         self.edges: dict[int, float] = {}
         self.biconic: set[int] = set()
-        self.tilts: dict[int, dict[str, float]] = {}    # decentres and tilts by surface, and whether axes return
-        self.kinds: dict[int, str] = {}
+        self.tilts: dict[int, codev_tilts.Tilt] = {}
         self.zoom = configurations.Configurations()
         self.image_is_solved = False
         self.system: dict[str, list[str]] = {}
@@ -153,8 +150,8 @@ class _Sequence:
             if index in self.biconic and (row.conic or row.aspheric):
                 raise LensFileError(self.path, row.line, f"S{index} is curved in two sections and has a conic or "
                                                          "aspheric terms: not traced")
-        for index, tilts in self.tilts.items():
-            self.place(index, tilts)
+        for index, tilt in self.tilts.items():
+            codev_tilts.place(design, index, tilt)
         codev_system.read(design, self.system)
         if not any(row.is_stop for row in design.rows) and len(design.rows) > 1:
             design.rows[1].is_stop = True
@@ -262,12 +259,20 @@ class _Sequence:
         """Process a command for the current surface, or for the surface of its qualifier."""
         rows = self.design.rows
         index = len(rows) - 1
+        span = re.fullmatch(r"(?a)([A-Za-z0-9]+)\.\.([A-Za-z0-9]+)", values[0]) if values else None
+        if span is not None:
+            first, last = (self.qualified(word if word[0] in "sS" else f"S{word}") for word in span.groups())
+            if first is None or last is None or first > last:
+                raise RowError(f"{excerpt(values[0])} is no range of surfaces, such as S1..3")
+            for each in range(first, last + 1):
+                self.surface_command(line, key, [f"S{each}", *values[1:]])
+            return
         if values:
             named = self.qualified(values[0])
             if named is not None:
                 index, values = named, values[1:]
         if not 0 <= index < len(rows):
-            if key in ("RDY", "CUY", "THI", "GLA", "STO", "K", "CIR", *TERMS):
+            if key not in HARMLESS:
                 raise RowError(f"there is no surface {index}")
             return
         row = rows[index]
@@ -302,10 +307,10 @@ class _Sequence:
             self.rim(index, row, values)
         elif key == "PIM":
             self.image_is_solved = True
-        elif key in TILTS:
-            self.tilts.setdefault(index, {})[key] = first_number(values)
-        elif key in ("DAR", "REV"):
-            self.kinds[index] = key
+        elif key in codev_tilts.KEYS:
+            self.tilts.setdefault(index, codev_tilts.Tilt(line)).values[key] = first_number(values)
+        elif key in codev_tilts.KINDS:
+            self.tilts.setdefault(index, codev_tilts.Tilt(line)).kind = key
         elif key in REFUSED:
             self.refuse_unless_zero(index, key, values)
         elif key in SIDED:
@@ -322,27 +327,11 @@ class _Sequence:
             return
         raise RowError(f"S{index} has {REFUSED[key]}, which is not traced")
 
-    def place(self, index: int, tilts: dict[str, float]) -> None:
-        """Give a row its decentre and tilt: of itself alone (DAR), of all that follow, or back behind it (REV)."""
-        x, y, z, a, b, c = (tilts.get(key, 0.0) for key in TILTS)
-        if not any((x, y, z, a, b, c)):
-            return
-        rows = self.design.rows
-        if index in (0, len(rows) - 1):
-            raise LensFileError(self.path, rows[index].line, f"S{index}: a tilt or decentre of the object or of the "
-                                                             "image is not traced")
-        axes = intrinsic(-radians(a), -radians(b), radians(c))
-        kind = self.kinds.get(index)
-        if kind == "DAR":
-            rows[index].aside = Break((x, y, z), axes)
-        elif kind == "REV":
-            rows[index].behind = Break((-x, -y, -z), axes.T, True)
-        else:
-            rows[index].breaks.append(Break((x, y, z), axes))
-
     def rim(self, index: int, row: Row, values: list[str]) -> None:
-        """Process CIR [EDG|OBS|HOL] semi-diameter."""
+        """Process CIR [CLR|EDG|OBS|HOL] semi-diameter."""
         qualifier = next((word.upper() for word in values if not is_number(word) and word[0] not in "'\"Ll"), "")
+        if qualifier not in ("", "CLR", "EDG", "OBS", "HOL"):
+            raise RowError(f"{excerpt(qualifier)} is not read: a rim is CLR, EDG, OBS or HOL")
         sizes = [file_number(word, "CIR") for word in values if is_number(word)]
         if not sizes:
             raise RowError("a semi-diameter is missing")

@@ -11,8 +11,8 @@ from math import degrees, isinf
 from lensbench.lenses import configurations, glass_catalogue, media
 from lensbench.lenses.axes import angles
 from lensbench.lenses.encoding import LONGEST_NAME, is_number
-from lensbench.lenses.formats import codev_system
-from lensbench.lenses.formats.codev import TERMS, TILTS
+from lensbench.lenses.formats import codev_system, codev_tilts
+from lensbench.lenses.formats.codev import TERMS
 from lensbench.lenses.stations import Station, stations_of
 from lensbench.lenses.written_system import written_system
 from lensbench.optics.finding import Finding, Kind, note
@@ -61,7 +61,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         if (frame := lens.frames[i]) is not None:
             moved, (a, b, c) = lens.vertex(i) - [0.0, 0.0, lens.vertices[i]], angles(frame.rotation)
             values = [*moved.tolist(), -degrees(a), -degrees(b), degrees(c)]
-            lines += [*(f"  {key} {value!r}" for key, value in zip(TILTS, values, strict=True)), "  DAR"]
+            lines += [*(f"  {key} {value!r}" for key, value in zip(codev_tilts.KEYS, values, strict=True)), "  DAR"]
         letters = {power: letter for letter, power in TERMS.items()}
         if s.aspheric:
             lines += ["  ASP", f"  K {s.conic!r}"]

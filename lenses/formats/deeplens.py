@@ -68,7 +68,8 @@ def read(text: str, path: str) -> Lens:
 
 def _say_unread(design: Design, data: dict[str, Any], surfaces: list[dict[str, Any]]) -> None:
     """Name what is left out: keys unknown here, but for those in brackets, which repeat others; a medium in front."""
-    named = [(key, "") for key in data.keys() - READ] + [
+    known = READ if data.get("sensor_size") else READ - {"r_sensor"}       # half its diagonal
+    named = [(key, "") for key in data.keys() - known] + [
         (key, f" of surface {i}") for i, surface in enumerate(surfaces) for key in surface.keys() - READ_OF_SURFACES]
     unread = [cut(key) + of for key, of in sorted(named, key=lambda each: (each[1], each[0])) if key[:1] != "("]
     if unread:

@@ -113,7 +113,7 @@ def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end:
     geometry, frame = table(surface, "geometry"), table(surface, "geometry", "cs")
     for key in ("x", "y", "rx", "ry", "rz"):
         if value(frame, key, 0.0):
-            raise RowError(f"a {'tilt' if 'r' in key else 'decentre'} (cs.{key}) is not traced")
+            raise RowError(f"a {'tilt' if 'r' in key else 'decentre'} (cs.{key}) is not read from this format")
     z = exact_value(frame, "z", 0.0, infinite=True)
     interaction = table(surface, "interaction_model")
     if surface.get("is_reflective") or interaction.get("is_reflective"):

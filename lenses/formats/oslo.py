@@ -64,7 +64,8 @@ REFUSED = {
     "LMO": "a non-sequential group or an array", "GRT": "a grating", "GDT": "a gradient index",
     "SPL": "a spline", "CCX": "a second conic", "TIR": "a total reflection", "FRN": "a Fresnel surface",
 }
-HARMLESS_AT_ZERO = ("TLA", "TLB", "TLC", "DCX", "DCY", "DCZ", "GSP", "CCX")
+MOVED = ("TLA", "TLB", "TLC", "DCX", "DCY", "DCZ")
+HARMLESS_AT_ZERO = (*MOVED, "GSP", "CCX")
 # Labels, wavelengths, colours, tolerances, drawing and evaluation
 HARMLESS = frozenset("""
     WR DES SDES NOTE SNO1 SNO2 SNO3 SNO4 SNO5 DLNR DRW APDX AMO CBK TEM PRE CSD AFO EVZ IMS PFM WRSP SASD
@@ -264,7 +265,7 @@ class _File:
         elif key in REFUSED:
             if key in HARMLESS_AT_ZERO and values and first_number(values) == 0.0:
                 return
-            raise RowError(f"{REFUSED[key]} is not traced")
+            raise RowError(f"{REFUSED[key]} is not {'read from this format' if key in MOVED else 'traced'}")
         elif key not in HARMLESS:
             self.design.not_read(key, line)
 

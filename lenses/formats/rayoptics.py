@@ -153,7 +153,7 @@ def _fill(design: Design, row: Row, wrapped: Any, profiles: dict[str, Any], inde
         raise RowError("a mirror (interact_mode reflect) is not traced" if mode == "reflect" else
                        f"interact_mode {mode} is not traced")
     if surface.get("decenter") is not None:
-        raise RowError("a tilt or decentre (decenter) is not traced")
+        raise RowError("a tilt or decentre (decenter) is not read from this format")
     if surface.get("phase_element") is not None:
         raise RowError("a grating or hologram (phase_element) is not traced")
     if value(surface, "max_aperture", MISSING_RIM, infinite=True) > 0.0:

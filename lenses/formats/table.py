@@ -32,10 +32,32 @@ TORUS = "the torus of the same two curvatures is written"
 
 @dataclass(frozen=True)
 class Format:
-    """One format: suffix, program, reader, writer, and what it can hold.
+    """A format of lens files: its reader, its writer, and what it can hold.
 
-    If several rows share a suffix, a file is read by the first whose `recognises` accepts its text. shapes: of
-    surfaces; `instead` says what is written in place of others.
+    Parameters
+    ----------
+    suffix : str
+        Of its files, with the dot.
+    name : str
+        Of the program, shown to the user.
+    read : function
+        (text, path) → Lens; LensFileError names the path, the line and the mistake.
+    write : function or None
+        lens → text, and findings about losses other than those below; None for a format that is only read.
+    shapes : frozenset of Shape
+        Surfaces that it holds.
+    instead : str
+        What is written in place of other surfaces.
+    system : frozenset of str
+        Parts of the system data that it holds, see `lost_system`.
+    has_positions : bool
+        Whether it holds the zoom and focus positions of a lens.
+    has_poses : bool
+        Whether it holds the decentres and tilts of surfaces.
+    is_utf8 : bool
+        Whether its files are UTF-8; other programs use the encoding of their machine.
+    recognises : function
+        text → bool. If several formats share a suffix, a file is read by the first that accepts its text.
     """
 
     suffix: str
@@ -44,14 +66,25 @@ class Format:
     write: Writer | None = None
     shapes: frozenset[Shape] = COMMON
     instead: str = "its other terms are written"
-    system: frozenset[str] = WHOLE          # parts of the system data that it holds, see `lost_system`
-    has_positions: bool = True              # whether it holds the zoom and focus positions of a lens
-    has_poses: bool = False                 # whether it holds the decentres and tilts of surfaces
-    is_utf8: bool = False                   # other programs use the encoding of their machine
+    system: frozenset[str] = WHOLE
+    has_positions: bool = True
+    has_poses: bool = False
+    is_utf8: bool = False
     recognises: Callable[[str], bool] = lambda text: True
 
     def text_of(self, lens: Lens) -> tuple[str, tuple[Finding, ...]]:
-        """Text of a lens in this format, and findings about what the format cannot hold."""
+        """Text of a lens in this format.
+
+        Parameters
+        ----------
+        lens : Lens
+            Any lens; the format must have a writer.
+
+        Returns
+        -------
+        str, tuple of Finding
+            The text, and what the format cannot hold.
+        """
         assert self.write is not None, f"{self.name} files are only read"
         text, remarks = self.write(lens)
         found = [*lost_shapes(lens, self.shapes, self.instead), *remarks, *lost_system(lens.system, self.system)]

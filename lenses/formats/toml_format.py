@@ -81,8 +81,10 @@ def read(text: str, path: str) -> Lens:
     stop_index, findings = stop_of(tuple(surfaces), marked)
     try:
         lens = Lens(tuple(surfaces), stop_index, **toml_header.fields(header), findings=findings)
-    except LensError as error:
-        raise LensFileError(path, line_of(text, "pose"), str(error)) from None
+    except LensError as error:          # a pivot that is no surface
+        outside = next((i for i, each in enumerate(surfaces) if each.pose is not None
+                        and not 0 <= i - each.pose.pivot < len(surfaces)), None)
+        raise LensFileError(path, _entry_line(text, "pose", str(outside)), str(error)) from None
     if "front_index" in header:
         try:
             lens = replace(lens, front_index=header["front_index"])

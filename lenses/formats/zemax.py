@@ -19,8 +19,9 @@ MNUM configurations:
 
     THIC 4 2 12.5 0 0 0 1 1 1 0 0 "" 0      the gap behind surface 4 in configuration 2
 
-SDIA is a semi-diameter, LTTL a name. Mirrors, gratings, tilts and every
-surface that is neither a body of revolution nor a toroid are refused.
+SDIA is a semi-diameter, LTTL a name. Mirrors, gratings, every surface that is
+neither a body of revolution nor a toroid, and coordinate breaks (COORDBRK) that
+do not return before the image are refused.
 """
 
 import re
@@ -36,7 +37,7 @@ from lensbench.lenses.formats import zemax_system
 from lensbench.lenses.formats.zemax_system import number_in
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Solve
-from lensbench.optics.finding import Kind
+from lensbench.optics.finding import Kind, Severity
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Lens
 
@@ -48,7 +49,8 @@ REFUSED = {"COORDBRK": "a coordinate break of object or image", "DGRATING": "a d
            "TILTSURF": "a tilted surface", "FZERNSAG": "a Zernike surface", "SZERNSAG": "a Zernike surface"}
 LEFTOVERS = {(0.0, 0.0), (1.0, 0.0), (1.5, 40.0), (1.55, 55.0)}     # meaningless beside a catalogue name
 GLASS_COMMENT = "glass "                             # before the name of a model glass, which Zemax has none for
-READ = ("SURF", "TYPE", "CURV", "DISZ", "CONI", "STOP", "DIAM", "CLAP", "SQAP", "ELAP", "OBSC", "UDAP", "OBDC", "GLAS")
+READ = ("SURF", "TYPE", "CURV", "DISZ", "CONI", "STOP", "DIAM", "CLAP", "SQAP", "ELAP", "OBSC", "UDAP", "OBDC", "GLAS",
+        "SCBD")
 HARMLESS = frozenset("""
     COMM HIDE MIRR POPS FIMP SLAB SSID MEMA OEMA FLAP COAT SCOL OPDX RSCE PPAR PZUP CPUP CNUP MAZH MAZA CHZA TCOM TOLE
     VDSZ VPAR VCON VCUR VDIA VGLA
@@ -108,6 +110,9 @@ def read(text: str, path: str) -> Lens:
         elif kind == "COORDBRK" and 0 < i < len(surfaces) - 1:
             broken.append(_break(path, keys, values))
             del row_of[i]
+            if "STOP" in keys:
+                design.found(Kind.STOP, f"SURF {i}: the stop is marked on a coordinate break, which is no surface of "
+                                        "the lens", severity=Severity.WARNING)
         elif kind == "PARAXIAL" and 1 < i == len(surfaces) - 2 and "STOP" not in keys \
                 and design.rows[-1].glass.n_d == 1.0:
             design.rows[-1].thickness = inf
@@ -133,9 +138,8 @@ def _break(path: str, keys: dict, values: dict) -> Break:
     x, y, *tilts, order = (number_in(path, *_parameter(values, n)) for n in range(1, 7))
     a, b, c = map(radians, tilts)
     distance = _value(path, keys, "DISZ") if "DISZ" in keys else 0.0
-    if order == 0.0:
-        return Break((x, y, 0.0), intrinsic(a, b, c), distance=distance)
-    return Break((x, y, 0.0), intrinsic(0.0, 0.0, c) @ intrinsic(0.0, b) @ intrinsic(a, 0.0), True, distance)
+    turned = intrinsic(a, b, c) if order == 0.0 else intrinsic(0.0, 0.0, c) @ intrinsic(0.0, b) @ intrinsic(a, 0.0)
+    return Break((x, y, 0.0), turned, order != 0.0, distance, keys["SURF"][0])
 
 
 def _parameter(values: dict, n: int) -> tuple[int, str, list[str], int]:
@@ -233,6 +237,10 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool,
         if key in keys and not is_image:
             design.found(Kind.LEFT_OUT, f"SURF {index}: {what} ({key}) is left out, its round rim taken",
                          len(design.rows) - 1)
+    if "SCBD" in keys and any(number_in(path, keys["SCBD"][0], "SCBD", keys["SCBD"][1], place)
+                              for place in range(3, len(keys["SCBD"][1]))):
+        raise LensFileError(path, keys["SCBD"][0], f"SURF {index}: a tilt or decentre among the properties of a "
+                                                   "surface (SCBD) is not read: give it as coordinate breaks")
     for key in keys:
         if key not in READ and key not in HARMLESS and not is_image:
             design.not_read(key, keys[key][0])

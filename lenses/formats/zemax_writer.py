@@ -6,7 +6,7 @@ from math import degrees, inf, isinf
 import numpy as np
 
 from lensbench.lenses import configurations, media
-from lensbench.lenses.axes import angles, axes_at, begins_body, body_start, ends_body, gap_on_axes, lead
+from lensbench.lenses.axes import angles, axes_at, body, gap_on_axes, lead
 from lensbench.lenses.formats import zemax_system
 from lensbench.lenses.formats.zemax import EVEN_POWERS, GLASS_COMMENT, ODD_POWERS
 from lensbench.lenses.rows import radius_text
@@ -33,11 +33,12 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     makers = [maker for maker in dict.fromkeys(media.maker_of(surface.glass) for surface in lens.surfaces) if maker]
     lines += ["UNIT MM X W X CM MR CPMM", *([f"GCAT {' '.join(makers)}"] if makers else []),
               *zemax_system.lines(system.data, system.aperture or Aperture(ApertureKind.STOP_SIZE, (0.0,)))]
-    distance = system.data.object_distances[0]
+    distance = system.data.object_distances[0] + lead(lens, 0)
     lines += ["SURF 0", "  TYPE STANDARD", "  CURV 0", f"  DISZ {'INFINITY' if isinf(distance) else repr(distance)}"]
     number = 0
     for i, surface in enumerate(lens.surfaces):
-        if begins_body(lens, i):
+        moved = body(lens, i)
+        if moved and moved[0] == i:
             number += 1
             lines += [f"SURF {number}", *_break_lines(lens.vertex(i), axes_at(lens, i), 0.0)]
         number += 1
@@ -59,9 +60,9 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
             if name != glass.name:
                 remarks.append(note(Kind.GLASS, f"the name of the glass {glass.name!r} is written as {name!r}", i))
         lines.append(f"  DIAM {surface.semi_diameter!r} 1 0 0 1 \"\"")
-        if ends_body(lens, i):
+        if moved and moved[1] == i:
             number += 1
-            first = body_start(lens, i)
+            first = moved[0]
             back = lens.vertices[i] + surface.thickness + lead(lens, i + 1) - float(lens.vertex(first)[2])
             lines += [f"SURF {number}", *_break_lines(lens.vertex(first), axes_at(lens, i), back, back=True)]
     lines += [f"SURF {number + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0",

@@ -10,6 +10,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.lenses import catalogue
 from lensbench.lenses.counts import counts
 from lensbench.lenses.formats.toml_header import COUNTS
 
@@ -54,6 +55,15 @@ def test_cards_are_in_the_order_of_the_names_and_complete():
         assert card.title and card.kind and card.source and card.efl > 0.0 and card.f_number > 0.7
         assert card.year is None or 1840 <= card.year <= 2026
         assert card.image_circle is None or card.image_circle > 5.0
+
+
+def test_the_header_of_one_lens_needs_no_other_file(monkeypatch):
+    """The title in the window's status bar read all files of the library, a quarter of a second at the start."""
+    read = []
+    monkeypatch.setattr(catalogue, "path_of", lambda name: read.append(name) or catalogue.LIBRARY / f"{name}.toml")
+    catalogue._card.cache_clear()
+    assert lenses.card(NAMES[3]) == CARDS[NAMES[3]] and read == NAMES[3:4]
+    assert lenses.card("no lens of this name") is None and read == NAMES[3:4]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,5 +1,6 @@
 """Positions in the project's lens file: read, written to the last bit, and each mistake with its line."""
 
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 
@@ -137,7 +138,9 @@ def test_the_example_of_the_documentation_is_read(tmp_path):
     assert lens.findings == () and (lens.blades, lens.roundness) == (9, 0.4)
     assert lens.surfaces[4].aspheric == ((4, 1.5e-6), (6, -2e-9), (7, 1e-11)) and lens.surfaces[1].conic == -0.5
     assert lens.surfaces[0].glass.formula == "sellmeier" and lens.positions.label(1, 1) == "tele, close"
-    assert lenses.check(lens) == []
+    assert lens.surfaces[1].pose == replace(lens.surfaces[0].pose, pivot=1)
+    assert [str(finding) for finding in lenses.check(lens)] == [
+        "surfaces are out of line: the lens is checked as it is in line"]
     for place, stated in ((0.0, 34.8), (1.0, 48.9)):
         assert lb.first_order(lens.at(zoom=place)).efl == pytest.approx(stated, rel=1e-3)      # three digits
         assert lens.at(zoom=place).stated_efl == stated

@@ -35,16 +35,16 @@ def _ripple(settings: Settings, choices: dict) -> Ripple | None:
         lens = design(settings)
     except (ValueError, OSError):
         return None
-    last = len(lens.surfaces)
+    last = len(lens.surfaces) - 1
     if choices.get("lens") != settings.lens:
         choices["lens"], choices["surface"] = settings.lens, ripple_surface(lens)
-    surface = number("Surface", choices["surface"] + 1.0, (1.0, float(last)), 0.05, "%.0f",
-                     "Number of the surface; at first the largest asphere", 3.0)
+    surface = number("Surface", float(choices["surface"]), (0.0, float(last)), 0.05, "%.0f",
+                     "Number of the surface, from 0; at first the largest asphere", 3.0)
     beside(7.5)
     choices["period"] = number("Period", choices.get("period", PERIOD), (0.05, 10.0), 0.005, "%.2f mm",
                                "Distance from ring to ring on the surface")
     beside(7.5)
     choices["height"] = number("Height", choices.get("height", HEIGHT), (0.0, 1000.0), 1.0, "%.0f nm",
                                "From trough to crest")
-    choices["surface"] = min(int(round(surface)), last) - 1
+    choices["surface"] = min(round(surface), last)
     return Ripple(choices["surface"], round(choices["period"], 4), round(1e-6 * choices["height"], 12))

@@ -20,7 +20,7 @@ from lensbench.app.workers.analysis_worker import AnalysisWorker, Answer, Job
 
 SAVES = {Request.SAVE_PLOT_CSV: "Save as CSV…", Request.SAVE_PLOT_SVG: "Save as SVG…",
          Request.SAVE_PLOT_PNG: "Save as PNG…"}
-LOW = 8.0               # em: below this height a figure gives legend and second line to its plots
+LOW = 11.0              # em: below this height a figure gives legend and second line to its plots
 
 
 @dataclass

@@ -5,7 +5,7 @@ import math
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
-from lensbench.app.state.analysis.ghost_images import ghost_ray, ghosts_figure
+from lensbench.app.state.analysis.ghost_images import ghost_ray, ghosts_figure, raster_of
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.build import design
 from lensbench.app.state.coating import coating
@@ -77,7 +77,7 @@ def _table(state: AnalysisState, size: ImVec2) -> str | None:
             state.choices["kept"] = "" if kept else pair
         if imgui.is_item_hovered():
             hovered = pair
-        far = "∞" if math.isinf(focus) else true_minus(significant(focus, 3))
+        far = "∞" if math.isinf(focus) else "–" if math.isnan(focus) else true_minus(significant(focus, 3))
         parts = significant(1e6 * bright, 2) if math.isfinite(bright) else "∞"
         for text in (parts, f"{significant(100.0 * share, 2)} %", significant(size, 3), far):
             imgui.table_next_column()
@@ -89,7 +89,7 @@ def _table(state: AnalysisState, size: ImVec2) -> str | None:
 
 def _show(settings: Settings, state: AnalysisState, sheet: Sheet, pair: str) -> None:
     """Light the surfaces of a pair, and draw its ray; the picture marks where a light of this field has the ghost."""
-    first, second = (int(number) - 1 for number in pair.split("-"))
+    first, second = map(int, pair.split("-"))
     sheet.links.point_at_surfaces((first, second))
     try:
         path = ghost_ray(query(settings), state.choices["field"], (first, second))
@@ -97,7 +97,5 @@ def _show(settings: Settings, state: AnalysisState, sheet: Sheet, pair: str) -> 
         return
     if path is None:
         return
-    film = settings.film
-    raster = (film.pixels_x * (0.5 - path[-1, 0] / film.width), film.pixels_y * (0.5 + path[-1, 1] / film.height))
-    sheet.links.point_at_ray(PointedRay(path, -1, f"ghost of surfaces {first + 1} and {second + 1}", None,
-                                        (float(raster[0]), float(raster[1]))))
+    sheet.links.point_at_ray(PointedRay(path, -1, f"ghost of surfaces {first} and {second}", None,
+                                        raster_of(settings, path)))

@@ -16,6 +16,7 @@ from lensbench.kernels.figures import significant
 MARKERS = {"triangle": implot.Marker_.up, "square": implot.Marker_.square, "diamond": implot.Marker_.diamond}
 DOT = 1.3                       # half a mark of a point, pixels
 SHADES = 64
+VALUE_PLACES = (0.5, 0.25, 0.75, 0.1, 0.9)      # along a contour, for its value: the first that is free
 NAMED = 6                       # levels of a map, at most, that have their values on the contours
 GHOST = 0.5                     # opacity of the figure A
 
@@ -83,13 +84,20 @@ def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, mem
     strokes = memo.of((name, "contours", shades, shown), lambda: [
         (level, [pieces(shown.pixels(*line.T)) for line in _contours(shades, level)]) for level in shades.levels])
     tint = theme.packed(theme.colours().ground, 0.8)
+    taken: list[tuple[float, float, float]] = []        # places and widths of values
     for level, lines in strokes:
         for line in lines:
             for stroke in line:
                 draw.add_polyline(stroke, tint, theme.scale(), imgui.ImDrawFlags_.none)
         if lines and lines[0] and len(shades.levels) <= NAMED:
-            middle = lines[0][0][len(lines[0][0]) // 2]
-            text(draw, ImVec2(middle.x, middle.y), theme.colours().text, significant(level, 2), plate=True)
+            value, stroke = significant(level, 2), lines[0][0]
+            size = imgui.calc_text_size(value)
+            for part in VALUE_PLACES:
+                at = stroke[int(part * (len(stroke) - 1))]
+                if all(abs(at.x - x) > 0.5 * (size.x + wide) + 4.0 or abs(at.y - y) > size.y for x, y, wide in taken):
+                    text(draw, ImVec2(at.x, at.y), theme.colours().text, value, plate=True)
+                    taken.append((at.x, at.y, size.x))
+                    break
 
 
 def _gaps(shades: Map, shown: PlotMap) -> list[list[float]]:

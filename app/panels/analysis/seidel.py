@@ -17,6 +17,6 @@ def seidel_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None
     under = analysis(NAME, settings, state, sheet, seidel_figure)
     if under is None or state.figure is None:
         return
-    surface, count = round(under.x) - 1, len(state.figure.table.rows) - 1
-    if 0 <= surface < count and abs(under.x - surface - 1.0) < 0.5:
+    surface, count = round(under.x), len(state.figure.table.rows) - 1
+    if 0 <= surface < count and abs(under.x - surface) < 0.5:
         sheet.links.point_at_surfaces((surface,))

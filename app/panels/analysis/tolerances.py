@@ -1,37 +1,67 @@
-"""The panel *Tolerances*: what each error of manufacture costs, and the contrast of a thousand copies."""
+"""The panel *Tolerances*: what each error of manufacture costs, the contrast of a thousand copies, and five of them."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from imgui_bundle import imgui
 
 from lensbench.analysis.manufacture import Tolerances
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
-from lensbench.app.state.analysis.tolerance_figures import copies_figure, cost_figure
+from lensbench.app.state.analysis.figure import Figure
+from lensbench.app.state.analysis.tolerance_figures import (
+    SHARES,
+    copies_figure,
+    cost_figure,
+    pictures_figure,
+    with_copy,
+)
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.toggles import toggles
 from lensbench.optics.prescription import LensError
 
 NAME = "Tolerances"
-KINDS = {"costs": "Costs", "copies": "Copies"}
+KINDS = {"costs": "Costs", "copies": "Copies", "pictures": "Pictures"}
 TIPS = {"costs": "Growth of the spot and loss of contrast by each error alone, the costliest first",
-        "copies": "Contrast of 1,000 copies with all errors drawn at random: median, 5th and 95th percentile"}
+        "copies": "Contrast of 1,000 copies with all errors drawn at random: median, 5th and 95th percentile",
+        "pictures": "A star at three image heights through the design and five copies, from a good one to a poor one"}
+FIGURES: dict[str, tuple[Callable[..., Figure], tuple[int, int]]] = {
+    "costs": (cost_figure, (1, 1)), "copies": (copies_figure, (100, 1000)), "pictures": (pictures_figure, (1, 1))}
 # Of each tolerance: the unit, its size in that of `Tolerances`, and what it is of
 UNITS = {"radius": ("%", 0.01, "of every radius of curvature"), "thickness": ("mm", 1.0, "of every thickness and gap"),
          "index": ("", 1.0, "of every glass"), "decentre": ("mm", 1.0, "of every element across the axis"),
          "tilt": ("′", math.radians(1.0 / 60.0), "of every element about its front vertex, in minutes of arc")}
 
 
-def tolerances_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the costs or the copies in the rest of the window."""
+def tolerances_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> Settings:
+    """Draw the costs, the copies or their pictures in the rest of the window; settings with the copy that is taken."""
     choices = state.choices
     choices["kind"] = toggles("Show", KINDS, choices.get("kind", "costs"), TIPS, 0.0)
     imgui.same_line(0.0, 12.0)
     choices["within"] = _edited(choices.get("within", Tolerances()), choices)
     tools(NAME, state)
-    make, points = (cost_figure, (1, 1)) if choices["kind"] == "costs" else (copies_figure, (100, 1000))
+    taken = settings
+    if choices["kind"] == "pictures" and state.figure is not None:
+        taken = _take(settings, choices["within"])
+    make, points = FIGURES[choices["kind"]]
     analysis(NAME, settings, state, sheet, make, (choices["within"],), points)
+    return taken
+
+
+def _take(settings: Settings, within: Tolerances) -> Settings:
+    """A button whose popup offers the five copies: the settings with the lens of the one that is chosen."""
+    if imgui.button("Take a copy…"):
+        imgui.open_popup("Take a copy")
+    imgui.set_item_tooltip("Put one of the five copies in place of the lens, to see the picture that it takes; undo "
+                           "brings the design back")
+    if imgui.begin_popup("Take a copy"):
+        imgui.text_disabled("Percentile of contrast")
+        for number, name in enumerate(SHARES):
+            if imgui.menu_item(f"{name}###{number}", "", False)[0]:
+                settings = with_copy(settings, within, number)
+        imgui.end_popup()
+    return settings
 
 
 def _edited(within: Tolerances, choices: dict) -> Tolerances:

@@ -126,7 +126,8 @@ def _labelled(label: str) -> None:
 @lru_cache(maxsize=64)
 def lens_title(name: str) -> str:
     """The title of a library lens, or the name of a file."""
-    return next((card.title for card in lenses.describe() if card.name == name), Path(name).stem)
+    card = lenses.card(name)
+    return Path(name).stem if card is None else card.title
 
 
 def lens_name(settings: Settings) -> str:

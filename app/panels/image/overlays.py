@@ -157,7 +157,7 @@ def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2, lit: 
     theme.small()
     line, side = imgui.get_text_line_height(), theme.em(1.35)
     left, top = corner.x + 14.0 * pixel, corner.y - 2.0 * line - 14.0 * pixel
-    names = [f"{i + 1}" for i in range(len(lens.surfaces))]
+    names = [str(i) for i in range(len(lens.surfaces))]
     names[lens.stop_index] = "stop"
     widths = [max(side, imgui.calc_text_size(name).x + 6.0 * pixel) for name in names]
     draw.add_rect_filled(ImVec2(left - 6.0 * pixel, top - 4.0 * pixel),

@@ -6,14 +6,11 @@ drawn.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from time import perf_counter
 
-import numpy as np
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
-from lensbench import lenses
 from lensbench.app.panels.lens_browser.filters import filters, search
-from lensbench.app.panels.lens_browser.section import Pixels, section_picture
+from lensbench.app.panels.lens_browser.section import SectionLook
 from lensbench.app.state.lens_shelf import Shelf, film_name, film_of, shelved, short_title
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
@@ -22,7 +19,7 @@ from lensbench.lenses import Card
 
 CELL = 8.9                     # em, the least width of a cell
 PICTURE, SECTION = 2.0 / 3.0, 0.34      # heights, of the width
-SECTION_SECONDS = 0.006         # of one frame, for new sections
+WIDTH_STEP = 16                 # pixels between two widths of sections, which are kept in files
 fa, Key = icons_fontawesome_6, imgui.Key
 
 Picture = tuple[int, tuple[int, int]]           # GL name of a texture, and its size in pixels
@@ -46,15 +43,14 @@ class BrowserState:
     in_grid: bool = False                       # the arrows left and right move in the grid, not in the text
     scroll: bool = False                        # to the selected cell
     found: Memo = field(default_factory=lambda: Memo(4))
-    sections: dict[str, Pixels] = field(default_factory=dict)      # pictures of them, for `sections_for`
-    sections_for: tuple = ()                    # their size, the theme and the screen's scale
+    section: SectionLook | None = None          # the look of the sections in cells of this width
 
 
 def lens_browser_panel(cards: tuple[Card, ...], state: BrowserState, pictures: Textures, sections: Textures,
                        problems: Mapping[str, str], missing: int) -> None:
     """Draw the browser into the current window.
 
-    pictures: the texture of a lens, None until it is there; sections: that of its section, from `state.sections`.
+    pictures: the texture of a lens, None until it is there; sections: that of its section, drawn as `state.section`.
     problems: why there is no picture. missing: how many are being made.
     """
     before = state.shelf
@@ -126,8 +122,7 @@ def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Textures, sect
             imgui.set_scroll_y(max(0.0, place * pitch - 0.5 * (room.y - size.y)))
         state.scroll = False
     sight: list[str] = []
-    _fit_sections(state, width)
-    started = perf_counter()
+    state.section = _section_look(width)
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(gap, gap))
     clipper = imgui.ListClipper()
     clipper.begin(rows, size.y + gap)
@@ -138,8 +133,6 @@ def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Textures, sect
                 if i % columns:
                     imgui.same_line()
                 sight.append(card.name)
-                if card.name not in state.sections and perf_counter() - started < SECTION_SECONDS:
-                    state.sections[card.name] = _section(card.name, *state.sections_for)
                 _cell(card, state, size, pictures(card.name), sections(card.name), problems.get(card.name, ""))
     clipper.end()
     imgui.pop_style_var()
@@ -148,21 +141,11 @@ def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Textures, sect
     return columns
 
 
-def _fit_sections(state: BrowserState, width: float) -> None:
-    """Drop the pictures of sections that were drawn for another width of a cell, theme or scale of the screen."""
+def _section_look(width: float) -> SectionLook:
+    """The look of a section in a cell of this width (pixels); the same one for widths that differ little."""
     inset = 2.0 * theme.em(0.35)
-    size = max(1, round(width - inset)), max(1, round(SECTION * width - inset))
-    wanted = size, theme.colours().dark, theme.scale()
-    if state.sections_for != wanted:
-        state.sections.clear()
-        state.sections_for = wanted
-
-
-def _section(name: str, size: tuple[int, int], dark: bool, pixel: float) -> Pixels:
-    try:
-        return section_picture(lenses.load(name), size, dark, pixel)
-    except (ValueError, OSError):               # trying the lens says why
-        return np.zeros((size[1], size[0], 4), np.uint8)
+    across = max(1, int((width - inset) // WIDTH_STEP) * WIDTH_STEP)
+    return SectionLook((across, max(1, round(SECTION * (across + inset) - inset))), theme.colours().dark, theme.scale())
 
 
 def _cell(card: Card, state: BrowserState, size: ImVec2, picture: Picture | None, section: Picture | None,

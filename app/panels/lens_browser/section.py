@@ -1,10 +1,13 @@
 """A small section of a lens, to scale: its glass and its stop, as a picture that a frame only has to show."""
 
+import sys
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.geometry.section import elements
+from lensbench.app.state.geometry.elements import elements
 from lensbench.app.widgets import theme
 
 FINER = 3                       # points of the drawing along a pixel
@@ -14,19 +17,29 @@ OUTSIDE = 1.15                  # of the stop's radius, to which its lines go
 Pixels = NDArray[np.uint8]
 
 
-def section_picture(lens: lb.Lens, size: tuple[int, int], dark: bool, pixel: float) -> Pixels:
+class SectionLook(NamedTuple):
+    """All that changes the picture of a section, beside the lens: pixels across and down, theme, width of a line."""
+
+    size: tuple[int, int]
+    dark: bool
+    pixel: float
+
+    @property
+    def command(self) -> tuple[str, ...]:
+        """Start a process that draws sections of this look."""
+        return (sys.executable, "-m", "lensbench.app.panels.lens_browser.section_process", *map(str, self.size),
+                "dark" if self.dark else "light", repr(self.pixel))
+
+
+def section_picture(lens: lb.Lens, look: SectionLook) -> Pixels:
     """The section as large as fits, with equal axes, on a transparent ground.
 
     Parameters
     ----------
     lens : Lens
         Any lens.
-    size : (2,) tuple of int
-        Pixels across and down.
-    dark : bool
-        For the dark theme.
-    pixel : float
-        The width of a line in pixels.
+    look : SectionLook
+        Size (pixels), theme, and width of a line (pixels).
 
     Returns
     -------
@@ -35,6 +48,7 @@ def section_picture(lens: lb.Lens, size: tuple[int, int], dark: bool, pixel: flo
     """
     from PIL import Image, ImageDraw
 
+    size, dark, pixel = look
     found = elements(lens)
     edges = [element.outline[:, 0] for element in found] or [np.array([0.0, lens.length])]
     begin = min(0.0, *(float(z.min()) for z in edges))

@@ -11,8 +11,11 @@ from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.widgets import theme
 
 
-def draw_marks(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
-    """Strokes on the axis at the cardinal points; those under the glass are named in one row below it."""
+def draw_marks(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> list[tuple[float, float, float]]:
+    """Draw strokes on the axis at the cardinal points; those under the glass are named in one row below it.
+
+    Returns left end, right end and lower edge (pixels) of each name in that row.
+    """
     colour, pixel = theme.colours(), theme.scale()
     axis = canvas.at(0.0, 0.0).y
     line = imgui.get_text_line_height()
@@ -43,6 +46,8 @@ def draw_marks(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
             draw.add_polyline([ImVec2(floor(x) + 0.5, axis + 5.0 * pixel), ImVec2(floor(x) + 0.5, knee),
                                ImVec2(centre, row)], leader, pixel, OPEN)
         draw.add_text(ImVec2(floor(centre - 0.5 * width), row), names, mark.sign)
+    return [(centre - 0.5 * width, centre + 0.5 * width, row + line)
+            for centre, width in zip(centres, widths, strict=True)]
 
 
 def pushed_apart(centres: list[float], widths: list[float], gap: float) -> list[float]:

@@ -12,8 +12,9 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench.app.panels.lens_section.viewport import View, round_length
+from lensbench.app.state.geometry.elements import elements
 from lensbench.app.state.geometry.ray_fans import Fan
-from lensbench.app.state.geometry.section import Sketch, elements
+from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.curve_paths import simplified
 from lensbench.app.widgets.memo import Memo
@@ -21,6 +22,7 @@ from lensbench.kernels.figures import significant
 
 LIVE_ALPHA, DEAD_ALPHA = 0.55, 0.45
 CROSS = 3.0
+BESIDE = 10.0                   # pixels at a scale of 1, from the film to the names of the fields
 OPEN = imgui.ImDrawFlags_.none
 
 
@@ -218,27 +220,32 @@ def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool,
             draw.add_line(ImVec2(corner.x + 3.0 * pixel, y + 0.5), ImVec2(end.x - 3.0 * pixel, y + 0.5),
                           theme.packed(colour.well), pixel)
     # Names from the top down, moved apart if they would touch; left of the film if there is no room at its right
-    widest = max(imgui.calc_text_size(fan.name).x for fan in sketch.fans)
-    before = x + widest + 10.0 * pixel > canvas.x + canvas.width
+    widest = max(imgui.calc_text_size(name).x for name in field_names(sketch))
+    before = x + widest + BESIDE * pixel > canvas.x + canvas.width
     free = canvas.y - line
 
     def named(y: float, name: str, tint: theme.Colour) -> None:
         if not before:
-            draw.add_text(ImVec2(x + 10.0 * pixel, floor(y)), theme.packed(tint), name)
+            draw.add_text(ImVec2(x + BESIDE * pixel, floor(y)), theme.packed(tint), name)
             return
         left = x - 9.0 * pixel - imgui.calc_text_size(name).x
         draw.add_rect_filled(ImVec2(left - 3.0 * pixel, floor(y) + pixel), ImVec2(x - 5.0 * pixel, floor(y) + line),
                              theme.packed(colour.well, 0.8), 2.0 * pixel)
         draw.add_text(ImVec2(floor(left), floor(y)), theme.packed(tint), name)
 
-    for fan, (_, text) in sorted(zip(sketch.fans, field_colours(), strict=True), key=lambda pair: -pair[0].height):
+    for fan, name, (_, text) in sorted(zip(sketch.fans, field_names(sketch), field_colours(), strict=True),
+                                       key=lambda each: -each[0].height):
         y = canvas.at(0.0, fan.height).y - (0.5 * line if fan.height else 1.0 * line)
         y = max(y, free)
         free = y + line
-        name = f"{fan.name}, dark" if fan.dark else fan.name
         named(y, name, text)
     if movable:
         named(max(corner.y + 0.5 * (size.y - line), free), "Film", colour.amber_text)
+
+
+def field_names(sketch: Sketch) -> list[str]:
+    """The names of the fields, in the order of their fans."""
+    return [f"{fan.name}, dark" if fan.dark else fan.name for fan in sketch.fans]
 
 
 def film_handle(sketch: Sketch, canvas: Canvas) -> tuple[ImVec2, ImVec2]:
@@ -272,8 +279,12 @@ def dashed(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int) -> None:
                       ImVec2(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y)), colour, pixel)
 
 
-def draw_scale_bar(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
-    """A round length in the lower right corner, or left of the film if that is there."""
+def draw_scale_bar(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas,
+                   signs: list[tuple[float, float, float]]) -> None:
+    """A round length in the lower right corner, or left of the film if that is there; the lower left, if signs are.
+
+    signs: left and right end and lower edge of the row of signs (pixels), each.
+    """
     colour, pixel = theme.colours(), theme.scale()
     length = round_length(max(60.0 * pixel / canvas.view.scale, 1e-9))
     width = length * canvas.view.scale
@@ -283,9 +294,13 @@ def draw_scale_bar(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> No
     name = imgui.calc_text_size("Film").x + 16.0 * pixel
     if lowest > y - 3.0 * imgui.get_text_line_height() and film - name < right and film + name > right - width:
         right = floor(film - name - 6.0 * pixel)
+    size = imgui.calc_text_size(text)
+    half = 0.5 * (max(width, size.x) - width) + 4.0 * pixel
+    if any(low > y - size.y and right_end > right - width - half and left < right + half
+           for left, right_end, low in signs):
+        right = floor(canvas.x + 14.0 * pixel + width)
     line = theme.packed(colour.dim)
     draw.add_line(ImVec2(right - width, y + 0.5), ImVec2(right, y + 0.5), line, pixel)
     for x in (right - width, right):
         draw.add_line(ImVec2(x, y - 3.0 * pixel), ImVec2(x, y + 3.5 * pixel), line, pixel)
-    size = imgui.calc_text_size(text)
     draw.add_text(ImVec2(floor(right - 0.5 * (width + size.x)), floor(y - size.y - 2.0 * pixel)), line, text)

@@ -11,7 +11,8 @@ from typing import NamedTuple
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.panels.lens_section.draw import OPEN, Canvas, ray_paths
-from lensbench.app.state.geometry.section import Sketch, elements, sketch
+from lensbench.app.state.geometry.elements import elements
+from lensbench.app.state.geometry.section import Sketch, sketch
 from lensbench.app.state.lens_edit.editing import reverted
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme

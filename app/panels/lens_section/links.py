@@ -15,8 +15,9 @@ from lensbench.app.panels.lens_section.draw import (
     ray_paths,
     within,
 )
+from lensbench.app.state.geometry.elements import elements, surface_curves
 from lensbench.app.state.geometry.ray_fans import Fan
-from lensbench.app.state.geometry.section import Sketch, elements, surface_curves
+from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.widgets import theme
 from lensbench.optics.finding import Finding, Kind
 

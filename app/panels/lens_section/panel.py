@@ -28,9 +28,10 @@ from lensbench.app.panels.lens_section.posed_film import draw_posed
 from lensbench.app.panels.lens_section.viewport import View, fitted
 from lensbench.app.state.build import design
 from lensbench.app.state.figures import readings
+from lensbench.app.state.geometry.elements import elements
 from lensbench.app.state.geometry.exit_pupil import region
 from lensbench.app.state.geometry.ray_fans import Fan
-from lensbench.app.state.geometry.section import Sketch, elements, sketch
+from lensbench.app.state.geometry.section import Sketch, sketch
 from lensbench.app.state.lens_edit.editing import lens_faults
 from lensbench.app.state.pixel.lens_rays import in_section, pixel_fan
 from lensbench.app.state.pixel.pointed import Pointed
@@ -159,14 +160,14 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
         bounds = _region_bounds(shown.lens, shown.film_z - shown.rear_z, film_radius)
         if bounds is not None:
             drawing.draw_region(draw, shown, canvas, *bounds, film_radius)
-    marks.draw_marks(draw, shown, canvas)
+    signs = marks.draw_marks(draw, shown, canvas)
     drawing.draw_stop(draw, shown, canvas)
     drawing.draw_stop_handles(draw, shown, canvas, stop_lit)
     posed = in_section_of_film(settings) if shown.lens is not None else None
     drawing.draw_film(draw, shown, canvas, film_lit, movable, posed is None)
     if posed is not None:
         draw_posed(draw, posed, canvas)
-    drawing.draw_scale_bar(draw, shown, canvas)
+    drawing.draw_scale_bar(draw, shown, canvas, signs)
     if shown.reason:
         _reason(draw, canvas.corner, ImVec2(canvas.width, 2.0 * imgui.get_text_line_height()), shown.reason)
 
@@ -215,7 +216,9 @@ def _canvas(settings: Settings, shown: Sketch, ghost: Ghost | None, corner: ImVe
         if ghost is not None:
             front = min(front, front_of(ghost))
             half = max(half, ghost.sketch.film_height, 1.1 * ghost.sketch.glass_radius)
-        state.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line)
+        names = max(imgui.calc_text_size(name).x for name in drawing.field_names(shown))
+        state.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line,
+                            names + drawing.BESIDE * theme.scale())
         state.fitted_to = key
     return Canvas(corner.x, corner.y, size.x, size.y, state.view, state.memo)
 
@@ -363,7 +366,7 @@ def _surface_words(shown: Sketch, index: int) -> tuple[str, str]:
     """A surface in two lines: its shape, and how many of the drawn rays it ends."""
     assert shown.lens is not None
     surface = shown.lens.surfaces[index]
-    name = "Stop" if index == shown.lens.stop_index else f"Surface {index + 1} of {len(shown.lens.surfaces)}"
+    name = "Stop" if index == shown.lens.stop_index else f"Surface {index}"
     radius = f"R {significant(1.0 / surface.curvature, 4)} mm" if surface.curvature else "plane"
     ended = sum(ray.surface == index for fan in shown.fans for ray in fan.rays)
     return (f"{name}: {true_minus(radius)}, semi-diameter {fixed(surface.semi_diameter, 2)} mm",

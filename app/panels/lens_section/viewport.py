@@ -6,7 +6,8 @@ from math import floor, log10
 from imgui_bundle import ImVec2
 
 MARGIN = 1.16               # of the tallest part, above and below
-LEFT, RIGHT = 0.16, 0.16    # of the width, kept for the rays that come in and for the labels of the film
+LEFT, RIGHT = 0.16, 0.16    # of the width, kept for the rays that come in and for the names beside the film
+MOST_NAMES = 0.3            # of the width, at most, that these names get
 ZOOM_STEP = 1.15
 MIN_SCALE, MAX_SCALE = 1e-3, 1e5
 
@@ -38,15 +39,20 @@ class View:
         return View(scale, x + factor * (self.x - x), y + factor * (self.y - y))
 
 
-def fitted(width: float, height: float, z0: float, z1: float, half_height: float, label: float) -> View:
-    """All from z0 to z1 and ±half_height in a panel of this size; label: pixels below that the row of signs needs."""
+def fitted(width: float, height: float, z0: float, z1: float, half_height: float, label: float,
+           names: float = 0.0) -> View:
+    """All from z0 to z1 and ±half_height in a panel of this size.
+
+    label: pixels below that the row of signs needs. names: pixels that the names behind z1 need.
+    """
     width, height = max(width, 1.0), max(height - label, 1.0)
     length = max(z1 - z0, 1e-6)
-    scale = min((1.0 - LEFT - RIGHT) * width / length, height / (2.0 * MARGIN * max(half_height, 1e-6)))
+    right = max(RIGHT * width, min(names, MOST_NAMES * width))
+    scale = min(((1.0 - LEFT) * width - right) / length, height / (2.0 * MARGIN * max(half_height, 1e-6)))
     scale = min(max(scale, MIN_SCALE), MAX_SCALE)
     spare = width - length * scale
     # Spare room goes to the incoming rays for the most part
-    return View(scale, 0.6 * spare - z0 * scale, 0.5 * height + 0.15 * label)
+    return View(scale, min(0.6 * spare, spare - right) - z0 * scale, 0.5 * height + 0.15 * label)
 
 
 def round_length(most: float) -> float:

@@ -10,8 +10,10 @@ from lensbench.app.state.lens_choice import image_circle
 from lensbench.app.state.lens_edit.editing import with_document
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import significant
 from lensbench.lenses.editing.document import LensDocument
+from lensbench.optics.glass import D_LINE
 
 TITLE = "Improve the lens"
 
@@ -32,13 +34,19 @@ def improve_button(settings: Settings, document: LensDocument, state: LensTableS
     cells = free_cells(document, state)
     what = f"{len(cells)} ticked numbers" if state.ticked else f"all {len(cells)} radii (right click ticks others)"
     imgui.text_unformatted(f"May change: {what}")
-    imgui.text_disabled("Spots on the axis, at 0.7 and at the edge of the image, in three colours.\n"
+    state.aim = toggles("Aim", {"spot": "Spots", "wavefront": "Wavefront"}, state.aim, {
+        "spot": "The rms radius of the spots: for contrast at coarse detail and lenses that are far from perfect",
+        "wavefront": "The rms wave error: for lenses whose sharpness diffraction limits"})
+    imgui.text_disabled("On the axis, at 0.7 and at the edge of the image, in three colours.\n"
                         "Focal length, solves and thinnest edges are held.")
     _, state.hold_back_focus = imgui.checkbox("Hold the back focus", state.hold_back_focus)
+    _, state.try_glasses = imgui.checkbox("Try other glasses", state.try_glasses)
+    imgui.set_item_tooltip("Then also puts glasses of the catalogues in place of those of the lens, one after the\n"
+                           "other, and keeps those that make the spots smaller. The stop button ends it")
     if imgui.button("Improve###Start improving"):
         circle = image_circle(settings.lens, document.lens) or math.inf
         state.worker.start(document, cells, 0.5 * min(circle, settings.film.diagonal / settings.crop),
-                           state.hold_back_focus)
+                           state.hold_back_focus, state.try_glasses, state.aim)
         state.expected, state.begun = settings.edited, True
         imgui.close_current_popup()
     if state.ticked:
@@ -79,5 +87,7 @@ def progress(state: LensTableState) -> str:
         return worker.message
     if worker.first is None or worker.last is None:
         return ""
-    return (f"Spot {significant(1000.0 * worker.first, 3)} → {significant(1000.0 * worker.last, 3)} µm rms, "
+    name, unit, words = ("Wave error", D_LINE, "waves") if worker.aim == "wavefront" else ("Spot", 1.0, "µm")
+    first, last = (significant(1000.0 * value / unit, 3) for value in (worker.first, worker.last))
+    return (f"{name} {first} → {last} {words} rms, "
             f"step {worker.number}{' …' if worker.running else ''}")

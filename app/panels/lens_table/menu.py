@@ -9,7 +9,7 @@ from imgui_bundle import icons_fontawesome_6 as fa
 from imgui_bundle import imgui
 
 from lensbench.app.panels.lens_table.improvement import improve_button
-from lensbench.app.panels.lens_table.state import LensTableState
+from lensbench.app.panels.lens_table.state import Attachment, LensTableState
 from lensbench.app.state.lens_edit.editing import can_save_in_place, reverted
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
@@ -169,6 +169,8 @@ def row_menu(settings: Settings, document: LensDocument, state: LensTableState) 
         for title, edit in attachment_edits(document):
             if imgui.menu_item(title, "", False)[0]:
                 settings = _do(settings, title, edit, document, state)
+        if imgui.menu_item("Another lens…", "", False)[0]:
+            state.attaching, state.problem = Attachment(), ""
         imgui.end_menu()
     return settings
 

@@ -9,6 +9,7 @@ from functools import partial
 from imgui_bundle import icons_fontawesome_6 as fa
 from imgui_bundle import imgui
 
+from lensbench.app.panels.lens_table.attach import attach_dialog
 from lensbench.app.panels.lens_table.cell import cell_item, number_cell, text_entry
 from lensbench.app.panels.lens_table.glass import POPUP, glass_popup
 from lensbench.app.panels.lens_table.improvement import progress
@@ -27,8 +28,8 @@ from lensbench.lenses.editing.cells import with_comment
 from lensbench.lenses.editing.document import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS, LensDocument
 from lensbench.optics.finding import Finding, Kind
 
-COLUMNS = (("row", "#", 2.6), (CURVATURE, "Radius", 4.7), (THICKNESS, "Thickness", 4.7), ("glass", "Glass", 4.4),
-           (SEMI_DIAMETER, "Semi-ø", 4.2), (CONIC, "Conic", 3.8), ("asphere", "Asphere", 3.8),
+COLUMNS = (("row", "#", 2.6), (CURVATURE, "Radius", 4.7), (THICKNESS, "Thickness", 4.7), ("glass", "Glass", 5.0),
+           (SEMI_DIAMETER, "Semi-ø", 4.2), (CONIC, "Conic", 3.8), ("asphere", "Asphere", 4.2),
            ("pose", "Out of line", 6.0), ("comment", "Comment", 9.0))      # widths in em
 MARKED = {Kind.HEMISPHERE: SEMI_DIAMETER, Kind.EDGE: THICKNESS, Kind.CROSSING: THICKNESS, Kind.THICKNESS: THICKNESS,
           Kind.RAY: CURVATURE}
@@ -57,6 +58,7 @@ def lens_table_panel(settings: Settings, state: LensTableState, links: Pointed |
     state.keyed = has_keyboard(state)
     settings = _table(settings, document, found, state, links)
     settings = keys(settings, document, state)
+    settings = attach_dialog(settings, document, state)
     return paste_dialog(settings, document, state)
 
 

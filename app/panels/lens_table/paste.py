@@ -8,6 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from lensbench.app.panels.lens_table.state import LensTableState
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.fitted_dialog import begin_fitted_dialog
 from lensbench.kernels.figures import significant, true_minus
 from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.editing.pasted_table import pasted
@@ -31,16 +32,10 @@ def paste_dialog(settings: Settings, document: LensDocument, state: LensTableSta
     """Draw the dialog while there is a text to paste; the settings, changed or not."""
     if state.pasting is None:
         return settings
-    if not imgui.is_popup_open(TITLE):
-        imgui.open_popup(TITLE)
-    viewport = imgui.get_main_viewport()
-    imgui.set_next_window_pos(viewport.get_center(), imgui.Cond_.always, ImVec2(0.5, 0.5))
-    shown, _ = imgui.begin_popup_modal(TITLE, None, imgui.WindowFlags_.no_saved_settings
-                                       | imgui.WindowFlags_.always_auto_resize)
-    if not shown:
+    if not begin_fitted_dialog(TITLE):
         return settings
     imgui.text_disabled("One surface a line: radius, thickness, n_d and V_d or glass, diameter. Headings help.")
-    width = min(theme.em(SIZE[0]), 0.9 * viewport.work_size.x)
+    width = min(theme.em(SIZE[0]), 0.9 * imgui.get_main_viewport().work_size.x)
     _, state.pasting = imgui.input_text_multiline("##Table", state.pasting, ImVec2(width, theme.em(SIZE[1])))
     found = read(state.pasting)
     colour = theme.colours()

@@ -14,7 +14,7 @@ from lensbench.lenses.editing.structure import element_at
 POPUP = "Out of line"
 LABELS = {"decentre_x": "Decentre x (mm)", "decentre_y": "Decentre y (mm)", "tilt_x": "Tilt about x (°)",
           "tilt_y": "Tilt about y (°)"}
-ABOUT = {"decentre_x": "To the right of the picture's middle line", "decentre_y": "Upwards",
+ABOUT = {"decentre_x": "To the right, as the picture shows it", "decentre_y": "Upwards",
          "tilt_x": "Positive takes the upper rim towards the film",
          "tilt_y": "Positive takes the rim at +x towards the scene"}
 
@@ -32,16 +32,14 @@ def pose_cell(settings: Settings, document: LensDocument, i: int, state: LensTab
     imgui.set_next_window_size(imgui.ImVec2(theme.em(18.0), 0.0))
     if not imgui.begin_popup(name):
         return settings
-    choices = dict.fromkeys([(i, i), element_at(document.lens, i), body_at(document.lens, i), *(
-        [(state.first, state.last)] if state.first < state.last else [])])
-    last = len(document.surfaces) - 1
-    body = state.body if state.body is not None and state.body[1] <= last else (i, i)
-    for choice in dict.fromkeys([*choices, body]):
+    body = state.body if state.body is not None and state.body[1] < len(document.surfaces) else (i, i)
+    group = [(state.first, state.last)] if state.first < state.last else []
+    for choice in dict.fromkeys([(i, i), element_at(document.lens, i), body_at(document.lens, i), *group, body]):
         title = f"Surface {i}" if choice == (i, i) else f"Surfaces {choice[0]} to {choice[1]} as one"
         if imgui.radio_button(title, choice == body):
             state.body = body = choice
         if choice != (i, i):
-            imgui.set_item_tooltip(f"About the vertex of surface {choice[0]}; all behind them keeps its place")
+            imgui.set_item_tooltip(f"They turn about the vertex of surface {choice[0]}; all surfaces behind them stay")
     for quantity in POSE:
         imgui.align_text_to_frame_padding()
         imgui.text_disabled(LABELS[quantity])

@@ -34,6 +34,16 @@ class Scrub:
 
 
 @dataclass
+class Attachment:
+    """What the dialog of another lens shows: its search, the name of the lens, the side "front" or "behind"."""
+
+    search: str = ""
+    lens: str = ""
+    side: str = "front"
+    is_reversed: bool = False
+
+
+@dataclass
 class LensTableState:
     """State of the panel of one window.
 
@@ -51,6 +61,7 @@ class LensTableState:
     search: str = ""
     maker: str = ""
     pasting: str | None = None          # the text of the paste dialog
+    attaching: Attachment | None = None         # the dialog of another lens
     problem: str = ""                   # why the latest edit was refused
     said: list[str] = field(default_factory=list)
     parted: bool = False
@@ -59,6 +70,8 @@ class LensTableState:
     worker: ImprovementWorker = field(default_factory=ImprovementWorker)
     ticked: set[Cell] = field(default_factory=set)          # numbers that an improvement may change
     hold_back_focus: bool = False
+    try_glasses: bool = False
+    aim: str = "spot"                       # of an improvement, one of AIMS
     begun: bool = False                 # an improvement begins: its steps are one undo
     stepped: bool = False               # the lens of this frame is a step of an improvement
     expected: str = ""                  # the edited lens of the settings while an improvement runs

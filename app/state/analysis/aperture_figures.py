@@ -1,15 +1,16 @@
 """Figures of a lens that is stopped down or focused: focus shift, breathing, relative illumination."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 import lensbench as lb
 from lensbench.analysis.aperture_curves import breathing, focus_shift, relative_illumination
-from lensbench.app.state.analysis.figure import DASHED, DOTTED, Axis, Curve, Figure, Plot, Table, reach
+from lensbench.app.state.analysis.figure import DASHED, DOTTED, Axis, Curve, Figure, Plot, Table, light_limit, reach
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.rims import with_rims
-from lensbench.kernels.figures import fixed, significant
+from lensbench.kernels.figures import f_number_text, fixed, significant
 
 FREQUENCY = 30.0                # lp/mm, at which the MTF chooses a focus
 STEP = 2.0**0.25                # from one f-number to the next: half a stop
@@ -21,7 +22,7 @@ def focus_shift_figure(query: Query, points: int, f_number: float | None = None)
 
     f_number: marked, where it is not that of the query.
     """
-    widest = lb.first_order(query.lens.in_air).f_number
+    widest = lb.first_order(query.setup.lens.in_air).f_number
     numbers = widest * math.sqrt(2.0) ** (0.5 * np.arange(1 + max(2, math.ceil(4 * math.log2(max(
         SLOWEST / widest, 1.0))))))
     found = focus_shift(query.lens, query.setup.film_distance, query.conditions(), numbers, FREQUENCY,
@@ -37,15 +38,24 @@ def focus_shift_figure(query: Query, points: int, f_number: float | None = None)
     table = Table(("f-number", "least blur (mm)", "highest MTF (mm)", "depth of focus (mm)"), tuple(zip(
         numbers, found.least_blur, found.best_mtf, found.depth, strict=True)))
     said = f"depth of focus for a blur of {significant(1000.0 * found.limit, 2)} µm, two pixels"
+    unknown = ", ".join(f_number_text(number) for number in numbers[np.isnan(found.best_mtf)].tolist())
+    remarks = (f"{unknown}: the MTF at {fixed(FREQUENCY, 0)} lp/mm has no maximum near the least blur",) if unknown \
+        else ()
     return Figure("Focus shift", ((Plot(Axis("f-number", numbers[0], numbers[-1], log=True),
                                         Axis("Focus (µm)", -limit, limit), curves,
                                         "Best focus behind the film"),),), table,
-                  query.words(None, "axis", said))
+                  query.words(None, "axis", said), remarks)
 
 
 def breathing_figure(query: Query, points: int) -> Figure:
-    """Change of the field of view against the focus distance; FocusError for a lens that forms no image."""
-    found = breathing(query.lens, query.setup.film)
+    """Change of the field of view against the focus distance; FocusError for a lens that forms no image.
+
+    The view ends at the film's corner, or at the edge of light of a smaller image circle.
+    """
+    film, height = query.setup.film, query.largest_height
+    part = 2.0 * height / film.diagonal
+    found = breathing(query.setup.lens, replace(film, width=part * film.width, height=part * film.height), None,
+                      query.conditions().primary_wavelength)
     near = np.isfinite(found.distances) & np.isfinite(found.half_angles)
     metres, change = found.distances[near] / 1000.0, found.change[near]
     limit = reach(change, 1.0)
@@ -57,13 +67,20 @@ def breathing_figure(query: Query, points: int) -> Figure:
                                       Axis("Field (%)", -limit, limit),
                                       (Curve("wider than at infinity", metres, change),
                                        Curve("", np.array([low, high]), np.zeros(2), "grid", weight=1.0))),),), table,
-                  f"corner of the film, {fixed(0.5 * query.setup.film.diagonal, 2)} mm · tangent of the half field",
+                  f"{'corner of the film' if part == 1.0 else 'edge of light'}, {significant(height, 4)} mm · "
+                  f"{query.primary_alone} · tangent of the half field",
                   tuple(map(str, found.findings)))
 
 
 def illumination_figure(query: Query, points: int) -> Figure:
-    """Relative illumination over the film at four apertures, split wide open; LensError for a toroid."""
-    found = relative_illumination(query.lens, query.setup.film_distance, query.setup.film, points=max(points, 9))
+    """Relative illumination over the film at four apertures, split wide open.
+
+    LensError for a lens without rotational symmetry.
+    """
+    if query.lens.asymmetry:
+        raise lb.LensError("relative illumination is a function of the image height alone for lenses with rotational "
+                           f"symmetry: this one has {query.lens.asymmetry}")
+    found = relative_illumination(query.setup.lens, query.setup.film_distance, query.setup.film, points=max(points, 9))
     first = found[0][1]
     curves = [Curve(name, light.radii, 100.0 * light.total, f"field{k - 1}" if k else "strong")
               for k, (name, light) in enumerate(found)]
@@ -72,5 +89,6 @@ def illumination_figure(query: Query, points: int) -> Figure:
     table = Table(("aperture", "film radius (mm)", "total", "natural", "vignetting"), tuple(
         (name, *row) for name, light in found
         for row in zip(light.radii, light.total, light.natural, light.vignetting, strict=True)))
-    plot = Plot(Axis("Image height (mm)", 0.0, first.radii[-1]), Axis("Light (%)", 0.0, 105.0), tuple(curves))
-    return with_rims(query, Figure("Relative illumination", ((plot,),), table, query.words(None, "d line")))
+    plot = Plot(Axis("Image height (mm)", 0.0, first.radii[-1]), Axis("Light (%)", 0.0, light_limit(first)),
+                tuple(curves))
+    return with_rims(query, Figure("Relative illumination", ((plot,),), table, query.words(None, query.primary_alone)))

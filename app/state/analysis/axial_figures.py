@@ -5,6 +5,7 @@ import numpy as np
 from lensbench.analysis.axial_curves import chromatic_focal_shift, longitudinal_aberration
 from lensbench.app.state.analysis.figure import Axis, Curve, Figure, Plot, Table, reach, wavelength_name
 from lensbench.app.state.analysis.query import Query
+from lensbench.optics.finding import Kind
 
 
 def axial_figure(query: Query, points: int) -> Figure:
@@ -32,4 +33,4 @@ def axial_figure(query: Query, points: int) -> Figure:
         Plot(focus, Axis("Wavelength (nm)", colours[0], colours[-1]),
              (rest, Curve("paraxial focus", shift.foci, colours)),
              "Paraxial focus", across=True)),), table, query.words(None, "axis"),
-        tuple(str(finding) for finding in given.findings if "dispersion" in str(finding)))
+        tuple(str(finding) for finding in given.findings if finding.kind in (Kind.GLASS, Kind.LEFT_OUT)))

@@ -70,7 +70,7 @@ def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple
 
 
 def _ripple_words(ripple: Ripple) -> str:
-    return (f"ripple of surface {ripple.surface + 1}: every {significant(ripple.period)} mm, "
+    return (f"ripple of surface {ripple.surface}: every {significant(ripple.period)} mm, "
             f"{significant(1e6 * ripple.height)} nm high")
 
 
@@ -123,4 +123,4 @@ def _ended(spread: PointSpread, row: int) -> str:
     ends = rays.victim[row, rays.conditions.primary]
     within = rays.stop_share[row, rays.conditions.primary] <= 1.0
     found = np.unique(ends[within & (ends >= 0) & (ends != rays.lens.stop_index)])
-    return ", ".join(str(int(each) + 1) for each in found)
+    return ", ".join(str(int(each)) for each in found)

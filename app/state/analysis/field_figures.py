@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.meridional_curves import FieldCurves, field_curves
-from lensbench.analysis.traced_grid import RayGrid
 from lensbench.app.state.analysis.figure import (
     DASHED,
     DOTTED,

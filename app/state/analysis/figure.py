@@ -13,9 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
+from lensbench.analysis.falloff import Falloff
 from lensbench.kernels.figures import fixed
 
 Tint = str | float
+MOST_LIGHT = 2.0                # of that on the axis, to which falloff is drawn
 DIGITS = 7                      # of a number in a table that is copied or saved
 SOLID, DASHED, DOTTED = (0.0, 0.0), (6.0, 3.0), (1.5, 3.0)      # dashes and gaps, pixels
 
@@ -226,6 +228,11 @@ def shape_of(index: int) -> str:
 def dash_of(index: int, primary: int) -> tuple[float, float]:
     """The dash of a wavelength with this index: solid for the primary one, dashed for shorter, dotted for longer."""
     return SOLID if index == primary else DASHED if index < primary else DOTTED
+
+
+def light_limit(light: Falloff) -> float:
+    """The upper end of an axis of light, in percent of the axis: more than 105 where pupil aberrations add light."""
+    return 105.0 * min(max(1.0, float(light.vignetting.max()), float(light.total.max())), MOST_LIGHT)
 
 
 def reach(values: Sequence[float] | np.ndarray, least: float = 0.0) -> float:

@@ -11,9 +11,10 @@ def focus_at(query: Query, shift: float) -> float:
 
     The film of a lens with focus groups is fixed: its lens as a whole is taken instead, paraxially.
     """
-    whole = replace(query.lens.at(close=0.0), positions=None)
+    lens = query.setup.lens
+    whole = replace(lens.at(close=0.0), positions=None)
     try:
-        nearest = max(lb.nearest_focus(query.lens), lb.nearest_focus(whole))
+        nearest = max(lb.nearest_focus(lens), lb.nearest_focus(whole))
         now = lb.film_distance(whole, max(query.focus_distance, nearest))
         farthest_film = lb.film_distance(whole, nearest)
         return float(max(lb.focused_distance(whole, min(now + shift, farthest_film)), nearest))

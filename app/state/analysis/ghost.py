@@ -25,11 +25,21 @@ def with_ghost(b: Figure, a: Figure | None, name: str, reason: str = "") -> Figu
         return replace(b, remarks=(*b.remarks, f"A ({name}) has other plots, which are not shown"))
     rows = tuple(tuple(plot for pair in zip(*pairs, strict=True) for plot in _plots(*pair))
                  for pairs in zip(b.rows, a.rows, strict=True))
-    drawn = "faint" if not any(isinstance(layer, Map) for row in b.rows for plot in row for layer in plot.layers) else \
-        "faint or at the right"
     return replace(b, rows=rows, table=_table(b.table, a.table),
-                   remarks=(*b.remarks, f"{drawn}, and A in the numbers: {name}",
+                   remarks=(*b.remarks, _where(rows, a.table.head == b.table.head, name),
                             *(f"A: {each}" for each in a.remarks if each not in b.remarks)))
+
+
+def _where(rows: tuple[tuple[Plot, ...], ...], numbered: bool, name: str) -> str:
+    """Where A is seen: in the plots, in the numbers, in both or in neither."""
+    layers = [layer for row in rows for plot in row for layer in plot.layers]
+    mapped = any(isinstance(layer, Map) for layer in layers)
+    drawn = "faint or at the right" if mapped else "faint"
+    if mapped or any(getattr(layer, "ghost", False) for layer in layers):
+        return f"{drawn}, and A in the numbers: {name}" if numbered else \
+            f"{drawn}: {name}; A has numbers of its own, which are left out"
+    return f"A in the numbers alone: {name} has other surfaces, or nothing to draw here" if numbered else \
+        f"A ({name}) has other plots and numbers, which are not shown"
 
 
 def _plots(b: Plot, a: Plot) -> tuple[Plot, ...]:

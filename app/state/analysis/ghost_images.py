@@ -8,6 +8,8 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.analysis.figure import Area, Axis, Curve, Figure, Plot, Points, Table
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.coating import coating
+from lensbench.app.state.settings import Settings
 from lensbench.kernels.figures import significant, true_minus
 from lensbench.optics.coatings import COATINGS
 
@@ -25,9 +27,10 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     """
     name = coating or usual_coating(query.lens)
     angle = field_angle(query, field)
-    found = _ghosts(query.lens, query.setup.film_distance, angle, name, 31 if points > 16 else 21)
+    found = _ghosts(query.setup.lens, query.setup.film_distance, angle, name, 31 if points > 16 else 21)
     if not any(row.share > 0.0 for row in found.rows) and not found.direct > 0.0:
-        raise lb.LensError("no light of this field reaches the film, directly or by a ghost")
+        raise lb.LensError("no light of this field reaches the film, directly or by a ghost" + (
+            ": choose one nearer to the centre" if FIELDS[field] else ""))
     film = query.setup.film
     bright = [row for row in found.rows if row.share > 0.0]
     half_x, half_y = 0.5 * film.width, 0.5 * film.height
@@ -52,24 +55,23 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     order = Plot(Axis("Rank", 0.4, max(len(bright), 1) + 0.6), Axis("Brightness, log10 (1/mm²)", low, top),
                  tuple(marks))
     where = f"field {significant(math.degrees(angle), 3)}°"
-    words = query.words(None, where, f"coating {name}", "brightness: light per mm² of the film, for 1 of the direct "
-                        "light")
+    words = query.words(None, where, query.primary_alone, f"coating {name}",
+                        "brightness: light per mm² of the film, for 1 of the direct light")
     dark = () if found.direct > 0.0 else ("no light of this field reaches the film directly: shares are not known",)
     total = significant(100.0 * found.total, 3)
+    if not query.lens.is_rotationally_symmetric:
+        dark = (*dark, f"no paraxial figures: the lens has {query.lens.asymmetry}")
     remarks = (*dark, f"{len(bright)} of {len(found.rows)} pairs reach the plane of the film, with {total} % of the "
                       "direct light")
     head = ("surfaces", "brightness (1/mm2)", "light (of direct)", "size (mm)", "x (mm)", "y (mm)",
             "focus behind film (mm)", "paraxial size on axis (mm)", "paraxial light on axis")
-    rows = tuple((f"{row.first + 1}-{row.second + 1}", row.brightness, row.share, row.diameter, -row.centre[0],
+    rows = tuple((f"{row.first}-{row.second}", row.brightness, row.share, row.diameter, -row.centre[0],
                   -row.centre[1], row.focus, row.paraxial_diameter, row.paraxial_share) for row in found.rows)
     return Figure("Ghosts", ((discs, order),), Table(head, rows), words, remarks)
 
 
 def usual_coating(lens: lb.Lens) -> str:
     """The coating of a lens by its year, a key of COATINGS."""
-    from lensbench.app.state.coating import coating
-    from lensbench.app.state.settings import Settings
-
     return coating(Settings(), lens).name
 
 
@@ -93,9 +95,10 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
     from lensbench.cameras.film_landing import landing_step
     from lensbench.kernels.block import lane_buffer
     from lensbench.optics.ghost_grid import SCAN, entrance_grid, grid_rays, pair_box
-    from lensbench.optics.ghost_trace import GhostTracer, ghost_path
+    from lensbench.optics.ghost_path import ghost_path
+    from lensbench.optics.ghost_trace import GhostTracer
 
-    lens, distance = query.lens, query.setup.film_distance
+    lens, distance = query.setup.lens, query.setup.film_distance
     tracer = GhostTracer(lens, distance, [landing_step(lb.Film(2.0, 2.0, 2, 2), 1.0)], real=np.float64)
     angle, lanes = field_angle(query, field), lane_buffer(np.float64)
     light = np.array([0.0, math.sin(angle), -math.cos(angle), 0.0])
@@ -114,10 +117,20 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
     return np.vstack([path.points, path.points[-1] + way * path.direction])
 
 
+def raster_of(settings: Settings, path: np.ndarray) -> tuple[float, float]:
+    """Where the picture (pixels) shows the end of a path (n, 3) on the film, which may be tilted or shifted.
+
+    path: to the plane of a film in line; mm, lens frame.
+    """
+    film, along = settings.film, path[-1] - path[-2]
+    x, y = settings.film_pose.film_points(path[-1:, :2], along[None, :2] / along[2])[0].tolist()
+    return film.pixels_x * (0.5 - x / film.width), film.pixels_y * (0.5 + y / film.height)
+
+
 def _words(row: lb.analysis.Ghost) -> str:
-    focus = ("parallel" if math.isinf(row.focus) else
+    focus = ("not known" if math.isnan(row.focus) else "parallel" if math.isinf(row.focus) else
              f"{significant(abs(row.focus), 3)} mm {'behind' if row.focus > 0.0 else 'before'} the film")
-    return "\n".join((f"surfaces {row.first + 1} and {row.second + 1}",
+    return "\n".join((f"surfaces {row.first} and {row.second}",
                       f"light   {significant(100.0 * row.share, 3)} % of the direct light",
                       f"size   {significant(row.diameter, 3)} mm",
                       true_minus(f"at   {significant(-row.centre[0], 3)}, {significant(-row.centre[1], 3)} mm"),

@@ -21,6 +21,7 @@ METHODS = {"diffraction": "diffraction", "geometric": "rays alone"}
 WAYS = ("sagittal", "tangential")
 DEPTHS = 8.0                    # × λN² and more: half the range of focus of the map
 LEVELS = (0.2, 0.4, 0.6, 0.8)
+RESOLVED = 0.1                  # contrast, below which there is no best focus
 
 
 def mtf_frequency_figure(query: Query, points: int, method: str = "diffraction") -> Figure:
@@ -67,20 +68,21 @@ def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str 
     heights = found.heights
     top, half = float(np.nanmax(heights)), 0.5 * (shifts[1] - shifts[0])
     rise = 0.5 * top / max(len(heights) - 1, 1)
-    best = found.best_mean_shifts if way == "both" else found.best_shifts[:, WAYS.index(way)]
+    # Where nothing is resolved, the highest of the side maxima says nothing
+    blurred = np.nan_to_num(found.white.max(2), nan=1.0) < RESOLVED
+    best = np.where(blurred, np.nan, found.best_shifts)
     layers: list = [Map(f"MTF at {significant(frequency)} lp/mm", white, (shifts[0] - half, shifts[-1] + half),
                         (-rise, top + rise), 0.0, 1.0, LEVELS)]
-    if way == "both":
-        layers += [Curve(f"best {name}", found.best_shifts[:, a], heights, "field2", dash)
-                   for a, (name, dash) in enumerate(zip(WAYS, (SOLID, DASHED), strict=True))]
-    else:
-        layers.append(Curve(f"best {way}", best, heights, "field2", SOLID if way == "sagittal" else DASHED))
+    layers += [Curve(f"best {name}", best[:, a], heights, "field2", dash)
+               for a, (name, dash) in enumerate(zip(WAYS, (SOLID, DASHED), strict=True)) if way in ("both", name)]
     plot = Plot(Axis("Film shift (mm)", -reachable, reachable), Axis("Image height (mm)", 0.0, top), tuple(layers),
                 across=True)
     rays = found.rays
     words = query.words(rays, "diffraction, white" if len(rays.conditions.wavelengths) > 1 else "diffraction",
                         "sagittal and tangential mean" if way == "both" else way)
-    return with_rims(query, Figure("MTF map", ((plot,),), _map_table(found), words, query.remarks(rays)))
+    left_out = f"no best focus is drawn where the contrast stays below {significant(RESOLVED)}"
+    remarks = (*([left_out] if blurred.any() else []), *query.remarks(rays))
+    return with_rims(query, Figure("MTF map", ((plot,),), _map_table(found), words, remarks))
 
 
 def focus_range(query: Query) -> float:

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.point_spread import PointSpread, encircled_energy, psf
 from lensbench.analysis.spot_diagram import light_shares, spots
-from lensbench.analysis.traced_grid import RayGrid
 from lensbench.app.state.analysis.figure import DASHED, DOTTED, SOLID, Axis, Curve, Figure, Map, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.rims import ended_marks, ends_within_stop, with_shares

@@ -11,16 +11,17 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.analysis.field_conditions import FIELDS, Conditions, conditions
-from lensbench.analysis.grid_trace import ray_grid
-from lensbench.analysis.traced_grid import RayGrid
-from lensbench.app.state.build import Setup, setup
+from lensbench.analysis.grids.field_conditions import FIELDS, Conditions, conditions
+from lensbench.analysis.grids.grid_trace import ray_grid
+from lensbench.analysis.grids.traced_grid import RayGrid
+from lensbench.app.state.build import Setup, published, setup
 from lensbench.app.state.camera_kinds import LENS_MODELS
 from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import fixed, significant
-from lensbench.optics.finding import Kind
+from lensbench.lenses.paraxial import is_d_line, reference_wavelength
+from lensbench.optics.finding import Kind, note
 
 EDGE = 0.98                     # of the radius of light: the last field is not quite dark
 NO_LENS = "This camera has no lens to analyse. Choose one with a lens in the left column"
@@ -30,19 +31,18 @@ NO_LENS = "This camera has no lens to analyse. Choose one with a lens in the lef
 class Query:
     """A lens in front of its film, and the distance from its first vertex to the object (mm, inf).
 
+    setup: with the lens at the primary wavelength of its design alone. lens: the same, focused and stopped down, with
+    the dispersion of its glasses; where a glass is not known at the d line, that of `setup`, and `alone` says so.
     model: name of the ideal model that the picture is taken with, or "". posed: whether its film is out of line.
     """
 
     setup: Setup
+    lens: lb.Lens
     object_distance: float
     focus_distance: float
     model: str = ""
     posed: bool = False
-
-    @property
-    def lens(self) -> lb.Lens:
-        """The lens, focused and stopped down."""
-        return self.setup.lens
+    alone: str = ""
 
     @property
     def largest_height(self) -> float:
@@ -53,7 +53,7 @@ class Query:
 
     def conditions(self, fields: int = FIELDS) -> Conditions:
         """So many fields from the film's centre to the largest height; wavelengths of the lens."""
-        return _conditions(self.setup, self.object_distance, self.parts(*np.linspace(0.0, 1.0, fields).tolist()))
+        return _conditions(self, self.parts(*np.linspace(0.0, 1.0, fields).tolist()))
 
     def parts(self, *parts: float) -> tuple[float, ...]:
         """Image heights (mm) at these parts of the largest."""
@@ -64,14 +64,20 @@ class Query:
 
         heights: of the film, or points (x, y) of it, mm. LensError where there are no rays.
         """
-        given = self.conditions() if heights is None else _conditions(self.setup, self.object_distance, heights)
+        given = self.conditions() if heights is None else _conditions(self, heights)
         return ray_grid(self.lens, self.setup.film_distance, given, points)
+
+    @property
+    def primary_alone(self) -> str:
+        """The primary wavelength, of a figure that takes no other, in words."""
+        return f"{fixed(1000.0 * self.conditions().primary_wavelength, 0)} nm alone"
 
     def words(self, rays: RayGrid | None = None, *more: str) -> str:
         """The conditions in one line. more: what the analysis adds, such as its reference."""
         given = self.conditions() if rays is None else rays.conditions
         lines = ", ".join(fixed(1000.0 * line, 0) for line in given.wavelengths)
-        parts = [f"object {format_distance(self.focus_distance)}", f"{lines} nm", *more]
+        parts = [f"object {format_distance(self.focus_distance)}", f"{lines} nm"]
+        parts += [each for each in more if each != f"{lines} nm alone"]
         if rays is not None:
             parts.append(f"{rays.opd.shape[-1]} × {rays.opd.shape[-1]} rays")
         return " · ".join(parts)
@@ -82,7 +88,7 @@ class Query:
         lost, launched = int(rays.lost.sum()), int(rays.launched.sum())
         if lost:
             said.append(f"{lost} of {launched} rays through the stop are lost at other rims "
-                        f"({fixed(100.0 * lost / launched, 0)} %)")
+                        f"({significant(100.0 * lost / launched, 2)} %)")
         corner = 0.5 * self.setup.film.diagonal
         if self.largest_height < corner:
             said.append(f"the fields end at the edge of light, {significant(self.largest_height, 3)} mm from the "
@@ -105,15 +111,36 @@ def query(settings: Settings) -> Query:
     if not distance > 0.0:
         raise ValueError("The plane in focus lies within the lens: there is no object to analyse. Focus farther away")
     model = LENS_MODELS[settings.lens_model]
-    return Query(built, distance, settings.focus_distance, "" if model.follows_lens else model.title,
-                 not settings.film_pose.is_upright)
+    lens, alone = _with_dispersion(published(settings), built.lens)
+    return Query(built, lens, distance, settings.focus_distance, "" if model.follows_lens else model.title,
+                 not settings.film_pose.is_upright, alone)
+
+
+def _with_dispersion(lens: lb.Lens, built: lb.Lens) -> tuple[lb.Lens, str]:
+    """The lens `built` of a setup with the glasses of `lens`; `built` itself, and why, where one is not known."""
+    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    if is_d_line(wavelength):
+        return built, ""
+    try:
+        lens.indices()
+    except lb.GlassError as error:
+        return built, f"figures at {significant(1000.0 * wavelength)} nm alone: {error}"
+    return _with_glasses(lens, built), ""
+
+
+@lru_cache(maxsize=16)
+def _with_glasses(lens: lb.Lens, built: lb.Lens) -> lb.Lens:
+    return replace(built, surfaces=tuple(replace(there, glass=surface.glass) for there, surface in zip(
+        built.surfaces, lens.surfaces, strict=True)))
 
 
 @lru_cache(maxsize=64)
-def _conditions(built: Setup, object_distance: float,
-                fields: tuple[float, ...] | tuple[tuple[float, float], ...]) -> Conditions:
-    given = conditions(built.lens, built.film, fields=fields, object_distance=object_distance)
-    if all(finding.kind is not Kind.GLASS for finding in given.findings):
+def _conditions(query: Query, fields: tuple[float, ...] | tuple[tuple[float, float], ...]) -> Conditions:
+    given = conditions(query.lens, query.setup.film, fields=fields, object_distance=query.object_distance)
+    if query.alone:
+        others = tuple(finding for finding in given.findings if finding.kind is not Kind.GLASS)
+        given = replace(given, findings=(*others, note(Kind.GLASS, query.alone)))
+    if len({query.lens.indices(line) for line in given.wavelengths}) > 1:
         return given
     # Without dispersion all wavelengths have the same rays: one is enough
     return replace(given, wavelengths=(given.primary_wavelength,), weights=(1.0,), primary=0)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lensbench.analysis.traced_grid import RayGrid
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.app.state.analysis.figure import Curve, Figure, Label, Plot, Points
 from lensbench.app.state.analysis.query import Query
 from lensbench.kernels.figures import fixed
@@ -58,7 +58,7 @@ def with_shares(rays: RayGrid, plot: Plot) -> Plot:
     for surface, part in victims(rays).items():
         parts = " · ".join(fixed(100.0 * each, 0) for each in part)
         which = "the rays" if len(part) == 1 else "the rays of each field"
-        labels.append(Label(plot.x.low, plot.y.low, f"surface {surface + 1} ends {parts} % of {which}", "dead",
+        labels.append(Label(plot.x.low, plot.y.low, f"surface {surface} ends {parts} % of {which}", "dead",
                             "right above", surface))
     return replace(plot, layers=(*plot.layers, *labels))
 

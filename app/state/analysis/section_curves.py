@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from lensbench.analysis.narrow_beams import close_foci
-from lensbench.analysis.traced_grid import RayGrid
+from lensbench.analysis.grids.narrow_beams import close_foci
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.app.state.analysis.figure import (
     DASHED,
     SOLID,

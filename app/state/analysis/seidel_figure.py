@@ -35,25 +35,25 @@ def seidel_figure(query: Query, points: int) -> Figure:
     values = np.column_stack(columns)
     total, count = values.sum(0), len(values)
     shown = np.vstack([values, total])
-    places = np.append(np.arange(1.0, count + 1.0), count + 1.6)
+    places = np.append(np.arange(float(count)), count + 0.6)
     limit = 1.1 * reach(shown)
-    layers: list = [Curve("", np.array([0.0, count + 2.2]), np.zeros(2), "faint", weight=1.0),
-                    Curve("", np.full(2, count + 0.8), np.array([-limit, limit]), "faint", weight=1.0)]
+    layers: list = [Curve("", np.array([-1.0, count + 1.2]), np.zeros(2), "faint", weight=1.0),
+                    Curve("", np.full(2, count - 0.2), np.array([-limit, limit]), "faint", weight=1.0)]
     layers += [Bars("", places[[i, i]], np.array([limit, -limit]), 0.96, "grid", surface=i) for i in range(count)]
     middle = 0.5 * (len(names) - 1)
     for k, name in enumerate(names):
         layers.append(Bars(name, places + BAR * (k - middle), shown[:, k], BAR, TINTS[k]))
     for i, row in enumerate(shown):
-        title = f"surface {i + 1}" if i < count else "sum of all surfaces"
+        title = f"surface {i}" if i < count else "sum of all surfaces"
         lines = (true_minus(f"{name}   {significant(value, 3)} µm") for name, value in zip(names, row, strict=True))
         layers.append(Area((places[i] - 0.5, places[i] + 0.5), (-limit, limit), "\n".join((title, *lines))))
     layers.append(Label(places[-1], limit, "Σ", "text", "below"))
-    plot = Plot(Axis("Surface", 0.4, count + 2.2), Axis("Seidel sum (µm)", -limit, limit), tuple(layers))
+    plot = Plot(Axis("Surface", -0.6, count + 1.2), Axis("Seidel sum (µm)", -limit, limit), tuple(layers))
     words = replace(query, focus_distance=math.inf).words(None, f"field {significant(math.degrees(angle), 3)}°",
                         "third order, stop as set")
     remarks = () if float(lit[-1]) <= WIDEST else (
         f"the sums are those of a field of 45°: at {significant(math.degrees(lit[-1]), 3)}°, the edge, the "
         "third order says nothing",)
     head = ("surface", *(f"{name} (um)" for name in names))
-    rows = (*((str(i + 1), *row) for i, row in enumerate(values)), ("sum", *total))
+    rows = (*((str(i), *row) for i, row in enumerate(values)), ("sum", *total))
     return Figure("Seidel sums", ((plot,),), Table(head, rows), words, remarks)

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.spot_diagram import Spots, spots
-from lensbench.analysis.traced_grid import RayGrid
 from lensbench.app.state.analysis.figure import (
     DASHED,
     Area,
@@ -26,6 +26,7 @@ from lensbench.kernels.figures import fixed, significant, true_minus
 COLUMNS = 5                     # of a row through focus
 DRAWN = 260                     # points of a wavelength in one spot, at most; its size counts all rays
 CELL = 2.6                      # half a cell is at least so many rms radii of the largest spot in focus
+COARSE = 20.0                   # × that: cells grow to hold a pixel of up to this size
 REFERENCES = {"chief": "chief ray", "centroid": "centroid"}
 CIRCLE = np.linspace(0.0, 2.0 * math.pi, 49)
 
@@ -44,11 +45,16 @@ def spots_figure(query: Query, points: int, columns: str = "focus", reference: s
         shifts = _step(rays, still) * (np.arange(COLUMNS) - COLUMNS // 2)
     found = still if columns != "focus" else spots(rays, reference, shifts)
     size = still.white_rms_radius[fields, 0]
-    half = reach([CELL * float(np.nanmax(size, initial=0.0))], 0.5 * query.setup.film.pitch)
+    pitch, airy = query.setup.film.pitch, float(np.nanmax(still.airy_radius[fields], initial=0.0))
+    least = CELL * float(np.nanmax(size, initial=0.0))
+    half = reach([least], 0.5 * pitch if pitch < COARSE * max(least, airy) else airy)
     plot, beyond = _plot(query, found, fields, columns, half)
     remarks = query.remarks(rays)
     if beyond:
         remarks = (*remarks, f"{beyond} points lie outside their cells and are not drawn")
+    if pitch > 2.01 * half:
+        remarks = (*remarks, f"a pixel, {significant(1000.0 * pitch, 3)} µm wide, is larger than the cells: it is not "
+                             "drawn")
     words = query.words(rays, REFERENCES[reference], f"cell {significant(2000.0 * half, 3)} µm")
     return Figure("Spots", ((plot,),), _table(found), words, remarks, points=rays.opd.shape[-1])
 
@@ -114,8 +120,9 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
     for surface, places in ended.items():
         x, y = np.concatenate(places).T
         marks.append(Points("", x, y, "dead", "diamond", surface=surface))
-    ends = [Curve.through("pixel", np.concatenate(pixel), "text", weight=1.0),
-            Curve.through("Airy", np.concatenate(airy), "strong", DASHED, 1.0)]
+    ends = [Curve.through("Airy", np.concatenate(airy), "strong", DASHED, 1.0)]
+    if film.pitch <= 2.01 * half:
+        ends.insert(0, Curve.through("pixel", np.concatenate(pixel), "text", weight=1.0))
     heads = [Label(x, 0.5, _head(found, group, columns),
                    "amber" if _in_focus(found, group, columns) else "dim", "above") for x, group in enumerate(across)]
     return Plot(Axis(None, -0.52, corner[0] + 0.02), Axis(None, corner[1] - 0.02, 0.74),

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.analysis.grid_trace import ray_grid
+from lensbench.analysis.grids.grid_trace import ray_grid
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.meridional_curves import FieldCurves, field_curves
 from lensbench.analysis.sensor_stack import with_sensor_stack
-from lensbench.analysis.traced_grid import RayGrid
 from lensbench.analysis.transfer_function import mtf
 from lensbench.app.state.analysis.figure import DASHED, SOLID, Axis, Curve, Figure, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
@@ -91,7 +91,7 @@ def _infinity(query: Query, stack: Stack) -> tuple[str, ...]:
     if stack.adapter_error < 0.0:
         return ("with this adapter the lens focuses beyond infinity at its mark: infinity is reached before it",)
     try:
-        whole = replace(query.lens.at(close=0.0), positions=None)
+        whole = replace(query.setup.lens.at(close=0.0), positions=None)
         reached = lb.focused_distance(whole, lb.film_distance(whole, math.inf) + stack.adapter_error)
     except lb.LensError:
         return ()

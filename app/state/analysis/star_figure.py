@@ -22,7 +22,7 @@ def star_figure(query: Query, points: int, field: str = "axis") -> Figure:
 
     LensError for a round stop, and where no light reaches the film.
     """
-    lens = query.lens
+    lens = query.setup.lens
     if lens.iris.is_round:
         raise lb.LensError(NO_BLADES)
     height = FIELDS[field] * query.largest_height

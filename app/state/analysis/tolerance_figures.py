@@ -1,10 +1,32 @@
-"""Tolerance figures: what each error of manufacture costs, and the contrast of a production run as a band."""
+"""Tolerance figures: what each error of manufacture costs, and the contrast and the pictures of a production run."""
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
+import lensbench as lb
 from lensbench.analysis.manufacture import Production, Tolerances, production, sensitivities
-from lensbench.app.state.analysis.figure import DASHED, DOTTED, SOLID, Axis, Bars, Curve, Figure, Label, Plot, Table
-from lensbench.app.state.analysis.query import Query
+from lensbench.analysis.manufactured_lens import manufactured
+from lensbench.analysis.star_strip import star_pictures
+from lensbench.app.state.analysis.figure import (
+    DASHED,
+    DOTTED,
+    SOLID,
+    Area,
+    Axis,
+    Bars,
+    Curve,
+    Figure,
+    Label,
+    Map,
+    Plot,
+    Table,
+)
+from lensbench.app.state.analysis.query import Query, query
+from lensbench.app.state.build import published
+from lensbench.app.state.settings import Settings
 from lensbench.app.state.tolerance_text import KIND_SIGNS, amount, error_name
 from lensbench.kernels.figures import fixed
 
@@ -13,12 +35,14 @@ FREQUENCIES = tuple(5.0 * k for k in range(1, 13))      # cycles/mm
 PLACES = (0, 1, 3)              # of the fields of a run, and their tints
 TINTS = (("sagittal", "field0"), ("meridional", "field2"))
 LOW, MIDDLE, HIGH = 5.0, 50.0, 95.0
+DRAWN = 200                     # copies from which five are shown
+SHARES = {"95 %": 0.95, "75 %": 0.75, "median": 0.5, "25 %": 0.25, "5 %": 0.05}    # of the copies with less contrast
+EDGE, GAMMA = 0.47, 2.2         # half a picture, of its cell; of the shades
 
 
 def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
     """The costliest errors as bars: growth of the rms spot, and loss of contrast; LensError where there are none."""
-    found = sensitivities(query.lens.at(close=0.0) if query.lens.has_focus_groups else query.lens, query.setup.film,
-                          within)
+    found = sensitivities(_lens(query), query.setup.film, within)
     shown, places = found[:SHOWN], np.arange(min(len(found), SHOWN), dtype=float)
     spots, losses = (np.array([scale * getattr(each, name) for each in shown])
                      for scale, name in ((1000.0, "spot"), (-100.0, "contrast")))
@@ -43,8 +67,7 @@ def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
 
 def copies_figure(query: Query, copies: int, within: Tolerances, seed: int = 0) -> Figure:
     """The contrast of copies against frequency: median, 5th and 95th percentile, and the design."""
-    run = production(query.lens.at(close=0.0) if query.lens.has_focus_groups else query.lens, query.setup.film, within,
-                     copies, seed, FREQUENCIES)
+    run = production(_lens(query), query.setup.film, within, copies, seed, FREQUENCIES)
     band, plots = run.band((LOW, MIDDLE, HIGH)), []
     for k in PLACES:
         layers = []
@@ -68,3 +91,75 @@ def _table(run: Production, band: np.ndarray) -> Table:
     return Table(head, tuple((height, frequency, way, run.nominal[f, k, j], *band[:, f, k, j])
                              for f, height in enumerate(run.fields) for k, frequency in enumerate(run.frequencies)
                              for j, (way, _) in enumerate(TINTS)))
+
+
+def pictures_figure(query: Query, points: int, within: Tolerances) -> Figure:
+    """A Siemens star at three image heights (down) through the design and five copies of a run (across)."""
+    lens, film = _lens(query), query.setup.film
+    run = five_of(lens, film, within)
+    seen, width = star_pictures(lens, run.production, run.copies, film)
+    contrast = [_mean(run.production.nominal), *(_mean(run.production.contrast[copy]) for copy in run.copies)]
+    layers: list = []
+    for column, (name, mean) in enumerate(zip(("design", *SHARES), contrast, strict=True)):
+        layers.append(Label(column, 0.52, name, "amber" if column == 0 else "text", "above"))
+        layers.append(Label(column, 0.48 - len(PLACES), f"{fixed(100.0 * mean, 1)} %", "dim", "below"))
+        for row, field in enumerate(PLACES):
+            box = (column - EDGE, column + EDGE), (-row - EDGE, -row + EDGE)
+            height = fixed(run.production.fields[field], 1)
+            layers.append(Map("", seen[column, field] ** (1.0 / GAMMA), *box))
+            spot = run.production.nominal_spots[field] if column == 0 else run.production.spots[
+                run.copies[column - 1], field]
+            layers.append(Area(*box, f"{name}, image height {height} mm\nspot {fixed(1000.0 * spot, 1)} µm rms"))
+    plot = Plot(Axis(None, -0.52, len(SHARES) + 0.52), Axis(None, 0.25 - len(PLACES), 0.75), tuple(layers), equal=True)
+    middle = fixed(float(run.production.frequencies[len(run.production.frequencies) // 2]), 0)
+    heights = ", ".join(fixed(run.production.fields[k], 1) for k in PLACES)
+    words = (f"stars {fixed(1000.0 * width, 0)} µm wide, {heights} mm from the axis · five of {DRAWN} copies, by "
+             f"percentiles of the mean contrast at {middle} lp/mm (below) · "
+             "each focused on the axis, at infinity · rays alone")
+    head = ("picture", "copy", "mean contrast", *(f"rms spot at {fixed(run.production.fields[k], 2)} mm (mm)"
+                                                  for k in PLACES))
+    rows = tuple((name, number, mean, *spots) for name, number, mean, spots in zip(
+        ("design", *SHARES), ("", *map(str, run.copies)), contrast,
+        (run.production.nominal_spots[list(PLACES)], *run.production.spots[np.ix_(run.copies, PLACES)]), strict=True))
+    return Figure("Copies in pictures", ((plot,),), Table(head, rows), words, ())
+
+
+class Five(NamedTuple):
+    """Five copies of a run, by the names of SHARES: their numbers."""
+
+    production: Production
+    copies: tuple[int, ...]
+
+
+@lru_cache(maxsize=4)
+def five_of(lens: lb.Lens, film: lb.Film, within: Tolerances) -> Five:
+    """The copies of a run that stand at SHARES of all by their mean contrast."""
+    run = production(lens, film, within, DRAWN, 0)
+    order = np.argsort([_mean(contrast) for contrast in run.contrast])
+    return Five(run, tuple(int(order[round(share * (DRAWN - 1))]) for share in SHARES.values()))
+
+
+def with_copy(settings: Settings, within: Tolerances, number: int) -> Settings:
+    """The settings with one of the five copies as an edited lens, which holds its zoom and focal length.
+
+    ValueError or OSError where there is nothing to copy.
+    """
+    from lensbench.lenses.editing.document import LensDocument
+    from lensbench.lenses.editing.document_text import to_text
+
+    asked = query(settings)
+    run = five_of(_lens(asked), asked.setup.film, within)
+    lens = published(settings)
+    copy = manufactured(lens.at(close=0.0) if lens.has_focus_groups else lens, run.production, run.copies[number])
+    named = replace(copy, name=f"{lens.name}, copy {run.copies[number]}")
+    return replace(settings, edited=to_text(LensDocument(named)), zoom=0.0, focal_length=None)
+
+
+def _mean(contrast: np.ndarray) -> float:
+    """Mean over the fields and both directions, at the middle frequency."""
+    return float(contrast[:, contrast.shape[1] // 2].mean())
+
+
+def _lens(query: Query) -> lb.Lens:
+    """The lens at infinity, for which errors are judged."""
+    return query.lens.at(close=0.0) if query.lens.has_focus_groups else query.lens

@@ -33,7 +33,7 @@ def wavefront_figure(query: Query, points: int, field: str = "axis") -> Figure:
     marks = ended_marks(*np.meshgrid(at, at), ends_within_stop(rays, f, c))
     map_ = _map(found.waves[f, c], title, found.peak_to_valley[f, c] / line)
     map_ = replace(map_, layers=(*map_.layers, *marks))
-    words = query.words(rays, f"{fixed(1000.0 * rays.conditions.primary_wavelength, 0)} nm alone",
+    words = query.words(rays, query.primary_alone,
                         "reference sphere about the primary chief ray", "Noll's Zernike, unit rms")
     remarks = query.remarks(rays)
     if rays.lit[f] and not np.isfinite(noll).any():

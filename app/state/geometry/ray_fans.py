@@ -238,7 +238,7 @@ def end_text(lens: lb.Lens, fate: lb.Fate, surface: int) -> str:
         return "is stopped by the stop"
     radius = lens.surfaces[surface].semi_diameter
     rim = f" (semi-diameter {fixed(radius, 2)} mm)" if fate == lb.Fate.CLIPPED else ""
-    return f"{WHY[fate]} surface {surface + 1} of {len(lens.surfaces)}{rim}"
+    return f"{WHY[fate]} surface {surface}{rim}"
 
 
 def _in_space(points: np.ndarray) -> np.ndarray:

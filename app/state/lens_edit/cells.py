@@ -105,22 +105,22 @@ def glass_text(glass: Glass) -> str:
 
 
 def pose_text(surface: Surface) -> str:
-    """The place of a surface out of line: “↔ 0.3 0.5  ∠ 2° 0°”; "" in line."""
+    """The place of a surface out of line: “0.3 0.5 mm  2° 0°”, its decentres and tilts; "" in line."""
     pose, parts = surface.pose, []
     if pose is None:
         return ""
     if pose.decentre_x or pose.decentre_y:
-        parts.append(f"↔ {significant(pose.decentre_x, 3)} {significant(pose.decentre_y, 3)}")
+        parts.append(f"{significant(pose.decentre_x, 3)} {significant(pose.decentre_y, 3)} mm")
     if pose.tilt_x or pose.tilt_y:
-        parts.append(f"∠ {significant(degrees(pose.tilt_x), 3)}° {significant(degrees(pose.tilt_y), 3)}°")
+        parts.append(f"{significant(degrees(pose.tilt_x), 3)}° {significant(degrees(pose.tilt_y), 3)}°")
     return true_minus("  ".join(parts))
 
 
 def asphere_text(surface: Surface) -> str:
-    """The powers of an asphere: “r⁴ r⁶ …”."""
+    """The powers of an asphere: “r⁴ … r¹²”."""
     raised = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
     powers = [f"r{str(power).translate(raised)}" for power, _ in surface.aspheric]
-    return " ".join(powers if len(powers) < 4 else (*powers[:2], "…", powers[-1]))
+    return " ".join(powers if len(powers) < 3 else (powers[0], "…", powers[-1]))
 
 
 def rule_mark(document: LensDocument, surface: int, quantity: str) -> str:

@@ -16,7 +16,6 @@ from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.settings import Settings
 from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.editing.document_text import from_text, to_text
-from lensbench.lenses.editing.faults import faults
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import scaled
 from lensbench.lenses.paraxial import reference_wavelength
@@ -100,6 +99,8 @@ def reverted(settings: Settings) -> Settings:
 @lru_cache(maxsize=32)
 def faults_of(document: LensDocument) -> tuple[Finding, ...]:
     """Why a lens cannot be built or gives no picture, by surface."""
+    from lensbench.lenses.editing.faults import faults  # loads all checks: not at the start of the window
+
     return faults(document)
 
 

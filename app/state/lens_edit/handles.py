@@ -11,7 +11,7 @@ from math import hypot
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.geometry.section import elements, surface_curves
+from lensbench.app.state.geometry.elements import elements, surface_curves
 from lensbench.app.state.lens_edit.cells import shown
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import (

@@ -22,7 +22,8 @@ from lensbench.kernels.block import GREEN, RED, TIME, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.scenery.objects import Shape, displaced
 
-CELLS = 10                      # across the pupil, for the light
+LIGHT = 400                     # points of the pupil, for the light: of its rim too, which a grid would miss
+RIM = 10                        # points along each side of the pupil's square
 SHOWN = 9                       # rays that are drawn
 TOUCH = 0.5                     # mm from a surface that count as on it
 
@@ -66,13 +67,13 @@ def _still_camera(settings: Settings, lens: Stamp) -> lb.Camera:
 @lru_cache(maxsize=8)
 def _beam(settings: Settings, raster: Place, lens: Stamp, scene: tuple[Stamp, ...]) -> Beam:
     of = _still_camera(settings.optics, lens)
-    edge, steps = np.linspace(0.0, 1.0, CELLS), (np.arange(CELLS) + 0.5) / CELLS
-    cells = np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
-    rim = np.concatenate([np.column_stack([edge, np.full(CELLS, side)][::turn]) for side in (0.0, 1.0)
+    edge, k = np.linspace(0.0, 1.0, RIM), np.arange(1, LIGHT + 1)
+    inner = np.column_stack([k * 0.7548776662466927, k * 0.5698402909980532]) % 1.0     # Roberts 2018
+    rim = np.concatenate([np.column_stack([edge, np.full(RIM, side)][::turn]) for side in (0.0, 1.0)
                           for turn in (1, -1)])
-    uv = np.concatenate([[of.pupil_centre], cells, rim])
+    uv = np.concatenate([[of.pupil_centre], inner, rim])
     rays = of.generate_rays(np.tile([raster], (len(uv), 1)), uv)
-    light = float(np.mean(rays.weights[1:1 + len(cells)]))
+    light = float(np.mean(rays.weights[1:1 + LIGHT]))
     if not rays.weights[0] > 0.0 and not light > 0.0:
         none = np.zeros((0, 3))
         return Beam(none, none, np.zeros(0), 0.0, None, math.nan, math.nan, "")

@@ -1,1 +1,1 @@
-"""Files that scene files name: pictures of the sky, and the folder outside of which nothing is read."""
+"""Parts of scene files: the values of their tables, and the files that they name, all in the folder of the scene."""

@@ -11,7 +11,7 @@ from lensbench.app.state.scene_assets.phone_depth import read_phone_photograph
 from lensbench.app.state.scene_assets.place import asset_path
 from lensbench.app.state.scene_assets.radiance_hdr import HdrError
 from lensbench.app.state.scene_assets.sky_picture import EXR, read_exr
-from lensbench.app.state.scene_texture import FORMATS, read_texture
+from lensbench.app.state.scene_assets.texture import FORMATS, read_texture
 from lensbench.kernels.quotation import excerpt
 from lensbench.scenery.photograph import photograph_scene
 

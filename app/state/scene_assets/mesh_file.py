@@ -17,10 +17,13 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.picture.tone import linear
 from lensbench.app.state.scene_assets.place import asset_path
-from lensbench.app.state.scene_texture import image_of
+from lensbench.app.state.scene_assets.texture import image_of
+from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
+from lensbench.scenery.intersect.triangle_tree import MOST_TRIANGLES
 
 MOST_BYTES = 1 << 30
+MOST_BARE = 100_000         # elements that a glTF file declares without data, which are zeros: they fill any memory
 FORMATS = ("obj", "ply", "gltf", "glb")
 MM = {"obj": 1.0, "ply": 1.0, "gltf": 1000.0, "glb": 1000.0}       # of a unit of the file; glTF is in metres
 
@@ -48,8 +51,7 @@ def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None,
         import trimesh
     except ImportError as error:
         raise lb.SceneError(f"mesh {excerpt(name)} needs trimesh: pip install lensbench[mesh]") from error
-    if kind in ("gltf", "glb"):
-        _check_nodes(path, name, kind)
+    textured = _checked_gltf(path, name, kind) if kind in ("gltf", "glb") else 0
     resolver = _Resolver(path, folder)
     load: Any = trimesh.load_scene
     try:
@@ -57,7 +59,13 @@ def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None,
             warnings.simplefilter("ignore")
             options = {"skip_materials": True} if material is not None and kind == "obj" else {}
             found = load(file, file_type=kind, resolver=resolver, process=False, **options)
-            parts = list(_parts(found))
+            parts, count = [], 0
+            for part in _parts(found):                  # a node may repeat a mesh
+                parts.append(part)
+                count += len(part.faces)
+                if count > MOST_TRIANGLES:
+                    break
+            left_out = textured - sum(_picture(each) is not None for each in found.geometry.values()) if textured else 0
     except Exception as error:      # trimesh raises whatever a damaged file makes Python raise
         if resolver.refused:
             raise lb.SceneError(f"mesh {excerpt(name)}: {resolver.refused[0]}") from error
@@ -66,7 +74,12 @@ def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None,
         raise lb.SceneError(f"mesh {excerpt(name)}: {resolver.refused[0]}; or give the mesh a material")
     if not parts:
         raise lb.SceneError(f"mesh {excerpt(name)} has no triangles")
-    return _placed(parts, name, kind, pose, material, smooth)
+    if count > MOST_TRIANGLES:
+        raise lb.SceneError(f"mesh {excerpt(name)} has more than {significant(MOST_TRIANGLES)} triangles")
+    if left_out > 0 and material is None:
+        raise lb.SceneError(f"mesh {excerpt(name)}: {left_out} of its textures cannot be read, or has no places "
+                            "(TEXCOORD_0); or give the mesh a material")
+    return _placed(_joined(parts), name, kind, pose, material, smooth)
 
 
 class _Resolver:
@@ -100,8 +113,11 @@ class _Resolver:
         return []
 
 
-def _check_nodes(path: Path, name: str, kind: str) -> None:
-    """SceneError for a glTF file whose nodes contain each other or that is cut short; trimesh would not end."""
+def _checked_gltf(path: Path, name: str, kind: str) -> int:
+    """How many parts of a glTF file have a texture, which trimesh leaves out without a word if it cannot be read.
+
+    SceneError for a file whose nodes contain each other or that is cut short; trimesh would not end.
+    """
     data = path.read_bytes()
     try:
         if kind == "glb":
@@ -109,14 +125,20 @@ def _check_nodes(path: Path, name: str, kind: str) -> None:
             if magic != b"glTF" or chunk != b"JSON" or length > len(data):
                 raise ValueError("cut short")
             data = data[20:20 + size]
-        nodes = json.loads(data.decode("utf-8")).get("nodes", [])
-        below = [list(node.get("children", ())) for node in nodes]
+        tree = json.loads(data.decode("utf-8"))
+        materials, meshes = tree.get("materials", []), tree.get("meshes", [])
+        used = [materials[part["material"]] for mesh in meshes for part in mesh["primitives"] if "material" in part]
+        textured = sum("baseColorTexture" in each.get("pbrMetallicRoughness", {}) for each in used)
+        bare = max((each["count"] for each in tree.get("accessors", []) if "bufferView" not in each), default=0)
+        below = [list(node.get("children", ())) for node in tree.get("nodes", [])]
         parents = [0] * len(below)
         for children in below:
             for child in children:
                 parents[child] += 1
-    except (ValueError, AttributeError, TypeError, IndexError, struct.error, RecursionError) as error:
+    except (ValueError, AttributeError, TypeError, LookupError, struct.error, RecursionError) as error:
         raise lb.SceneError(f"mesh {excerpt(name)} is damaged, or no file of the kind {kind}") from error
+    if bare > MOST_BARE:
+        raise lb.SceneError(f"mesh {excerpt(name)}: the file declares {significant(bare)} elements without data")
     # Remove nodes without parents until none is left; nodes that remain contain each other
     free = [k for k, count in enumerate(parents) if count == 0]
     seen = 0
@@ -128,6 +150,7 @@ def _check_nodes(path: Path, name: str, kind: str) -> None:
                 free.append(child)
     if seen < len(below):
         raise lb.SceneError(f"mesh {excerpt(name)}: a node of the file contains itself")
+    return textured
 
 
 class _Part(NamedTuple):
@@ -166,13 +189,13 @@ def _parts(found: Any) -> Iterator[_Part]:
 
 def _look(geometry: Any, images: dict[int, lb.Image]) -> tuple[Any, Any, tuple[float, float, float], lb.Image | None]:
     """Places in the image, colours of vertices, colour and image of a mesh. images: those read before, by identity."""
-    visual, count = geometry.visual, len(geometry.vertices)
+    visual = geometry.visual
     if visual.kind == "vertex":
         return None, linear(np.asarray(visual.vertex_colors, float)[:, :3] / 255.0), (1.0, 1.0, 1.0), None
     material = getattr(visual, "material", None)
     if material is None:
         return None, None, (0.5, 0.5, 0.5), None
-    picture = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    picture = _picture(geometry)
     factor = getattr(material, "baseColorFactor", None)
     if factor is not None:                              # linear, as glTF has it; trimesh keeps 8 bits
         colour = np.asarray(factor, float)[:3] / (255.0 if np.asarray(factor).dtype.kind in "iu" else 1.0)
@@ -181,12 +204,40 @@ def _look(geometry: Any, images: dict[int, lb.Image]) -> tuple[Any, Any, tuple[f
     else:
         colour = np.ones(3)
     red, green, blue = np.clip(colour, 0.0, 1.0)
-    uv = getattr(visual, "uv", None)
-    if picture is None or uv is None or len(uv) != count:
+    if picture is None:
         return None, None, (float(red), float(green), float(blue)), None
     if id(picture) not in images:
         images[id(picture)] = image_of(picture)
-    return np.asarray(uv, float), None, (float(red), float(green), float(blue)), images[id(picture)]
+    return np.asarray(visual.uv, float), None, (float(red), float(green), float(blue)), images[id(picture)]
+
+
+def _joined(parts: list[_Part]) -> list[_Part]:
+    """One part for all of one look: a file may have a node for each screw."""
+    alike: dict[tuple, list[_Part]] = {}
+    for part in parts:
+        given = tuple(each is None for each in (part.normals, part.uv, part.colours))
+        alike.setdefault((part.colour, id(part.image), given), []).append(part)
+
+    def stacked(arrays: list) -> np.ndarray | None:
+        return None if arrays[0] is None else np.concatenate(arrays)
+
+    found = []
+    for (colour, _, _), same in alike.items():
+        starts = np.cumsum([0, *(len(part.vertices) for part in same)])
+        found.append(_Part(
+            np.concatenate([part.vertices for part in same]),
+            np.concatenate([part.faces + start for part, start in zip(same, starts, strict=False)]),
+            stacked([part.normals for part in same]), stacked([part.uv for part in same]),
+            stacked([part.colours for part in same]), colour, same[0].image))
+    return found
+
+
+def _picture(geometry: Any) -> Any:
+    """The picture of base colour of a mesh whose vertices have places in it, as trimesh holds it; None without."""
+    material, uv = getattr(geometry.visual, "material", None), getattr(geometry.visual, "uv", None)
+    if uv is None or len(uv) != len(geometry.vertices):
+        return None
+    return getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
 
 
 def _placed(parts: list[_Part], name: str, kind: str, pose: Pose, material: lb.Material | None,

@@ -17,7 +17,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.scene_assets.place import asset_path
-from lensbench.app.state.scene_texture import FORMATS, MOST_BYTES, MOST_TEXELS, image_of
+from lensbench.app.state.scene_assets.texture import FORMATS, MOST_BYTES, MOST_TEXELS, image_of
 from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
 

@@ -7,7 +7,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.scene_assets.place import asset_path
 from lensbench.app.state.scene_assets.radiance_hdr import HdrError, is_hdr, read_hdr
-from lensbench.app.state.scene_texture import read_texture
+from lensbench.app.state.scene_assets.texture import read_texture
 from lensbench.kernels.quotation import excerpt
 
 MOST_BYTES = 512 << 20

@@ -9,7 +9,8 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.geometry.section import Sketch, elements, sag
+from lensbench.app.state.geometry.elements import elements, sag
+from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.state.solid.shapes import Part, Strokes, flat_part, grid_part, strokes
 from lensbench.optics.surface_pose import Frame
 

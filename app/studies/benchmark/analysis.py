@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.grid_trace import ray_grid
+from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.app.studies.timing import least_times
 
 LENS = "lib-tronnier-1953"      # six lenses, glasses with dispersion

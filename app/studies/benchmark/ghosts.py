@@ -8,7 +8,7 @@ from time import process_time
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.timing import least_times
-from lensbench.optics.ghost_trace import ghost_pairs
+from lensbench.optics.ghost_pairs import ghost_pairs
 from lensbench.rendering.ghost_image import MOST, Flare, GhostImage
 
 PAIRS = 66              # of 12 surfaces that reflect

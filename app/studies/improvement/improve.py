@@ -37,10 +37,13 @@ Cell = tuple[int, str]
 
 @dataclass(frozen=True)
 class Step:
-    """A lens on the way. spot: RMS radius (mm) over fields and colours. merit: the sum that falls. number: from 0."""
+    """A lens on the way.
+
+    rms: of spots or waves (mm) over fields and colours. merit: the sum that falls. number: from 0.
+    """
 
     document: LensDocument
-    spot: float
+    rms: float
     merit: float
     number: int
 
@@ -55,7 +58,7 @@ def radii(document: LensDocument) -> tuple[Cell, ...]:
     return tuple(found)
 
 
-def improved(document: LensDocument, cells: Sequence[Cell], goal: Goal) -> Iterator[Step]:
+def improved(document: LensDocument, cells: Sequence[Cell], goal: Goal, merit: Merit | None = None) -> Iterator[Step]:
     """The steps of an improvement, the first of them the lens as it is.
 
     Parameters
@@ -66,6 +69,8 @@ def improved(document: LensDocument, cells: Sequence[Cell], goal: Goal) -> Itera
         The numbers that may change: surface and quantity.
     goal : Goal
         What is aimed at and held.
+    merit : Merit or None
+        That of a lens before, with its rays; None: of this lens.
 
     Yields
     ------
@@ -84,14 +89,14 @@ def improved(document: LensDocument, cells: Sequence[Cell], goal: Goal) -> Itera
                          "stations of the lens")
     if not free:
         raise MeritError("no number is free to change: tick a cell, or remove its rule")
-    merit = Merit(document.lens, goal)
+    merit = Merit(document.lens, goal) if merit is None else merit
     scales = np.array([_scale(document, cell) for cell in free])
     values = np.array([value_of(document.surfaces[i], quantity) for i, quantity in free])
     residuals = merit.residuals(document.lens)
     if not isfinite(residuals[0]):
         raise MeritError("rays are lost in this lens: it cannot be improved before they pass")
     total = float(residuals @ residuals)
-    yield Step(document, merit.spot(document.lens), total, 0)
+    yield Step(document, merit.rms(document.lens), total, 0)
     damping, slow = FIRST_DAMPING, 0
     for number in range(1, STEPS + 1):
         slopes = jacobian(document, free, scales, merit)
@@ -113,7 +118,7 @@ def improved(document: LensDocument, cells: Sequence[Cell], goal: Goal) -> Itera
         document, residuals, total = taken, new, float(new @ new)
         values = np.array([value_of(document.surfaces[i], quantity) for i, quantity in free])
         damping = max(damping / 5.0, 1e-9)
-        yield Step(document, merit.spot(document.lens), total, number)
+        yield Step(document, merit.rms(document.lens), total, number)
         slow = slow + 1 if fall < ENOUGH else 0
         if slow == 3:
             return

@@ -1,4 +1,4 @@
-"""The merit function of an improvement: spots over fields and colours, and penalties for what must not change.
+"""The merit function of an improvement: spots or wave errors over fields and colours, and what must not change.
 
 Lengths in mm, angles in radians, lens frame. Rays come from infinity and are aimed at points of the stop, so that every
 lens is judged by the light that its stop passes; those that a rim of the first lens ends do not count. The film lies
@@ -6,11 +6,12 @@ where the sum of all squares is least: defocus is no fault.
 """
 
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import inf, isfinite, sqrt
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
+from lensbench.app.studies.improvement.wave_errors import wave_errors
+from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses.editing.document import LensDocument
 from lensbench.lenses.paraxial import focal_length, image_distance
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, GlassError
@@ -24,6 +25,7 @@ RINGS, ARMS = 4, 5              # of rays over half of the pupil; the other half
 AIMING = 3                      # Newton steps that bring a ray to its point of the stop
 HELD = 0.05                     # mm of spot radius that a 1 % change of a held length counts as
 THIN = 1.0                      # mm of spot radius that 1 mm of missing thickness counts as
+AIMS = ("spot", "wavefront")
 
 
 class MeritError(ValueError):
@@ -44,6 +46,8 @@ class Goal:
         Least thickness (mm) of elements at their rims and at their centre; air gaps stay above 0.
     colours : tuple of float
         Wavelengths (µm); those that a glass is not known at are left out.
+    aim : str
+        "spot" for the rms radius of the spots, "wavefront" for the rms wave error; one of AIMS.
     """
 
     field: float
@@ -52,6 +56,7 @@ class Goal:
     edge: float = 0.5
     centre: float = 0.8
     colours: tuple[float, ...] = (F_LINE, D_LINE, C_LINE)
+    aim: str = "spot"
 
 
 @dataclass(frozen=True)
@@ -80,6 +85,10 @@ class Merit:
         fo = first_order(start)
         if not (isfinite(fo.efl) and isfinite(fo.entrance_pupil.radius) and isfinite(fo.entrance_pupil.z)):
             raise MeritError("the lens is afocal or telecentric: its spots cannot be judged")
+        if goal.aim not in AIMS:
+            raise MeritError(f"aim {goal.aim!r}: choose one of {', '.join(AIMS)}")
+        # A wave error counts as the spot that it makes where it is defocus: 4 √6 N times as large
+        self._scale = 4.0 * sqrt(6.0) * abs(fo.f_number) if goal.aim == "wavefront" else 1.0
         if not start.is_in_line:
             raise MeritError("the merit knows lenses in line alone: set the decentres and tilts of this one to 0")
         self.beams = self._passing(start, self.aimed(start))
@@ -130,18 +139,27 @@ class Merit:
     def residuals(self, lens: Lens, beams: Beams | None = None) -> np.ndarray:
         """The residuals (mm, weighted), whose sum of squares is the merit; inf where a ray is lost.
 
-        Each pair is the way of a ray from the centre of its spot in x and y, over all colours of its field; their rms
-        is that of the spot radius over the fields. The penalties come last.
+        Of spots, each pair is the way of a ray from the centre of its spot in x and y, over all colours of its field;
+        their rms is that of the spot radius over the fields. The penalties come last.
         """
         beams = self.aimed(lens) if beams is None else beams
-        goal, last = self.goal, lens.length
-        used = beams.weights > 0.0
+        if self.goal.aim == "wavefront":
+            errors = wave_errors(lens, self.colours, beams.origins, beams.directions, beams.weights)
+        else:
+            errors = self._spot_errors(lens, beams)
+        if errors is None:
+            return np.full(1, inf)
+        return np.concatenate([self._scale * errors, self._penalties(lens, self.goal)])
+
+    def _spot_errors(self, lens: Lens, beams: Beams) -> np.ndarray | None:
+        """The ways (mm, weighted) of the rays from the centres of their spots at the best film; None if one is lost."""
+        last, used = lens.length, beams.weights > 0.0
         shifts, slopes = [], []                                 # by colour: of the rays of all fields
         for colour in self.colours:
             table = surface_table(lens, colour)
             points, after, fate = _traced(table, beams.origins[used], beams.directions[used], False)
             if fate.any():
-                return np.full(1, inf)
+                return None
             slope = after[:, :2] / after[:, 2:]
             shifts.append(points[:, :2] + (last - points[:, 2:]) * slope)
             slopes.append(slope)
@@ -159,7 +177,7 @@ class Merit:
             rows.append(np.concatenate(centred))
         shift, slope = rows
         film = -float(shift @ slope) / float(slope @ slope)
-        return np.concatenate([shift + film * slope, self._penalties(lens, goal)])
+        return shift + film * slope
 
     def _penalties(self, lens: Lens, goal: Goal) -> np.ndarray:
         """Residuals of what is held and of what must not be thinner."""
@@ -177,14 +195,14 @@ class Merit:
             found.append(THIN * max(0.0, (goal.centre if in_glass else 0.0) - front.thickness))
         return np.array(found)
 
-    def spot(self, lens: Lens) -> float:
-        """RMS radius (mm) of the spots over the fields and colours, at the best film; inf where a ray is lost."""
+    def rms(self, lens: Lens) -> float:
+        """RMS (mm) of the aim over the fields and colours, at the best film; inf where a ray is lost."""
         residuals = self.residuals(lens)
         count = len(self._penalties(lens, self.goal))
-        return float(np.sqrt((residuals[:-count or None] ** 2).sum())) if isfinite(residuals[0]) else inf
+        return float(np.linalg.norm(residuals[:-count or None])) / self._scale if isfinite(residuals[0]) else inf
 
 
-def goal_of(document: LensDocument, image_height: float) -> Goal:
+def goal_of(document: LensDocument, image_height: float, aim: str = "spot") -> Goal:
     """The goal that keeps focal length and thinnest edges of a lens, over an image of this height (mm)."""
     efl = focal_length(document.surfaces)
     if not (isfinite(efl) and efl > 0.0):
@@ -194,7 +212,14 @@ def goal_of(document: LensDocument, image_height: float) -> Goal:
     edges = [front.thickness + _sag(back) - _sag(front) for front, back in elements]
     edge = max(0.0, min([0.5, *(e for e in edges if isfinite(e))]))
     centre = min([0.8, *(max(0.0, front.thickness) for front, _ in elements)])
-    return Goal(float(min(np.arctan(image_height / efl), 1.2)), efl, None, edge, centre)
+    return Goal(float(min(np.arctan(image_height / efl), 1.2)), efl, None, edge, centre, aim=aim)
+
+
+def amount(rms: float, aim: str) -> str:
+    """The rms (mm) of an aim in words."""
+    if aim == "wavefront":
+        return f"wave error {fixed(1000.0 * rms / D_LINE, 4)} waves rms"
+    return f"spot {fixed(1000.0 * rms, 3)} µm rms"
 
 
 def _by_field(values: np.ndarray, used: np.ndarray) -> list[np.ndarray]:

@@ -10,7 +10,7 @@ from lensbench.kernels.block import (
     BLUE,
     DEPTH,
     EMITS,
-    GLOSS,
+    FINISH,
     GREEN,
     NX,
     NY,
@@ -35,7 +35,7 @@ from lensbench.scenery.values import cross
 
 # AXIS_A, AXIS_B: unit axes along the tiles over the tile's edge (1/mm); SHIFT in tiles; COLOUR: mean of the two
 # colours; HALF_DIFFERENCE: of the light colour and the dark; PER_TILE: 1 / the tile's edge (1/mm)
-NORMAL, HEIGHT, AXIS_A, AXIS_B, SHIFT, COLOUR, HALF_DIFFERENCE, COAT, PER_TILE, FLOOR = offsets(
+NORMAL, HEIGHT, AXIS_A, AXIS_B, SHIFT, COLOUR, HALF_DIFFERENCE, OWN_FINISH, PER_TILE, FLOOR = offsets(
     3, 1, 3, 3, 2, 3, 3, 1, 1)
 
 
@@ -58,7 +58,7 @@ def floor_parameters(floor) -> np.ndarray:
         light = dark = floor.image.mean
     return pack(FLOOR, {NORMAL: normal, HEIGHT: floor.height, AXIS_A: a / floor.tile, AXIS_B: b / floor.tile,
                         SHIFT: floor.offset, COLOUR: (light + dark) / 2, HALF_DIFFERENCE: (light - dark) / 2,
-                        COAT: floor.gloss, PER_TILE: 1.0 / floor.tile})
+                        OWN_FINISH: floor.gloss, PER_TILE: 1.0 / floor.tile})
 
 
 @njit(inline="always")
@@ -82,11 +82,11 @@ def floor(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, emits, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
+    depth, emits, finish, nx, ny, nz = row[DEPTH], row[EMITS], row[FINISH], row[NX], row[NY], row[NZ]
     red, green, blue, side, spread = row[RED], row[GREEN], row[BLUE], row[PIXEL_SIDE], row[PIXEL_SPREAD]
     (ux, uy, uz), height, a_axis, b_axis = vector(p, NORMAL), p[HEIGHT], vector(p, AXIS_A), vector(p, AXIS_B)
     a0, b0, (mr, mg, mb), (hr, hg, hb) = p[SHIFT], p[SHIFT + 1], vector(p, COLOUR), vector(p, HALF_DIFFERENCE)
-    coat, per = p[COAT], p[PER_TILE]
+    own_finish, per = p[OWN_FINISH], p[PER_TILE]
     tile, met, slant = real(1) / per, row[A0], row[A1]
 
     # Find the distance at which each ray meets the floor, 0 where it does not
@@ -109,7 +109,7 @@ def floor(lanes, p, ints, key):
         light = tile_side(real, hx, hy, hz, dx[i], dy[i], dz[i], steep, wide, a_axis, b_axis, a0, b0, tile)
         depth[i] = t if hit else depth[i]
         emits[i] = real(0) if hit else emits[i]
-        gloss[i] = coat if hit else gloss[i]
+        finish[i] = own_finish if hit else finish[i]
         nx[i] = ux if hit else nx[i]
         ny[i] = uy if hit else ny[i]
         nz[i] = uz if hit else nz[i]

@@ -15,7 +15,7 @@ from lensbench.kernels.block import (
     BLUE,
     DEPTH,
     EMITS,
-    GLOSS,
+    FINISH,
     GREEN,
     NX,
     NY,
@@ -115,11 +115,11 @@ def image_sky(lanes, p, ints, key):
     """Begin the intersection of rays: each sees the picture of the sky.  p, ints: image_sky_step."""
     real = lanes.dtype.type
     row = rows(lanes)
-    depth, emits, gloss = row[DEPTH], row[EMITS], row[GLOSS]
+    depth, emits, finish = row[DEPTH], row[EMITS], row[FINISH]
     nx, ny, nz = row[NX], row[NY], row[NZ]
     red, green, blue, r, g, b = row[RED], row[GREEN], row[BLUE], row[A0], row[A1], row[A2]
     look_up_sky(lanes, p, ints, row[L], row[M], row[N], r, g, b)
     for i in range(B):
-        depth[i], emits[i], gloss[i] = real(FAR), real(1), real(0)
+        depth[i], emits[i], finish[i] = real(FAR), real(1), real(0)
         nx[i], ny[i], nz[i] = real(0), real(0), real(0)
         red[i], green[i], blue[i] = r[i], g[i], b[i]

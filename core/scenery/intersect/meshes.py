@@ -28,8 +28,7 @@ from lensbench.kernels.block import (
     BLUE,
     DEPTH,
     EMITS,
-    GLASS,
-    GLOSS,
+    FINISH,
     GREEN,
     NX,
     NY,
@@ -52,14 +51,13 @@ from lensbench.kernels.borrowed_array import address, borrowed
 from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.scenery.finish import INSIDE, SOLID, is_ball
 from lensbench.scenery.intersect.block_bounds import beam_misses
 from lensbench.scenery.intersect.texture import REPEATED, TEXTURE, look_up_texture, texture
 from lensbench.scenery.intersect.tree_search import search
 from lensbench.scenery.intersect.triangle_tree import TriangleTree, depth_of_stack, triangle_tree
 
-SOLID = 1e7             # added to GLASS in the row GLOSS: a mesh of glass met from outside (`solid_bounce`)
 MOST_KEPT = 512 << 20   # bytes of trees and their meshes, for scenes seen before
-INSIDE = 2.5            # value of GLOSS where it is met from inside
 
 # Bounding sphere of all meshes
 CENTRE, REACH, MESHES = offsets(3, 1)
@@ -69,7 +67,7 @@ CORNERS, CORNER_COUNT, VERTICES, VERTEX_COUNT, OWNERS, MESH_INTEGERS = range(TRE
 # Of a vertex: position, normal (0 where there is none), place in the image, colour
 PLACE, NORMAL, UV, TINT, VERTEX = offsets(3, 3, 2, 3)
 # Of a mesh in `mesh_surfaces`; GREATEST: of its texture. Integers: whether it has one, and those of the texture
-COLOUR, EMISSION, COAT, GREATEST, SURFACE = offsets(3, 1, 1, 1)
+COLOUR, EMISSION, OWN_FINISH, GREATEST, SURFACE = offsets(3, 1, 1, 1)
 TEXTURED, SURFACE_INTEGERS = 0, 1 + TEXTURE
 
 
@@ -126,8 +124,7 @@ def mesh_steps(meshes: Sequence, emission: Sequence[float]) -> list[Step]:
     for mesh, emits in zip(meshes, emission, strict=True):
         material = mesh.material
         image = None if material.pattern is None else texture(material.pattern.image)
-        coat = material.gloss_code(SOLID)
-        numbers.append(pack(SURFACE, {COLOUR: material.colour, EMISSION: emits, COAT: coat,
+        numbers.append(pack(SURFACE, {COLOUR: material.colour, EMISSION: emits, OWN_FINISH: material.finish(SOLID),
                                       GREATEST: 0.0 if image is None else image.greatest}))
         integers += [int(image is not None), *([0] * TEXTURE if image is None else image.integers(REPEATED))]
         kept.append(image)
@@ -239,7 +236,7 @@ def mesh_surfaces(lanes, p, ints, key):
     """The materials of the meshes that `find_meshes` has found, directly after it.  p, ints: mesh_steps."""
     real = lanes.dtype.type
     row = rows(lanes)
-    emits, gloss, red, green, blue = row[EMITS], row[GLOSS], row[RED], row[GREEN], row[BLUE]
+    emits, finish, red, green, blue = row[EMITS], row[FINISH], row[RED], row[GREEN], row[BLUE]
     met, u, v, mesh, wide_u, wide_v = row[A0], row[A1], row[A2], row[A3], row[A7], row[A8]
     er, eg, eb, r, g, b = row[A4], row[A5], row[A6], row[A9], row[A10], row[A11]
     many = np.int32(0)
@@ -251,7 +248,8 @@ def mesh_surfaces(lanes, p, ints, key):
     for s in range(0, p.size, SURFACE):
         number = s // SURFACE
         this, k = real(number), number * SURFACE_INTEGERS
-        (cr, cg, cb), emission, coat, greatest = vector(p, s + COLOUR), p[s + EMISSION], p[s + COAT], p[s + GREATEST]
+        (cr, cg, cb), emission, own_finish = vector(p, s + COLOUR), p[s + EMISSION], p[s + OWN_FINISH]
+        greatest = p[s + GREATEST]
         many = np.int32(0)
         for i in range(B):
             many = np.int32(many + np.int32((met[i] > real(0)) & (mesh[i] == this)))
@@ -259,9 +257,9 @@ def mesh_surfaces(lanes, p, ints, key):
             continue
         for i in range(B):
             hit = (met[i] > real(0)) & (mesh[i] == this)
-            code = real(INSIDE) if (coat > real(GLASS)) & (wide_v[i] > real(0.5)) else coat
-            emits[i], gloss[i] = emission if hit else emits[i], code if hit else gloss[i]
-            inside = code == real(INSIDE)
+            inside = is_ball(real, own_finish) & (wide_v[i] > real(0.5))
+            emits[i] = emission if hit else emits[i]
+            finish[i] = (real(INSIDE) if inside else own_finish) if hit else finish[i]
             er[i], eg[i], eb[i] = (real(1) if inside else cr * r[i], real(1) if inside else cg * g[i],
                                    real(1) if inside else cb * b[i])
             red[i], green[i], blue[i] = (er[i] if hit else red[i], eg[i] if hit else green[i],

@@ -20,7 +20,7 @@ from lensbench.kernels.block import (
     BLUE,
     DEPTH,
     EMITS,
-    GLOSS,
+    FINISH,
     GREEN,
     NX,
     NY,
@@ -52,9 +52,9 @@ from lensbench.scenery.shading.pattern_filter import footprint_stretch
 LARGE = 1 << 20         # texels of an image of a planar shape that is read where it lies
 
 # GREATEST, the last of each, is that of the `Texture`
-CENTRE, RADIUS2, RADIUS, COLOUR, EMISSION, COAT, BALL_GREATEST, BALL = offsets(3, 1, 1, 3, 1, 1, 1)
+CENTRE, RADIUS2, RADIUS, COLOUR, EMISSION, OWN_FINISH, BALL_GREATEST, BALL = offsets(3, 1, 1, 3, 1, 1, 1)
 # AXIS_A, AXIS_B: unit axes over the sides of the picture (1/mm); SHIFT in pictures; MEAN: of its colours
-NORMAL, HEIGHT, AXIS_A, AXIS_B, SHIFT, MEAN, FLOOR_COAT, FLOOR_GREATEST, FLOOR = offsets(3, 1, 3, 3, 2, 3, 1, 1)
+NORMAL, HEIGHT, AXIS_A, AXIS_B, SHIFT, MEAN, FLOOR_FINISH, FLOOR_GREATEST, FLOOR = offsets(3, 1, 3, 3, 2, 3, 1, 1)
 
 
 def is_large(shape: Any) -> bool:
@@ -75,7 +75,7 @@ def pictured_step(shape: Any, emission: float) -> Step:
     material = shape.material
     return Step(pictured_sphere,
                 pack(BALL, {CENTRE: shape.centre, RADIUS2: shape.radius**2, RADIUS: shape.radius,
-                            COLOUR: material.colour, EMISSION: emission, COAT: material.gloss_code(shape.radius),
+                            COLOUR: material.colour, EMISSION: emission, OWN_FINISH: material.finish(shape.radius),
                             BALL_GREATEST: found.greatest}), found.integers(AROUND), kept=found)
 
 
@@ -87,7 +87,7 @@ def pictured_floor_step(floor: Floor) -> Step:
     tall = floor.tile * floor.image.height / floor.image.width
     return Step(pictured_floor,
                 pack(FLOOR, {NORMAL: normal, HEIGHT: floor.height, AXIS_A: a / floor.tile, AXIS_B: -b / tall,
-                             SHIFT: floor.offset, MEAN: floor.image.mean, FLOOR_COAT: floor.gloss,
+                             SHIFT: floor.offset, MEAN: floor.image.mean, FLOOR_FINISH: floor.gloss,
                              FLOOR_GREATEST: found.greatest}), found.integers(REPEATED), kept=found)
 
 
@@ -122,11 +122,11 @@ def pictured_sphere(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, emits, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
+    depth, emits, finish, nx, ny, nz = row[DEPTH], row[EMITS], row[FINISH], row[NX], row[NY], row[NZ]
     met, u, v, wide_u, wide_v = row[A0], row[A1], row[A2], row[A7], row[A8]
     side, spread = row[PIXEL_SIDE], row[PIXEL_SPREAD]
     (cx, cy, cz), r2 = vector(p, CENTRE), p[RADIUS2]
-    emission, coat, scale = p[EMISSION], p[COAT], real(1) / p[RADIUS]
+    emission, own_finish, scale = p[EMISSION], p[OWN_FINISH], real(1) / p[RADIUS]
 
     # Find the front of the sphere
     many = np.int32(0)
@@ -153,7 +153,7 @@ def pictured_sphere(lanes, p, ints, key):
         depth[i] = t if hit else depth[i]
         nx[i], ny[i], nz[i] = qx if hit else nx[i], qy if hit else ny[i], qz if hit else nz[i]
         emits[i] = emission if hit else emits[i]
-        gloss[i] = coat if hit else gloss[i]
+        finish[i] = own_finish if hit else finish[i]
     look_up_texture(lanes, p[BALL_GREATEST], ints)
     _paint(lanes, p[COLOUR:])
 
@@ -164,10 +164,10 @@ def pictured_floor(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, emits, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
+    depth, emits, finish, nx, ny, nz = row[DEPTH], row[EMITS], row[FINISH], row[NX], row[NY], row[NZ]
     met, u, v, wide_u, wide_v = row[A0], row[A1], row[A2], row[A7], row[A8]
     red, green, blue, side, spread = row[RED], row[GREEN], row[BLUE], row[PIXEL_SIDE], row[PIXEL_SPREAD]
-    (ux, uy, uz), height, coat = vector(p, NORMAL), p[HEIGHT], p[FLOOR_COAT]
+    (ux, uy, uz), height, own_finish = vector(p, NORMAL), p[HEIGHT], p[FLOOR_FINISH]
     (ax, ay, az), (bx, by, bz), a0, b0 = vector(p, AXIS_A), vector(p, AXIS_B), p[SHIFT], p[SHIFT + 1]
     per_a, per_b = math.sqrt(ax * ax + ay * ay + az * az), math.sqrt(bx * bx + by * by + bz * bz)
 
@@ -195,7 +195,7 @@ def pictured_floor(lanes, p, ints, key):
         wide_v[i] = wide * per_b * footprint_stretch(real, (bx * dx[i] + by * dy[i] + bz * dz[i]) / per_b, steep)
         depth[i] = t if hit else depth[i]
         emits[i] = real(0) if hit else emits[i]
-        gloss[i] = coat if hit else gloss[i]
+        finish[i] = own_finish if hit else finish[i]
         nx[i], ny[i], nz[i] = ux if hit else nx[i], uy if hit else ny[i], uz if hit else nz[i]
 
     # A footprint of half a picture or more sees the mean of its colours

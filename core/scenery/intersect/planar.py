@@ -24,7 +24,7 @@ from lensbench.kernels.block import (
     BLUE,
     DEPTH,
     EMITS,
-    GLOSS,
+    FINISH,
     GREEN,
     NX,
     NY,
@@ -56,7 +56,7 @@ from lensbench.scenery.shading.pattern_filter import (
 
 # AXIS_U, AXIS_V: half-axes over their squared lengths (1/mm); HALF_U, HALF_V: lengths of the half-axes (mm); COLOUR2,
 # COLUMNS, LINES, LINE: the pattern. An image follows
-(CENTRE, NORMAL, AXIS_U, AXIS_V, HALF_U, HALF_V, COLOUR, EMISSION, COAT, COLOUR2, COLUMNS, LINES, LINE,
+(CENTRE, NORMAL, AXIS_U, AXIS_V, HALF_U, HALF_V, COLOUR, EMISSION, OWN_FINISH, COLOUR2, COLUMNS, LINES, LINE,
  PLANAR) = offsets(3, 3, 3, 3, 1, 1, 3, 1, 1, 3, 1, 1, 1)
 # Integers: how many numbers and integers a shape has; KIND of its pattern; IS_DISK: 1 for a disk, 0 for a rectangle.
 # Those of an image follow
@@ -69,7 +69,7 @@ def planar_parameters(shapes, emission=None, specular=None) -> Packed:
     """Parameters of the stage `planar`, shape after shape.
 
     emission: value of the row EMITS for each shape; by default 1 where it shines and 0 elsewhere. specular: the same
-    shapes with the images that SPECULAR paths see.
+    shapes with the images that other paths than DIRECT ones see.
     """
     emission = [float(o.material.shines) for o in shapes] if emission is None else emission
     packed = []
@@ -93,7 +93,7 @@ def fields_of(shape, emission: float) -> dict[int, Any]:
     centre, a, b, normal = shape.frame
     return {CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b), HALF_U: math.sqrt(a @ a),
             HALF_V: math.sqrt(b @ b), COLOUR: shape.material.colour, EMISSION: emission,
-            COAT: shape.material.gloss_code()}
+            OWN_FINISH: shape.material.finish()}
 
 
 @stage
@@ -181,8 +181,8 @@ def record(lanes, q):
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, met = row[L], row[M], row[N], row[A0]
-    depth, emits, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
-    (ux, uy, uz), emission, coat = vector(q, NORMAL), q[EMISSION], q[COAT]
+    depth, emits, finish, nx, ny, nz = row[DEPTH], row[EMITS], row[FINISH], row[NX], row[NY], row[NZ]
+    (ux, uy, uz), emission, own_finish = vector(q, NORMAL), q[EMISSION], q[OWN_FINISH]
     for i in range(B):
         t = met[i]
         hit = t > real(0)
@@ -192,7 +192,7 @@ def record(lanes, q):
         ny[i] = side * uy if hit else ny[i]
         nz[i] = side * uz if hit else nz[i]
         emits[i] = emission if hit else emits[i]
-        gloss[i] = coat if hit else gloss[i]
+        finish[i] = own_finish if hit else finish[i]
 
 
 @stage

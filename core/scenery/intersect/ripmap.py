@@ -8,14 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.block import A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, SPECULAR, B, gather, rows, stage
+from lensbench.kernels.block import A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, PATH, B, gather, rows, stage
 from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import Packed
+from lensbench.scenery.emission import DIRECT
 
 ENOUGH = 1.3            # texels of a reduction that a footprint covers at least
 STRIP = 512             # rows that are averaged at a time, to bound the memory
-# Integers: first texel that SPECULAR paths see, level counts, first texel of each reduction. Parameters: texels across
-# at each horizontal level, texels down at each vertical level, then the texels
+# Integers: first texel that all paths see but DIRECT ones, level counts, first texel of each reduction. Parameters:
+# texels across at each horizontal level, texels down at each vertical level, then the texels
 SECOND, LEVELS_U, LEVELS_V, STARTS = range(4)
 
 
@@ -28,7 +29,7 @@ class Ripmap(NamedTuple):
     texels: np.ndarray      # (n, 3)
 
     def packed(self, *second: "Ripmap") -> list[Packed]:
-        """Parameters of `look_up`. second: reductions of another image of this size, which SPECULAR paths see."""
+        """Parameters of `look_up`. second: those of another image of this size, for paths that are not DIRECT."""
         return [Packed(np.array([*self.across, *self.down], float),
                        [len(self.texels) if second else 0, len(self.across), len(self.down), *self.starts]),
                 *(Packed(image.texels.ravel()) for image in (self, *second))]
@@ -92,7 +93,7 @@ def look_up(lanes, p, ints):
     u, v, across, down = row[A1], row[A2], row[A1], row[A2]
     at, line, place = row[A9], row[A3], row[A10]
     level_u, level_v, columns, lines = row[A4], row[A5], row[A7], row[A8]
-    red, green, blue, specular = row[A4], row[A5], row[A6], row[SPECULAR]
+    red, green, blue, path = row[A4], row[A5], row[A6], row[PATH]
     most_u, most_v, starts = ints[LEVELS_U], ints[LEVELS_V], ints[STARTS:]
     sizes_u, sizes_v, texels = p, p[most_u:], p[most_u + most_v:]
 
@@ -139,7 +140,7 @@ def look_up(lanes, p, ints):
         wide = np.uint64(np.uint32(columns[i]))
         k = np.uint64(starts[np.uint32(at[i])])
         k += np.uint64(np.uint32(line[i])) * wide + np.uint64(np.uint32(place[i]))
-        k = (k + (other if specular[i] > real(0) else none)) * right
+        k = (k + (other if path[i] > real(DIRECT) else none)) * right
         below = k + wide * right
         a, b = across[i], down[i]
         red[i] = _bilinear(texels, k, below, right, a, b)

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import BLUE, DEPTH, EMITS, GLOSS, GREEN, NX, NY, NZ, RED, B, L, M, N, rows, stage
+from lensbench.kernels.block import BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, RED, B, L, M, N, rows, stage
 from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, pack, vector
 from lensbench.scenery.values import unit
@@ -43,14 +43,14 @@ def sky(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz = row[L], row[M], row[N]
-    depth, emits, gloss = row[DEPTH], row[EMITS], row[GLOSS]
+    depth, emits, finish = row[DEPTH], row[EMITS], row[FINISH]
     nx, ny, nz = row[NX], row[NY], row[NZ]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
     (r, g, b), (dr, dg, db), (gr, gg, gb), (ux, uy, uz) = gradient(p, 0)
     for i in range(B):
         up = ux * dx[i] + uy * dy[i] + uz * dz[i]
         above = up >= real(0)
-        depth[i], emits[i], gloss[i] = real(FAR), real(1), real(0)
+        depth[i], emits[i], finish[i] = real(FAR), real(1), real(0)
         nx[i], ny[i], nz[i] = real(0), real(0), real(0)
         red[i] = r + up * dr if above else gr
         green[i] = g + up * dg if above else gg

@@ -15,7 +15,7 @@ from lensbench.kernels.block import (
     BLUE,
     DEPTH,
     EMITS,
-    GLOSS,
+    FINISH,
     GREEN,
     NX,
     NY,
@@ -38,7 +38,7 @@ from lensbench.scenery.intersect.sphere_tree import CROWD, bounding_sphere, coun
 
 # A sphere, or a node of the tree of spheres, which has only the first three. Integers: how many follow each and belong
 # to it
-CENTRE, RADIUS2, RADIUS, COLOUR, EMISSION, COAT, SPHERE = offsets(3, 1, 1, 3, 1, 1)
+CENTRE, RADIUS2, RADIUS, COLOUR, EMISSION, OWN_FINISH, SPHERE = offsets(3, 1, 1, 3, 1, 1)
 
 
 def sphere_parameters(spheres, emission=None) -> Packed:
@@ -59,7 +59,7 @@ def sphere_parameters(spheres, emission=None) -> Packed:
         s, shines = spheres[members[0]], emission[members[0]]
         packed.append(pack(SPHERE, {CENTRE: s.centre, RADIUS2: s.radius**2, RADIUS: s.radius,
                                     COLOUR: s.material.colour, EMISSION: shines,
-                                    COAT: s.material.gloss_code(s.radius)}))
+                                    OWN_FINISH: s.material.finish(s.radius)}))
     return Packed(np.concatenate(packed), counts_below(tree))
 
 
@@ -69,13 +69,13 @@ def spheres(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, emits, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
+    depth, emits, finish, nx, ny, nz = row[DEPTH], row[EMITS], row[FINISH], row[NX], row[NY], row[NZ]
     red, green, blue, ahead, inside = row[RED], row[GREEN], row[BLUE], row[A0], row[A1]
     seen = row[BEAM]
     s, k = 0, 0
     while s < p.size:
         (cx, cy, cz), r2, radius, below = vector(p, s + CENTRE), p[s + RADIUS2], p[s + RADIUS], ints[k]
-        (r, g, b), emission, coat = vector(p, s + COLOUR), p[s + EMISSION], p[s + COAT]
+        (r, g, b), emission, own_finish = vector(p, s + COLOUR), p[s + EMISSION], p[s + OWN_FINISH]
         s, k = s + SPHERE, k + 1
 
         # Skip a sphere or a whole node that the block's beam misses
@@ -110,4 +110,4 @@ def spheres(lanes, p, ints, key):
             green[i] = g if hit else green[i]
             blue[i] = b if hit else blue[i]
             emits[i] = emission if hit else emits[i]
-            gloss[i] = coat if hit else gloss[i]
+            finish[i] = own_finish if hit else finish[i]

@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.kernels.block import GLASS, METAL
 from lensbench.kernels.figures import significant
 from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.quotation import excerpt
+from lensbench.scenery.finish import GLASS, MATTE, METAL
 from lensbench.scenery.values import SceneError, Triple, check
 
 MATERIALS = ("matte", "coat", "metal", "glass", "light", "lamp")
@@ -52,6 +52,10 @@ class Image:
         ----------
         values : array_like, shape (height, width, 3)
             Linear red, green and blue, the top row first; stored as float32.
+
+        Returns
+        -------
+        Image
 
         Raises
         ------
@@ -159,6 +163,16 @@ class Material:
         """Whether the surface emits light."""
         return self.kind in ("light", "lamp")
 
-    def gloss_code(self, radius: float = 0.0) -> float:
-        """Value of the row GLOSS: 0 matte, (0, 1] a coat, METAL, or GLASS + radius of a ball (mm; 0 for a pane)."""
-        return {"coat": self.gloss, "metal": METAL, "glass": GLASS + radius}.get(self.kind, 0.0)
+    def finish(self, radius: float = 0.0) -> float:
+        """How the surface reflects, as the number that the stages read (`scenery/finish.py`).
+
+        Parameters
+        ----------
+        radius : float
+            Of a ball of glass, mm; 0 for a pane, and SOLID for a mesh.
+
+        Returns
+        -------
+        float
+        """
+        return {"coat": self.gloss, "metal": METAL, "glass": GLASS + radius}.get(self.kind, MATTE)

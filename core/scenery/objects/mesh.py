@@ -39,6 +39,11 @@ class Mesh:
         at its lower left corner to 1, 1, repeated beyond, and linear colours (n, 3), which multiply the material's.
     name : str
         Shown to the user.
+
+    Raises
+    ------
+    SceneError
+        For a pattern other than an image, an image without `uv`, and a lamp with image or colours.
     """
 
     vertices: bytes
@@ -74,6 +79,10 @@ class Mesh:
             Of each vertex: (n, 3) of any length, (n, 2) and (n, 3).
         name : str
             Shown to the user.
+
+        Returns
+        -------
+        Mesh
 
         Raises
         ------

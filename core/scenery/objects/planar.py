@@ -155,6 +155,10 @@ class Rectangle(Planar):
             Full lengths of the edges, mm.
         material : Material
             Its surface.
+
+        Returns
+        -------
+        Rectangle
         """
         right, up = across(np.subtract(target, centre))
         return cls(centre, triple(right * width / 2), triple(up * height / 2), material)

@@ -95,25 +95,97 @@ class Shape(Protocol):
         """Area of the largest silhouette, mm²."""
 
     def silhouette(self, direction: np.ndarray) -> float:
-        """Area seen by a viewer in this unit direction, mm²."""
+        """Area seen by a distant viewer.
+
+        Parameters
+        ----------
+        direction : (3,) array
+            Unit vector towards the viewer, world frame.
+
+        Returns
+        -------
+        float, mm²
+        """
 
     def distance(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Distance (n,) along rays (n, 3) of unit directions; nan where a ray misses."""
+        """Distance along rays to the surface.
+
+        Parameters
+        ----------
+        origins : (n, 3) array
+            World frame, mm.
+        directions : (n, 3) array
+            Unit vectors.
+
+        Returns
+        -------
+        (n,) array
+            mm; NaN where a ray misses.
+        """
 
     def locate(self, point: np.ndarray, tolerance: float) -> np.ndarray | None:
-        """A world point in the frame of the shape, (3,); None if it lies off the surface by more than the tolerance."""
+        """A point of the surface in the frame of the shape.
+
+        Parameters
+        ----------
+        point : (3,) array
+            World frame, mm.
+        tolerance : float
+            How far (mm) the point may lie off the surface.
+
+        Returns
+        -------
+        (3,) array or None
+            mm; None if it lies farther off.
+        """
 
     def outline(self, count: int) -> np.ndarray:
-        """Its outline seen from above as a polygon of world points, (m, 3), m ≤ count."""
+        """Outline of the shape, seen from above.
+
+        Parameters
+        ----------
+        count : int
+            Most points.
+
+        Returns
+        -------
+        (m, 3) array
+            Polygon of world points (mm), m ≤ count.
+        """
 
     def lamp_parameters(self) -> Packed:
-        """Parameters of `soft_shadows.lamp`."""
+        """Parameters of the stage `soft_shadows.lamp` for this shape as a lamp.
+
+        Returns
+        -------
+        Packed
+        """
 
     def occluder_numbers(self) -> np.ndarray:
-        """Parameters of `soft_shadows.shadow` for this shape."""
+        """Parameters of the stage `soft_shadows.shadow` for this shape.
+
+        Returns
+        -------
+        array
+
+        Raises
+        ------
+        SceneError
+            For a shape with shadows of its own, as a mesh.
+        """
 
     def reflection_numbers(self) -> np.ndarray:
-        """Parameters of `clearcoat.sharp_lights` for this shape as a light."""
+        """Parameters of the stage `clearcoat.sharp_lights` for this shape as a light.
+
+        Returns
+        -------
+        array
+
+        Raises
+        ------
+        SceneError
+            For a shape that coats do not mirror, as a mesh.
+        """
 
 
 def by_family(shapes: Iterable) -> tuple[list, list]:

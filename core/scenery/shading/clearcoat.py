@@ -21,10 +21,8 @@ from lensbench.kernels.block import (
     A9,
     BLUE,
     DEPTH,
-    GLASS,
-    GLOSS,
+    FINISH,
     GREEN,
-    METAL,
     NX,
     NY,
     NZ,
@@ -48,13 +46,12 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.layout import Packed, join, offsets, pack, vector
+from lensbench.scenery.finish import is_glass, is_metal, is_sharp_coat, is_specular
 from lensbench.scenery.intersect import floor as ground
 from lensbench.scenery.intersect.floor import tile_side
 from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
 from lensbench.scenery.intersect.sky import CHORD2, DIRECTION, FAR, RADIANCE, SKY, SUN_DISK, gradient
 from lensbench.scenery.shading.illumination import F0, schlick_edge
-
-SHARP = 0.999           # gloss from which a coat reflects lights sharply
 
 # SURROUND: the sky's numbers, FLOOR: the floor's, FLOOR_LIGHT: irradiance / π on the floor, SUN: the sun's disk; then
 # the lights
@@ -120,14 +117,15 @@ def sharp_open(lanes, p, ints):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
+    depth, finish, nx, ny, nz = row[DEPTH], row[FINISH], row[NX], row[NY], row[NZ]
     hx, hy, hz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     r, g, b, near = row[A6], row[A7], row[A8], row[A9]
     last = ints[IS_LAST] != 0
     many = np.int32(0)
     for i in range(B):
-        many = np.int32(many + np.int32((gloss[i] >= real(SHARP)) & ((gloss[i] < real(METAL)) | last |
-                                                                     (gloss[i] >= real(GLASS)))))
+        here = finish[i]
+        many = np.int32(many + np.int32(is_sharp_coat(real, here) | is_glass(real, here) |
+                                        (last & is_specular(real, here))))
     if many == 0:
         return many
 
@@ -223,7 +221,7 @@ def sharp_close(lanes, is_last):
     """Add what is reflected (A6 A7 A8) times Schlick's reflectance."""
     real = lanes.dtype.type
     row = rows(lanes)
-    dx, dy, dz, gloss, nx, ny, nz = row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ]
+    dx, dy, dz, finish, nx, ny, nz = row[L], row[M], row[N], row[FINISH], row[NX], row[NY], row[NZ]
     red, green, blue, tr, tg, tb, sr, sg, sb = (row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB],
                                                 row[SR], row[SG], row[SB])
     r, g, b = row[A6], row[A7], row[A8]
@@ -231,10 +229,9 @@ def sharp_close(lanes, is_last):
     for i in range(B):
         edge5 = schlick_edge(real, -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i]))
         f = real(F0) + real(1 - F0) * edge5
-        metal = (gloss[i] >= real(METAL)) & (gloss[i] < real(GLASS))
-        coated = (gloss[i] >= real(SHARP)) & (gloss[i] < real(METAL))
-        ends = metal & last
-        f = f if coated | (gloss[i] >= real(GLASS)) else real(0)
+        coated = is_sharp_coat(real, finish[i])
+        ends = is_metal(real, finish[i]) & last
+        f = f if coated | is_glass(real, finish[i]) else real(0)
         sr[i] += tr[i] * r[i] * (red[i] + (real(1) - red[i]) * edge5 if ends else f)
         sg[i] += tg[i] * g[i] * (green[i] + (real(1) - green[i]) * edge5 if ends else f)
         sb[i] += tb[i] * b[i] * (blue[i] + (real(1) - blue[i]) * edge5 if ends else f)

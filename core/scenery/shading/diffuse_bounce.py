@@ -5,7 +5,7 @@ and adds its light to the path; the sky adds its own. Lights that the ray meets 
 surface has their light already. Mirrors and glass end the ray, and surfaces seen in mirrors have no such light.
 
 `diffuse_bend` finds the ray before `specular_bounce`, `diffuse_leave` sends it, together with the paths by mirrors;
-SPECULAR holds DIFFUSE meanwhile. `diffuse_sky` and `diffuse_end` close the round.
+PATH holds DIFFUSE meanwhile. `diffuse_sky` and `diffuse_end` close the round.
 """
 
 import numpy as np
@@ -27,11 +27,11 @@ from lensbench.kernels.block import (
     NX,
     NY,
     NZ,
+    PATH,
     PIXEL,
     RED,
     SAMPLE,
     SEED,
-    SPECULAR,
     TB,
     TG,
     TR,
@@ -50,11 +50,10 @@ from lensbench.kernels.block import (
 from lensbench.kernels.concentric_map import cosine_direction
 from lensbench.kernels.layout import vector
 from lensbench.kernels.sampling import mix
+from lensbench.scenery.emission import DIFFUSE, shines
 from lensbench.scenery.intersect.sky import SKY_DISTANCE, gradient
 from lensbench.scenery.shading.illumination import AMBIENT
 
-DIFFUSE = 1.5           # SPECULAR of a path after a diffuse bounce: `gather_emission` leaves out SHINES, not the sky
-SHINES = 1.6            # EMITS of lights in the rounds after it
 LIFT = 2e-5             # offset of the new ray from the surface, as a fraction of the coordinates of its origin
 MARK = 2.0              # H6 of a path that bounces
 
@@ -86,7 +85,7 @@ def diffuse_leave(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, tr, tg, tb = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TR], row[TG], row[TB]
-    red, green, blue, specular, v0, v1 = row[RED], row[GREEN], row[BLUE], row[SPECULAR], row[V0], row[V1]
+    red, green, blue, path, v0, v1 = row[RED], row[GREEN], row[BLUE], row[PATH], row[V0], row[V1]
     px, py, pz, qx, qy, qz, on = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6]
     many = np.int32(0)
     for i in range(B):
@@ -94,7 +93,7 @@ def diffuse_leave(lanes, p, ints, key):
         x[i], y[i], z[i] = px[i] if sent else x[i], py[i] if sent else y[i], pz[i] if sent else z[i]
         dx[i], dy[i], dz[i] = qx[i] if sent else dx[i], qy[i] if sent else dy[i], qz[i] if sent else dz[i]
         tr[i], tg[i], tb[i] = red[i] if sent else tr[i], green[i] if sent else tg[i], blue[i] if sent else tb[i]
-        specular[i] = real(DIFFUSE) if sent else specular[i]
+        path[i] = real(DIFFUSE) if sent else path[i]
         many = np.int32(many + np.int32(sent))
     if many == 0:
         return
@@ -114,12 +113,12 @@ def diffuse_sky(lanes, p, ints, key):
     """Sky and ambient light for rays after a diffuse bounce that meet the sky.  p: SURROUND numbers."""
     real = lanes.dtype.type
     row = rows(lanes)
-    dx, dy, dz, depth, emits, specular = row[L], row[M], row[N], row[DEPTH], row[EMITS], row[SPECULAR]
+    dx, dy, dz, depth, emits, path = row[L], row[M], row[N], row[DEPTH], row[EMITS], row[PATH]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
     (er, eg, eb), (dr, dg, db), (gr, gg, gb), (ux, uy, uz) = gradient(p, 0)
     ar, ag, ab = vector(p, AMBIENT)
     for i in range(B):
-        escaped = (specular[i] == real(DIFFUSE)) & (depth[i] >= real(SKY_DISTANCE)) & (emits[i] > real(0))
+        escaped = (path[i] == real(DIFFUSE)) & (depth[i] >= real(SKY_DISTANCE)) & shines(real, emits[i])
         up = ux * dx[i] + uy * dy[i] + uz * dz[i]
         above = up >= real(0)
         red[i] = ar + (er + up * dr if above else gr) if escaped else red[i]
@@ -132,7 +131,7 @@ def diffuse_end(lanes, p, ints, key):
     """End the paths of a diffuse bounce, after `gather_emission`: the light of their surface is still to be added."""
     real = lanes.dtype.type
     row = rows(lanes)
-    tr, tg, tb, specular = row[TR], row[TG], row[TB], row[SPECULAR]
+    tr, tg, tb, path = row[TR], row[TG], row[TB], row[PATH]
     for i in range(B):
-        done = specular[i] == real(DIFFUSE)
+        done = path[i] == real(DIFFUSE)
         tr[i], tg[i], tb[i] = real(0) if done else tr[i], real(0) if done else tg[i], real(0) if done else tb[i]

@@ -17,17 +17,15 @@ from lensbench.kernels.block import (
     BLUE,
     DEPTH,
     EMITS,
-    GLASS,
-    GLOSS,
+    FINISH,
     GREEN,
-    METAL,
     NX,
     NY,
     NZ,
+    PATH,
     RED,
     SB,
     SG,
-    SPECULAR,
     SR,
     TB,
     TG,
@@ -44,6 +42,8 @@ from lensbench.kernels.block import (
 )
 from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, vector
+from lensbench.scenery.emission import DIRECT, is_seen, shines
+from lensbench.scenery.finish import is_ball, is_glass, is_specular
 from lensbench.scenery.intersect.block_bounds import lit_bounds
 from lensbench.scenery.intersect.sky import SKY, gradient
 from lensbench.scenery.intersect.sphere_tree import CROWD
@@ -64,7 +64,6 @@ FAINT = 0.04            # if it covers no more of the sky than this. Light is th
 SUN_DIRECTION, SUN_IRRADIANCE, DAYLIGHT = SURROUND, SURROUND + 3, SURROUND + 6
 # A lamp without shadows. POINT_AREA: unit normal times area / π; POINT_RADIUS2: of a sphere, else 0
 POINT_PLACE, POINT_AREA, POINT_RADIUS2, POINT_LIGHT, POINT = offsets(3, 3, 1, 3)
-BENDS, SMALL = -1.0, 2.0        # EMITS of a shape that deflects paths from small lights, and of such a light
 
 
 @njit(inline="always")
@@ -108,10 +107,10 @@ def daylight(lanes, p, ints, key):
         high = rise(real, up)
         slant = sx * nx[i] + sy * ny[i] + sz * nz[i]
         slant = slant if slant > real(0) else real(0)
-        shines = emits[i] > real(0)
-        red[i] *= real(1) if shines else er + up * dr + high * zr + slant * sr
-        green[i] *= real(1) if shines else eg + up * dg + high * zg + slant * sg
-        blue[i] *= real(1) if shines else eb + up * db + high * zb + slant * sb
+        emitter = shines(real, emits[i])
+        red[i] *= real(1) if emitter else er + up * dr + high * zr + slant * sr
+        green[i] *= real(1) if emitter else eg + up * dg + high * zg + slant * sg
+        blue[i] *= real(1) if emitter else eb + up * db + high * zb + slant * sb
 
 
 @stage
@@ -119,9 +118,9 @@ def begin_path(lanes, p, ints, key):
     """Begin a path: full throughput (T = 1), no radiance gathered (S = 0)."""
     real = lanes.dtype.type
     row = rows(lanes)
-    tr, tg, tb, sr, sg, sb, specular = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[SPECULAR]
+    tr, tg, tb, sr, sg, sb, path = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[PATH]
     for i in range(B):
-        specular[i] = real(0)
+        path[i] = real(DIRECT)
         tr[i], tg[i], tb[i] = real(1), real(1), real(1)
         sr[i], sg[i], sb[i] = real(0), real(0), real(0)
 
@@ -130,27 +129,26 @@ def begin_path(lanes, p, ints, key):
 def gather_emission(lanes, p, ints, key):
     """Add emission to S, weight albedo by the throughput T, and tint T at metal and glass.
 
-    The emission of a SMALL light is left out where the path is SPECULAR. Albedo becomes T · albedo, what a unit of
+    Albedo becomes T · albedo, what a unit of
     irradiance / π adds to S. Metal and glass have none: T is multiplied by Schlick's reflectance, by the two
     transmissions (1 − F)² of a ball, or by (1 − F) / (1 + F) of a pane.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, nx, ny, nz = row[L], row[M], row[N], row[NX], row[NY], row[NZ]
-    emits, gloss, red, green, blue = row[EMITS], row[GLOSS], row[RED], row[GREEN], row[BLUE]
-    tr, tg, tb, sr, sg, sb, specular = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[SPECULAR]
+    emits, finish, red, green, blue = row[EMITS], row[FINISH], row[RED], row[GREEN], row[BLUE]
+    tr, tg, tb, sr, sg, sb, path = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[PATH]
 
     # Add emission, weight albedo
     mirrors = np.int32(0)
     for i in range(B):
         r, g, b = red[i] * tr[i], green[i] * tg[i], blue[i] * tb[i]
-        shines = emits[i] > real(0)
-        seen = shines & (emits[i] + specular[i] < real(SMALL + 1))
+        emitter, seen = shines(real, emits[i]), is_seen(real, emits[i], path[i])
         sr[i] += r if seen else real(0)
         sg[i] += g if seen else real(0)
         sb[i] += b if seen else real(0)
-        red[i], green[i], blue[i] = real(0) if shines else r, real(0) if shines else g, real(0) if shines else b
-        mirrors = np.int32(mirrors + np.int32(gloss[i] >= real(METAL)))
+        red[i], green[i], blue[i] = real(0) if emitter else r, real(0) if emitter else g, real(0) if emitter else b
+        mirrors = np.int32(mirrors + np.int32(is_specular(real, finish[i])))
     if mirrors == 0:
         return
 
@@ -158,8 +156,8 @@ def gather_emission(lanes, p, ints, key):
     for i in range(B):
         edge5 = schlick_edge(real, -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i]))
         f = real(F0) + real(1 - F0) * edge5
-        clear = (real(1) - f) * (real(1) - f) if gloss[i] > real(GLASS) else (real(1) - f) / (real(1) + f)
-        mirror, glass = gloss[i] >= real(METAL), gloss[i] >= real(GLASS)
+        clear = (real(1) - f) * (real(1) - f) if is_ball(real, finish[i]) else (real(1) - f) / (real(1) + f)
+        mirror, glass = is_specular(real, finish[i]), is_glass(real, finish[i])
         r, g, b = red[i], green[i], blue[i]
         tr[i] = r * clear if glass else r + edge5 * (tr[i] - r) if mirror else tr[i]
         tg[i] = g * clear if glass else g + edge5 * (tg[i] - g) if mirror else tg[i]

@@ -71,6 +71,10 @@ class Medium:
             Distance in mm at which a black object has 1/50 of its contrast.
         light : (r, g, b)
             Radiance scattered into every ray.
+
+        Returns
+        -------
+        Medium
         """
         return cls(scattering=(_extinction(visibility),) * 3, light=light)
 
@@ -84,6 +88,10 @@ class Medium:
             Distance in mm at which a black object has 1/50 of its contrast in green light.
         light : (r, g, b)
             Radiance scattered into every ray.
+
+        Returns
+        -------
+        Medium
 
         Raises
         ------

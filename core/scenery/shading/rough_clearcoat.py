@@ -19,7 +19,7 @@ from lensbench.kernels.block import (
     A11,
     BLUE,
     DEPTH,
-    GLOSS,
+    FINISH,
     GREEN,
     NX,
     NY,
@@ -50,8 +50,8 @@ from lensbench.kernels.block import (
 )
 from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.scenery.finish import is_rough_coat
 from lensbench.scenery.intersect.sky import SKY, gradient
-from lensbench.scenery.shading.clearcoat import SHARP
 from lensbench.scenery.shading.illumination import F0, schlick_edge
 
 CENTRE, FACING_AREA, COLOUR, HIGHLIGHT = offsets(3, 1, 3)       # FACING_AREA: of the light as a disk, over π (mm²)
@@ -111,11 +111,11 @@ def rough_open(lanes, p):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
+    depth, finish, nx, ny, nz = row[DEPTH], row[FINISH], row[NX], row[NY], row[NZ]
     hx, hy, hz, r, g, b = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     many = np.int32(0)
     for i in range(B):
-        many = np.int32(many + np.int32((gloss[i] > real(0)) & (gloss[i] < real(SHARP))))
+        many = np.int32(many + np.int32(is_rough_coat(real, finish[i])))
     if many == 0:
         return many
     disk, fan, ox, oy, oz = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[OX], row[OY], row[OZ]
@@ -159,7 +159,7 @@ def rough_lights(lanes, p):
     """Add lights to A3 A4 A5, each averaged over the part of pupil and pixel.  p: highlight_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
-    dx, dy, dz, gloss, nx, ny, nz, depth = (row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ], row[DEPTH])
+    dx, dy, dz, finish, nx, ny, nz, depth = (row[L], row[M], row[N], row[FINISH], row[NX], row[NY], row[NZ], row[DEPTH])
     hx, hy, hz, r, g, b, ax, ay, az = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A9], row[A10],
                                        row[A11])
     disk, fan, foot, spread = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[PIXEL_SIDE], row[PIXEL_SPREAD]
@@ -172,7 +172,7 @@ def rough_lights(lanes, p):
     for s in range(0, p.size, HIGHLIGHT):
         (cx, cy, cz), size, (er, eg, eb) = vector(p, s + CENTRE), p[s + FACING_AREA], vector(p, s + COLOUR)
         for i in range(B):
-            alpha = real(1) - gloss[i]
+            alpha = real(1) - finish[i]
             qx, qy, qz = cx - hx[i], cy - hy[i], cz - hz[i]
             d2 = qx * qx + qy * qy + qz * qz
             inverse = real(1) / math.sqrt(d2)
@@ -214,13 +214,13 @@ def rough_close(lanes):
     """Add what is reflected to the path; an albedo under a coat gets what the coat transmits."""
     real = lanes.dtype.type
     row = rows(lanes)
-    dx, dy, dz, gloss, nx, ny, nz = row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ]
+    dx, dy, dz, finish, nx, ny, nz = row[L], row[M], row[N], row[FINISH], row[NX], row[NY], row[NZ]
     red, green, blue, tr, tg, tb, sr, sg, sb = (row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB],
                                                 row[SR], row[SG], row[SB])
     r, g, b, kept_x, kept_y, kept_z = row[A3], row[A4], row[A5], row[A6], row[A7], row[A8]
     for i in range(B):
         dx[i], dy[i], dz[i] = kept_x[i], kept_y[i], kept_z[i]
-        coated = (gloss[i] > real(0)) & (gloss[i] < real(SHARP))
+        coated = is_rough_coat(real, finish[i])
         sr[i] += tr[i] * r[i] if coated else real(0)
         sg[i] += tg[i] * g[i] if coated else real(0)
         sb[i] += tb[i] * b[i] if coated else real(0)

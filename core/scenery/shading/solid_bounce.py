@@ -8,7 +8,7 @@ import math
 
 from lensbench.kernels.block import (
     DEPTH,
-    GLOSS,
+    FINISH,
     H0,
     H1,
     H2,
@@ -16,7 +16,6 @@ from lensbench.kernels.block import (
     H4,
     H5,
     H6,
-    METAL,
     NX,
     NY,
     NZ,
@@ -33,7 +32,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.scenery.intersect.meshes import INSIDE, SOLID
+from lensbench.scenery.finish import INSIDE, METAL, is_solid
 from lensbench.scenery.shading.illumination import F0, INDEX, schlick_edge
 
 LIFT = 2e-5             # offset of the new ray from the surface, as a fraction of the coordinates of its origin
@@ -41,19 +40,16 @@ LIFT = 2e-5             # offset of the new ray from the surface, as a fraction 
 
 @stage
 def solid_bend(lanes, p, ints, key):
-    """H0 … H5: where paths that met a mesh of glass go on; H6: 1 for these, whose GLOSS becomes METAL.
-
-    GLOSS is GLASS + SOLID where the surface was met from outside, INSIDE from inside (`mesh_surfaces`).
-    """
+    """H0 … H5: where paths that met a mesh of glass go on; H6: 1 for these, whose FINISH becomes METAL."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, gloss, nx, ny, nz, tr, tg, tb = (row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ], row[TR], row[TG],
+    depth, finish, nx, ny, nz, tr, tg, tb = (row[DEPTH], row[FINISH], row[NX], row[NY], row[NZ], row[TR], row[TG],
                                             row[TB])
     px, py, pz, qx, qy, qz, on = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6]
     for i in range(B):
-        inside = gloss[i] == real(INSIDE)
-        solid = inside | (gloss[i] > real(0.5 * SOLID))
+        inside = finish[i] == real(INSIDE)
+        solid = is_solid(real, finish[i])
         t = depth[i]
         u, v, w, ux, uy, uz = dx[i], dy[i], dz[i], nx[i], ny[i], nz[i]
         hx, hy, hz = x[i] + t * u, y[i] + t * v, z[i] + t * w
@@ -79,7 +75,7 @@ def solid_bend(lanes, p, ints, key):
         on[i] = real(1) if solid else real(0)
         tr[i], tg[i], tb[i] = (tr[i] * clear if solid else tr[i], tg[i] * clear if solid else tg[i],
                                tb[i] * clear if solid else tb[i])
-        gloss[i] = real(METAL) if solid else gloss[i]
+        finish[i] = real(METAL) if solid else finish[i]
 
 
 @stage

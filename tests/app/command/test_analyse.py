@@ -1,10 +1,14 @@
 """`lensbench analyse`: numbers, sheets of every format, what is left out, and refusals."""
 
+import argparse
 import json
 
 import pytest
 
+from lensbench import lenses
+from lensbench.app.command.analyse import _options, add_analyse_options
 from lensbench.app.command.main import main
+from lensbench.app.state.analysis.bokeh_figure import Ripple, ripple_surface
 from lensbench.app.state.analysis.catalogue import ANALYSES
 
 NAME = "lib-tronnier-1953"
@@ -39,13 +43,14 @@ def test_what_a_lens_does_not_have_is_left_out_with_its_reason(capsys):
     assert main(["analyse", lens, "--points", "8", "--what", "spots,axial"]) == 0
     captured = capsys.readouterr()
     assert "Left out: axial: " in captured.err and "cylinder" in captured.err and captured.out.startswith("Spots: ")
-    assert main(["analyse", lens, "--what", "axial"]) == 2
-    assert "nothing of this lens can be shown" in capsys.readouterr().err
+    assert main(["analyse", lens, "--what", "axial,seidel"]) == 2
+    error = capsys.readouterr().err
+    assert "nothing of this lens can be shown" in error and error.count("cylinder") == 1    # both for one reason
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
     (["--what", "glare"], "choose from spots"), (["--stack", "2,x"], "1 to 3 numbers"),
-    (["--what", "bokeh", "--ripple", "99,1,1"], "choose 1 to 9"),
+    (["--what", "bokeh", "--ripple", "99,1,1"], "numbered from 0 to 8"),
     (["--what", "stack", "--stack", "99"], "no room"),
     (["-o", "sheet.gif"], ".json: choose one"),
     (["--points", "3"], "8 to 512"), (["--f-number", "0.1"], "opens no further"),
@@ -54,6 +59,17 @@ def test_impossible_demands_end_with_2_and_one_line(capsys, arguments, said):
     assert main(["analyse", NAME, *arguments]) == 2
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
+
+
+@pytest.mark.parametrize(("name", "given", "found"), [
+    ("ghosts", ["--coating", "uncoated"], {"coating": "uncoated"}), ("ghosts", ["--coating", "auto"], {}),
+    ("bokeh", ["--ripple", "0,1,200"], {"ripple": Ripple(0, 1.0, 1e-6 * 200.0)}),
+    ("bokeh", ["--ripple", "asphere,1,200"], {"ripple": Ripple(ripple_surface(lenses.load(NAME)), 1.0, 1e-6 * 200.0)})])
+def test_options_of_one_analysis_reach_its_figure(name, given, found):
+    """--coating was read and had no effect on the ghosts."""
+    parser = argparse.ArgumentParser()
+    add_analyse_options(parser)
+    assert _options(name, parser.parse_args([NAME, *given]), lenses.load(NAME)) == found
 
 
 def test_the_names_are_listed_without_a_lens(capsys):

@@ -18,7 +18,9 @@ from lensbench.app.command.main import main
      ["--degree has no effect on the camera fisheye: give --lens-model",
       "--visibility has no effect on the camera fisheye: give --medium"]),
     ("pbrt-dgauss-50mm --ghosts --medium water", ["--ghosts: ghosts are not traced through a flat port"]),
-    ("--camera perspective --ghosts", ["--ghosts: ghosts need a lens with surfaces"]),
+    ("--camera perspective --ghosts --stars", ["--ghosts: ghosts need a lens with surfaces",
+                                               "--stars: stars need a lens with surfaces"]),
+    ("pbrt-dgauss-50mm --star-strength 2", ["--star-strength has no effect on the camera lens: give --stars too"]),
     ("pbrt-dgauss-50mm --camera bare-sensor", ["pbrt-dgauss-50mm has no effect: the camera bare-sensor has no lens"]),
 ])
 def test_options_without_an_effect_are_named(options, said, tmp_path, capsys):

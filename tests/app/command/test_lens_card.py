@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
 
@@ -74,3 +75,8 @@ def test_terminal_escapes_of_a_lens_file_are_shown_and_not_sent(tmp_path, capsys
     assert main([command, str(tmp_path / "evil.toml"), *target]) == 0
     told = "".join(capsys.readouterr())
     assert "\x1b" not in told and (command != "info" or r"red\x1b[31m\nline" in told)
+
+
+def test_a_plane_plate_has_no_field_of_view(capsys, tmp_path):
+    lenses.save(lb.Lens((lb.Surface(0.0, 1.0, 5.0, lb.Glass(1.5)), lb.Surface(0.0, 10.0, 5.0)), 0), tmp_path / "a.toml")
+    assert value(lines(capsys, str(tmp_path / "a.toml")), "Field of view") == "none: it forms no image"

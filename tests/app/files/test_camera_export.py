@@ -61,7 +61,7 @@ def blender(path):
 def test_an_exported_camera_projects_points_as_ours(to, name, tmp_path):
     camera, path = CAMERAS[name], tmp_path / "camera"
     remarks = export_camera(camera, to, path)
-    assert len(remarks) == (name == "thin")
+    assert ["weighs all rays" in remark for remark in remarks] == [True] + [False] * (name == "thin")
     matrix, focal, focus = {"pbrt": pbrt, "mitsuba": mitsuba, "blender": blender}[to](path)
     x, y, z, _ = matrix @ np.vstack([POINTS.T / 1000.0, np.ones(len(POINTS))])
     raster = np.stack([150.0 + focal * x / z * 300.0 / 36.0, 100.0 - focal * y / z * 200.0 / 24.0], 1)
@@ -71,6 +71,18 @@ def test_an_exported_camera_projects_points_as_ours(to, name, tmp_path):
     uv = np.random.default_rng(0).random((20, 2))
     np.testing.assert_allclose(camera.raster_from_point(np.tile(sharp, (20, 1)), uv)[0], [[150.0, 100.0]] * 20,
                                atol=1e-6)
+
+
+def test_an_exported_orthographic_camera_projects_points_as_ours(tmp_path):
+    """pbrt's screen window, in metres of the camera's x and y, is the whole raster."""
+    camera = lb.OrthographicCamera(FILM, 900.0, world_from_camera=WORLD)
+    assert export_camera(camera, "pbrt", tmp_path / "camera.pbrt") == []
+    text = (tmp_path / "camera.pbrt").read_text(encoding="utf-8")
+    matrix = np.array(re.search(r"Transform \[ (.*?) \]", text)[1].split(), float).reshape(4, 4).T
+    left, right, bottom, top = map(float, re.search(r"screenwindow\" \[ (.*?) \]", text)[1].split())
+    x, y, _, _ = matrix @ np.vstack([POINTS.T / 1000.0, np.ones(len(POINTS))])
+    raster = np.stack([(x - left) / (right - left) * 300.0, (top - y) / (top - bottom) * 200.0], 1)
+    np.testing.assert_allclose(raster, camera.raster_from_point(POINTS)[0], atol=1e-6)
 
 
 def test_a_realistic_camera_has_its_lens_beside_it(tmp_path):
@@ -98,4 +110,4 @@ def test_what_a_file_cannot_hold_is_said(tmp_path):
     remarks = export_camera(camera, "blender", tmp_path / "camera.py")
     for word in ("square pixels", "rolling shutter", "ramps", "frames", "medium"):
         assert sum(word in remark for remark in remarks) == 1
-    assert export_camera(lb.PerspectiveCamera(FILM, 0.7), "pbrt", tmp_path / "camera.pbrt") == []
+    assert export_camera(lb.PerspectiveCamera(FILM, 0.7, weights="one"), "pbrt", tmp_path / "camera.pbrt") == []

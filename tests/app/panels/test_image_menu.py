@@ -22,6 +22,24 @@ def test_small_lights_are_left_to_the_cameras_rays_where_a_person_says_so(drive)
     assert drive(use).view.messages == []
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])
+def test_stars_and_their_strength_are_set_in_the_menu(drive, tmp_path, size):
+    def use(hand):
+        hand.picture()
+        hand.ctx.item_click("**/Picture size")
+        hand.ctx.item_click("**/Stars")
+        hand.ctx.item_click("**/Ghosts")
+        hand.photograph(tmp_path / "menu.png")
+        hand.ctx.item_input_value("**/###stars strength", 20.0)
+        hand.press(imgui.Key.escape)
+        hand.picture()
+        assert hand.settings == replace(SMALL, stars=True, star_strength=20.0, ghosts=True)
+        hand.photograph(tmp_path / "stars.png")
+
+    assert drive(use, SMALL, size).view.messages == []
+
+
 def test_the_choice_is_kept_with_the_settings():
     assert Settings().light_tracing
     assert not Settings.from_dict({"version": 1, "splats": False}).light_tracing

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from lensbench import lenses
-from lensbench.app.panels.lens_browser.section import HEIGHT, WIDTH, section_picture
+from lensbench.app.panels.lens_browser.section import HEIGHT, WIDTH, SectionLook, section_picture
+from lensbench.app.workers.lens_pictures import LensPictures
 
 SIZE = (240, 80)
 
@@ -19,7 +20,7 @@ def inked(picture):
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])
 def test_a_section_fills_its_picture_in_one_direction_and_keeps_its_shape(name, dark):
     lens = lenses.load(name)
-    picture = section_picture(lens, SIZE, dark, 1.0)
+    picture = section_picture(lens, SectionLook(SIZE, dark, 1.0))
     assert picture.shape == (SIZE[1], SIZE[0], 4) and picture.dtype == np.uint8
     top, bottom, left, right = inked(picture)
     across, down = right - left + 1, bottom - top + 1
@@ -32,9 +33,19 @@ def test_a_section_fills_its_picture_in_one_direction_and_keeps_its_shape(name, 
 
 def test_glass_has_the_colour_of_its_theme_and_air_has_none():
     lens = lenses.load("pbrt-dgauss-50mm")
-    dark, light = (section_picture(lens, SIZE, theme, 1.0) for theme in (True, False))
+    dark, light = (section_picture(lens, SectionLook(SIZE, theme, 1.0)) for theme in (True, False))
     row = SIZE[1] // 2
     glass = (dark[row, :, 3] > 0) & (light[row, :, 3] > 0)
     assert 10 < glass.sum() < SIZE[0] // 2
     assert not np.array_equal(dark[row, glass], light[row, glass])
     assert dark[0, 0, 3] == 0
+
+
+@pytest.mark.slow
+def test_the_process_draws_the_same_section_and_its_opacity_survives_the_file(tmp_path):
+    look = SectionLook(SIZE, False, 1.5)
+    made = LensPictures(tmp_path, command=look.command, look="section", processes=1)
+    made.want(["pbrt-dgauss-50mm"], True)
+    made._tasks[0].join(60.0)
+    made.stop()
+    assert np.array_equal(made.found["pbrt-dgauss-50mm"], section_picture(lenses.load("pbrt-dgauss-50mm"), look))

@@ -13,8 +13,9 @@ from lensbench.app.panels.lens_section import panel
 from lensbench.app.panels.lens_section.cardinal_points import pushed_apart
 from lensbench.app.panels.lens_section.viewport import fitted, round_length
 from lensbench.app.state.build import design, setup
+from lensbench.app.state.geometry.elements import elements, sag
 from lensbench.app.state.geometry.ray_fans import Ray
-from lensbench.app.state.geometry.section import elements, sag, sketch
+from lensbench.app.state.geometry.section import sketch
 from lensbench.app.state.settings import Settings
 from tests.app.kinds import of_kind
 from tests.app.stand import centre, drive
@@ -179,6 +180,13 @@ def test_a_fitted_view_shows_all_and_its_map_can_be_undone(width, height):
         assert 13.0 <= point.x <= 13.0 + width and 17.0 <= point.y <= 17.0 + height
         # imgui's points are float32
         assert view.to_lens(corner, point) == pytest.approx((z, y), abs=1e-3 / view.scale)
+
+
+def test_a_fitted_view_keeps_room_for_the_names_of_the_fields():
+    """In a narrow panel they lay over the lens."""
+    for width in (316.0, 1200.0):
+        view = fitted(width, 200.0, -2.0, 90.0, 22.0, 0.0, 95.0)
+        assert width - view.to_screen(ImVec2(0.0, 0.0), 90.0, 0.0).x >= min(95.0, 0.3 * width) - 1e-3
 
 
 @pytest.mark.parametrize(("most", "length"), [(12.0, 10.0), (4.9, 2.0), (0.5, 0.5), (1999.0, 1000.0)])

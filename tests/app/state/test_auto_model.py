@@ -59,7 +59,7 @@ def test_the_picture_at_rest_is_that_of_the_choice_though_its_first_pass_was_not
         # sums of eight samples, in passes of one, two, … : float32 addition in another order
         np.testing.assert_allclose(update.image, expected, rtol=1e-5, atol=1e-6)
         wait(lambda: worker.newest().speeds is not None)
-        assert 0.0 < worker.newest().speeds[0] < worker.newest().speeds[1]
+        assert min(worker.newest().speeds) > 0.0
 
 
 def test_a_camera_that_turns_is_not_judged_again(worker):

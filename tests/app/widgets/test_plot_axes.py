@@ -1,8 +1,9 @@
-"""The map from plot coordinates to pixels on linear, logarithmic and mixed axes, and the ticks of linear ones."""
+"""The map from plot coordinates to pixels on linear, logarithmic and mixed axes, and their ticks."""
 
+import numpy as np
 import pytest
 
-from lensbench.app.widgets.plot_axes import PlotMap, linear_ticks
+from lensbench.app.widgets.plot_axes import PlotMap, linear_ticks, log_ticks
 
 
 def test_a_logarithmic_and_a_linear_axis_each_have_their_own_scale():
@@ -18,3 +19,13 @@ def test_a_logarithmic_and_a_linear_axis_each_have_their_own_scale():
 def test_ticks_are_round_numbers_within_the_axis_that_do_not_touch(low, high, pixels, expected):
     values, labels = linear_ticks(low, high, pixels, 17.0 if low < 0.0 else 42.0)
     assert labels == expected and min(values) >= low and max(values) <= high
+
+
+@pytest.mark.parametrize("pixels", [30.0, 80.0, 200.0, 900.0])
+def test_ticks_of_many_decades_do_not_touch(pixels):
+    """In a low panel each decade had its figure, one over the other."""
+    low, high, room = 1e-5, 1e4, 20.0
+    values, labels = log_ticks(low, high, pixels, room)
+    places = pixels * np.log10(np.array(values) / low) / np.log10(high / low)
+    assert (np.diff(places) >= 0.9 * room).all() and len(values) == len(labels)
+    assert ((places >= 0.0) & (places <= pixels)).any()

@@ -195,3 +195,25 @@ def test_a_low_panel_gives_its_room_to_the_plot(drive):
         assert state.figure is not None and "MTF 0 0" in state.drawn.limits, "no plot was drawn"
 
     drive(use, size=(900, 600))
+
+
+@pytest.mark.slow
+def test_a_copy_of_a_run_is_taken_and_undone(drive, tmp_path):
+    def use(hand):
+        hand.picture()
+        show(hand, "Tolerances")
+        hand.ctx.item_click("//Tolerances/**/###Show pictures")
+        settle(hand)
+        hand.photograph(tmp_path / "copies.png")
+        hand.ctx.item_click("//Tolerances/**/Take a copy…")
+        hand.ctx.yield_(3)
+        hand.photograph(tmp_path / "menu.png")
+        hand.ctx.item_click("//$FOCUSED/###4")
+        hand.picture()
+        assert ", copy " in hand.session.history.present.edited
+        hand.photograph(tmp_path / "taken.png")
+        hand.ctx.key_press(imgui.Key.mod_ctrl | imgui.Key.z)
+        hand.picture()
+        assert hand.session.history.present.edited == ""
+
+    assert drive(use, replace(SMALL, lens="lenshh-cooke-triplet-50", f_number=5.6), (1280, 720)).view.messages == []

@@ -21,7 +21,7 @@ def test_the_pair_under_the_mouse_lights_its_surfaces_and_draws_its_ray(drive, t
         assert state.figure is not None and state.figure.table.rows
         hand.photograph(tmp_path / "before.png")
         brightest = state.figure.table.rows[0][0]
-        first, second = (int(number) - 1 for number in brightest.split("-"))
+        first, second = map(int, brightest.split("-"))
         hand.ctx.item_click(f"//Ghosts/**/{brightest.replace('-', ' · ')}")
         hand.ctx.yield_(4)
         links = hand.session.view.links

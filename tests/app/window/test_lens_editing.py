@@ -10,8 +10,9 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.files.unsaved_lens import Autosave, left_behind
 from lensbench.app.state.build import design
-from lensbench.app.state.geometry.section import surface_curves
+from lensbench.app.state.geometry.elements import surface_curves
 from lensbench.app.state.lens_edit.editing import document_of, original
+from lensbench.app.studies.improvement import substitution
 from lensbench.app.window.lens_editing import LensEditing
 from lensbench.lenses.editing.document import Solve
 from tests.app.conftest import SMALL
@@ -385,6 +386,27 @@ def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(dr
     assert drive(use, TRIPLET).view.messages == []
 
 
+@pytest.mark.slow
+def test_improve_tries_other_glasses_until_it_is_stopped(drive, monkeypatch):
+    monkeypatch.setattr(substitution, "TRIED", 2)
+
+    def use(hand):
+        state = table(hand)
+        start = surfaces(hand)
+        hand.ctx.item_click("**/###Improve")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/Try other glasses")
+        hand.ctx.item_click("**/###Start improving")
+        hand.wait(lambda: any(name == "glass" for _, name in changed(hand, start)), "another glass")
+        assert state.worker.running and state.worker.last < state.worker.first
+        hand.ctx.item_click("**/###Improve")
+        hand.wait(lambda: not state.worker.running, "the stop")
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert surfaces(hand) == start
+
+    assert drive(use, TRIPLET).view.messages == []
+
+
 def test_improve_runs_step_by_step_is_stopped_and_is_one_undo(drive):
     def use(hand):
         state = table(hand)
@@ -414,5 +436,32 @@ def test_improve_runs_step_by_step_is_stopped_and_is_one_undo(drive):
         hand.ctx.item_click("**/###Start improving")
         hand.wait(lambda: not state.worker.running, "the refusal")
         assert "no image" in state.worker.message and surfaces(hand)[0].curvature == -0.05
+
+    drive(use, TRIPLET)
+
+
+@pytest.mark.slow
+def test_a_lens_of_the_library_is_attached_reversed_and_taken_off_again(drive, tmp_path):
+    def use(hand):
+        state = table(hand)
+        start = surfaces(hand)
+        hand.ctx.item_click("**/###More edits")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//$FOCUSED/###menu Attach")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/Another lens…")
+        hand.ctx.yield_(3)
+        hand.ctx.item_input_value("//Attach a lens/##Search lens", "double gauss 50 1954")
+        hand.photograph(tmp_path / "attach.png")
+        hand.ctx.item_click("//Attach a lens/**/###pbrt-dgauss-50mm")
+        hand.ctx.item_click("//Attach a lens/Reversed")
+        hand.ctx.item_click("//Attach a lens/###Attach lens")
+        hand.ctx.yield_(3)
+        assert state.attaching is None and state.problem == ""
+        added = lenses.load("pbrt-dgauss-50mm").surfaces
+        assert len(surfaces(hand)) == len(start) + len(added)
+        assert surfaces(hand)[0].curvature == -added[-1].curvature
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert surfaces(hand) == start
 
     drive(use, TRIPLET)

@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.state.geometry.section import sketch, surface_curves
+from lensbench.app.state.geometry.elements import surface_curves
+from lensbench.app.state.geometry.section import sketch
 from tests.app.conftest import SMALL
 from tests.app.kinds import of_kind
 

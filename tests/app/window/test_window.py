@@ -183,8 +183,7 @@ def test_menus_undo_redo_theme_and_panels(drive):
         section = hello_imgui.get_runner_params().docking_params.dockable_window_of_name("Section")
         assert not section.is_visible
         hand.ctx.menu_click("//##MainMenuBar/View/Reset layout")
-        hand.ctx.yield_(3)
-        assert section.is_visible
+        hand.wait(lambda: section.is_visible, "the layout")
         hand.press(imgui.Key.f1)
         hand.ctx.yield_(2)
         hand.press(imgui.Key.escape)

@@ -67,8 +67,8 @@ def test_an_afocal_lens_has_no_focus_to_shift():
         lb.analysis.focus_shift(plate, 30.0, AXIS)
 
 
-@pytest.mark.parametrize("distance", [inf, 600.0])
-def test_one_fan_stands_for_the_grids_of_all_smaller_stops(distance):
+@pytest.mark.parametrize("distance", [inf, 200.0])
+def test_one_fan_gives_the_grids_of_all_smaller_stops(distance):
     """The rays of a meridian and a quarter of two round pupils give what the grid's rays and cells give."""
     stack = lenses.load("pbrt-dgauss-50mm")
     away = lb.film_distance(stack, distance) + 0.3
@@ -80,14 +80,27 @@ def test_one_fan_stands_for_the_grids_of_all_smaller_stops(distance):
         share = stopped.stop.semi_diameter / stack.stop.semi_diameter
         assert wide.pass_within(share)
         beams = wide.within(share)
-        rays = lb.analysis.ray_grid(stopped, away, on_axis(conditions), 64)
+        rays = lb.analysis.ray_grid(stopped, away, on_axis(conditions), 96)
         expected = through_focus(rays, 30.0, places)[0]
         found = np.stack([beam.through_focus(30.0, places) for beam in beams])
-        # Cells at the round rim leave 1e-3 of the grid's pupil in doubt
-        np.testing.assert_allclose(expected, found[:, None] * np.ones((1, 2, 1)), atol=4e-3)
+        # Cells at the round rim leave 4e-4 of the grid's pupil in doubt
+        np.testing.assert_allclose(expected, found[:, None] * np.ones((1, 2, 1)), atol=2e-3)
         part = weights[:, None, None] * rays.weight[0] / rays.weight[0].sum((1, 2), keepdims=True)
         s, t, m_s, m_t = rays.light[:, 0]
         product, square = weights @ np.array([beam.moments() for beam in beams])
-        assert square == pytest.approx((part * (m_s**2 + m_t**2)).sum(), rel=1e-3)
-        assert product == pytest.approx((part * (s * m_s + t * m_t)).sum(), rel=2e-3)
+        assert square == pytest.approx((part * (m_s**2 + m_t**2)).sum(), rel=3e-4)
+        assert product == pytest.approx((part * (s * m_s + t * m_t)).sum(), rel=5e-4)
     assert not wide.pass_within(1.05)
+
+
+@pytest.mark.parametrize("call", [
+    lambda lens, away: lb.analysis.focus_shift(lens, away, AXIS, [2.8], -3.0),
+    lambda lens, away: lb.analysis.focus_shift(lens, away, AXIS, [2.8], 30.0, float("nan")),
+    lambda lens, away: lb.analysis.relative_illumination(lens, away, lb.Film(), points=1),
+    lambda lens, away: lb.analysis.ghosts(lens, away, wavelength=550.0),
+    lambda lens, away: lb.analysis.conditions(lens, fields=[(1.0, 2.0, 3.0)]),
+])
+def test_numbers_that_mean_nothing_are_refused(call):
+    stack = lenses.load("pbrt-dgauss-50mm")
+    with pytest.raises(lb.LensError, match="positive|at least 2|micrometres|one number"):
+        call(stack, lb.film_distance(stack, inf))

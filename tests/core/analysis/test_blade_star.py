@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.blade_star import add_pattern
+from lensbench.analysis.blade_star import add_pattern, open_pupil
 
 LENS = lenses.load("lib-tronnier-1953")
 AWAY = lb.film_distance(LENS, inf)
@@ -23,6 +23,17 @@ def test_an_odd_number_of_blades_draws_twice_as_many_rays(blades, rays):
     found = star(blades)
     assert len(found.rays) == rays
     assert np.ptp(np.diff(found.rays)) < 0.5 / blades
+
+
+def test_the_open_pupil_has_whole_corners():
+    """Seven blades have seven corners on the circle of the stop; between them the lens bows the edges by a little."""
+    outline = open_pupil(lb.stopped_down(replace(LENS, blades=7), 11.0), AWAY, (0.0, 0.0))
+    before, edges = outline - np.roll(outline, 1, 0), np.roll(outline, -1, 0) - outline
+    turns = np.arctan2(before[:, 0] * edges[:, 1] - before[:, 1] * edges[:, 0], (before * edges).sum(1))
+    corners = outline[turns > 0.5]
+    assert len(corners) == 7 and turns[turns > 0.5] == pytest.approx(np.full(7, 2.0 * pi / 7.0), abs=0.01)
+    assert turns[turns <= 0.5].max() < 0.01
+    assert np.hypot(*corners.T) == pytest.approx(np.full(7, np.hypot(*corners[0])), rel=1e-5)
 
 
 def test_the_rays_lie_across_the_blades_and_turn_with_them():

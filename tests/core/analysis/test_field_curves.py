@@ -7,6 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.analysis.axial_curves import paraxial_focus
 from tests.core.analysis.test_aberrations import THIRD_ORDER, coloured
 from tests.core.oracles import REFERENCE
 
@@ -100,6 +101,16 @@ def test_longitudinal_aberration_starts_at_the_paraxial_focus_and_follows_single
     assert good.sum() > 5
     expected = np.interp(found.heights[good], at_stop, cross)
     np.testing.assert_allclose(found.foci[1][good], expected, atol=0.01 * np.ptp(expected))
+
+
+def test_an_afocal_lens_images_a_near_object():
+    """Two lenses of focal lengths f₁ and f₂, f₁ + f₂ apart, put the object at d at f₂ + (f₂ / f₁)² (f₁ − d) behind."""
+    crown = lb.Glass(1.5)
+    pair = lb.Lens((lb.Surface(0.01, 0.0, 10.0, crown), lb.Surface(0.0, 300.0, 10.0),
+                    lb.Surface(0.0, 0.0, 10.0, crown), lb.Surface(-0.02, 0.0, 10.0)), 0)
+    for distance in (200.0, 500.0):
+        expected = 100.0 + 0.25 * (200.0 - distance)
+        assert paraxial_focus(pair, distance, lb.D_LINE) == pytest.approx(expected, abs=1e-9)
 
 
 def test_the_chromatic_focal_shift_passes_the_foci_of_the_lines():

@@ -97,7 +97,7 @@ def test_copies_are_the_lenses_with_their_numbers():
             hit, after = np.empty((n, 3)), np.empty((n, 3))
             trace_rays(table, False, judge.origins[here], judge.directions[here], hit, after, np.empty(n, np.int32),
                        np.empty(n, np.int32), None, 1)
-            z = judge.film_z + made.focus[copy]
+            z = made.film[copy]
             slopes.append(after[:, :2] / after[:, 2:])
             points.append(hit[:, :2] + (z - hit[:, 2:]) * slopes[-1])
             weights.append(np.full(n, weight))

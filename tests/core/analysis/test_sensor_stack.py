@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from tests.core.analysis.test_ray_grid import hyperbolic, of_angles
+from tests.core.analysis.grids.test_ray_grid import hyperbolic, of_angles
 
 LENS = lenses.load("lib-tronnier-1953")
 AWAY = lb.film_distance(LENS, inf)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from tests.core.analysis.test_ray_grid import of_angles
+from tests.core.analysis.grids.test_ray_grid import of_angles
 from tests.core.oracles import DATA, REFERENCE, lens
 
 TABLES = json.loads((DATA / "spots.json").read_text(encoding="utf-8"))

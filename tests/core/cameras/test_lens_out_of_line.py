@@ -65,6 +65,15 @@ def test_blades_close_the_stop_of_a_lens_out_of_line():
         2.5 / np.pi * np.sin(2.0 * np.pi / 5.0), rel=0.01)              # a pentagon in its circle
 
 
+def test_the_foremost_point_of_a_tilted_dome_is_on_its_glass():
+    """A sphere's foremost point is R before its centre, wherever its vertex has gone."""
+    first = TRIPLET.surfaces[0]
+    camera = lb.LensCamera(posed(TRIPLET, 0, 0, tilt_x=0.1), FILM, 2000.0)
+    centre = np.cos(0.1) / first.curvature
+    assert camera.front + camera.lens.length + camera.film_distance == pytest.approx(centre - 1.0 / first.curvature,
+                                                                                     abs=2e-3)
+
+
 def test_other_models_and_dark_films_are_refused():
     for model in ("polynomial", "thick", "thin", "pinhole"):
         with pytest.raises(lb.CameraError, match="this one has a surface out of line: choose the full trace"):

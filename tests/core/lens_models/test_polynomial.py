@@ -10,7 +10,8 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import U0, U1, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.lens_models.polynomial import DEGREES, Polynomial, polynomial_stage
+from lensbench.lens_models.polynomial import DEGREES, Polynomial
+from lensbench.lens_models.polynomial_stage import polynomial_stage
 from lensbench.pupils.radial_sampler import PupilTable
 
 PIXEL = 0.004                   # mm: of 24 million on full frame

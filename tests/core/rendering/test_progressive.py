@@ -29,6 +29,15 @@ def test_the_film_is_the_same_bit_for_bit_for_any_number_of_threads():
     assert not np.array_equal(pictures[0], lb.render(camera(), scene, samples=3, seed=8))
 
 
+def test_a_picture_without_small_lights_goes_on_from_its_sums():
+    scene = lb.builtin_scene("white-wall")
+    begun, at_once, resumed = (lb.Rendering(camera(film=lb.Film(36.0, 24.0, 24, 16)), scene) for _ in range(3))
+    begun.add(1)
+    resumed.restore(begun.state)
+    assert resumed.add(1) and at_once.add(2)
+    assert np.array_equal(resumed.image(), at_once.image())
+
+
 def test_samples_added_one_by_one_are_those_added_at_once():
     scene = lb.builtin_scene("still-life")
     by_one, at_once = lb.Rendering(camera(), scene), lb.Rendering(camera(), scene)

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import DEPTH, GLASS, GLOSS, METAL, NX, NY, NZ, TB, TG, TR, L, M, N, X, Y, Z
+from lensbench.kernels.block import DEPTH, FINISH, NX, NY, NZ, TB, TG, TR, L, M, N, X, Y, Z
 from lensbench.kernels.block import Step as Stage
 from lensbench.kernels.program import Program
+from lensbench.scenery.finish import GLASS, METAL
 from lensbench.scenery.shading.specular_bounce import specular_bounce
 from tests.core.scenery.test_scene import random_rays, shoot, square_lights, unit
 
@@ -274,7 +275,7 @@ def refract(d, n, ratio):
 
 def bounced(o, d, t, normal, gloss):
     n = len(d)
-    rows = {X: o[:, 0], Y: o[:, 1], Z: o[:, 2], L: d[:, 0], M: d[:, 1], N: d[:, 2], DEPTH: t, GLOSS: np.full(n, gloss),
+    rows = {X: o[:, 0], Y: o[:, 1], Z: o[:, 2], L: d[:, 0], M: d[:, 1], N: d[:, 2], DEPTH: t, FINISH: np.full(n, gloss),
             NX: normal[:, 0], NY: normal[:, 1], NZ: normal[:, 2], TR: np.ones(n), TG: np.ones(n), TB: np.ones(n)}
     out = Program([Stage(specular_bounce, [0.0])], np.float64).run(rows, [X, Y, Z, L, M, N], n).T
     return out[:, :3], out[:, 3:]

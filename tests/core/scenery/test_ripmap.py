@@ -14,9 +14,9 @@ from lensbench.kernels.block import (
     A8,
     BLUE,
     GREEN,
+    PATH,
     PITCH,
     RED,
-    SPECULAR,
     B,
     L,
     M,
@@ -66,7 +66,7 @@ def test_the_last_texel_of_the_largest_image_is_found(specular):
     texels[second + side * (side - 2) + 5] = 4.0, 5.0, 6.0
     lanes = lane_buffer()
     row = rows_of(lanes)
-    row[A7], row[A8], row[SPECULAR] = 0.0, 0.0, specular
+    row[A7], row[A8], row[PATH] = 0.0, 0.0, specular
     row[A1], row[A2] = 1.0, -1.0
     row[A1, 1], row[A2, 1] = 11.0 / side - 1.0, 3.0 / side - 1.0
     integers = np.array(integers)

@@ -12,7 +12,7 @@ from lensbench.cameras.pupil_footprint import FULL_PUPIL_SAMPLES, footprint_step
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.kernels.block import (
     DEPTH,
-    GLOSS,
+    FINISH,
     KEYS,
     NX,
     NY,
@@ -193,6 +193,6 @@ def test_a_gleam_is_finite_and_never_negative_however_grazing_the_ray_and_wide_t
         table[PUPIL_SPREAD] = -size / 10.0 ** random.uniform(1.0, 5.0)
         table[OX:OX + 3] = random.uniform(-1.0, 1.0, (3, B))
         table[PIXEL_SIDE], table[PIXEL_SPREAD] = random.uniform(-5.0, 5.0, B), random.uniform(-0.1, 0.1, B)
-        table[GLOSS], table[TR:TB + 1], table[SR:SB + 1] = random.choice([0.5, 0.955, 0.9985]), 1.0, 0.0
+        table[FINISH], table[TR:TB + 1], table[SR:SB + 1] = random.choice([0.5, 0.955, 0.9985]), 1.0, 0.0
         step.kernel(lanes, parameters, NO_INTEGERS, key)
         assert np.isfinite(table[SR:SB + 1]).all() and table[SR:SB + 1].min() >= 0.0

@@ -33,6 +33,13 @@ def test_edits_of_rows_keep_a_body_together(edit, body):
     assert [i for i, s in enumerate(after.surfaces) if s.pose] == list(range(body[0], body[1] + 1))
 
 
+def test_an_element_of_a_tilted_group_is_turned_round_with_the_group_alone():
+    with pytest.raises(EditError, match="surface 4 is tilted about the vertex of surface 2: turn both"):
+        structure.flipped(with_pose(START, 2, 5, "tilt_x", 0.02), 4, 5)
+    turned = structure.flipped(with_pose(START, 2, 5, "decentre_y", 0.5), 4, 5).lens       # no tilt: any pivot will do
+    assert [turned.vertex(i)[1] for i in range(6)] == [0.0, 0.0, 0.5, 0.5, 0.5, 0.5]
+
+
 def test_a_deleted_pivot_is_said():
     after = structure.deleted(BENT, [2])
     assert after.surfaces[2].pose.pivot == 0

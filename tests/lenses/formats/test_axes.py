@@ -1,11 +1,15 @@
 """Broken axes of Zemax and CODE V files: the conventions of each program, read as poses about one line."""
 
-from math import radians
+from dataclasses import replace
+from math import cos, radians, sin
 
+import numpy as np
 import pytest
 
+import lensbench as lb
 from lensbench import lenses
-from lensbench.lenses import READERS
+from lensbench.lenses import READERS, WRITERS
+from lensbench.lenses.editing.poses import body_at
 
 HEAD = "MODE SEQ\nUNIT {unit}\nENPD 4\nSURF 0\n  TYPE STANDARD\n  DISZ INFINITY\n"
 GLASS = "  GLAS ___BLANK 1 0 1.5 60 0 0 0 0 0 0\n"
@@ -40,14 +44,101 @@ def test_inches_scale_a_decentre():
     assert lens.surfaces[0].pose.decentre_x == pytest.approx(2.54)
 
 
-@pytest.mark.parametrize(("breaks", "said"), [
-    (("PARM 3 10", "PARM 3 0"), "does not return to its line before the image"), (("PARM 3 90", "PARM 3 -90"), "90°"),
-    (("PARM 3 70", "PARM 3 -70; PARM 6 1"), "from −60° to 60°"), (("PARM 1 1e9", "PARM 1 -1e9"), "−10 m to 10 m"),
-    (("PARM 3 nan", "PARM 3 0"), "nan")])
-def test_axes_that_no_lens_has_are_refused_in_a_line(breaks, said):
-    with pytest.raises(lenses.LensFileError, match=said):
-        zemax(f"TYPE COORDBRK; DISZ 0; {breaks[0]}", FRONT, REAR.format(gap=-3), f"TYPE COORDBRK; DISZ 43; {breaks[1]}",
+@pytest.mark.parametrize(("breaks", "said", "surface"), [
+    (("PARM 3 10", "PARM 3 0; PARM 1 0.1"), "does not return to its line before the image", 4),
+    (("PARM 3 90", "PARM 3 -90"), "90°", 1), (("PARM 3 70", "PARM 3 -70; PARM 6 1"), "from −60° to 60°", 1),
+    (("PARM 1 1e5", "PARM 1 -1e5"), "−10 m to 10 m", 1), (("PARM 1 1e9", "PARM 1 -1e9"), "lost in the rounding", 1)])
+def test_axes_that_no_lens_has_are_refused_at_the_line_of_their_break(breaks, said, surface):
+    blocks = (f"TYPE COORDBRK; DISZ 0; {breaks[0]}", FRONT, REAR.format(gap=-3), f"TYPE COORDBRK; DISZ 43; {breaks[1]}",
               IMAGE)
+    with pytest.raises(lenses.LensFileError, match=said) as caught:
+        zemax(*blocks)
+    assert caught.value.line == HEAD.count("\n") + 1 + sum(2 + block.count("; ") for block in blocks[:surface - 1])
+
+
+def test_a_decentre_beyond_the_limit_in_mm_names_its_surface():
+    with pytest.raises(lenses.LensFileError, match="surface 0: decentre_x 11000 mm") as caught:
+        zemax("TYPE COORDBRK; DISZ 0; PARM 1 11", FRONT, REAR.format(gap=0), "TYPE COORDBRK; DISZ 1; PARM 1 -11", IMAGE,
+              unit="METER")
+    assert caught.value.line
+
+
+def test_breaks_and_positions_together_are_refused_at_the_last_break():
+    blocks = ("TYPE COORDBRK; DISZ 0; PARM 1 0.1", FRONT, REAR.format(gap=40), "TYPE COORDBRK; DISZ 0; PARM 1 -0.1",
+              IMAGE + "; MNUM 2 1; THIC 3 1 40; THIC 3 2 41")
+    text = HEAD.format(unit="MM") + "".join(f"SURF {i}\n" + "".join(f"  {line}\n" for line in block.split("; "))
+                                            for i, block in enumerate(blocks, start=1))
+    text = text.replace("  MNUM", "MNUM").replace("  THIC", "THIC")
+    with pytest.raises(lenses.LensFileError, match="with several positions") as caught:
+        READERS[".zmx"](text, "x.zmx")
+    assert text.split("\n")[caught.value.line - 1] == "SURF 4"
+
+
+def test_a_tilt_among_the_properties_of_a_surface_is_refused_at_its_line():
+    still, tilted = (f"SCBD 1 0 0 0.0 0.0 {angle} 0.0 0.0" for angle in ("0.0", "9.0E+00"))
+    lens = zemax(FRONT, f"{REAR.format(gap=40)}; {still}", IMAGE)
+    assert lens.is_in_line and not any("SCBD" in finding.message for finding in lens.findings)
+    with pytest.raises(lenses.LensFileError, match=r"SURF 2: a tilt or decentre .*\(SCBD\) is not read") as caught:
+        zemax(FRONT, f"{REAR.format(gap=40)}; {tilted}", IMAGE)
+    assert caught.value.line == HEAD.count("\n") + 2 + FRONT.count("; ") + 2 + 4
+
+
+def test_a_stop_on_a_coordinate_break_is_named():
+    lens = zemax("TYPE COORDBRK; STOP; DISZ 0; PARM 1 0.1", FRONT.replace("STOP; ", ""), REAR.format(gap=0),
+                 "TYPE COORDBRK; DISZ 1; PARM 1 -0.1", IMAGE)
+    assert any("SURF 1: the stop is marked on a coordinate break" in finding.message for finding in lens.findings)
+
+
+def test_an_image_far_behind_an_afocal_lens_hides_no_decentre():
+    lens = codev("  XDE 0.3; DAR", "S -0.02 1e13", "  CIR 5", "SI")
+    assert lens.surfaces[0].pose.decentre_x == 0.3
+
+
+def about(axis, degrees, axes):
+    """Axes (3, 3), rows, after a right-handed turn about one of themselves: Rodrigues' formula."""
+    k, t = axes[axis], radians(degrees)
+    return np.array([v * cos(t) + np.cross(k, v) * sin(t) + k * (k @ v) * (1.0 - cos(t)) for v in axes])
+
+
+def assert_stands(lens, i, vertex, axes):
+    """Surface i has this vertex and this axis, which its pose gives a point of the axis 1 mm behind the vertex."""
+    frame, z = lens.frames[i], lens.vertices[i]
+    found = np.array([0.0, 0.0, z]) if frame is None else frame.at(z)
+    ahead = np.array([0.0, 0.0, z + 1.0]) if frame is None else frame.at(z + 1.0)
+    assert found == pytest.approx(vertex, abs=1e-9) and ahead - found == pytest.approx(axes[2], abs=1e-9)
+
+
+def test_breaks_of_zemax_are_right_handed_turns_after_the_decentre_or_in_reverse_before_it():
+    """By the help of OpticStudio: decentre, tilts about x, y, z; with order 1 about z, y, x, and then the decentre.
+
+    The second break returns by the same numbers with their signs changed.
+    """
+    lens = zemax("TYPE STANDARD; CURV 0; DISZ 7; DIAM 6",
+                 "TYPE COORDBRK; DISZ 2; PARM 1 0.2; PARM 2 -0.4; PARM 3 10; PARM 4 -20; PARM 5 30", FRONT,
+                 REAR.format(gap=-5),
+                 "TYPE COORDBRK; DISZ 9; PARM 1 -0.2; PARM 2 0.4; PARM 3 -10; PARM 4 20; PARM 5 -30; PARM 6 1", IMAGE)
+    axes, place = np.eye(3), np.array([0.2, -0.4, 7.0])
+    for axis, degrees in ((0, 10.0), (1, -20.0), (2, 30.0)):
+        axes = about(axis, degrees, axes)
+    assert about(0, 10.0, np.eye(3))[1, 2] > 0.0                # right-handed about x: y turns towards z
+    assert_stands(lens, 0, (0.0, 0.0, 0.0), np.eye(3))
+    assert_stands(lens, 1, place + 2.0 * axes[2], axes)
+    assert_stands(lens, 2, place + 5.0 * axes[2], axes)
+    assert lens.length + lens.surfaces[-1].thickness == pytest.approx(7.0 + 9.0, abs=1e-9)      # the image in line
+
+
+def test_a_break_of_zemax_with_order_1_tilts_first():
+    """Forwards with order 1; back, by the inverse, with order 0."""
+    lens = zemax("TYPE COORDBRK; DISZ 0; PARM 1 0.2; PARM 2 -0.4; PARM 3 10; PARM 4 -20; PARM 5 30; PARM 6 1", FRONT,
+                 REAR.format(gap=-3),
+                 "TYPE COORDBRK; DISZ 9; PARM 1 -0.2; PARM 2 0.4; PARM 3 -10; PARM 4 20; PARM 5 -30", IMAGE)
+    axes = np.eye(3)
+    for axis, degrees in ((2, 30.0), (1, -20.0), (0, 10.0)):
+        axes = about(axis, degrees, axes)
+    place = 0.2 * axes[0] - 0.4 * axes[1]
+    shift = [0.0, 0.0, lens.vertex(0)[2] - place[2]]            # a lens begins at z = 0
+    assert_stands(lens, 0, place + shift, axes)
+    assert_stands(lens, 1, place + 3.0 * axes[2] + shift, axes)
 
 
 def codev(*lines):
@@ -55,20 +146,60 @@ def codev(*lines):
     return READERS[".seq"]("\n".join(text), "x.seq")
 
 
-def test_codev_tilts_are_left_handed_and_return_with_dar():
-    lens = codev("  ADE 10; BDE 5; XDE 0.3; DAR", "S -0.02 40", "  CIR 5", "SI")
-    pose = lens.surfaces[0].pose
-    assert pose.tilt_x < 0.0 and pose.tilt_y == pytest.approx(radians(-5.0), rel=0.02) and pose.decentre_x == 0.3
-    assert lens.surfaces[1].pose is None and lens.length == pytest.approx(3.0)
-    alone = codev("  ADE 10; DAR", "S -0.02 40", "  CIR 5", "SI").surfaces[0].pose
-    assert alone.tilt_x == pytest.approx(radians(-10.0)) and alone.tilt_y == 0.0
+def by_code_v(ade, bde, cde):
+    """Axes after the tilts of CODE V: left-handed about x and y, right-handed about z, each about the turned axis."""
+    axes = about(0, -ade, np.eye(3))
+    return about(2, cde, about(1, -bde, axes))
 
 
-def test_codev_groups_tilt_and_go_back():
-    lens = codev("  ADE 10; YDE 0.5", "S -0.02 -3", "  CIR 5", "S 0 43", "  CIR 9", "  ADE 10; YDE 0.5; REV", "SI")
-    assert lens.surfaces[1].pose.pivot == 1 and lens.surfaces[0].pose.decentre_y == 0.5
-    assert lens.surfaces[-1].thickness + lens.length == pytest.approx(43.0, abs=1.0)
-    with pytest.raises(lenses.LensFileError, match="does not return"):
-        codev("  ADE 10", "S -0.02 40", "  CIR 5", "SI")
-    with pytest.raises(lenses.LensFileError, match="mirror bend"):
-        codev("  ADE 10; BEN", "S -0.02 40", "  CIR 5", "SI")
+def test_a_surface_of_codev_with_dar_stands_alone_where_its_turns_put_it():
+    lens = codev("  ADE 10; BDE 5; XDE 0.3; ZDE 0.2; DAR", "S -0.02 40", "  CIR 5", "SI")
+    axes = by_code_v(10.0, 5.0, 0.0)
+    assert axes[2, 1] > 0.0 and axes[2, 0] < 0.0        # left-handed: ADE turns the axis z up, BDE towards −x
+    assert_stands(lens, 0, (0.3, 0.0, lens.vertex(0)[2]), axes)
+    assert_stands(lens, 1, (0.0, 0.0, lens.length), np.eye(3))
+    assert lens.length == pytest.approx(3.0 - 0.2)      # from the first vertex
+    assert lens.surfaces[-1].thickness == pytest.approx(40.0)
+
+
+def test_groups_of_codev_tilt_and_go_back():
+    lens = codev("  ADE 10; BDE -7; CDE 20; YDE 0.5", "S -0.02 -3", "  CIR 5", "S 0 43", "  CIR 9",
+                 "  ADE 10; BDE -7; CDE 20; YDE 0.5; REV", "SI")
+    axes, place = by_code_v(10.0, -7.0, 20.0), np.array([0.0, 0.5, 0.0])
+    for i, way in enumerate((0.0, 3.0, 0.0)):
+        assert_stands(lens, i, place + way * axes[2], axes)
+    assert lens.surfaces[-1].thickness + lens.length == pytest.approx(43.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("lines", "said", "line"), [
+    (["  ADE 10", "S -0.02 40", "  CIR 5", "SI"], "does not return", 7),
+    (["  ADE 10; BEN", "S -0.02 40", "  CIR 5", "SI"], "mirror bend", 7),
+    (["  CIR 5", "  ADE 70; DAR", "S -0.02 40", "  CIR 5", "SI"], "from −60° to 60°", 8),
+    (["S -0.02 40", "  CIR 5", "SI", "  XDE 1"], "of the object or of the image", 10)])
+def test_what_codev_tilts_cannot_be_is_refused_at_their_line(lines, said, line):
+    with pytest.raises(lenses.LensFileError, match=said) as caught:
+        codev(*lines)
+    assert caught.value.line == line
+
+
+def test_commands_of_codev_for_a_range_of_surfaces_set_each_of_them():
+    lens = codev("S -0.02 40", "  CIR 5", "SI", "CIR S1..2 4.5", "XDE S1..2 0.3", "DAR S1..2")
+    assert [s.semi_diameter for s in lens.surfaces[1:]] == [4.5] and body_at(lens, 0) == (0, 1)
+    assert [lens.vertex(i)[0] for i in range(2)] == [0.3, 0.3]
+
+
+@pytest.mark.parametrize(("command", "said"), [
+    ("CIR SA 4", "CIR: 'SA' is not read"), ("CIR S2..1 4", "is no range of surfaces"), ("XDE S9 1", "no surface 9"),
+    ("ADE S1..9 5", "no surface 4"), ("CIR S1..X 4", "is no range of surfaces")])
+def test_commands_of_codev_for_surfaces_that_are_none_are_refused(command, said):
+    with pytest.raises(lenses.LensFileError, match=said):
+        codev("S -0.02 40", "  CIR 5", "SI", command)
+
+
+def test_the_object_of_a_lens_whose_first_surface_pivots_about_the_second_keeps_its_distance():
+    pose = lb.SurfacePose(tilt_x=0.2)
+    lens = lb.Lens((lb.Surface(0.02, 6.0, 5.0, lb.Glass(1.5), pose=replace(pose, pivot=-1)),
+                    lb.Surface(-0.02, 40.0, 5.0, pose=pose)), 0, system=lb.SystemData(object_distances=(200.0,)))
+    for suffix in (".zmx", ".seq"):
+        found = READERS[suffix](WRITERS[suffix](lens)[0], "x" + suffix)
+        assert found.system.object_distances[0] + found.vertex(1)[2] == pytest.approx(200.0 + 6.0, abs=1e-9), suffix

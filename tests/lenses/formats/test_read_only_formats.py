@@ -110,7 +110,7 @@ def test_deeplens_refusals_name_the_surface(tmp_path, keys, value, told):
 
 @pytest.mark.parametrize(("keys", "value", "told"), [
     (["surfaces", 2, "tilt"], 5.0, "not read: tilt of surface 2"),
-    (["mystery"], 3, "not read: mystery"),
+    (["mystery"], 3, "not read: mystery"), (["sensor_size"], [], "not read: r_sensor"),
     (["surfaces", 0, "mat1"], "water", "the medium water in front of the lens"),
 ])
 def test_what_deeplens_holds_beside_is_named(tmp_path, keys, value, told):

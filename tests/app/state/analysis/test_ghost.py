@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+import lensbench as lb
 from lensbench.app.panels.analysis.under_cursor import told
 from lensbench.app.state.analysis.aperture_figures import illumination_figure
 from lensbench.app.state.analysis.bokeh_figure import bokeh_figure
@@ -14,6 +15,7 @@ from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
 from lensbench.app.state.analysis.figure import Bars, Curve, Map, Points
 from lensbench.app.state.analysis.ghost import with_ghost
+from lensbench.app.state.analysis.ghost_images import ghosts_figure, raster_of
 from lensbench.app.state.analysis.grid_ray import nearest_ray, pointed_ray
 from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.state.analysis.point_figures import encircled_figure, line_spread_figure, psf_figure
@@ -23,6 +25,7 @@ from lensbench.app.state.analysis.seidel_figure import seidel_figure
 from lensbench.app.state.analysis.spots import spots_figure
 from lensbench.app.state.analysis.stack_figure import stack_figure
 from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
+from lensbench.app.state.geometry.ray_fans import end_text
 from lensbench.app.state.settings import Settings
 
 B, A = query(replace(Settings(), f_number=4.0)), query(replace(Settings(), f_number=2.0))
@@ -41,6 +44,17 @@ def test_curves_of_a_are_behind_those_of_b_and_read_beside_them():
     assert float(less.replace("−", "-")) == pytest.approx(own.y[0] - other.y[0], rel=0.06)
     assert both.table.head[0] == "lens" and {row[0] for row in both.table.rows} == {"A", "B"}
     assert any("wide open" in remark for remark in both.remarks)
+
+
+def test_a_that_cannot_be_drawn_or_listed_is_said():
+    """The bars of a lens with other surfaces cannot stand beside those of B; nor its numbers, with other columns."""
+    other = query(replace(Settings(), lens="lv-nikon-z-58f095-noct", f_number=None))
+    b, a = seidel_figure(B, 16), seidel_figure(other, 16)
+    both = with_ghost(b, a, "Noct")
+    assert len(a.table.rows) > len(b.table.rows) and a.table.head != b.table.head
+    assert both.table is b.table and "A (Noct) has other plots and numbers, which are not shown" in both.remarks
+    alike = replace(a, table=replace(a.table, head=b.table.head))
+    assert any("A in the numbers alone: Noct" in each for each in with_ghost(b, alike, "Noct").remarks)
 
 
 def test_spots_of_a_have_the_scale_of_b():
@@ -72,7 +86,28 @@ def test_rays_that_a_lit_surface_ends_are_marked_in_fans_and_spots():
         ended = {layer.surface for layer in layers if isinstance(layer, Points | Curve)} - {None}
         assert len(ended) >= 2
     lit = next(layer for layer in seidel_figure(A, 16).rows[0][0].layers if isinstance(layer, Bars))
-    assert lit.surface == 0 and lit.x[0] == 1.0
+    assert lit.surface == 0 and lit.x[0] == 0.0
+
+
+def test_surfaces_have_the_numbers_of_the_table_of_surfaces_from_0():
+    """Panels counted them from 1, and the table of surfaces, `check` and files from 0."""
+    sums = seidel_figure(A, 16)
+    assert [row[0] for row in sums.table.rows] == [*map(str, range(len(A.lens.surfaces))), "sum"]
+    pairs = {row[0] for row in ghosts_figure(A, 8).table.rows}
+    reflect = [i for i in range(len(A.lens.surfaces)) if i != A.lens.stop_index]
+    assert {int(number) for pair in pairs for number in pair.split("-")} == set(reflect)
+    assert "surface 3" in end_text(A.lens, lb.Fate.CLIPPED, 3)
+
+
+@pytest.mark.parametrize("pose", [{}, {"rise": 6.0, "shift": -3.0}, {"tilt": 0.1, "swing": -0.05, "rise": 2.0}])
+def test_the_picture_shows_a_ghost_where_its_ray_meets_the_film(pose):
+    """The mark was that of a film in line."""
+    settings, path = replace(Settings(), **pose), np.array([[2.0, -1.0, 40.0], [5.0, 4.0, 90.0]])
+    pixel = raster_of(settings, path)
+    film, (column, row) = settings.film, pixel
+    own = (0.5 - column / film.pixels_x) * film.width, (row / film.pixels_y - 0.5) * film.height
+    there = settings.film_pose.points(np.array([own]))[0] + [0.0, 0.0, 90.0]
+    assert np.linalg.norm(np.cross(there - path[0], path[1] - path[0])) < 1e-9
 
 
 def test_the_ray_of_a_mark_lands_where_the_mark_is():

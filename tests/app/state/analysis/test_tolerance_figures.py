@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 
 from lensbench.analysis.manufacture import Tolerances
-from lensbench.app.state.analysis.figure import Bars, Curve, Label
+from lensbench.app.state.analysis.figure import Bars, Curve, Label, Map
 from lensbench.app.state.analysis.query import query
-from lensbench.app.state.analysis.tolerance_figures import SHOWN, copies_figure, cost_figure
+from lensbench.app.state.analysis.tolerance_figures import (
+    SHARES,
+    SHOWN,
+    copies_figure,
+    cost_figure,
+    pictures_figure,
+    with_copy,
+)
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.tolerance_text import error_name
 
@@ -38,3 +45,20 @@ def test_the_copies_lie_around_the_design():
         assert (low.y <= median.y).all() and (median.y <= high.y).all()
     assert np.abs(curves[0].y - curves[3].y).max() < 0.1
     assert len(figure.table.rows) == 5 * len(curves[0].x) * 2 and "60 copies" in figure.conditions
+
+
+@pytest.mark.slow
+def test_the_pictures_stand_in_the_order_of_their_contrast_and_a_copy_is_taken_as_an_edited_lens():
+    figure = pictures_figure(query(TRIPLET), 1, Tolerances(decentre=0.05))
+    ((plot,),) = figure.rows
+    assert sum(isinstance(layer, Map) for layer in plot.layers) == 3 * (1 + len(SHARES))
+    design, *copies = figure.table.rows
+    assert [row[0] for row in copies] == list(SHARES)
+    contrast = [row[2] for row in copies]
+    assert contrast == sorted(contrast, reverse=True) and 0.0 < design[2] < 1.0
+    longer = replace(TRIPLET, focal_length=75.0)
+    copies = pictures_figure(query(longer), 1, Tolerances(decentre=0.05)).table.rows[1:]
+    taken = with_copy(longer, Tolerances(decentre=0.05), 4)
+    lens = query(taken).lens
+    assert not lens.is_rotationally_symmetric and lens.name.endswith(f"copy {copies[4][1]}")
+    assert query(taken).setup.at_infinity.efl == pytest.approx(75.0, rel=1e-2)

@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state.geometry.section import surface_curves
+from lensbench.app.state.geometry.elements import surface_curves
 from lensbench.app.state.lens_edit.handles import Handle, HandleKind, dragged, handle_at, label
 from lensbench.lenses.editing.cells import with_rule, with_value
 from lensbench.lenses.editing.document import EditError, LensDocument, Solve

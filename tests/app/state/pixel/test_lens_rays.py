@@ -43,7 +43,7 @@ def test_the_marginal_rays_touch_a_rim_and_the_dead_ones_beyond_name_it():
         if ray.kind == "dead":
             rim = built.lens.surfaces[ray.surface].semi_diameter
             assert abs(ray.path[-1][1]) > rim
-            assert f"surface {ray.surface + 1} " in ray.end or ray.surface == built.lens.stop_index
+            assert f"surface {ray.surface} " in ray.end or ray.surface == built.lens.stop_index
     assert {ray.surface for ray in fan.rays if ray.kind == "dead"}
 
 

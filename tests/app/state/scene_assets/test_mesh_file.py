@@ -134,6 +134,10 @@ BROKEN = {
     "cut.glb": (glb({"nodes": []})[:30], "damaged"), "text.glb": (b"glTF and more text than a header", "damaged"),
     "cycle.glb": (glb({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
                        "nodes": [{"children": [1]}, {"children": [0]}]}), "contains itself"),
+    "bare.glb": (glb({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+                      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+                      "accessors": [{"componentType": 5126, "count": 1 << 29, "type": "VEC3"}]}),
+                 "declares .* elements without data"),
     "lost.glb": (glb({"asset": {"version": "2.0"}, "nodes": [{"children": [7]}]}), "damaged"),
     "list.gltf": (b"[1, 2]", "damaged"), "nothing.gltf": (b"{}", "damaged|no triangles"),
 }
@@ -165,6 +169,42 @@ def test_a_missing_texture_is_said_unless_a_material_takes_its_place(scene, tmp_
     with pytest.raises(SceneFileError, match="its file 'gone.mtl': there is no such file; or give the mesh a material"):
         scene('[[mesh]]\nfile = "a.obj"\n')
     assert len(scene('[[mesh]]\nfile = "a.obj"\nmaterial = { colour = "#ffffff" }\n').meshes) == 1
+
+
+def test_nodes_of_one_look_are_one_mesh_and_those_of_another_their_own(scene, tmp_path, monkeypatch):
+    gltf(tmp_path, nodes=[{"mesh": k % 2, "translation": [0.0, 0.0, 0.001 * k]} for k in range(200)],
+         scenes=[{"nodes": list(range(200))}],
+         materials=[{"pbrMetallicRoughness": {"baseColorFactor": [1.0, 0.0, 0.0, 1.0]}}],
+         meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]},
+                 {"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}])
+    grey, red = sorted(scene('[[mesh]]\nfile = "a.gltf"\n').meshes, key=lambda mesh: mesh.material.colour)
+    assert red.material.colour == (1.0, 0.0, 0.0) and len(red.triangles) == len(grey.triangles) == 200
+    np.testing.assert_allclose(np.unique(red.points[red.triangles][..., 2]), np.arange(0.0, 200.0, 2.0), atol=1e-4)
+    np.testing.assert_allclose(np.unique(grey.points[grey.triangles][..., 2]), np.arange(1.0, 200.0, 2.0), atol=1e-4)
+    monkeypatch.setattr("lensbench.app.state.scene_assets.mesh_file.MOST_TRIANGLES", 399)
+    with pytest.raises(SceneFileError, match="more than 399 triangles"):
+        scene('[[mesh]]\nfile = "a.gltf"\n\n')
+
+
+@pytest.mark.parametrize("change", [
+    None, {"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}]},
+    {"textures": []}, {"images": [{"uri": "data:image/png;base64,AAAA"}]}, {"textures": [{"extensions": {"x": 1}}]}])
+def test_a_texture_of_a_gltf_that_cannot_be_read_is_named(scene, tmp_path, change):
+    """Whole; without places, without texture, damaged, of an unknown extension."""
+    Picture.fromarray(np.full((4, 4, 3), 90, np.uint8)).save(tmp_path / "wood.png")
+    gltf(tmp_path, **{
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}], "textures": [{"source": 0}],
+        "images": [{"uri": "wood.png"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 2}, "indices": 1, "material": 0}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                      {"bufferView": 1, "componentType": 5125, "count": 6, "type": "SCALAR"},
+                      {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC2"}]} | (change or {}))
+    if change is None:
+        assert scene('[[mesh]]\nfile = "a.gltf"\n').meshes[0].material.pattern is not None
+        return
+    with pytest.raises(SceneFileError, match="1 of its textures cannot be read.*or give the mesh a material"):
+        scene('[[mesh]]\nfile = "a.gltf"\n')
+    assert len(scene('[[mesh]]\nfile = "a.gltf"\nmaterial = { colour = "#ffffff" }\n').meshes) == 1
 
 
 @pytest.mark.slow

@@ -8,7 +8,8 @@ import pytest
 
 import lensbench as lb
 from lensbench.app.state.build import setup
-from lensbench.app.state.geometry.section import elements, sag, sketch
+from lensbench.app.state.geometry.elements import elements, sag
+from lensbench.app.state.geometry.section import sketch
 from lensbench.app.state.pixel.beam import beam
 from lensbench.app.state.pixel.lens_rays import film_place
 from lensbench.app.state.pixel.spot import spot_of

@@ -7,8 +7,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.field_beams import OFFSET_S, OFFSET_T, OPD
-from tests.core.analysis.test_ray_grid import of_angles
+from lensbench.analysis.grids.field_beams import OFFSET_S, OFFSET_T, OPD
+from tests.core.analysis.grids.test_ray_grid import of_angles
 from tests.core.oracles import REFERENCE, lens
 
 # rayoptics 0.9.8, `analyses.eval_fan` of its model "Sasian Triplet" at 587.5618 nm: at parts of the paraxial entrance

@@ -8,26 +8,15 @@ from math import inf, isinf, nan, sqrt
 
 import numpy as np
 
-from lensbench.analysis.chief_rays import ChiefRays, find_chief_rays, shoot
-from lensbench.analysis.field_conditions import Conditions
+from lensbench.analysis.grids.chief_rays import ChiefRays, find_chief_rays, pupil_distances
 from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.cache import njit
-from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import surface_steps, trace_steps
-from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.path_trace import PATH, STOP_SHARE, VICTIM, path_steps
 from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import surface_table
-from lensbench.optics.system import FieldKind
 
-COARSE = 20             # points across the scan that finds the open region
-MARGIN = 1.25           # × the image of the stop, that the first scan covers
-WIDER = 1.6             # × its extent, where the region reaches its edge
-SCANS = 4
-NEIGHBOUR = 1e-5        # direction cosine at the stop, of the chief rays beside one
-FARTHEST = 10.0         # × the size of the lens, of an entrance pupil from the first surface
 SLOPE_STEP = 1e-5       # direction cosine, for the image of the stop
 
 _GIVEN = (X, Y, Z, L, M, N, WEIGHT, PATH)
@@ -93,7 +82,7 @@ class FieldBeams:
         backward = Program(trace_steps(lens, film_distance, wavelength), np.float64)
         behind = slice(0, len(lens.surfaces) - lens.stop_index)
         to_stop = Program(surface_steps(lens, film_distance, wavelength, part=behind), np.float64)
-        middles = chief.points + _pupil_distances(lens, film_distance, chief, wavelength)[:, None] * chief.directions
+        middles = chief.points + pupil_distances(lens, film_distance, chief, wavelength)[:, None] * chief.directions
         if not isinf(object_distance):          # at least half-way from the object to the first surface
             point = np.column_stack([sources, np.full(len(sources), -object_distance)])
             first, far = chief.points - point, middles - point
@@ -162,6 +151,14 @@ class FieldBeams:
         return (np.concatenate([self.mirror(places[:, :, both])[:, :, ::-1], places], 2),
                 np.concatenate([level[:, :, both][:, :, ::-1], level], 2))
 
+    @property
+    def reaches(self) -> np.ndarray:
+        """(F,) distance from the object points to `middles`, mm; inf at infinity."""
+        if isinf(self.object_distance):
+            return np.full(len(self.axes), inf)
+        points = np.column_stack([self.sources, np.full(len(self.sources), -self.object_distance)])
+        return np.asarray(np.linalg.norm(self.middles - points, axis=1))
+
     def on_axes(self, vectors: np.ndarray) -> np.ndarray:
         """Components (F, 2) of film vectors (F, 2) along the sagittal and the tangential axis."""
         return np.einsum("fk,fak->fa", vectors, self.axes)
@@ -174,12 +171,8 @@ class FieldBeams:
 
     def starts(self, of_field: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Rows (8, n) of `_GIVEN` of the object's rays of fields (n,) at places (n, 2); 0 for a place that is NaN."""
-        reach = np.zeros(len(self.axes))                # of the object point, 0 at infinity
-        if not isinf(self.object_distance):
-            point = np.column_stack([self.sources, np.full(len(self.sources), -self.object_distance)])
-            reach = np.linalg.norm(self.middles - point, axis=1)
         out = np.zeros((len(_GIVEN), len(of_field)))
-        _start(of_field, places, self.middles, self.chief.directions, self.frames, reach, self.lens.front_index,
+        _start(of_field, places, self.middles, self.chief.directions, self.frames, self.reaches, self.lens.front_index,
                self.lens.length + self.film_distance, out)
         return out
 
@@ -233,95 +226,13 @@ class FieldBeams:
         (a, b), (c, d) = (self.stop_slopes[:, i].T.reshape(2, *shape) for i in (0, 1))
         return np.hypot(a * ds + b * dt, c * ds + d * dt)
 
-    def open_boxes(self, conditions: Conditions) -> tuple[np.ndarray, list[Finding]]:
-        """(F, 2, 2) low and high pupil coordinate, sagittal and tangential, of the open region; NaN where dark."""
-        a, b, c, d = self.stop_slopes.reshape(-1, 4).T
-        with np.errstate(divide="ignore", invalid="ignore"):
-            half = MARGIN * np.column_stack([np.hypot(d, b), np.hypot(c, a)]) / np.abs(a * d - b * c)[:, None]
-        low, high = self.chief_pupil - half, self.chief_pupil + half
-        boxes = np.full((len(low), 2, 2), nan)
-        left = np.flatnonzero(np.isfinite(half).all(1))
-        cell = (np.arange(COARSE) + 0.5) / COARSE
-        for _ in range(SCANS):
-            if not left.size:
-                break
-            some = self._only(left)
-            size = high[left] - low[left]
-            s, t = (low[left, k, None] + cell * size[:, k, None] for k in (0, 1))
-            s, t = (np.ascontiguousarray(np.broadcast_to(each, (left.size, COARSE, COARSE)))
-                    for each in (s[:, None, :], t[:, :, None]))
-            level = some.grid_towards_scene(s, t)[1]
-            bounds = np.empty((left.size, 4))
-            _bounds(level, bounds)                      # in cells, s low, s high, t low, t high; NaN for a dark field
-            lit, wide = np.isfinite(bounds[:, 0]), bounds
-            touches = np.column_stack([wide[:, 0] < 0.5, wide[:, 1] > COARSE - 0.5, wide[:, 2] < 0.5,
-                                       wide[:, 3] > COARSE - 0.5]) & lit[:, None]
-            done = lit & ~touches.any(1)
-            places = bounds.reshape(-1, 2, 2) / COARSE
-            boxes[left[lit]] = low[left[lit], :, None] + places[lit] * size[lit][:, :, None]
-            # Widen the scan where the region reaches its edge, everywhere where nothing was found
-            grow = np.where(touches | ~lit[:, None], 0.5 * (WIDER - 1.0), 0.0)
-            low[left] -= grow[:, ::2] * size
-            high[left] += grow[:, 1::2] * size
-            left = left[~done]
-        findings = []
-        dark = np.flatnonzero(~np.isfinite(boxes).all((1, 2)))
-        if dark.size:
-            names = ", ".join(field_name(conditions, int(i)) for i in dark)
-            findings.append(Finding(
-                Kind.DARK, None, f"no light reaches {'these fields' if dark.size > 1 else 'the field'} {names}: beyond "
-                "what the lens sees, or beyond its image circle", figures={"fields": float(dark.size)}))
-        return boxes, findings
-
-    def _only(self, which: np.ndarray) -> "FieldBeams":
+    def only(self, which: np.ndarray) -> "FieldBeams":
         """These fields alone."""
         chief = ChiefRays(*(getattr(self.chief, name)[which] for name in
                             ("at_stop", "points", "directions", "images", "image_directions")))
         return FieldBeams(self.lens, self.film_distance, chief, self.object_distance, self.wavelength, self.axes[which],
                           self.middles[which], self.frames[which], self.sources[which], self.chief_pupil[which],
                           self.stop_slopes[which], self.backward, self.to_stop, self.sphere_curvatures[which])
-
-    def beam_areas(self, places: np.ndarray, level: np.ndarray) -> np.ndarray:
-        """(F, N, N) light of an evenly lit beam per cell of the grid, from `towards_scene` of its rays.
-
-        An object at infinity lights the beam's area evenly, one nearby by Lambert's law. Cells of rays that do not
-        come through have no light, and neither have those beyond a fold: their places belong to other cells too.
-        """
-        out = np.zeros(places.shape[:3])
-        _areas(places, level, out)
-        if not isinf(self.object_distance):
-            point = np.column_stack([self.sources, np.full(len(self.sources), -self.object_distance)])
-            reach = np.linalg.norm(self.middles - point, axis=1)[:, None, None]
-            far = np.sqrt(reach**2 + np.where(np.isfinite(places), places, 0.0)**2 @ np.ones(2))
-            along = (np.einsum("fija,fa->fij", np.nan_to_num(places), self.frames[:, :, 2])
-                     + reach * self.chief.directions[:, 2, None, None])
-            out *= np.nan_to_num((reach / far) ** 3 * np.abs(along / far))
-        return out
-
-
-def _pupil_distances(lens: Lens, film_distance: float, chief: ChiefRays, wavelength: float) -> np.ndarray:
-    """(F,) distance along each chief ray from its point to the entrance pupil of the field, where neighbours cross it.
-
-    0 where no neighbour is known; at most FARTHEST × the size of the lens.
-    """
-    table = surface_table(lens, wavelength)
-    product, square = np.zeros((2, len(chief.points)))
-    for step in (NEIGHBOUR * np.eye(2)):
-        beside = shoot(lens, film_distance, chief.at_stop + step, table)
-        apart, turned = beside.points - chief.points, beside.directions - chief.directions
-        apart = apart - (apart * chief.directions).sum(1)[:, None] * chief.directions
-        product += (apart * turned).sum(1)
-        square += (turned * turned).sum(1)
-    most = FARTHEST * (lens.length + lens.surfaces[0].semi_diameter)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.nan_to_num(np.clip(-product / square, -most, most))
-
-
-def field_name(conditions: Conditions, i: int) -> str:
-    """A field in words, such as "12.4 mm" or "14°"."""
-    x, y = conditions.fields[i]
-    unit = "°" if conditions.field_kind is FieldKind.ANGLE else " mm"
-    return f"{significant(y, 4)}{unit}" if x == 0.0 else f"({significant(x, 4)}, {significant(y, 4)}){unit}"
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -340,7 +251,7 @@ def _across(points, directions, middles, axes, frames, out):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _start(of_field, places, middles, axes, frames, reach, index, film_z, out):
-    """Rows of `_GIVEN` (8, n) of rays of fields (n,) at places (n, 2); reach (F,) of the object points, 0: infinite."""
+    """Rows of `_GIVEN` (8, n) of rays of fields (n,) at places (n, 2); reach (F,): `reaches`."""
     for i in range(of_field.size):
         f = of_field[i]
         s, t = places[i, 0], places[i, 1]
@@ -351,7 +262,7 @@ def _start(of_field, places, middles, axes, frames, reach, index, film_z, out):
         y = s * frames[f, 0, 1] + t * frames[f, 1, 1]
         z = s * frames[f, 0, 2] + t * frames[f, 1, 2]
         out[0, i], out[1, i], out[2, i] = middles[f, 0] + x, middles[f, 1] + y, middles[f, 2] + z - film_z
-        if reach[f] == 0.0:
+        if reach[f] == np.inf:
             out[3, i], out[4, i], out[5, i] = axes[f, 0], axes[f, 1], axes[f, 2]
             continue
         across2 = s * s + t * t
@@ -392,115 +303,3 @@ def _finish(out, of_field, images, axes, curvatures, values, victim):
         values[SHARE, lane] = out[9, lane]
         values[LEVEL, lane] = sqrt(out[6, lane])
         victim[lane] = np.int16(out[8, lane])
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def scatter(landed, victims, keep, c, mirrored, rows, victim):
-    """Put the rows (9, n) and victims (n,) of rays into wavelength c of (9, F, C, N, N) and (F, C, N, N).
-
-    keep: (n,) cells of the rays, indices into F × N × N. mirrored: whether a ray counts for its mirror image too.
-    """
-    columns = rows.shape[4]
-    cells = rows.shape[3] * columns
-    for k in range(keep.size):
-        f, cell = keep[k] // cells, keep[k] % cells
-        i, j = cell // columns, cell % columns
-        for q in range(rows.shape[0]):
-            rows[q, f, c, i, j] = landed[q, k]
-        victim[f, c, i, j] = victims[k]
-        other = columns - 1 - j
-        if mirrored and other != j:
-            for q in range(rows.shape[0]):
-                sagittal = q == OFFSET_S or q == SLOPE_S or q == PUPIL_S
-                rows[q, f, c, i, other] = -landed[q, k] if sagittal else landed[q, k]
-            victim[f, c, i, other] = victims[k]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def cell_slope(level, i, j, axis):
-    """Change of a level per cell along an axis, from the neighbours that are finite; 0 where there is none."""
-    di, dj = (1, 0) if axis == 0 else (0, 1)
-    rows, columns = level.shape
-    here = level[i, j]
-    after = level[i + di, j + dj] if i + di < rows and j + dj < columns else np.nan
-    before = level[i - di, j - dj] if i >= di and j >= dj else np.nan
-    has_after, has_before = abs(after) < np.inf, abs(before) < np.inf
-    if has_after and has_before:
-        return 0.5 * (after - before)
-    if has_after:
-        return after - here
-    return here - before if has_before else 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _bounds(level, out):
-    """Extents of level < 1 in cells of (F, N, N): out (F, 4) low and high column, low and high row; NaN where none is.
-
-    A rim between two cells is where the level, linear between them, is 1; the extents get half a cell more.
-    """
-    fields, rows, columns = level.shape
-    for f in range(fields):
-        low_s, high_s, low_t, high_t = np.inf, -np.inf, np.inf, -np.inf
-        for i in range(rows):
-            for j in range(columns):
-                here = level[f, i, j]
-                if not here < 1.0:
-                    continue
-                s, t = j + 0.5, i + 0.5
-                low_s = min(low_s, s - (_part(here, level[f, i, j - 1]) if j > 0 else 0.5))
-                high_s = max(high_s, s + (_part(here, level[f, i, j + 1]) if j < columns - 1 else 0.5))
-                low_t = min(low_t, t - (_part(here, level[f, i - 1, j]) if i > 0 else 0.5))
-                high_t = max(high_t, t + (_part(here, level[f, i + 1, j]) if i < rows - 1 else 0.5))
-        found = high_s > low_s
-        out[f, 0], out[f, 1] = (low_s - 0.5, high_s + 0.5) if found else (np.nan, np.nan)
-        out[f, 2], out[f, 3] = (low_t - 0.5, high_t + 0.5) if found else (np.nan, np.nan)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _part(here, there):
-    """Place of the level 1 between a cell inside and its neighbour, in cells: at most 1."""
-    if not there < np.inf:
-        return 1.0
-    return 1.0 if there <= 1.0 else (1.0 - here) / (there - here)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _areas(places, level, out):
-    """Area of the beam per cell of the exit pupil (F, N, N), from places (F, N, N, 2) of rays with a finite level.
-
-    A cell has the mean area of the parallelograms at its four corners, each with one neighbour along both axes: of
-    those that turn as the field's open ones do, level < 1, and 0 unless most do.
-    """
-    fields, rows, columns, _ = places.shape
-    for f in range(fields):
-        turn = 0.0
-        for i in range(rows - 1):
-            for j in range(columns - 1):
-                if level[f, i, j] < 1.0:
-                    area = _parallelogram(places, level, f, i, j, 1, 1)
-                    turn += area if abs(area) < np.inf else 0.0
-        sign = 1.0 if turn >= 0.0 else -1.0
-        for i in range(rows):
-            for j in range(columns):
-                total, alike, known = 0.0, 0, 0
-                for di in (-1, 1):
-                    for dj in (-1, 1):
-                        area = sign * _parallelogram(places, level, f, i, j, di, dj)
-                        if abs(area) < np.inf:
-                            known += 1
-                            if area > 0.0:
-                                alike += 1
-                                total += area
-                out[f, i, j] = total / alike if 2 * alike > known else 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _parallelogram(places, level, f, i, j, di, dj):
-    """Signed area between a cell and its neighbours along both axes; NaN where one is missing or has a lost ray."""
-    if not (0 <= i + di < places.shape[1] and 0 <= j + dj < places.shape[2]):
-        return np.nan
-    if not (level[f, i, j] < np.inf and level[f, i + di, j] < np.inf and level[f, i, j + dj] < np.inf):
-        return np.nan
-    s, t = places[f, i, j, 0], places[f, i, j, 1]
-    return di * dj * ((places[f, i + di, j, 0] - s) * (places[f, i, j + dj, 1] - t)
-                      - (places[f, i + di, j, 1] - t) * (places[f, i, j + dj, 0] - s))

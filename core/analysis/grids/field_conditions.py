@@ -43,6 +43,12 @@ class Conditions:
         Object plane → first vertex, mm; inf for an object at infinity.
     findings : tuple of Finding
         What is assumed or left out; ignored in comparisons.
+
+    Raises
+    ------
+    LensError
+        For wavelengths that are not positive micrometres, weights, fields or a primary wavelength that do not fit, and
+        object heights of an object at infinity.
     """
 
     field_kind: FieldKind
@@ -67,10 +73,7 @@ class Conditions:
         if not self.wavelengths or len(self.weights) != len(self.wavelengths):
             raise LensError("an analysis needs at least one wavelength, and a weight for each")
         for each in self.wavelengths:
-            if not 0.0 < each < inf:
-                raise LensError("a wavelength must be a positive number of micrometres")
-            if each > LONGEST:
-                raise LensError(f"wavelength {significant(each)} µm: give it in micrometres, such as 0.55 for 550 nm")
+            check_wavelength(each)
         if not 0 <= self.primary < len(self.wavelengths):
             raise LensError(f"primary wavelength {self.primary}: there are {len(self.wavelengths)}")
         if not sum(self.weights) > 0.0 or min(self.weights) < 0.0:
@@ -138,6 +141,43 @@ def conditions(lens: Lens, film: Film | None = None, fields=None, wavelengths=No
     return Conditions(kind, points, colours, weights, primary, object_distance, tuple(findings))
 
 
+def check_wavelength(wavelength: float) -> None:
+    """LensError for what is no wavelength in µm."""
+    if not 0.0 < wavelength < inf:
+        raise LensError("a wavelength must be a positive number of micrometres")
+    if wavelength > LONGEST:
+        raise LensError(f"wavelength {significant(wavelength)} µm: give it in micrometres, such as 0.55 for 550 nm")
+
+
+def field_name(given: Conditions, i: int) -> str:
+    """A field in words.
+
+    Parameters
+    ----------
+    given : Conditions
+        Conditions with the field.
+    i : int
+        Index of the field.
+
+    Returns
+    -------
+    str
+        Such as "12.4 mm" or "14°".
+    """
+    x, y = given.fields[i]
+    unit = "°" if given.field_kind is FieldKind.ANGLE else " mm"
+    return f"{significant(y, 4)}{unit}" if x == 0.0 else f"({significant(x, 4)}, {significant(y, 4)}){unit}"
+
+
+def field_names(given: Conditions, which: np.ndarray) -> str:
+    """Fields by their rising indices (n,), in words; more than three neighbours by the first and the last."""
+    parts: list[str] = []
+    for run in np.split(which, np.flatnonzero(np.diff(which) != 1) + 1):
+        names = [field_name(given, int(i)) for i in run]
+        parts += [f"{names[0]} to {names[-1]}"] if len(names) > 3 else names
+    return ", ".join(parts)
+
+
 def _fields(lens: Lens, film: Film | None, fields, kind: FieldKind, object_distance: float,
             findings: list[Finding]) -> tuple[FieldKind, tuple[tuple[float, float], ...]]:
     if fields is None and lens.system.fields:
@@ -149,6 +189,8 @@ def _fields(lens: Lens, film: Film | None, fields, kind: FieldKind, object_dista
         findings.append(note(Kind.ASSUMED, "the lens states object heights, but its object is at infinity here: "
                                            "fields over the film instead"))
     if fields is not None and not isinstance(fields, int | np.integer):
+        if any(np.ndim(each) and len(each) != 2 for each in fields):
+            raise LensError("a field point is one number, y, or two, (x, y)")
         points = tuple((0.0, float(each)) if np.ndim(each) == 0 else (float(each[0]), float(each[1]))
                        for each in fields)
         return kind, points
@@ -183,11 +225,12 @@ def _colours(lens: Lens, wavelengths, findings: list[Finding]) -> tuple[tuple[fl
     if not all(weight >= 0.0 for _, weight in pairs):
         raise LensError("the weights of the wavelengths must not be negative, and one must be positive")
     known: list[tuple[float, float]] = []
-    chief = 0
+    chief, why = 0, ""
     for i, (line, weight) in enumerate(pairs):
         try:
             lens.indices(line)
         except GlassError as error:
+            why = why or str(error)
             findings.append(Finding(Kind.LEFT_OUT, None, f"wavelength {significant(1000.0 * line)} nm is left out: "
                                                          f"{error}", figures={"wavelength": line}))
             continue
@@ -195,7 +238,7 @@ def _colours(lens: Lens, wavelengths, findings: list[Finding]) -> tuple[tuple[fl
         if weight > 0.0 or i == primary:
             known.append((line, weight))
     if not known:
-        raise LensError("no glass table of this lens covers any of the wavelengths")
+        raise LensError(f"no wavelength is left to analyse: {why}")
     total = sum(weight for _, weight in known) or 1.0
     if wavelengths is None:
         findings.append(note(Kind.ASSUMED, f"wavelengths {source}: "

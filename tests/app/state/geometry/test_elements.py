@@ -1,10 +1,10 @@
-"""The section of surfaces out of line: its curves are cuts of the true surfaces by the meridional plane."""
+"""Outlines of surfaces out of line: they are cuts of the true surfaces by the meridional plane."""
 
 import numpy as np
 import pytest
 
 from lensbench import lenses
-from lensbench.app.state.geometry.section import elements, surface_curves
+from lensbench.app.state.geometry.elements import elements, surface_curves
 from tests.core.optics.test_surface_pose import posed
 
 TRIPLET = lenses.load("lenshh-cooke-triplet-50")

@@ -8,8 +8,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.chief_rays import find_chief_rays
-from lensbench.analysis.field_beams import FieldBeams
+from lensbench.analysis.grids.chief_rays import find_chief_rays
+from lensbench.analysis.grids.field_beams import FieldBeams
+from lensbench.lenses.paraxial import axial_heights
 from lensbench.optics.finding import Kind
 from tests.core.oracles import REFERENCE, lens
 
@@ -242,13 +243,15 @@ def test_beams_behind_blades_that_lean_are_traced_in_full():
 
 @pytest.mark.parametrize(("name", "field", "reach", "part"), [
     ("lib-miyamoto-fisheye-1964", 0.0, 3.0, 0.003), ("lib-miyamoto-fisheye-1964", 11.8, 3.0, 0.003),
-    ("fujifilm-fujinon-xf-r-lm-wr-23-f14", 13.4, 9.0, 0.006),
+    ("fujifilm-fujinon-xf-r-lm-wr-23-f14", 13.4, 9.0, 0.006), ("lib-us7558005a", 0.0, 1.0, 0.012),
+    ("lentil-minolta-fisheye-1978", 21.63, 5.0, 0.01),
 ])
 def test_a_strongly_aberrated_beam_is_whole_and_counts_once(name, field, reach, part):
     """The rms radius is that of all rays of the object that pass, whatever the way that their pupil is found.
 
     The rays of the film's centre leave the fisheye, whose entrance pupil lies 21 mm behind the first surface, up to
-    half a degree off the axis. Past the rims of the other lens, rays fold back into the beam.
+    half a degree off the axis. Past the rims of the second lens, rays fold back into the beam; past those of the phone
+    lens they land far from it; and at the edge of the other fisheye neighbouring rays part without limit.
     """
     stack = lenses.load(name)
     away = lb.film_distance(stack, inf)
@@ -347,7 +350,7 @@ def test_no_light_is_missed_where_rays_fold_past_the_rim():
     away = lb.film_distance(stack, 1200.0)
     given = lb.analysis.conditions(stack, None, [0.35, 0.4], [lb.D_LINE], object_distance=1200.0 - away - stack.length)
     rays = lb.analysis.ray_grid(stack, away, given, 16)
-    assert not [each for each in rays.findings if each.kind is Kind.SAMPLING]
+    assert not [each for each in rays.findings if each.kind is Kind.SAMPLING and "fields" in each.figures]
 
 
 def test_widened_cells_are_as_fine_as_the_light_allows():
@@ -356,3 +359,34 @@ def test_widened_cells_are_as_fine_as_the_light_allows():
     given = lb.analysis.conditions(stack, None, [4.0], [lb.D_LINE], object_distance=1200.0 - away - stack.length)
     rays = lb.analysis.ray_grid(stack, away, given, 16)
     assert (rays.coverage > 0.0).sum() > 150
+
+
+def test_a_sliver_of_light_has_a_grid_of_its_own_size():
+    """At the edge of light rims leave a triangle, a sixth of the stop's image: its rays had a third too much light."""
+    stack = lenses.load("nikon-af-p-dx-nikkor-g-vr-10-20-f45").at(zoom=0.0, close=0.0)
+    given = lb.analysis.conditions(stack, fields=(9.95,), wavelengths=[lb.D_LINE])
+    coarse, fine = (lb.analysis.ray_grid(stack, lb.film_distance(stack, inf), given, points) for points in (12, 96))
+    assert (coarse.coverage > 0.0).sum() > 0.1 * 12**2
+    assert coarse.open_area[0] == pytest.approx(float(fine.open_area[0]), rel=0.04)
+    assert lb.analysis.spots(coarse).white_rms_radius[0, 0] == pytest.approx(
+        float(lb.analysis.spots(fine).white_rms_radius[0, 0]), rel=5e-3)
+
+
+def test_rays_of_rims_that_carry_the_spot_are_a_finding():
+    """The rms radius is a third too large at 32 points: rays just outside the rim land 2 mm away."""
+    stack = lenses.load("fujifilm-fujinon-xf-r-wr-23-f2").at(zoom=0.0, close=0.0)
+    given = lb.analysis.conditions(stack, fields=(0.0, 7.05), wavelengths=[lb.D_LINE])
+    away = lb.film_distance(stack, inf)
+    finding, = (each for each in lb.analysis.ray_grid(stack, away, given, 32).findings if each.kind is Kind.SAMPLING)
+    assert "7.05 mm" in str(finding) and finding.figures == {"uneven": 1.0}
+
+
+def test_light_through_a_hole_far_smaller_than_the_stop_is_found():
+    """A rim of 1 µm: the paraxial ray that touches it has the slope y / (y₂ f), by the height y at the surface."""
+    stack = lenses.load("pbrt-dgauss-50mm")
+    rims = [0.001 if i == 2 else each.semi_diameter for i, each in enumerate(stack.surfaces)]
+    hole = replace(stack, surfaces=tuple(replace(each, semi_diameter=rim) for each, rim in zip(
+        stack.surfaces, rims, strict=True)))
+    rays = lb.analysis.ray_grid(hole, lb.film_distance(hole, inf), lb.analysis.conditions(hole, fields=(0.0, 1.0)), 24)
+    slope = 0.001 / (axial_heights(stack.surfaces)[2] * lb.first_order(stack).efl)
+    assert rays.open_area[0] == pytest.approx(np.pi * slope**2, rel=5e-3) and rays.lit.all()

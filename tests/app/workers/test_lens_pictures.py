@@ -1,4 +1,4 @@
-"""Thumbnails of lenses: read where they are kept, rendered by a process, named by content, and never in the way."""
+"""Small pictures of lenses: read where they are kept, rendered by a process, named by content, and never in the way."""
 
 import os
 import sys
@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lensbench.app.workers import lens_thumbnails
-from lensbench.app.workers.lens_thumbnails import DAYS, LensThumbnails, file_name
+from lensbench.app.workers.lens_pictures import DAYS, LensPictures, file_name
 from lensbench.app.workers.thumbnail_process import LONGER_SIDE, thumbnail_settings
 
 LENS, OTHER, THIRD = "pbrt-dgauss-50mm", "pbrt-fisheye-10mm", "pbrt-telephoto-250mm"
@@ -37,7 +36,7 @@ def until(done, seconds=60.0):
 
 @pytest.fixture
 def made(tmp_path):
-    thumbnails = LensThumbnails(tmp_path, command=QUICK)
+    thumbnails = LensPictures(tmp_path, command=QUICK)
     yield thumbnails
     thumbnails.stop()
 
@@ -46,7 +45,7 @@ def test_a_picture_is_made_once_and_then_read(made, tmp_path):
     made.want([LENS], True)
     until(lambda: not made.missing)
     assert made.found[LENS].shape == (4, 6, 3) and (tmp_path / file_name(LENS)).exists()
-    again = LensThumbnails(tmp_path, command=("there is no such program",))
+    again = LensPictures(tmp_path, command=("there is no such program",))
     again.want([LENS], False)
     until(lambda: not again.missing)
     assert np.array_equal(again.found[LENS], made.found[LENS]) and again.problems == {}
@@ -61,9 +60,8 @@ def test_nothing_is_rendered_while_the_processor_is_needed(made):
     until(lambda: not made.missing)
 
 
-def test_two_processes_render_at_once_after_the_first_picture(tmp_path, monkeypatch):
+def test_two_processes_render_at_once_after_the_first_picture(tmp_path):
     """Each picture but the first waits for another process that is at work."""
-    monkeypatch.setattr(lens_thumbnails, "PROCESSES", 2)
     command = (sys.executable, "-c", f"""
 import os, sys, time
 from pathlib import Path
@@ -77,7 +75,7 @@ for line in sys.stdin:
     Image.new("RGB", (6, 4)).save(path, "PNG")
     print("ok" if time.monotonic() < end else "alone", flush=True)
 """)
-    made = LensThumbnails(tmp_path / "kept", command=command)
+    made = LensPictures(tmp_path / "kept", command=command, processes=2)
     made.want([LENS, OTHER, THIRD], True)
     until(lambda: not made.missing)
     made.stop()
@@ -91,7 +89,7 @@ def test_a_lens_without_a_picture_says_why_and_the_others_go_on(made):
 
 
 def test_a_process_that_cannot_start_is_a_problem_and_no_end(tmp_path):
-    made = LensThumbnails(tmp_path, command=("there is no such program",))
+    made = LensPictures(tmp_path, command=("there is no such program",))
     made.want([LENS], True)
     until(lambda: not made.missing)
     assert "No such file" in made.problems[LENS]
@@ -116,12 +114,13 @@ def test_unused_files_are_removed_and_others_stay(made, tmp_path):
     assert not old.exists() and new.exists()
 
 
-def test_the_file_changes_with_the_lens_and_not_with_its_name():
+def test_the_file_changes_with_the_lens_and_the_look():
     assert file_name(LENS) != file_name(OTHER) and file_name(LENS) == file_name(LENS)
+    assert file_name(LENS, "a section") != file_name(LENS)
 
 
 def test_a_stopped_worker_leaves_no_process(tmp_path):
-    slow = LensThumbnails(None, command=(sys.executable, "-c", "import time; time.sleep(600)"))
+    slow = LensPictures(None, command=(sys.executable, "-c", "import time; time.sleep(600)"))
     slow.want([LENS], True)
     until(lambda: slow._processes)
     process, = slow._processes
@@ -136,7 +135,7 @@ def test_a_thumbnail_shows_the_lens_at_its_best():
 
 @pytest.mark.slow
 def test_the_renderer_writes_a_picture_with_bright_lights(tmp_path):
-    made = LensThumbnails(tmp_path)
+    made = LensPictures(tmp_path)
     made.want([LENS], True)
     until(lambda: not made.missing, 240.0)
     assert made.problems == {}

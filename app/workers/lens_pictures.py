@@ -1,8 +1,8 @@
-"""Small pictures through the lenses of the library: made in the background, kept in the user's cache folder.
+"""Small pictures of the lenses of the library: made in the background, kept in the user's cache folder.
 
-A file is named by the content of the lens file and by the versions of what draws it, written beside its place and
-renamed. Other processes render while the picture of the window leaves the processor: set-up holds the GIL for half of
-the time of a thumbnail, so that two processes of one thread take half as long as one of two.
+Thumbnails are pictures through the lenses, others their sections. A file is named by the content of the lens file and
+by the versions of what draws it, written beside its place and renamed. Other processes make them: in a thread of this
+one they would hold the GIL, which the window needs.
 """
 
 import hashlib
@@ -25,41 +25,42 @@ from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import thread_count
 from lensbench.lenses import catalogue
 
-VERSION = 2                     # of the look of a thumbnail: another one draws all of them again
+THUMBNAIL = "2"                 # the look of a thumbnail: another one draws all of them again
 DAYS = 30                       # that an unused file is kept
-PROCESSES = min(4, thread_count())      # each of them loads the library: 150 MB
-COMMAND = (sys.executable, "-m", "lensbench.app.workers.thumbnail_process")
+PROCESSES = min(4, thread_count())      # for thumbnails. Each loads the library: 150 MB
+# Of one thread each: set-up holds the GIL for half of the time of a thumbnail
+COMMAND = (sys.executable, "-m", "lensbench.app.workers.thumbnail_process", str(max(1, thread_count() // PROCESSES)))
 
 Pixels = NDArray[np.uint8]
 
 
-def thumbnail_folder() -> Path:
-    """The user's thumbnails: lensbench/thumbnails in $XDG_CACHE_HOME or ~/.cache; it may not exist yet."""
+def pictures_folder() -> Path:
+    """The user's pictures of lenses: lensbench/thumbnails in $XDG_CACHE_HOME or ~/.cache; it may not exist yet."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lensbench" / "thumbnails"
 
 
-@lru_cache(maxsize=1024)
-def file_name(lens: str) -> str:
-    """The file of a library lens: it changes with the lens file, with lensbench and with VERSION."""
+@lru_cache(maxsize=4096)
+def file_name(lens: str, look: str = THUMBNAIL) -> str:
+    """The file of a picture of a library lens: it changes with the lens file, with lensbench and with the look."""
     content = catalogue.path_of(lens).read_bytes()
-    digest = hashlib.sha256(b"\0".join((content, version("lensbench").encode(), str(VERSION).encode())))
+    digest = hashlib.sha256(b"\0".join((content, version("lensbench").encode(), look.encode())))
     return f"{digest.hexdigest()[:24]}.png"
 
 
-class LensThumbnails:
-    """Thumbnails by the name of the lens. Call all methods from the window's thread.
+class LensPictures:
+    """Pictures by the name of the lens. Call all methods from the window's thread.
 
     folder: None keeps them in a temporary folder, which `stop` removes. wake: called from another thread after a file
     is read and after the last picture; those that are rendered between are found in the frames of a window at rest.
-    command: starts a renderer, which receives the
-    number of its threads.
+    command: starts a process that answers as `picture_process` describes; look: all that changes its pictures, beside
+    the lens. processes: how many of them may work at once.
     """
 
     def __init__(self, folder: Path | None = None, wake: Callable[[], None] = lambda: None,
-                 command: Sequence[str] = COMMAND):
-        self.found: dict[str, Pixels] = {}              # (h, w, 3), as shown
+                 command: Sequence[str] = COMMAND, look: str = THUMBNAIL, processes: int = PROCESSES):
+        self.found: dict[str, Pixels] = {}              # (h, w, 3 or 4), as shown
         self.problems: dict[str, str] = {}
-        self._wake, self._command = wake, command
+        self._wake, self._command, self._look, self._processes_at_once = wake, command, look, processes
         self._temporary = tempfile.TemporaryDirectory(prefix="lensbench-") if folder is None else None
         self._folder = folder or Path(self._temporary.name if self._temporary else "")
         self._change = threading.Condition()
@@ -73,18 +74,19 @@ class LensThumbnails:
 
     @property
     def missing(self) -> int:
-        """Number of thumbnails that are wanted and not there yet."""
+        """Number of pictures that are wanted and not there yet."""
         return len({*self._wanted}.difference(self.found, self.problems))
 
     def want(self, names: Sequence[str], may_render: bool) -> None:
-        """Make these thumbnails, the first first. may_render: the processor is free; files are read at any time."""
+        """Make these pictures, the first first. may_render: the processor is free; files are read at any time."""
         with self._change:
             self._wanted, self._may_render = tuple(names), may_render
             waiting = {*self._wanted}.difference(self.found, self.problems, self._taken)
             self._change.notify_all()
         self._tasks = [task for task in self._tasks if not task.done]
         if waiting:
-            self._tasks += [Task("Thumbnails", self._work, self._wake) for _ in range(len(self._tasks), PROCESSES)]
+            self._tasks += [Task("Pictures of lenses", self._work, self._wake)
+                            for _ in range(len(self._tasks), self._processes_at_once)]
 
     def stop(self) -> None:
         """End the work and its processes; returns when they have ended."""
@@ -151,9 +153,9 @@ class LensThumbnails:
         from PIL import Image
 
         try:
-            path = self._folder / file_name(name)
+            path = self._folder / file_name(name, self._look)
             with Image.open(path) as file:
-                self.found[name] = np.asarray(file.convert("RGB"))
+                self.found[name] = np.asarray(file.convert("RGBA" if file.mode == "RGBA" else "RGB"))
             os.utime(path)
             return True
         except FileNotFoundError:
@@ -165,7 +167,7 @@ class LensThumbnails:
 
     def _render(self, name: str, renderer: "_Renderer") -> None:
         """Let the process write the file of a lens."""
-        answer = renderer.answer(name, self._folder / file_name(name))
+        answer = renderer.answer(name, self._folder / file_name(name, self._look))
         if answer != "ok" or not self._read(name):
             self.problems[name] = answer if answer not in ("", "ok") else "no picture: its process has ended"
             renderer.end()
@@ -179,14 +181,14 @@ class LensThumbnails:
 
 
 class _Renderer:
-    """A process that renders thumbnails, from the first that it is asked for. started: called with it."""
+    """A process that draws pictures, from the first that it is asked for. started: called with it."""
 
     def __init__(self, command: Sequence[str], started: Callable[[subprocess.Popen[str]], None]):
-        self._command, self._started = (*command, str(max(1, thread_count() // PROCESSES))), started
+        self._command, self._started = command, started
         self._process: subprocess.Popen[str] | None = None
 
     def answer(self, name: str, path: Path) -> str:
-        """Render a lens into a file: “ok”, or why there is none."""
+        """Draw a lens into a file: “ok”, or why there is none."""
         try:
             if self._process is None:
                 self._process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.analysis.cell_coverage import cover, of_mean_1, open_areas
-from lensbench.analysis.chief_rays import find_chief_rays
-from lensbench.analysis.field_beams import (
+from lensbench.analysis.grids.beam_areas import beam_areas
+from lensbench.analysis.grids.cell_coverage import cover, of_mean_1, open_areas, towards_centroids
+from lensbench.analysis.grids.chief_rays import find_chief_rays
+from lensbench.analysis.grids.field_beams import (
     LANDED,
     LEVEL,
     OFFSET_S,
@@ -22,13 +23,13 @@ from lensbench.analysis.field_beams import (
     SLOPE_S,
     SLOPE_T,
     FieldBeams,
-    field_name,
-    scatter,
 )
-from lensbench.analysis.field_conditions import Conditions, wanted_chief_rays
-from lensbench.analysis.field_threads import each_of
-from lensbench.analysis.traced_grid import RayGrid
+from lensbench.analysis.grids.field_conditions import Conditions, field_names, wanted_chief_rays
+from lensbench.analysis.grids.field_threads import each_of
+from lensbench.analysis.grids.open_region import open_boxes
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.kernels.byte_cache import byte_cache
+from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
@@ -40,6 +41,7 @@ MANY = 24               # fields, from which on a wavelength is divided among th
 WIDENED, WIDER = 3, 0.25        # times that a field cut off at the edge of the grid is widened, by which part a side
 MOST_CUT = 0.35         # × the square root of the open cells: open ones at the edge of the rays
 FOLDED = 0.7            # × the square root of the open cells: open ones at a fold
+RIM = 6.4               # over the points across: share of the squared spot that rays outside a rim may have
 BEYOND = 4.0            # cells beyond the rims, of which rays are traced too: half of them
 
 
@@ -104,7 +106,7 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
     wanted, by_image = wanted_chief_rays(lens, conditions)
     chief = find_chief_rays(lens, film_distance, wanted, distance, by_image, line)
     beams = FieldBeams.of(lens, film_distance, chief, distance, line)
-    boxes, findings = beams.open_boxes(conditions)
+    boxes, findings = open_boxes(beams, conditions)
     wide, first = np.zeros(len(boxes), bool), boxes.copy()
     for _ in range(WIDENED + 1):
         cells = _cells(beams, boxes, pupil, wide)
@@ -121,20 +123,25 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
         landed = _landed(beams, cells, conditions.wavelengths)
     missing = np.flatnonzero(cut | _folded(cells, landed, conditions.primary))
     if missing.size:
-        names = ", ".join(field_name(conditions, int(i)) for i in missing)
         findings.append(Finding(Kind.SAMPLING, None, "strong aberrations: the rays of the grid miss a part of the "
-                                f"light of {names}", figures={"fields": float(missing.size)}))
+                                f"light of {field_names(conditions, missing)}",
+                                figures={"fields": float(missing.size)}))
     weight = np.empty_like(landed.weight)
     of_mean_1(cells.beam, landed.weight, 0, True, weight)
+    uneven = np.flatnonzero(_rim_shares(landed, weight, conditions.primary) > RIM / pupil)
+    if uneven.size:
+        findings.append(Finding(Kind.SAMPLING, None, "rays at the rims land far from the others: spots and contrast of "
+                                f"{field_names(conditions, uneven)} need more points across the pupil",
+                                figures={"uneven": float(uneven.size)}))
     coverage = landed.coverage
     coverage[~weight.any((2, 3))] = 0.0                 # the rims end all rays that the object point sends
     intensity = np.empty((len(boxes), 1, pupil, pupil))
     of_mean_1(cells.beam, coverage, conditions.primary, False, intensity)
     ended = np.flatnonzero(np.isfinite(cells.grid).all((1, 2)) & ~coverage[:, conditions.primary].any((1, 2)))
     if ended.size:
-        names = ", ".join(field_name(conditions, int(i)) for i in ended)
         findings.append(Finding(Kind.DARK, None, "rims end all rays of the object points whose chief rays meet "
-                                f"{names}: these fields are dark", figures={"fields": float(ended.size)}))
+                                f"{field_names(conditions, ended)}: these fields are dark",
+                                figures={"fields": float(ended.size)}))
     rows, victim = landed.rows, landed.victim
     within = rows[SHARE] <= 1.0
     made = RayGrid(
@@ -146,7 +153,8 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
         launched=within.sum((2, 3)), lost=(within & (victim >= 0)).sum((2, 3)),
         findings=(*conditions.findings, *findings))
     if not made.lit.any():
-        raise LensError("no light of these fields reaches the film" + (f": {findings[-1]}" if findings else ""))
+        dark = [str(each) for each in findings if each.kind is Kind.DARK]
+        raise LensError("; ".join(dark) or "no light of these fields reaches the film")
     return made
 
 
@@ -183,7 +191,7 @@ def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int, wide: np.ndarray) -
         near[:, :, :pupil // 2] = False
     keep = np.flatnonzero(near.ravel())
     lost = np.isinf(level) | ~np.isfinite(places).all(-1)
-    return _Cells(grid, places, open_[:, 0], lost, beams.beam_areas(places, level), keep)
+    return _Cells(grid, places, open_[:, 0], lost, beam_areas(beams, places, level), keep)
 
 
 def _tighten(boxes: np.ndarray, wide: np.ndarray, landed: _Landed) -> None:
@@ -222,6 +230,21 @@ def _folded(cells: _Cells, landed: _Landed, primary: int) -> np.ndarray:
     return np.asarray((open_ & beside).sum((1, 2)) > FOLDED * np.sqrt(open_.sum((1, 2))))
 
 
+def _rim_shares(landed: _Landed, weight: np.ndarray, primary: int) -> np.ndarray:
+    """(F,) share of the squared spot radius that cells hold whose rays lie outside a rim; NaN where no light is.
+
+    The values of such a cell are those of light within the rim only as far as they change evenly there.
+    """
+    light, ended = weight[:, primary], landed.victim[:, primary] >= 0
+    offsets = np.empty((2, *light.shape))
+    for row, out in zip((OFFSET_S, OFFSET_T), offsets, strict=True):
+        towards_centroids(landed.rows[row, :, primary], light, landed.open_centre[:, :, primary], out)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        middle = (light * offsets).sum((2, 3)) / light.sum((1, 2))
+        square = light * ((offsets - middle[:, :, None, None])**2).sum(0)
+        return np.asarray((square * ended).sum((1, 2)) / square.sum((1, 2)))
+
+
 def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) -> _Landed:
     """The object's rays through the cells that are kept, forward in each wavelength (µm)."""
     count, pupil = cells.grid.shape[::2]
@@ -243,7 +266,7 @@ def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) ->
         part = slice(*np.searchsorted(of_field, (some.start, some.stop)))
         made.rows[:, some, c], made.victim[some, c] = nan, -2
         landed, victim = beams.forward(wavelengths[c], of_field[part], begun[:, part])
-        scatter(landed, victim, cells.keep[part], c, mirrored, made.rows, made.victim)
+        _scatter(landed, victim, cells.keep[part], c, mirrored, made.rows, made.victim)
         level, own_s, own_t = (made.rows[k, some] for k in (LEVEL, PUPIL_S, PUPIL_T))
         cover(level, c, own_s, own_t, cells.grid[some], mirrored, made.coverage[some], made.weight[some],
               made.open_centre[:, some])
@@ -255,3 +278,25 @@ def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) ->
     dark = np.broadcast_to((cells.beam == 0.0)[:, None], shape)
     made.coverage[dark], made.weight[dark] = 0.0, 0.0
     return made
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _scatter(landed, victims, keep, c, mirrored, rows, victim):
+    """Put the rows (9, n) and victims (n,) of rays into wavelength c of (9, F, C, N, N) and (F, C, N, N).
+
+    keep: (n,) cells of the rays, indices into F × N × N. mirrored: whether a ray counts for its mirror image too.
+    """
+    columns = rows.shape[4]
+    cells = rows.shape[3] * columns
+    for k in range(keep.size):
+        f, cell = keep[k] // cells, keep[k] % cells
+        i, j = cell // columns, cell % columns
+        for q in range(rows.shape[0]):
+            rows[q, f, c, i, j] = landed[q, k]
+        victim[f, c, i, j] = victims[k]
+        other = columns - 1 - j
+        if mirrored and other != j:
+            for q in range(rows.shape[0]):
+                sagittal = q == OFFSET_S or q == SLOPE_S or q == PUPIL_S
+                rows[q, f, c, i, other] = -landed[q, k] if sagittal else landed[q, k]
+            victim[f, c, i, other] = victims[k]

@@ -3,9 +3,10 @@
 Arrays of F fields × C wavelengths × N × N cells, the last axis sagittal and the one before it tangential.
 """
 
+import math
+
 import numpy as np
 
-from lensbench.analysis.field_beams import cell_slope
 from lensbench.kernels.cache import njit
 
 
@@ -91,7 +92,41 @@ def towards_centroids(values, weight, centre, out):
                 ds, dt = centre[0, f, i, j], centre[1, f, i, j]
                 here = values[f, i, j]
                 if ds != 0.0 or dt != 0.0:
-                    here += 0.5 * (ds * cell_slope(values[f], i, j, 1) + dt * cell_slope(values[f], i, j, 0))
+                    here += 0.5 * (ds * _limited_slope(values[f], i, j, 1) + dt * _limited_slope(values[f], i, j, 0))
                 out[f, i, j] = here if weight[f, i, j] > 0.0 else 0.0
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def _limited_slope(value, i, j, axis):
+    """`cell_slope`, at most twice the change to either neighbour, and 0 at an extremum.
+
+    Rays beyond the rim of a strong asphere land far from those within: their slope is none of the light's.
+    """
+    di, dj = (1, 0) if axis == 0 else (0, 1)
+    rows, columns = value.shape
+    slope = cell_slope(value, i, j, axis)
+    if not (i + di < rows and j + dj < columns and i >= di and j >= dj):
+        return slope
+    after, before = value[i + di, j + dj] - value[i, j], value[i, j] - value[i - di, j - dj]
+    if not (abs(after) < np.inf and abs(before) < np.inf):
+        return slope
+    if after * before <= 0.0:
+        return 0.0
+    most = 2.0 * min(abs(after), abs(before))
+    return slope if abs(slope) <= most else math.copysign(most, slope)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cell_slope(level, i, j, axis):
+    """Change of a level per cell along an axis, from the neighbours that are finite; 0 where there is none."""
+    di, dj = (1, 0) if axis == 0 else (0, 1)
+    rows, columns = level.shape
+    here = level[i, j]
+    after = level[i + di, j + dj] if i + di < rows and j + dj < columns else np.nan
+    before = level[i - di, j - dj] if i >= di and j >= dj else np.nan
+    has_after, has_before = abs(after) < np.inf, abs(before) < np.inf
+    if has_after and has_before:
+        return 0.5 * (after - before)
+    if has_after:
+        return after - here
+    return here - before if has_before else 0.0

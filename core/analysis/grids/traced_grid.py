@@ -26,9 +26,9 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.analysis.cell_coverage import towards_centroids
-from lensbench.analysis.field_beams import FieldBeams
-from lensbench.analysis.field_conditions import Conditions
+from lensbench.analysis.grids.cell_coverage import towards_centroids
+from lensbench.analysis.grids.field_beams import FieldBeams
+from lensbench.analysis.grids.field_conditions import Conditions
 from lensbench.optics.finding import Finding
 from lensbench.optics.prescription import Lens
 

@@ -23,6 +23,8 @@ ITERATIONS = 8          # of the secant rule, from a bracket of 3 mrad
 HALVINGS = 40           # of the last stretch of the field
 NEWTON = 30             # iterations for a lens without rotational symmetry
 SLOPE_STEP = 1e-6       # rad, for its derivatives
+NEIGHBOUR = 1e-5        # direction cosine at the stop, of the chief rays beside one
+FARTHEST = 10.0         # × the size of the lens, of an entrance pupil from the first surface
 ROUNDING = 1e-14        # of an angle (rad), or over the size of the lens of a length
 
 
@@ -61,6 +63,24 @@ def shoot(lens: Lens, film_distance: float, at_stop: np.ndarray, table: SurfaceT
            lens.length + film_distance, np.ascontiguousarray(at_stop), made)
     start, points, directions, images, image_directions = made
     return ChiefRays(start[:, :2].copy(), points, directions, images[:, :2].copy(), image_directions)
+
+
+def pupil_distances(lens: Lens, film_distance: float, chief: ChiefRays, wavelength: float) -> np.ndarray:
+    """(F,) distance along each chief ray from its point to the entrance pupil of the field, where neighbours cross it.
+
+    0 where no neighbour is known; at most FARTHEST × the size of the lens.
+    """
+    table = surface_table(lens, wavelength)
+    product, square = np.zeros((2, len(chief.points)))
+    for step in NEIGHBOUR * np.eye(2):
+        beside = shoot(lens, film_distance, chief.at_stop + step, table)
+        apart, turned = beside.points - chief.points, beside.directions - chief.directions
+        apart = apart - (apart * chief.directions).sum(1)[:, None] * chief.directions
+        product += (apart * turned).sum(1)
+        square += (turned * turned).sum(1)
+    most = FARTHEST * (lens.length + lens.surfaces[0].semi_diameter)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.nan_to_num(np.clip(-product / square, -most, most))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

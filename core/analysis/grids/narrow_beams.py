@@ -8,8 +8,8 @@ object, the chief ray of the primary wavelength.
 
 import numpy as np
 
-from lensbench.analysis.field_beams import OFFSET_S, OFFSET_T, SLOPE_S, SLOPE_T
-from lensbench.analysis.traced_grid import RayGrid
+from lensbench.analysis.grids.field_beams import OFFSET_S, OFFSET_T, SLOPE_S, SLOPE_T
+from lensbench.analysis.grids.traced_grid import RayGrid
 
 STEP = 1e-4             # of the pupil coordinates, to either side of the chief ray
 

@@ -1,0 +1,136 @@
+"""One ray of a ghost, by the reference tracer in float64: where it meets the surfaces, and the light that is left.
+
+The normal of a surface, of whatever kind, is found from a refraction there into a medium of higher index: the optical
+direction changes along the normal, and no ray is totally reflected. Light counts as unpolarised at every surface.
+Absorption in the glass is neglected.
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from lensbench.optics.coatings import Coating
+from lensbench.optics.ghost_pairs import Pair, ghost_order
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.prescription import Lens
+from lensbench.optics.scalar_trace import CLIPPED, PASSED, TOTAL_REFLECTION, surface_table, trace_ray
+from lensbench.optics.surfaces import AFTER, BEFORE
+from lensbench.optics.transmission import surface_coatings
+
+DENSER = 1.5                    # index ratio of the refraction that finds the normal
+
+
+class Meeting(NamedTuple):
+    """One ray at one surface; lens frame, mm."""
+
+    point: tuple[float, float, float]
+    refracted: tuple[float, float, float] | None        # unit direction; None: totally reflected
+    reflected: tuple[float, float, float]
+    reflectance: float
+    fate: int                                           # PASSED, or why the ray ends here
+
+
+@dataclass(frozen=True, eq=False)
+class GhostPath:
+    """One ray of a ghost.
+
+    Attributes
+    ----------
+    points : (n, 3) ndarray
+        Origin, then the points met in order, the one that ends the ray included (mm, lens frame).
+    direction : (3,) ndarray
+        Unit direction behind the last point.
+    weight : float
+        Part of the ray's light that is left: reflectances times transmittances; 0 if the ray ends.
+    fate : int
+        A value of `Fate`.
+    """
+
+    points: np.ndarray
+    direction: np.ndarray
+    weight: float
+    fate: int
+
+
+class Meetings:
+    """Rays at single surfaces of a lens, at a wavelength (µm), by the reference tracer."""
+
+    def __init__(self, lens: Lens, wavelength: float = D_LINE, coating: str | Coating = "uncoated", clip: bool = True):
+        self._lens, self._wavelength, self._clip = lens, wavelength, clip
+        self._table = surface_table(lens, wavelength)
+        self._coatings = surface_coatings(lens, coating)
+
+    def meet(self, i: int, forward: bool, point, direction) -> Meeting:
+        """A ray, in the medium before surface i as the light runs, at this surface."""
+        row = self._table.part(i, i + 1)
+        order = 1 if forward else -1
+        before, after = row.numbers[0, [BEFORE, AFTER] if forward else [AFTER, BEFORE]].tolist()
+        *hit, dx, dy, dz, fate, _ = trace_ray(row, self._clip, *point, *direction, None, 0, order)
+        blocked = self._clip and i == self._lens.stop_index and fate == PASSED and not self._passes_iris(hit)
+        if blocked or fate not in (PASSED, TOTAL_REFLECTION):
+            return Meeting(tuple(hit), None, direction, 0.0, CLIPPED if blocked else fate)
+        if before == after:
+            return Meeting(tuple(hit), (dx, dy, dz), direction, 0.0, PASSED)
+
+        # The normal, by a refraction that always succeeds
+        denser = row._replace(numbers=row.numbers.copy())
+        denser.numbers[0, AFTER if forward else BEFORE] = DENSER * before
+        *_, ex, ey, ez, normal_fate, _ = trace_ray(denser, False, *point, *direction, None, 0, order)
+        if normal_fate != PASSED:
+            return Meeting(tuple(hit), None, direction, 0.0, normal_fate)
+        change = [DENSER * b - a for a, b in zip(direction, (ex, ey, ez), strict=True)]
+        length = sqrt(sum(c * c for c in change))
+        normal = [c / length for c in change]
+        cosine = sum(a * b for a, b in zip(direction, normal, strict=True))
+        mirrored = [a - 2.0 * cosine * b for a, b in zip(direction, normal, strict=True)]
+        part = float(self._coatings[i].reflectance(before, after, min(cosine, 1.0), self._wavelength).mean)
+        total = fate == TOTAL_REFLECTION
+        return Meeting(tuple(hit), None if total else (dx, dy, dz), tuple(mirrored), 1.0 if total else part, PASSED)
+
+    def _passes_iris(self, hit) -> bool:
+        lens = self._lens
+        if lens.iris.is_round:
+            return True
+        at = lens.in_frame_of(lens.stop_index, np.array([hit])) / lens.stop.semi_diameter
+        return bool(lens.iris.contains(at[:, 0], at[:, 1])[0])
+
+
+def ghost_path(lens: Lens, pair: Pair, origin, direction, wavelength: float = D_LINE,
+               coating: str | Coating = "uncoated", clip: bool = True) -> GhostPath:
+    """One ray of the ghost of a pair, by the reference tracer.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    pair : (int, int)
+        Surfaces (first, second), as of `ghost_pairs`.
+    origin, direction : (3,) array_like
+        The ray towards the lens (mm, lens frame); the direction may have any length.
+    wavelength : float
+        Micrometres.
+    coating : str or Coating
+        As of `surface_coatings`.
+    clip : bool
+        Whether rims, stop and blades end the ray.
+
+    Returns
+    -------
+    GhostPath
+    """
+    bench = Meetings(lens, wavelength, coating, clip)
+    point = tuple(np.asarray(origin, float).tolist())
+    unit = np.asarray(direction, float)
+    ray = tuple((unit / np.linalg.norm(unit)).tolist())
+    points, weight = [point], 1.0
+    for i, forward, mirror in ghost_order(len(lens.surfaces), pair):
+        met = bench.meet(i, forward, point, ray)
+        point, after = met.point, met.reflected if mirror else met.refracted
+        points.append(point)
+        if met.fate != PASSED or after is None:
+            return GhostPath(np.array(points), np.array(ray), 0.0, TOTAL_REFLECTION if met.fate == PASSED else met.fate)
+        weight *= met.reflectance if mirror else 1.0 - met.reflectance
+        ray = after
+    return GhostPath(np.array(points), np.array(ray), weight, PASSED)

@@ -1,0 +1,118 @@
+"""Ghosts in a picture: their light is that of the table, and what has none says why."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.analysis.ghost_ranking import ghosts
+from lensbench.optics.finding import Kind
+from lensbench.optics.ghost_pairs import ghost_pairs
+from lensbench.rendering import ghost_image
+from lensbench.rendering.ghost_cells import add_cells, add_lines
+from lensbench.rendering.ghost_image import Flare, GhostImage
+from lensbench.rendering.ghost_lights import ghost_lights
+
+GAUSS = lenses.load("pbrt-dgauss-50mm")
+FILM = lb.Film(36.0, 24.0, 24, 16)
+
+
+def test_cells_keep_the_light_and_fill_what_they_cover_evenly():
+    x, y = np.meshgrid(np.linspace(4.3, 26.7, 8), np.linspace(2.2, 15.9, 8))
+    found = np.ones((6, 64), np.float32)
+    found[0], found[1] = x.ravel() + 0.3 * y.ravel(), y.ravel()
+    film, gain = np.zeros((40 * 20, 3), np.float32), np.array([1.0, 2.0, 0.5], np.float32)
+    for top, bottom in ((0, 7), (7, 20)):               # threads take rows of their own
+        edges = np.zeros((bottom - top, 41, 3))
+        add_cells(edges, found, 7, 40, top, bottom, gain)
+        add_lines(film, edges, 40 * top)
+    assert np.allclose(film.sum(0), 49.0 * gain, rtol=2e-2)
+    inner = film.reshape(20, 40, 3)[6:12, 12:20, 1]
+    assert np.allclose(inner, inner[0, 0], rtol=1e-5)
+    found[:2] = 5.5                                     # a focus: all light on one pixel
+    edges = np.zeros((20, 41, 3))
+    add_cells(edges, found, 7, 40, 0, 20, gain)
+    film[:] = 0.0
+    add_lines(film, edges, 0)
+    assert np.allclose(film[5 * 40 + 5], 49.0 * gain, rtol=1e-5)
+
+
+def test_the_light_of_a_picture_of_ghosts_is_that_of_the_table():
+    """The sun on the axis: the sum over the film of each pair is its share of the sun's picture."""
+    lens = lb.stopped_down(GAUSS, 16.0)
+    camera = lb.LensCamera(lens, lb.Film(36.0, 24.0, 96, 64), weights="physical")
+    scene = lb.Scene((), sun=lb.Sun((0.0, 0.0, -1.0), (1.0, 1.0, 1.0)))
+    row = next(row for row in ghosts(lens, camera.film_distance).rows if 2.0 < row.diameter < 8.0)
+    sums = []
+    with ThreadPoolExecutor(2) as pool:
+        for threads, strength in ((1, 1.0), (2, 0.5)):
+            image = GhostImage(camera, scene, Flare(strength=strength, pairs=((row.first, row.second),)))
+            image.add(1, pool, threads, lambda: True)
+            picture = np.zeros((64, 96, 3), np.float32)
+            image.add_to(picture)
+            sums.append(picture)
+    assert np.allclose(sums[0], 2.0 * sums[1], rtol=1e-5)
+    direct = lb.Rendering(camera, scene)
+    direct.add(64, threads=2)
+    assert sums[0][..., 1].sum() == pytest.approx(row.share * direct.image()[..., 1].sum(), rel=0.06)
+
+
+def test_a_picture_that_can_have_no_ghosts_says_why():
+    scene = lb.Scene((), sun=lb.Sun((0.0, 0.0, -1.0)))
+    assert "surfaces" in GhostImage(lb.PerspectiveCamera(lb.Film(), 0.6), scene, Flare()).reason
+    camera = lb.LensCamera(GAUSS, FILM, medium=lb.Medium.water(5000.0))
+    finding, = lb.Rendering(camera, scene, flare=Flare()).findings
+    assert finding.kind == Kind.NO_GHOSTS and "port" in finding.message
+    assert lb.Rendering(camera, scene).findings == ()
+
+
+LAMPS = tuple(lb.Sphere((300.0 * (i % 10 - 5), 300.0 * (i // 10 - 3), -9000.0), 12.0,
+                        lb.Material((1.0 / (1 + i % 7), 1.0, 1.0), "light")) for i in range(50))
+
+
+def test_drawn_ghosts_have_the_light_of_all(monkeypatch):
+    """Of 60 grids a pass traces 4 and draws 6; all passes together have the light of all, also in quarters."""
+    camera, flare = lb.LensCamera(GAUSS, FILM), Flare(pairs=ghost_pairs(GAUSS)[::9])
+    sums = []
+    for bright, drawn, passes in ((4, 6, 20), (60, 0, 1)):
+        monkeypatch.setattr(ghost_image, "BEST", bright)
+        monkeypatch.setattr(ghost_image, "DRAWN", drawn)
+        image = GhostImage(camera, lb.Scene(spheres=LAMPS[:12]), flare)
+        with ThreadPoolExecutor(1) as pool:
+            image.add(ghost_image.PERIOD * passes, pool, 1, lambda: True)
+        picture = np.zeros((16, 24, 3), np.float32)
+        image.add_to(picture)
+        sums.append(picture.reshape(2, 8, 2, 12, 3).sum((1, 3)))
+    assert sums[0].sum((0, 1)) == pytest.approx(sums[1].sum((0, 1)), rel=0.02)
+    assert sums[0] == pytest.approx(sums[1], rel=0.08)
+
+
+def test_lights_beyond_the_brightest_are_counted_in_a_finding(monkeypatch):
+    monkeypatch.setattr("lensbench.rendering.ghost_lights.MOST_LIGHTS", 48)
+    with ThreadPoolExecutor(1) as pool:
+        for count, expected in ((50, [2.0]), (48, [])):
+            image = GhostImage(lb.LensCamera(GAUSS, FILM), lb.Scene(spheres=LAMPS[:count]), Flare(pairs=((0, 1),)))
+            image.add(1, pool, 1, lambda: True)
+            assert [each.figures["lights"] for each in image.findings] == expected
+            assert all(each.kind == Kind.DIM_LIGHTS and 0.02 < each.figures["share"] < 0.05
+                       and "2 dimmer lights" in str(each) for each in image.findings)
+
+
+def test_fog_that_hides_the_sun_hides_its_ghosts():
+    """The sun lies at the distance of the sky: e^(−σ · 10⁹ mm) of its light is left, in the picture and in ghosts."""
+    scene = lb.Scene((), sun=lb.Sun((0.0, 0.0, -1.0), (1.0, 1.0, 1.0)))
+    clear, = ghost_lights(lb.LensCamera(GAUSS, FILM), scene, -90.0, 20.0).lights
+    hazy, = ghost_lights(lb.LensCamera(GAUSS, FILM, medium=lb.Medium(scattering=(1e-9, 2e-9, 0.0))), scene, -90.0,
+                         20.0).lights
+    np.testing.assert_allclose(hazy.irradiance, clear.irradiance * np.exp([-1.0, -2.0, 0.0]), rtol=1e-12)
+    camera = lb.PerspectiveCamera(FILM, 1e-3)           # the sun fills the film
+    pictures = []
+    for medium in (None, lb.Medium(scattering=(1e-9, 2e-9, 0.0))):
+        rendering = lb.Rendering(replace(camera, medium=medium), scene)
+        rendering.add(1)
+        pictures.append(rendering.image()[8, 12])
+    np.testing.assert_allclose(pictures[1] / pictures[0], hazy.irradiance / clear.irradiance, rtol=1e-4)
+    assert ghost_lights(lb.LensCamera(GAUSS, FILM, medium=lb.Medium.fog(50e3)), scene, -90.0, 20.0).lights == []

@@ -1,0 +1,123 @@
+"""Docstrings of all that `lb` and `lenses` offer, as numpydoc: arguments, what is returned, and what is raised."""
+
+import ast
+import enum
+import inspect
+import re
+import textwrap
+from itertools import pairwise
+
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.cameras.base import Camera
+from lensbench.cameras.protocol import CameraProtocol
+from lensbench.scenery.objects.shape import Shape
+
+CONTRACTS = {"lensbench.scenery.objects": Shape, "lensbench.cameras.protocol": Camera}    # where members are documented
+
+
+def sections(text):
+    """Lines of each section by its title; "" for the text before the first."""
+    found, title = {"": []}, ""
+    lines = inspect.cleandoc(text or "").splitlines()
+    for line, below in pairwise([*lines, ""]):
+        if line and re.fullmatch("-{3,}", below) and len(below) == len(line):
+            found[title := line] = []
+        elif not re.fullmatch("-{3,}", line):
+            found[title].append(line)
+    return found
+
+
+def described(found):
+    """Names that have a description below them, of parameters and attributes."""
+    names = set()
+    for title in ("Parameters", "Attributes"):
+        for line, below in pairwise([*found.get(title, []), ""]):
+            if line and not line[0].isspace() and re.match(r" +\S", below):
+                names |= {name.strip(" *") for name in line.split(":")[0].split(",")}
+    return names
+
+
+def raises(function):
+    """Whether the function itself raises an error that it names."""
+    body = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
+    inner = {below for each in ast.walk(body) if isinstance(each, ast.FunctionDef) and each is not body
+             for below in ast.walk(each)}
+    return any(isinstance(each, ast.Raise) and each.exc is not None and each not in inner for each in ast.walk(body))
+
+
+def function_faults(function, texts):
+    """What the docstrings (of the function, and of those that it overrides) leave out."""
+    found = [sections(text) for text in texts]
+    known = set().union(*map(described, found)) if found else set()
+    signature = inspect.signature(function)
+    faults = [f"no description of {name}" for name in signature.parameters if name not in known | {"self", "cls"}]
+    returns = signature.return_annotation not in (None, "None", inspect.Signature.empty)
+    for title, needed in (("Returns", returns), ("Raises", raises(function))):
+        if needed and not any({title, title.replace("Returns", "Yields")} & each.keys() for each in found):
+            faults.append(f"no section {title}")
+    return faults if texts else ["no docstring"]
+
+
+def class_faults(cls):
+    """(name, fault) of a class and of its own methods and properties."""
+    name = cls.__name__
+    contract = [each for room, each in CONTRACTS.items() if cls.__module__.startswith(room)]
+    fields = set().union(*(described(sections(each.__doc__)) for each in contract))
+    if not inspect.getdoc(cls):
+        yield name, "no docstring"
+    if not issubclass(cls, enum.Enum | BaseException) and cls is not CameraProtocol:
+        found = [sections(each.__doc__) for each in cls.__mro__ if each.__doc__ and each is not object]
+        known = set().union(*map(described, found))
+        for argument in inspect.signature(cls).parameters:
+            if argument not in known:
+                yield name, f"no description of {argument}"
+        made = vars(cls).get("__post_init__") or vars(cls).get("__init__")
+        own = made is not None and made.__code__.co_filename != "<string>"
+        if own and raises(made) and not any("Raises" in each for each in found):
+            yield name, "no section Raises"
+    for member, value in vars(cls).items():
+        if member.startswith("_"):
+            continue
+        above = [vars(each)[member] for each in [*cls.__mro__, *contract] if member in vars(each)]
+        texts = [each.__doc__ for each in above if each.__doc__]
+        if isinstance(value, property) or type(value).__name__ in ("cached_property", "kept_property"):
+            if not texts and member not in fields:
+                yield f"{name}.{member}", "no docstring"
+            continue
+        function = getattr(value, "__func__", value)
+        if inspect.isfunction(function) and function.__name__ != "<lambda>" \
+                and inspect.unwrap(function).__code__.co_filename != "<string>":
+            yield from ((f"{name}.{member}", fault) for fault in function_faults(inspect.unwrap(function), texts))
+
+
+def faults():
+    """Every (name, fault) of the public functions and classes."""
+    offered = {name: getattr(lb, name) for name in lb.__all__} | {
+        f"analysis.{name}": getattr(lb.analysis, name) for name in dir(lb.analysis) if not name.startswith("_")} | {
+        f"lenses.{name}": getattr(lenses, name) for name in lenses.__all__}
+    for name, value in {**offered, "CameraProtocol": CameraProtocol}.items():
+        if inspect.isclass(value):
+            yield from class_faults(value)
+        elif inspect.isfunction(value) and value.__module__.startswith("lensbench") and name != "analysis.lazy_names":
+            plain = inspect.unwrap(value)
+            yield from ((name, fault) for fault in function_faults(plain, [plain.__doc__] if plain.__doc__ else []))
+
+
+def test_every_public_function_and_method_says_what_it_takes_returns_and_raises():
+    assert sorted({f"{name}: {fault}" for name, fault in faults()}) == []
+
+
+GIVEN = "Sum.\n\n    Parameters\n    ----------\n    a"
+
+
+@pytest.mark.parametrize(("text", "left"), [
+    (f"{GIVEN}, b : float\n        mm.\n\n    Returns\n    -------\n    float\n", []),
+    (f"{GIVEN} : float\n        mm.\n    b : float\n", ["no description of b", "no section Returns"]),
+    ("Sum of a and b.", ["no description of a", "no description of b", "no section Returns"])])
+def test_the_check_of_docstrings_finds_what_is_left_out(text, left):
+    def add(a, b) -> float:
+        return a + b
+    assert function_faults(add, [text]) == left
