@@ -75,8 +75,9 @@ if TYPE_CHECKING:
     from lensbench.optics.focus import FocusError, film_distance, focused, focused_distance, nearest_focus, section_foci
     from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
     from lensbench.optics.iris import Iris, IrisError
+    from lensbench.optics.lens_surface import LensError, Surface
     from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
-    from lensbench.optics.prescription import Lens, LensError, Surface
+    from lensbench.optics.prescription import Lens
     from lensbench.optics.scalar_trace import Fate, Trace, trace
     from lensbench.optics.surface_pose import PoseError, SurfacePose
     from lensbench.optics.system import (
@@ -158,7 +159,8 @@ _HOMES = {           # the imports above, as they are made at run time
     "optics.glass": "AIR C_LINE D_LINE F_LINE Glass GlassError",
     "optics.iris": "Iris IrisError",
     "optics.paraxial": "FirstOrder first_order stopped_down",
-    "optics.prescription": "Lens LensError Surface",
+    "optics.lens_surface": "LensError Surface",
+    "optics.prescription": "Lens",
     "optics.scalar_trace": "Fate Trace trace",
     "optics.surface_pose": "PoseError SurfacePose",
     "optics.system": "Aperture ApertureKind FieldKind FieldPoint SystemData SystemDataError Wavelength",

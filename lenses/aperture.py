@@ -18,7 +18,8 @@ from lensbench.lenses.rows import RowError, check_sizes
 from lensbench.lenses.stations import Station, with_gaps
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.lens_surface import LensError, Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import Fate, trace
 from lensbench.optics.system import ApertureKind
 

@@ -20,7 +20,8 @@ from lensbench.lenses.rows import RowError, check_sizes, stop_of
 from lensbench.lenses.stations import Solve, Station, solved, with_stations
 from lensbench.optics.finding import Finding, Kind, Severity
 from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.lens_surface import LensError, Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.surface_pose import PoseError, SurfacePose
 from lensbench.optics.system import (
     LENGTHS,

@@ -11,7 +11,8 @@ from math import inf, sqrt
 from typing import Any
 
 from lensbench.optics.glass import D_LINE, Glass, GlassError
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.system import SystemData
 
 ROUNDING = 1e-4         # µm: 0.5876 and 0.58756 are the d line

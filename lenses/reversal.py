@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from lensbench.optics.finding import Kind, note
 from lensbench.optics.glass import AIR
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.system import SystemData
 
 

@@ -11,7 +11,7 @@ from lensbench.lenses.numbers import RowError, number
 from lensbench.lenses.paraxial import axial_heights
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
-from lensbench.optics.prescription import Surface
+from lensbench.optics.lens_surface import Surface
 
 SMALLEST_RADIUS = 1e-6      # mm
 SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: largest length in a lens, so that its powers stay finite

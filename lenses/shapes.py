@@ -7,7 +7,8 @@ that it writes another lens.
 from enum import Enum
 
 from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 
 
 class Shape(Enum):

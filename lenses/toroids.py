@@ -13,7 +13,7 @@ from math import cos, pi, sin, sqrt
 from lensbench.kernels.figures import significant
 from lensbench.lenses.paraxial import sag
 from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.prescription import Surface
+from lensbench.optics.lens_surface import Surface
 
 NAMES = {"torus": "a torus", "torus about x": "a torus", "arcs": "the sum of two arcs"}
 POINTS = 24

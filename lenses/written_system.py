@@ -13,7 +13,8 @@ from lensbench.lenses.paraxial import reference_wavelength
 from lensbench.lenses.stations import Station, with_gaps
 from lensbench.optics.finding import Finding, Kind, Severity, note
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.system import Aperture, ApertureKind, FieldPoint, SystemData, Wavelength
 
 AXIS = (FieldPoint(0.0, 0.0),)

@@ -17,8 +17,9 @@ import numpy as np
 from lensbench.kernels.figures import significant
 from lensbench.kernels.root_finding import find_minimum, find_root
 from lensbench.optics.glass import D_LINE
+from lensbench.optics.lens_surface import LensError, Surface
 from lensbench.optics.paraxial import first_order, ray_matrix
-from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import BACKWARD, PASSED, Fate, surface_table, trace_ray, trace_rays
 
 _FIELD_STEP = 0.02              # rad in the scene, between the rays from the stop that bracket a field angle

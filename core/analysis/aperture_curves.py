@@ -22,8 +22,9 @@ from lensbench.kernels.figures import f_number_text, significant
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.focus import FocusError, focused, nearest_focus
 from lensbench.optics.focus import film_distance as focus_on
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order, stopped_down
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 
 STOPS = 8               # half stops from the widest, that focus shift takes by default
 FREQUENCY = 30.0        # cycles/mm, at which the MTF chooses a focus

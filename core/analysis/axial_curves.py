@@ -13,8 +13,9 @@ from lensbench.analysis.axial_rays import axial_rays
 from lensbench.analysis.grids.field_beams import OFFSET_T, SLOPE_T
 from lensbench.analysis.grids.field_conditions import Conditions
 from lensbench.optics.glass import GlassError
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order, ray_matrix
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 
 HEIGHTS, COLOURS = 33, 61
 VIOLET, RED = 0.4, 0.7          # µm, ends of the visible spectrum

@@ -21,7 +21,8 @@ import numpy as np
 
 from lensbench.analysis.grids.field_threads import each_of
 from lensbench.kernels.cache import njit
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.pupils.region import open_region
 
 VISIBLE = 0.42, 0.68    # µm, evenly taken

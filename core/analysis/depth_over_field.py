@@ -18,8 +18,9 @@ from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.analysis.spot_diagram import spots
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.system import FieldKind
 
 PLACES = 9              # of the object, at first

@@ -14,8 +14,9 @@ import numpy as np
 from lensbench.cameras.fisheye import PROJECTIONS, image_height
 from lensbench.imaging.film import Film
 from lensbench.optics.glass import D_LINE
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import trace
 from lensbench.pupils.region import exit_pupil
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from lensbench.analysis.grids.field_beams import OFFSET_S, OFFSET_T, OPD, SLOPE_S, SLOPE_T, FieldBeams
 from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.optics.prescription import LensError
+from lensbench.optics.lens_surface import LensError
 
 SEARCH = 49             # rays that find the heights in the stop
 REACH = 1.4             # × the stop's radius to first order, that they cover

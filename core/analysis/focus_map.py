@@ -17,7 +17,8 @@ from lensbench.analysis.spot_diagram import light_shares
 from lensbench.analysis.transfer_function import FAST, PAD, cosine_of_turns, pupil_functions, sine_of_turns
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 
 FIELDS = SHIFTS = 64
 RANGE = 0.3             # mm to either side of the film

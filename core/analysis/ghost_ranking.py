@@ -19,7 +19,8 @@ from lensbench.optics.ghost_grid import entrance_grid, pair_box
 from lensbench.optics.ghost_pairs import DIRECT, Pair, ghost_order, ghost_pairs, pair_share
 from lensbench.optics.ghost_trace import GhostTracer
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 
 CELLS = 31              # along a side of the grid of rays of one pair
 

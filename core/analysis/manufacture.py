@@ -33,8 +33,9 @@ from lensbench.analysis.perturbed_copies import (
 from lensbench.imaging.film import Film
 from lensbench.kernels.figures import significant
 from lensbench.optics.focus import film_distance
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import Fate, surface_table, trace
 
 FIELDS = (0.0, 0.7, -0.7, 1.0, -1.0)    # of the largest image height

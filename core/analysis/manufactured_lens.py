@@ -7,7 +7,8 @@ import numpy as np
 from lensbench.analysis.manufacture import Production
 from lensbench.analysis.perturbed_copies import elements
 from lensbench.optics.glass import D_LINE, MODEL_RANGE, Glass
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.surface_pose import SurfacePose
 
 LINES = 25              # wavelengths at which a changed glass is listed

@@ -12,8 +12,9 @@ import numpy as np
 from lensbench.analysis.aberrations import check_symmetry, coddington
 from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.analysis.grids.field_conditions import Conditions, wanted_chief_rays
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import trace
 
 POINTS = 41

@@ -24,8 +24,8 @@ from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import Polynomial
 from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.glass import D_LINE
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import scene_side_origin
-from lensbench.optics.prescription import LensError
 from lensbench.pupils.radial_sampler import PupilTable
 
 FIELDS = np.array([0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.98])    # film radii, of half the diagonal

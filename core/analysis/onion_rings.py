@@ -18,7 +18,7 @@ import numpy as np
 from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.prescription import LensError
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.scalar_trace import trace
 
 RESOLVED = 2.5          # points of the grid to a period, at the least

@@ -26,7 +26,7 @@ from lensbench.analysis.spot_diagram import light_shares, spots
 from lensbench.analysis.transfer_function import FAST, PAD, cosine_of_turns, pupil_functions, sine_of_turns
 from lensbench.kernels.cache import njit
 from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.prescription import LensError
+from lensbench.optics.lens_surface import LensError
 
 SAMPLES = 256
 METHODS = ("auto", "diffraction", "geometric")

@@ -13,7 +13,8 @@ import numpy as np
 from lensbench.optics.coatings import Coating
 from lensbench.optics.ghost_path import Meetings
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import CLIPPED, PASSED
 
 LEAST = 1e-6            # part of the light below which a ray is not followed: of a large lens, 1e-3 is then left

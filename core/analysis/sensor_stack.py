@@ -14,7 +14,8 @@ from math import inf
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE, Glass
-from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.lens_surface import LensError, Surface
+from lensbench.optics.prescription import Lens
 
 CROWN = 64.0            # Abbe number of the plate
 RIM = 3.0               # semi-diameter of the plate, × what a ray at 45° from the last rim needs: it ends no light

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.optics.prescription import LensError
+from lensbench.optics.lens_surface import LensError
 
 REFERENCES = ("chief", "centroid")
 FIRST_ZERO = 0.6098349          # of the Airy pattern, × wavelength / numerical aperture: 3.8317 / 2π

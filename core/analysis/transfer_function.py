@@ -27,7 +27,7 @@ from lensbench.analysis.spot_diagram import light_shares
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.prescription import LensError
+from lensbench.optics.lens_surface import LensError
 
 METHODS = ("diffraction", "geometric")
 PRINTED = (10.0, 20.0, 30.0, 40.0)      # cycles/mm, of makers' charts against the field

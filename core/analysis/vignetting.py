@@ -13,7 +13,8 @@ import numpy as np
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import MISSED, PASSED, trace
 
 _PROFILE = 513          # points along the first surface, whose shadow contains the beam

@@ -19,7 +19,7 @@ from lensbench.analysis.grids.field_threads import each_of
 from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.zernike import noll_indices, radial_coefficients, zernikes
 from lensbench.kernels.cache import njit
-from lensbench.optics.prescription import LensError
+from lensbench.optics.lens_surface import LensError
 
 TERMS = 37              # Noll polynomials, complete to the seventh order with one of the eighth (37: spherical)
 ENOUGH = 2.0            # open cells for each term

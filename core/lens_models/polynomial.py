@@ -34,8 +34,9 @@ from lensbench.lens_models.polynomial_stage import (
 )
 from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.glass import D_LINE
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import FirstOrder, first_order, scene_side_origin
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 from lensbench.pupils.radial_sampler import PupilTable
 
 DEGREES = (3, 5, 7, 9, 11)

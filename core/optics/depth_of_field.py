@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike
 from lensbench.kernels.figures import significant
 from lensbench.optics.axial_bundle import pupil_rays
 from lensbench.optics.focus import FocusError
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import ray_matrix
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 
 
 def circle_of_confusion(focal_length: float, f_number: float, focus_distance: ArrayLike, distance: ArrayLike):

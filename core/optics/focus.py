@@ -25,8 +25,9 @@ import numpy as np
 from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.root_finding import find_minimum, find_root
 from lensbench.optics.axial_bundle import pupil_rays
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 
 METHODS = ("paraxial", "real")
 FAR_NEARNESS = 1e-3             # of an object a thousand focal lengths away

@@ -12,7 +12,8 @@ from math import inf, isfinite, isinf
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 
 FARTHEST = 20.0                 # lengths of a lens; a farther entrance pupil is no origin for rays
 Matrix = tuple[float, float, float, float]

@@ -1,12 +1,8 @@
 """The prescription of a lens: its surfaces from the scene to the film, as frozen values.
 
-Lengths in mm, in the lens frame: the origin is the first vertex, light travels
-along +z, and a curvature c = 1/R is positive when the centre of curvature lies
-at +z of the vertex; a plane has c = 0. The sag of a rotationally symmetric
-surface is z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p.
+Lengths in mm, in the lens frame: the origin is the first vertex, and light travels along +z.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, isfinite
@@ -17,193 +13,13 @@ import numpy as np
 from lensbench.kernels.figures import significant
 from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.lazy_names import called
-from lensbench.optics.coatings import Coating
 from lensbench.optics.finding import Finding
-from lensbench.optics.glass import AIR, D_LINE, Glass
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.iris import Iris, IrisError
+from lensbench.optics.lens_surface import LensError, Surface
 from lensbench.optics.surface_pose import Frame, SurfacePose
-from lensbench.optics.surfaces import HIGHEST_POWER, sags, shape
 from lensbench.optics.system import SystemData
 from lensbench.optics.zoom_positions import Positions, PositionsError
-
-
-class LensError(ValueError):
-    """An invalid lens, or a demand that a lens cannot meet; the message says what to do."""
-
-
-@hashed_once
-@dataclass(frozen=True)
-class Surface:
-    """One surface of a lens, with the gap and the medium behind it.
-
-    The stop is a surface too, usually a plane with air on both sides.
-
-    Parameters
-    ----------
-    curvature : float
-        c = 1/R in 1/mm, positive if the centre of curvature lies at +z; 0 for a plane. Or give `radius`.
-    thickness : float
-        Gap to the next vertex (mm).
-    semi_diameter : float
-        Radius of the rim (mm).
-    glass : Glass
-        The medium behind the surface.
-    conic : float
-        k: 0 for a sphere, −1 for a parabola.
-    aspheric : tuple of (int, float)
-        Powers from 2 to 20 and their coefficients in mm^(1 − power); stored by rising power, without zeros.
-    curvature_x : float or None
-        None for rotational symmetry. Otherwise the curvature (1/mm) of the section x–z, and `curvature` is that of
-        y–z: a cylinder or toroid, which has neither conic nor aspheric terms.
-    coating : Coating or None
-        None: not known; what asks for it then says which it assumes.
-    pose : SurfacePose or None
-        Decentre and tilt of this surface; None where it is in line.
-    radius : float
-        Keyword alone, in place of the curvature: R in mm, positive if the centre of curvature lies at +z; math.inf for
-        a plane.
-
-    Raises
-    ------
-    LensError
-        For numbers that are not finite, a rim that is not positive, or invalid terms.
-    """
-
-    curvature: float
-    thickness: float
-    semi_diameter: float
-    glass: Glass = AIR
-    conic: float = 0.0
-    aspheric: tuple[tuple[int, float], ...] = ()
-    curvature_x: float | None = None
-    coating: Coating | None = None
-    pose: SurfacePose | None = None
-
-    def __init__(self, curvature: float | None = None, thickness: float = 0.0, semi_diameter: float | None = None,
-                 glass: Glass = AIR, conic: float = 0.0, aspheric: Iterable[tuple[int, float]] = (),
-                 curvature_x: float | None = None, coating: Coating | None = None, pose: SurfacePose | None = None, *,
-                 radius: float | None = None):
-        if semi_diameter is None:
-            raise TypeError("a surface needs its semi_diameter, the radius of its rim in mm")
-        if (curvature is None) == (radius is None):
-            raise TypeError("a surface needs either its curvature or its radius of curvature")
-        if radius is not None:
-            if radius != radius or radius == 0.0:
-                raise LensError(f"radius of curvature {radius}: it must be a number of mm, or math.inf for a plane")
-            curvature = 1.0 / radius
-        given = {"curvature": curvature, "thickness": thickness, "semi_diameter": semi_diameter, "glass": glass,
-                 "conic": conic, "aspheric": aspheric, "curvature_x": curvature_x, "coating": coating,
-                 "pose": None if pose is None or pose.is_in_line else pose}
-        for name, value in given.items():
-            object.__setattr__(self, name, value)
-        self._check()
-
-    def _check(self) -> None:
-        for name in ("curvature", "thickness", "semi_diameter", "conic"):
-            if not isfinite(getattr(self, name)):
-                raise LensError(f"{name} is {getattr(self, name)}: it must be a finite number")
-        if self.semi_diameter <= 0.0:
-            raise LensError(f"semi-diameter is {significant(self.semi_diameter)} mm: it must be positive")
-        object.__setattr__(self, "aspheric", _sound_terms(self.aspheric))
-        if self.curvature_x is None:
-            return
-        if not isfinite(self.curvature_x):
-            raise LensError(f"curvature_x is {self.curvature_x}: it must be a finite number, or left out")
-        if self.conic != 0.0 or self.aspheric:
-            raise LensError("a surface with curvature_x can have neither a conic nor aspheric terms")
-        if self.curvature_x == self.curvature:
-            object.__setattr__(self, "curvature_x", None)       # both sections alike: a sphere
-
-    @property
-    def radius(self) -> float:
-        """Radius of curvature R = 1/c (mm); inf for a plane."""
-        return 1.0 / self.curvature if self.curvature != 0.0 else inf
-
-    @property
-    def is_spherical(self) -> bool:
-        """Whether the surface is a plane or a sphere."""
-        return not self.aspheric and self.is_rotationally_symmetric and (self.conic == 0.0 or self.curvature == 0.0)
-
-    @property
-    def is_rotationally_symmetric(self) -> bool:
-        """Whether the surface is no cylinder or toroid; its pose does not count."""
-        return self.curvature_x is None
-
-    @cached_property
-    def vertex_curvature(self) -> float:
-        """Curvature at the vertex in the section y–z (1/mm), including an r² term."""
-        return self.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
-
-    @cached_property
-    def shape(self) -> tuple[int, np.ndarray]:
-        """The shape as a kind and a row of numbers of the table of `surfaces`."""
-        return shape(self.curvature, self.conic, self.aspheric, self.curvature_x, self.semi_diameter)
-
-    def sag(self, x, y=0.0) -> np.ndarray:
-        """Height above the plane that touches the vertex.
-
-        Parameters
-        ----------
-        x, y : float or array
-            Points in the frame of the surface, mm, broadcast against each other.
-
-        Returns
-        -------
-        array
-            z in mm, in the shape of the points; NaN beyond the equator.
-        """
-        return sags(*self.shape, x, y)
-
-    def scaled(self, factor: float) -> "Surface":
-        """The surface and the gap behind it, scaled.
-
-        Parameters
-        ----------
-        factor : float
-            Factor on all lengths; coefficients of r^p take its (1 − p)-th power.
-
-        Returns
-        -------
-        Surface
-        """
-        return replace(self, curvature=self.curvature / factor, thickness=self.thickness * factor,
-                       semi_diameter=self.semi_diameter * factor,
-                       aspheric=tuple((power, a * factor ** (1 - power)) for power, a in self.aspheric),
-                       curvature_x=None if self.curvature_x is None else self.curvature_x / factor,
-                       pose=self.pose and self.pose.scaled(factor))
-
-    def reversed(self, thickness: float, glass: Glass) -> "Surface":
-        """The surface met from behind, turned about y, with another gap and medium behind it.
-
-        Parameters
-        ----------
-        thickness : float
-            Gap (mm) behind the surface, in its new place.
-        glass : Glass
-            Medium of that gap.
-
-        Returns
-        -------
-        Surface
-        """
-        return replace(self, curvature=-self.curvature or 0.0, thickness=thickness, glass=glass,
-                       aspheric=tuple((power, -a) for power, a in self.aspheric),
-                       curvature_x=None if self.curvature_x is None else -self.curvature_x or 0.0,
-                       pose=self.pose and self.pose.turned())
-
-
-def _sound_terms(terms: Iterable[tuple[int, float]]) -> tuple[tuple[int, float], ...]:
-    """Aspheric terms by rising power, without zeros; LensError for an invalid power or coefficient."""
-    sound: dict[int, float] = {}
-    for power, coefficient in terms:
-        if power != int(power) or not 2 <= power <= HIGHEST_POWER:
-            raise LensError(f"aspheric power {power}: it must be a whole number from 2 to {HIGHEST_POWER}")
-        if power in sound:
-            raise LensError(f"the aspheric term r^{power} is given twice")
-        if not isfinite(coefficient):
-            raise LensError(f"the aspheric coefficient of r^{power} is {coefficient}: it must be a finite number")
-        sound[int(power)] = float(coefficient)
-    return tuple((power, sound[power]) for power in sorted(sound) if sound[power] != 0.0)
 
 
 @hashed_once

@@ -9,8 +9,9 @@ from lensbench.kernels.figures import significant
 from lensbench.optics.axial_bundle import marginal_height
 from lensbench.optics.coatings import BARE, Coating, named_coating
 from lensbench.optics.glass import D_LINE
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import surface_table
 
 AZIMUTHS = 16           # directions of the marginal rays of a lens with surfaces out of line

@@ -12,7 +12,8 @@ from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import unit_square
 from lensbench.optics.clearance import clearance_tracer
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import Fate, trace
 from lensbench.pupils.disjoint_regions import SplitRegion, split_regions
 from lensbench.pupils.outline_solver import solve_outlines

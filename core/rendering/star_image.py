@@ -21,7 +21,7 @@ from lensbench.cameras.real_lens import LensCamera
 from lensbench.imaging.film import Film
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.ghost_pairs import DIRECT
-from lensbench.optics.prescription import LensError
+from lensbench.optics.lens_surface import LensError
 from lensbench.rendering.ghost_image import MOST as PASSES
 from lensbench.rendering.ghost_image import Flare, GhostImage
 from lensbench.rendering.star_kernel import star_kernel

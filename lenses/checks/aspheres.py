@@ -6,7 +6,8 @@ from dataclasses import replace
 from lensbench.kernels.figures import significant
 from lensbench.lenses.checks.hypothesis import Hypothesis
 from lensbench.optics.finding import Change, Finding, Kind
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 
 LOWEST, HIGHEST = 2, 20
 EVEN = 5.0                          # rarity of a change of one surface alone

@@ -4,7 +4,8 @@ import numpy as np
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Change, Finding, Kind, Severity
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 
 HEMISPHERE = 1.01       # × the largest height that the surface has: tables round to three digits
 CROSSING = 0.01         # of the rim: neighbours that touch are drawn to a hair

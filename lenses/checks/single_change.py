@@ -15,8 +15,9 @@ from lensbench.kernels.figures import significant
 from lensbench.lenses.checks.glasses import distance_to_known
 from lensbench.lenses.checks.hypothesis import Hypothesis
 from lensbench.optics.finding import Change, Kind
+from lensbench.optics.lens_surface import Surface
 from lensbench.optics.paraxial import ray_matrix
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.prescription import Lens
 
 BELIEVED = {"sign": 3e-3, "point": 2e-3, "swapped digits": 2e-3, "digit": 1e-3}     # misfit, of the focal length
 RARITY = {"sign": 1.0, "point": 2.0, "swapped digits": 3.0, "digit": 5.0}

@@ -8,8 +8,9 @@ from lensbench.kernels.figures import significant
 from lensbench.lenses.checks.hypothesis import Hypothesis
 from lensbench.optics.finding import Change, Kind
 from lensbench.optics.glass import Glass
+from lensbench.optics.lens_surface import Surface
 from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.prescription import Lens
 
 WATER = 1.333
 PLATE = Glass(1.5168, 64.17)                # window and filters of a sensor

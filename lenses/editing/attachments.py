@@ -12,7 +12,8 @@ from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument
 from lensbench.lenses.editing.structure import inserted
 from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 
 CROWN = Glass(1.5168, 64.17, "N-BK7")
 FILTER = 2.0                    # mm: thickness of a filter

@@ -25,7 +25,8 @@ from lensbench.lenses.editing.document import (
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.rows import RowError, check_sizes, curvature
 from lensbench.optics.glass import AIR, Glass, GlassError
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.zoom_positions import Positions
 
 LONGEST_COMMENT = 200

@@ -10,7 +10,8 @@ from typing import Any
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.surfaces import HIGHEST_POWER
 
 CURVATURE, CURVATURE_X, THICKNESS, SEMI_DIAMETER, CONIC = ("curvature", "curvature_x", "thickness", "semi_diameter",

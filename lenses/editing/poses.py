@@ -9,7 +9,8 @@ from lensbench.lenses.axes import body
 from lensbench.lenses.editing.document import POSE, EditError, LensDocument, with_surfaces, words
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import element_at
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.surface_pose import PoseError, SurfacePose
 
 

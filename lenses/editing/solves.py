@@ -13,7 +13,8 @@ from lensbench.lenses.editing.document import LensDocument, Pickup, Solve, value
 from lensbench.lenses.paraxial import FAR, image_distance, ray, reference_wavelength
 from lensbench.lenses.rows import RowError, check_sizes
 from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.lens_surface import LensError, Surface
+from lensbench.optics.prescription import Lens
 
 PASSES = 40             # of all rules, while one changes what another follows from
 STEPS = 60              # of a secant

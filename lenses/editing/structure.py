@@ -15,7 +15,8 @@ from lensbench.lenses.paraxial import ray, reference_wavelength
 from lensbench.lenses.rows import RowError, check_sizes
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.lens_surface import LensError, Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.surface_pose import SurfacePose
 
 AIR_GAP = 0.1           # mm: of a cemented surface that is separated

@@ -23,7 +23,8 @@ from lensbench.lenses.json_text import item_lines, items, parse, table, text_val
 from lensbench.lenses.rows import RowError, curvature, number
 from lensbench.optics.finding import Kind
 from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 
 READ = frozenset({"info", "foclen", "fnum", "r_sensor", "d_sensor", "sensor_size", "surfaces"})
 READ_OF_SURFACES = frozenset({"type", "r", "c", "roc", "d", "d_next", "mat1", "mat2", "k", "ai", "use_ai2",

@@ -29,7 +29,8 @@ from lensbench.lenses.json_text import item_lines, items, parse, table, text_val
 from lensbench.lenses.rows import RowError, curvature, number
 from lensbench.lenses.stations import Station
 from lensbench.optics.finding import Kind
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.system import ApertureKind, FieldKind
 
 SCHEMA = "lens-explorer"

@@ -34,7 +34,8 @@ from lensbench.lenses.rows import RowError, curvature, number, radius_text
 from lensbench.lenses.written_system import WrittenSystem, written_system
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.system import Aperture, ApertureKind, FieldKind
 
 APERTURES = {"EPD": ApertureKind.PUPIL_DIAMETER, "imageFNO": ApertureKind.F_NUMBER,

@@ -21,7 +21,8 @@ from lensbench.lenses.media import left_out
 from lensbench.lenses.paraxial import count_faults, sag
 from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
 from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 
 COLUMNS = "radius, thickness, index, diameter"
 FLAT_RADIUS = "1e6"     # mm: a plane that refracts; radius 0 would be a stop to pbrt

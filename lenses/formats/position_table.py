@@ -26,7 +26,8 @@ from lensbench.lenses.paraxial import focal_length
 from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.stations import focus_fractions, with_gaps, zoom_fractions
 from lensbench.optics.finding import Kind, note
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.zoom_positions import Positions, PositionsError
 
 STATIONS = ("zoom_stations", "focus_stations")

@@ -34,7 +34,8 @@ from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.written_system import WrittenSystem, written_system
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.system import Aperture, ApertureKind, FieldKind
 
 UNITS = {"mm": 1.0, "cm": 10.0, "meters": 1000.0, "m": 1000.0, "in": 25.4, "inches": 25.4}        # lower case

@@ -51,7 +51,8 @@ from lensbench.lenses.formats.toml_text import digits, listed, quoted
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import Glass
-from lensbench.optics.prescription import Iris, Lens, LensError, Surface
+from lensbench.optics.lens_surface import LensError, Surface
+from lensbench.optics.prescription import Iris, Lens
 from lensbench.optics.surface_pose import PoseError, SurfacePose
 
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")

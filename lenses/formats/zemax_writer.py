@@ -13,7 +13,8 @@ from lensbench.lenses.rows import radius_text
 from lensbench.lenses.stations import Station, stations_of
 from lensbench.lenses.written_system import written_system
 from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.system import Aperture, ApertureKind
 
 FAR_OBJECT = "1e10"                             # where a configuration gives the object distance

@@ -19,7 +19,7 @@ from lensbench.app.state.analysis.tolerance_figures import (
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.toggles import toggles
-from lensbench.optics.prescription import LensError
+from lensbench.optics.lens_surface import LensError
 
 NAME = "Tolerances"
 KINDS = {"costs": "Costs", "copies": "Copies", "pictures": "Pictures"}

@@ -12,7 +12,7 @@ from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.app.state.analysis.figure import Curve, Figure, Label, Plot, Points
 from lensbench.app.state.analysis.query import Query
 from lensbench.kernels.figures import fixed
-from lensbench.optics.prescription import LensError
+from lensbench.optics.lens_surface import LensError
 
 HEIGHT = "Image height (mm)"    # the axis over which a rim has a line
 POINTS = 16                     # across the pupil, of the rays whose ends are counted

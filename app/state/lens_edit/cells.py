@@ -23,7 +23,7 @@ from lensbench.lenses.editing.document import (
 from lensbench.lenses.encoding import plain_number
 from lensbench.lenses.rows import RowError, curvature, radius_text
 from lensbench.optics.glass import Glass
-from lensbench.optics.prescription import Surface
+from lensbench.optics.lens_surface import Surface
 
 PLANES = ("", "inf", "infinity", "∞", "plane", "flat")
 TILTS = ("tilt_x", "tilt_y")                    # radians, in degrees in their cells

@@ -14,8 +14,9 @@ from lensbench.kernels.cache import njit
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.glass import D_LINE
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import scene_side_origin
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 from lensbench.pupils.radial_sampler import PupilTable
 
 RADII, ALONG, ACROSS = 64, 24, 12           # nodes of the table

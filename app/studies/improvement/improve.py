@@ -24,7 +24,7 @@ from lensbench.lenses.editing.document import (
     with_value_of,
 )
 from lensbench.lenses.editing.solves import settled
-from lensbench.optics.prescription import LensError, Surface
+from lensbench.optics.lens_surface import LensError, Surface
 
 STEPS = 60                      # at most
 TRIES = 8                       # of the damping within a step

@@ -6,7 +6,7 @@ hits (n, 3) in the same precision; NaN where it finds none.
 
 import numpy as np
 
-from lensbench.optics.prescription import Surface
+from lensbench.optics.lens_surface import Surface
 
 
 def sphere_about_its_centre(origins: np.ndarray, directions: np.ndarray, c: float) -> np.ndarray:

@@ -13,8 +13,9 @@ from lensbench.imaging.film import Film
 from lensbench.kernels.figures import fixed, significant
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, GlassError
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.system import FieldKind
 
 VISIBLE = (F_LINE, D_LINE, C_LINE)      # µm; the primary is the middle one

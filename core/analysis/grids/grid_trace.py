@@ -32,8 +32,9 @@ from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens
 
 MOST_KEPT = 96 << 20    # bytes of rays: sixteen grids of a moving picture, or one of 128 points
 PUPIL = 32              # grid points across the pupil of a field: about 800 rays

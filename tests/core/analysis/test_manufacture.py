@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
 from lensbench.analysis.manufacture import FIELDS, Judge, Tolerances, production, sensitivities
 from lensbench.analysis.perturbed_copies import POSE, bodies, copies_of, elements, set_poses, trace_copies
-from lensbench.optics.prescription import LensError
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.optics.surfaces import AFTER, BEFORE
 

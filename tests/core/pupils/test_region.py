@@ -11,7 +11,7 @@ from lensbench import lenses
 from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X
 from lensbench.kernels.program import Program
 from lensbench.optics.clearance import clearance_tracer, clearances
-from lensbench.optics.prescription import Surface
+from lensbench.optics.lens_surface import Surface
 from lensbench.pupils.radial_sampler import RINGS, PupilTable
 from lensbench.pupils.rim_solver import ROUGH, solve_rims
 from tests.core.oracles import DATA, REFERENCE
