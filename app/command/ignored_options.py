@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
-from lensbench.app.state.settings import SHAPES, Settings
+from lensbench.app.state.setting_table import SHAPES
+from lensbench.app.state.settings import Settings
 
 
 class _Need(NamedTuple):

@@ -4,7 +4,7 @@ import moderngl
 
 from lensbench.app.display.gl_texture import shader_source
 from lensbench.app.state.picture.look_around import LookAround
-from lensbench.app.state.settings import LAYOUTS
+from lensbench.app.state.setting_table import LAYOUTS
 
 
 class Panorama:

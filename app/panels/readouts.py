@@ -10,7 +10,8 @@ from lensbench.app.state.build import design, focus_text, picture_wavelength, pu
 from lensbench.app.state.coating import coating
 from lensbench.app.state.comparison.difference import difference
 from lensbench.app.state.figures import Readings, colours, readings
-from lensbench.app.state.settings import LIMITS, Settings
+from lensbench.app.state.setting_table import LIMITS
+from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_angle, format_distance, format_length
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph

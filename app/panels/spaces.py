@@ -15,7 +15,8 @@ from lensbench.app.state.build import camera
 from lensbench.app.state.figures import intrinsics
 from lensbench.app.state.pixel.beam import thing_at
 from lensbench.app.state.scene_file import cached_scene
-from lensbench.app.state.settings import VIEWS, Settings
+from lensbench.app.state.setting_table import VIEWS
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.kernels.figures import fixed, significant, true_minus

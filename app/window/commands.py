@@ -15,7 +15,8 @@ from lensbench.app.state.picture.auto_exposure import METERED, MODES, with_mode
 from lensbench.app.state.picture.look_around import LookAround
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
-from lensbench.app.state.settings import VIEWS, Settings
+from lensbench.app.state.setting_table import VIEWS
+from lensbench.app.state.settings import Settings
 from lensbench.app.state.trials import TRIALS, Trial, tried
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.state import WindowState

@@ -30,7 +30,8 @@ from lensbench.app.state.lens_edit.editing import edit_mark
 from lensbench.app.state.lens_shelf import film_name
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
-from lensbench.app.state.settings import FOV_AXES, LAYOUTS, PROJECTIONS, Settings
+from lensbench.app.state.setting_table import FOV_AXES, LAYOUTS, PROJECTIONS
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.drop_list import angle, drop_list, picked
 from lensbench.app.widgets.marked import check_box

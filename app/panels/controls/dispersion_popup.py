@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from lensbench.app.state.figures import colours
-from lensbench.app.state.settings import DISPERSIONS, Settings
+from lensbench.app.state.setting_table import DISPERSIONS
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets.marked import one_of
 from lensbench.app.widgets.paragraph import small_note
 

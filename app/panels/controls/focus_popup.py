@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from lensbench.app.panels.controls.film_dials import film_dials
 from lensbench.app.state.build import design, focus_text, setup
-from lensbench.app.state.settings import FOCUS_POSITIONS, Settings
+from lensbench.app.state.setting_table import FOCUS_POSITIONS
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets.marked import one_of
 from lensbench.app.widgets.paragraph import small_note
 

@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from lensbench.app.state import dial_scales
-from lensbench.app.state.settings import MEDIUMS, Settings
+from lensbench.app.state.setting_table import MEDIUMS
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles
 

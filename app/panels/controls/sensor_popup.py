@@ -5,7 +5,8 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from lensbench.app.state import dial_scales
-from lensbench.app.state.settings import BITS, Settings
+from lensbench.app.state.setting_table import BITS
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.toggles import toggles

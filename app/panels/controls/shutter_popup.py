@@ -6,7 +6,8 @@ from imgui_bundle import ImVec2, imgui
 from imgui_bundle import icons_fontawesome_6 as fa
 
 from lensbench.app.state import dial_scales
-from lensbench.app.state.settings import READOUT_DIRECTIONS, Settings
+from lensbench.app.state.setting_table import READOUT_DIRECTIONS
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles

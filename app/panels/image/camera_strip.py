@@ -15,7 +15,8 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.picture.auto_exposure import METERED, MODES, mode_of, with_mode
 from lensbench.app.state.picture.exposure import AppliedExposure, exposure_text
 from lensbench.app.state.scales import Scale
-from lensbench.app.state.settings import METERINGS, Settings
+from lensbench.app.state.setting_table import METERINGS
+from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_exposure
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial

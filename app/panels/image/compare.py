@@ -13,7 +13,8 @@ from lensbench.app.panels.controls.controls import lens_name, scene_title
 from lensbench.app.panels.image.overlays import draw_note
 from lensbench.app.state.lens_shelf import film_name
 from lensbench.app.state.picture.statistics import Difference
-from lensbench.app.state.settings import LAYOUTS, TONES, VIEWS, Settings
+from lensbench.app.state.setting_table import LAYOUTS, TONES, VIEWS
+from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import (
     format_angle,
     format_distance,

@@ -8,7 +8,8 @@ from imgui_bundle import ImVec2, imgui
 from lensbench.app.display.frame import View
 from lensbench.app.state.constraints import with_longer_side
 from lensbench.app.state.request import Request
-from lensbench.app.state.settings import COMPARISONS, TONES, VIEWS, Settings
+from lensbench.app.state.setting_table import COMPARISONS, TONES, VIEWS
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.marked import check_box
 

@@ -15,7 +15,8 @@ from lensbench.app.command.main import main
 from lensbench.app.files.export import ExportError, save_picture
 from lensbench.app.files.settings_file import load_settings, save_settings
 from lensbench.app.state.camera_kinds import CAMERAS, LENS_MODELS
-from lensbench.app.state.settings import TONES, VERSION, Settings, SettingsError
+from lensbench.app.state.setting_table import TONES
+from lensbench.app.state.settings import VERSION, Settings, SettingsError
 
 finite = st.floats(-1e6, 1e6)
 

@@ -12,7 +12,8 @@ import lensbench as lb
 from lensbench.app.command.main import main
 from lensbench.app.state.build import camera
 from lensbench.app.state.picture.false_colours import NOTES, aov_codes, aov_note
-from lensbench.app.state.settings import VIEWS, Settings
+from lensbench.app.state.setting_table import VIEWS
+from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
 
 

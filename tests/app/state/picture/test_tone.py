@@ -7,7 +7,7 @@ from hypothesis import settings as profile
 from hypothesis import strategies as st
 
 from lensbench.app.state.picture import tone
-from lensbench.app.state.settings import TONES
+from lensbench.app.state.setting_table import TONES
 
 light = st.floats(0.0, 1e8)
 every_tone = pytest.mark.parametrize("curve", TONES)
