@@ -1,4 +1,4 @@
-"""The base class of every camera: film, placement, shutter, weights, rays and projection.
+"""The base class of every camera: film, weights, rays and projection. `placed_shutter` has its place and times.
 
 A camera kind gives its own film and either `gaussian` with `gain`, for a projective camera, or `camera_steps`.
 Everything else follows from those, or has a default that a kind may override; `film_importance` of a camera that is not
@@ -7,8 +7,7 @@ camera looks along −z; the film lies in the plane z = 0 of a real lens, or is 
 """
 
 import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,17 +17,13 @@ from lensbench.cameras.film_landing import FilmLanding
 from lensbench.cameras.flat_port import port_step
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.importance import FilmImportance, Importance, camera_importance, gaussian_importance
+from lensbench.cameras.placed_shutter import PlacedShutter
 from lensbench.cameras.project import solve_film_points
 from lensbench.cameras.rays import CameraError, Rays, checked_times
-from lensbench.cameras.rolling_shutter import film_centre, project_onto_open_rows
-from lensbench.imaging.animated_transform import AnimatedTransform
+from lensbench.cameras.rolling_shutter import project_onto_open_rows
 from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, Window, transform_points
-from lensbench.imaging.film import Film
 from lensbench.imaging.film_pose import UPRIGHT, FilmPose
-from lensbench.imaging.shutter import DIRECTIONS, shutter_step
-from lensbench.imaging.transform import checked_rigid, transform_steps
 from lensbench.kernels.block import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
-from lensbench.kernels.figures import significant
 from lensbench.kernels.lazy_names import called
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import unit_square
@@ -41,22 +36,11 @@ from lensbench.scenery.shading.participating_medium import Medium
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Camera:
+class Camera(PlacedShutter):
     """Fields and methods that all camera kinds share; each kind adds a field `film`.
 
     Parameters
     ----------
-    world_from_camera : (4, 4) array or AnimatedTransform
-        Rigid transform from the camera frame to the world, both in mm; the identity by default. An
-        AnimatedTransform may also scale all directions alike.
-    shutter_open, shutter_close : float
-        Times (s) between which the shutter is open; with a rolling shutter, those of the row that opens first.
-    shutter_ramp : float
-        Time (s) that the shutter takes to open, and again to close; 0 gives a box.
-    readout : float
-        Time (s) from the opening of the first row to that of the last; 0 is a global shutter.
-    readout_direction : str
-        Order of the rows in the upright picture: "down", "up", "left" or "right".
     weights : str
         "relative": the unvignetted axis point has weight 1 at every stop. "physical": cos⁴θ · area / z² · effective
         time, and radiance falls by the squared index when light leaves a medium. "radiance", or "one": every ray of
@@ -65,120 +49,30 @@ class Camera:
         Medium between the camera and the scene; None is clear air. A flat window at the camera's foremost point
         separates air from a medium of another index. The camera is focused and weighted as in air, so objects in
         water appear nearer by the index on its focus scale.
+    **placement
+        Keyword arguments of `PlacedShutter`: transform to the world, and shutter.
 
     Raises
     ------
     CameraError
-        Unknown weights or readout direction, or shutter times that contradict each other.
+        Unknown weights; shutter times that contradict each other.
     TransformError
         A world_from_camera that is not rigid.
     """
 
-    if TYPE_CHECKING:                   # a field of each camera kind, at that kind's own position in its signature
-        @property
-        def film(self) -> Film:
-            """The film that the picture falls on."""
-    world_from_camera: np.ndarray | AnimatedTransform = field(default_factory=lambda: np.eye(4))
-    shutter_open: float = 0.0
-    shutter_close: float = 1.0
-    shutter_ramp: float = 0.0
-    readout: float = 0.0
-    readout_direction: str = "down"
     weights: str = "relative"
     medium: Medium | None = None
 
     def __post_init__(self):
-        if isinstance(self.world_from_camera, AnimatedTransform):
-            _ = self.world_from_camera.scales               # raises where the transform does not scale evenly
-        else:
-            object.__setattr__(self, "world_from_camera", checked_rigid(self.world_from_camera))
+        super().__post_init__()
         if self.weights == "one":
             object.__setattr__(self, "weights", "radiance")
         if self.weights not in ("relative", "physical", "radiance"):
             raise CameraError(f"weights {self.weights!r}: choose relative, physical or radiance")
-        if not (math.isfinite(self.shutter_open) and math.isfinite(self.shutter_close)):
-            raise CameraError("the shutter's times must be finite numbers of seconds")
-        if self.shutter_close < self.shutter_open:
-            raise CameraError(f"the shutter closes at {significant(self.shutter_close)} s, "
-                              f"before it opens at {significant(self.shutter_open)} s")
-        if not 0.0 <= self.shutter_ramp <= self.exposure_time / 2.0:
-            raise CameraError(f"shutter ramp {significant(self.shutter_ramp)} s: it must lie between 0 and "
-                              f"{significant(self.exposure_time / 2.0)} s, half of the time that the shutter is open")
-        if not (math.isfinite(self.readout) and self.readout >= 0.0):
-            raise CameraError(f"readout {significant(self.readout)} s: it must be 0 (a global shutter) or positive")
-        if self.readout_direction not in DIRECTIONS:
-            raise CameraError(f"readout direction {self.readout_direction!r}: choose one of {', '.join(DIRECTIONS)}")
 
     def _repr_html_(self) -> str:
         """Section and figures, for a notebook."""
         return called("app.notebook.cards", "camera_card", self)
-
-    # Shutter and placement
-
-    @property
-    def exposure_time(self) -> float:
-        """Time (s) from the moment when a row begins to open until it is closed."""
-        return self.shutter_close - self.shutter_open
-
-    @property
-    def effective_time(self) -> float:
-        """Time (s) for which a shutter without ramps would pass the same light: the area of the trapezoid."""
-        return self.exposure_time - self.shutter_ramp
-
-    @property
-    def shutter_efficiency(self) -> float:
-        """effective_time / exposure_time: 1 for a box, 1/2 for a shutter that is fully open only for an instant."""
-        return self.effective_time / self.exposure_time if self.exposure_time > 0.0 else 1.0
-
-    @property
-    def moves(self) -> bool:
-        """Whether the camera moves while any of its rows is open."""
-        pose = self.world_from_camera
-        return isinstance(pose, AnimatedTransform) and pose.changes_between(self.shutter_open, self._last_moment)
-
-    @property
-    def _last_moment(self) -> float:
-        """Time (s) at which the last row is closed."""
-        return self.shutter_close + self.readout
-
-    def world_from_camera_at(self, seconds) -> np.ndarray:
-        """Transform from the camera frame to the world at given times.
-
-        Parameters
-        ----------
-        seconds : float or (n,) array
-            Times (s) on the clock of shutter_open.
-
-        Returns
-        -------
-        (4, 4) array, or (n, 4, 4) for n times.
-        """
-        pose = self.world_from_camera
-        if isinstance(pose, AnimatedTransform):
-            return pose.at(seconds)
-        return np.broadcast_to(pose, (*np.shape(seconds), 4, 4))
-
-    def placement(self, time=0.0, raster=None) -> np.ndarray:
-        """Transform from the camera frame to the world, at shutter times and for raster points.
-
-        Parameters
-        ----------
-        time : float or (n,) array
-            Shutter times in [0, 1), as `generate_rays` takes them.
-        raster : (n, 2) array or None
-            Raster points (pixels), on which the time depends with a rolling shutter; None: the centre of the film.
-
-        Returns
-        -------
-        (4, 4) array, or (n, 4, 4) where there are n times or raster points and the camera has an AnimatedTransform.
-        """
-        if not isinstance(self.world_from_camera, AnimatedTransform):
-            return self.world_from_camera
-        one = raster is None and np.ndim(time) == 0
-        raster = film_centre(self.film, max(np.size(time), 1)) if raster is None else raster
-        given = {X: raster[:, 0], Y: raster[:, 1], TIME: np.broadcast_to(checked_times(time), (len(raster),))}
-        seconds = self.shutter_open + Program([self.clock], np.float64).run(given, [TIME], len(raster))[0]
-        return self.world_from_camera_at(seconds[0] if one else seconds)
 
     # What a camera kind may override
 
@@ -397,20 +291,6 @@ class Camera:
     def has_port(self) -> bool:
         """Whether the camera looks through a window into a medium of another index."""
         return self.medium is not None and self.medium.index != 1.0
-
-    @property
-    def carried(self) -> list[Step]:
-        """Steps from a ray in the camera frame, at its TIME in seconds since shutter_open, to the world."""
-        pose = self.world_from_camera
-        if isinstance(pose, AnimatedTransform):
-            return pose.steps(self.shutter_open, self._last_moment)
-        return transform_steps(pose)
-
-    @property
-    def clock(self) -> Step:
-        """Step from the shutter sample TIME in [0, 1) and raster X, Y to TIME in seconds since shutter_open."""
-        return shutter_step(self.exposure_time, self.shutter_ramp, self.readout, self.readout_direction,
-                            self.film.pixels_x, self.film.pixels_y)
 
     def check_overrides(self) -> None:
         """Refuse a camera kind that overrides a method that pictures do not call.

@@ -15,8 +15,6 @@ from lensbench.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, r
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program
 from lensbench.optics.iris import Iris
-from lensbench.optics.paraxial import first_order, ray_matrix
-from lensbench.optics.prescription import Lens
 
 ROUND = Iris()
 
@@ -107,38 +105,6 @@ def telecentric(scale: float, radius: float, focus: float, iris: Iris = ROUND) -
     if radius == 0.0 or math.isinf(focus):
         return Gaussian(0.0, -scale, 0.0, 0.0, 0.0, 0.0, 0.0)
     return Gaussian(0.0, -scale, radius, 0.0, -radius / focus, 0.0, radius / focus, iris)
-
-
-def thick(lens: Lens, film_distance: float) -> Gaussian:
-    """Thick lens: a real lens to first order, with its principal planes and pupils.
-
-    The rays start on the entrance pupil where that lies between the first vertex and the film, otherwise on the plane
-    of the first vertex, and point to the pupil at infinity, in the scene or behind the camera. The film is in air; the
-    exit pupil must not lie on it.
-    """
-    fo, film = first_order(lens), lens.length + film_distance
-    # Slopes dy/dz on the film's side towards the exit pupil, which may be an inverted image of the stop
-    _, _, c, d = ray_matrix(lens, lens.stop_index, len(lens.surfaces))
-    if math.isinf(fo.exit_pupil.z):
-        film_aims, pupil_aims = 0.0, c * fo.stop_radius
-    else:
-        away = fo.exit_pupil.z - film
-        film_aims, pupil_aims = -1.0 / away, math.copysign(fo.exit_pupil.radius, d) / away
-    # Transfer to the last vertex, by the inverse matrix to the first vertex, and on to the plane where rays start
-    a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
-    within = 0.0 <= fo.entrance_pupil.z <= film
-    start = fo.entrance_pupil.z if within else 0.0
-    rays = []
-    for height, slope in ((1.0, film_aims), (0.0, pupil_aims)):
-        height -= film_distance * slope
-        height, slope = d * height - b * slope, a * slope - c * height
-        slope /= lens.front_index
-        rays.append((height + start * slope, -slope))
-    (origin_film, slope_film), (origin_pupil, slope_pupil) = rays
-    if within:
-        origin_film = 0.0                               # exactly: all film points share the entrance pupil
-    return Gaussian(start - film, origin_film, origin_pupil, slope_film, slope_pupil, -film_aims, -pupil_aims,
-                    lens.iris)
 
 
 @stage

@@ -8,30 +8,31 @@ from functools import cached_property, wraps
 import numpy as np
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing, landing_step, posed_landing_step
-from lensbench.cameras.ideal_lens import Gaussian, thick, thin
+from lensbench.cameras.cardinal_lens import ideal_lens, thick
+from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
+from lensbench.cameras.film_regions import FilmRegions, Regions
+from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.importance import FilmImportance
 from lensbench.cameras.posed_ideal_lens import posed_film_points, posed_steps
 from lensbench.cameras.project import BEYOND, starting_points
 from lensbench.cameras.rays import CameraError
+from lensbench.cameras.traced_light import first_surface, traced_importance, traced_landing
 from lensbench.imaging.film import Film
 from lensbench.imaging.film_pose import UPRIGHT, FilmPose
 from lensbench.imaging.spectrum import WAVELENGTHS
-from lensbench.kernels.block import WEIGHT, L, M, N, Step, X, Y, Z
-from lensbench.kernels.concentric_map import unit_disk
+from lensbench.kernels.block import Step
 from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
 from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.focus import METHODS, FocusError, film_distance, focused, focused_distance, nearest_focus
 from lensbench.optics.glass import D_LINE, GlassError
-from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
+from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.posed_sampler import PosedPupil
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.region import axis_irradiance
-from lensbench.pupils.spectral_grid import SpectralPupilGrid
 
 MODELS = ("auto", "trace", "polynomial", "thick", "thin", "pinhole")
 
@@ -197,35 +198,21 @@ class LensCamera(Camera):
         return film_distance(self.lens, self.focus_distance, self.focus_method)
 
     @cached_property
-    def pupil(self) -> PupilTable | PupilGrid | PosedPupil:
+    def pupil(self) -> Regions:
         """Exit-pupil regions that the camera samples: by film radius, or over a film grid for an unsymmetric lens.
 
         Of a film out of line by radius and distance.
         """
-        return self._pupil_at(D_LINE)
-
-    def _pupil_at(self, wavelength: float) -> PupilTable | PupilGrid | PosedPupil:
-        if not self.lens.is_rotationally_symmetric:
-            return self._grids.at(wavelength)
-        if not self.film_pose.is_upright:
-            return PosedPupil.of(
-                lambda distance, radius: PupilTable.of(self.lens, distance, radius, wavelength, self.is_traced),
-                self.film_distance, self.lens.length + self.film_distance - self.first_order.exit_pupil.z,
-                self.film_pose, self.film_corners)
-        return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0, wavelength,
-                             widened=self.is_traced)
+        return self._regions.at(D_LINE)
 
     @cached_property
-    def _grids(self) -> SpectralPupilGrid:
-        return SpectralPupilGrid(self.lens, self.film_distance, self.film.width / 2.0, self.film.height / 2.0)
+    def _regions(self) -> FilmRegions:
+        return FilmRegions(self.lens, self.film, self.film_distance, self.film_pose, self.is_traced)
 
     @cached_property
     def axis_irradiance(self) -> float:
         """∫ cos⁴θ dA (mm²) over the region that the film's centre sees through the stop's blades."""
-        return self._axis_irradiance_at(D_LINE)
-
-    def _axis_irradiance_at(self, wavelength: float) -> float:
-        return axis_irradiance(self.lens, self.film_distance, wavelength)
+        return axis_irradiance(self.lens, self.film_distance, D_LINE)
 
     @property
     def is_traced(self) -> bool:
@@ -234,11 +221,6 @@ class LensCamera(Camera):
         A polynomial does not give the points where rays meet the blades of a stop.
         """
         return self.follows_rays and (self.model != "polynomial" or not self.lens.iris.is_round)
-
-    @property
-    def _pupil_z(self) -> float:
-        """Coordinate z (mm, camera frame) of the entrance pupil."""
-        return self.first_order.entrance_pupil.z - self.lens.length - self.film_distance
 
     @cached_property
     def gaussian(self) -> Gaussian:
@@ -262,22 +244,7 @@ class LensCamera(Camera):
         CameraError
             A pupil where the model cannot place it.
         """
-        if model == "thick":
-            if abs(self.first_order.exit_pupil.z - self.lens.length - self.film_distance) <= 1e-9 * self.film_distance:
-                raise CameraError("the exit pupil of this lens lies on the film: the thick model cannot aim at it")
-            return thick(self.lens, self.film_distance)
-        if not -self.focus_distance < self._pupil_z < math.inf:
-            raise CameraError(f"the entrance pupil of this lens lies at infinity or beyond the object: "
-                              f"the {model} model has no place there")
-        fo = self.first_order
-        s_e = self.focus_distance + self._pupil_z
-        s_p = s_e - fo.entrance_pupil.z + fo.front_principal
-        efl = self.lens.front_index * fo.efl                        # on the scene's side
-        behind = efl if math.isinf(s_e) else efl * s_e / (s_p - efl)
-        upside_down = ray_matrix(self.lens, 0, self.lens.stop_index)[0] < 0.0       # image of the stop, from the front
-        iris = replace(self.lens.iris, rotation=self.lens.blade_rotation + math.pi * upside_down)
-        lens = thin(self._pupil_z, fo.entrance_pupil.radius, behind, s_e, iris)
-        return lens._replace(origin_pupil=0.0, slope_pupil=0.0) if model == "pinhole" else lens
+        return ideal_lens(self.lens, self.film_distance, self.focus_distance, model)
 
     @property
     def stage_centre(self) -> tuple[float, float]:
@@ -285,30 +252,8 @@ class LensCamera(Camera):
         return (0.0, 0.0) if self.follows_rays else (0.5, 0.5)
 
     def stage_uv(self, film_xy, pupil_uv):
-        """Angle and squared radius of pupil samples in an exit-pupil region; see `Camera.stage_uv`.
-
-        The point of the region has the direction that the point of `unit_disk` has, so that the same sample is nearly
-        the same point of the pupil for every film point and every model.
-        """
-        if not self.follows_rays:
-            return pupil_uv
-        disk = unit_disk(pupil_uv) * self._pupil_side
-        if not self.film_pose.is_upright:
-            film_xy = self.film_pose.points(film_xy)[:, :2]
-        if self.lens.is_rotationally_symmetric:         # regions rotate with the film point, and halves are mirrored
-            azimuth = np.where((film_xy * film_xy).sum(1) > 1e-12, np.arctan2(film_xy[:, 1], film_xy[:, 0]), 0.0)
-            angle = np.arctan2(disk[:, 1], disk[:, 0]) - azimuth
-            turn = np.arctan2(np.sin(angle), np.cos(angle)) / (2.0 * math.pi)
-            turn = np.where(turn < 0.0, 0.5 - turn, np.minimum(turn, np.nextafter(0.5, 0.0)))
-        else:                                           # regions are mirrored into the first quadrant of the film
-            disk = disk * np.where(film_xy < 0.0, -1.0, 1.0)
-            turn = np.arctan2(disk[:, 1], disk[:, 0]) / (2.0 * math.pi) % 1.0
-        return np.stack([np.clip(turn, 0.0, 1.0), np.minimum((disk * disk).sum(1), 1.0)], 1)
-
-    @cached_property
-    def _pupil_side(self) -> float:
-        """Sign of the height of a point of the stop in the exit pupil: −1 where that is an inverted image of it."""
-        return math.copysign(1.0, ray_matrix(self.lens, self.lens.stop_index, len(self.lens.surfaces))[3])
+        """Angle and squared radius of pupil samples in an exit-pupil region; see `Camera.stage_uv`."""
+        return self._regions.stage_uv(film_xy, pupil_uv) if self.follows_rays else pupil_uv
 
     @property
     def has_port(self) -> bool:
@@ -318,7 +263,7 @@ class LensCamera(Camera):
     @property
     def front(self) -> float:
         """Coordinate z (mm, camera frame) of the lens's foremost point: its first vertex, or glass or rim before it."""
-        return min(0.0, float(np.fmin.reduce(_first_surface(self.lens)[:, 2]))) - self.lens.length - self.film_distance
+        return min(0.0, float(np.fmin.reduce(first_surface(self.lens)[:, 2]))) - self.lens.length - self.film_distance
 
     def film_slopes(self, film_xy, directions):
         """Derivatives in closed form for the ideal models; see `Camera.film_slopes`."""
@@ -352,18 +297,11 @@ class LensCamera(Camera):
         if self.is_traced or isinstance(table, PupilGrid):
             return [table.step(normaliser), *self.lens_steps(wavelength)]
         if isinstance(table, PosedPupil):               # its rays start at z = 0, where the polynomial is fitted
-            fitted = PupilTable.of(self.lens, self.film_distance, self._upright_reach, wavelength, widened=False)
+            fitted = PupilTable.of(self.lens, self.film_distance, self._regions.reach, wavelength, widened=False)
         else:
             fitted = table
         fit = Polynomial.fit(self.lens, self.film_distance, fitted, self.degree, wavelength, self.focus_distance)
         return [table.step(normaliser), fit.step]
-
-    @property
-    def _upright_reach(self) -> float:
-        """Largest distance from the axis (mm) at which rays of a film out of line cross z = 0."""
-        rear = self.lens.surfaces[-1].semi_diameter
-        r, z = np.hypot(self.film_corners[:, 0], self.film_corners[:, 1]), self.film_corners[:, 2]
-        return float((r + np.abs(z) * (r + rear) / (self.film_distance + z)).max())
 
     def lens_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """Steps of the full trace from an aimed ray to the ray in front of the lens; see `Camera.lens_steps`."""
@@ -393,16 +331,8 @@ class LensCamera(Camera):
             return None
         if not self.follows_rays:
             return ideal_film_landing(self._weighted_gaussian, self.film_step, self._weighted_gain)
-        lens = self.lens
-        gain = lens.front_index**2 * self.film_distance**2 / self._ray_normaliser(wavelength)
-        arriving = (landing_step(self.film, gain) if self.film_pose.is_upright
-                    else posed_landing_step(self.film, self.film_pose, gain))
-        whole = trace_steps(lens, self.film_distance, wavelength, "film", blades=False)
-        first = lens.surfaces[0]
-        reach = float(np.hypot(*_first_surface(lens)[:, :2].T).max())
-        reach += min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
-        return FilmLanding([*trace_steps(lens, self.film_distance, wavelength, "film"), arriving], [*whole, arriving],
-                       (0.0, 0.0, -lens.length - self.film_distance), reach)
+        gain = self.lens.front_index**2 * self.film_distance**2 / self._ray_normaliser(wavelength)
+        return traced_landing(self.lens, self.film, self.film_distance, self.film_pose, gain, wavelength)
 
     @property
     def gain(self) -> float:
@@ -417,12 +347,13 @@ class LensCamera(Camera):
 
     def _ray_normaliser(self, wavelength: float) -> float:
         """Divisor of cos⁴θ · area for rays that follow the lens."""
-        on_axis = self.axis_irradiance if wavelength == D_LINE else self._axis_irradiance_at(wavelength)
+        on_axis = self.axis_irradiance if wavelength == D_LINE else axis_irradiance(
+            self.lens, self.film_distance, wavelength)
         return self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
 
-    def _sampled(self, wavelength: float) -> tuple[PupilTable | PupilGrid | PosedPupil, float]:
+    def _sampled(self, wavelength: float) -> tuple[Regions, float]:
         """Exit-pupil regions to aim at, and the divisor of cos⁴θ · area."""
-        return self.pupil if wavelength == D_LINE else self._pupil_at(wavelength), self._ray_normaliser(wavelength)
+        return (self.pupil if wavelength == D_LINE else self._regions.at(wavelength)), self._ray_normaliser(wavelength)
 
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
         """Projection in closed form for the ideal models, by Newton's method to rounding through the real lens."""
@@ -437,7 +368,7 @@ class LensCamera(Camera):
         if self.film_pose.is_upright or not self.follows_rays:
             return None
         in_line = Program(replace(self, film_pose=UPRIGHT).camera_steps(), np.float64)
-        start = starting_points(in_line, points, self.stage_centre, BEYOND * self._upright_reach)
+        start = starting_points(in_line, points, self.stage_centre, BEYOND * self._regions.reach)
         found = self.film_pose.film_points(start, -self.gaussian.approach_film * start)
         farthest = self.film.diagonal / 2.0
         with np.errstate(invalid="ignore"):
@@ -459,37 +390,10 @@ class LensCamera(Camera):
                 raise CameraError("importance with a film out of line is known for the traced lens alone: choose the "
                                   "full trace")
             return super().film_importance(origins, directions, wavelength)
-        lens, (table, normaliser) = self.lens, self._sampled(wavelength)
-        rays = dict(zip((X, Y, Z, L, M, N), (*origins.T, *-directions.T), strict=True))
-        back = Program(trace_steps(lens, self.film_distance, wavelength, towards="film"), np.float64).run(
-            {**rays, WEIGHT: np.ones(len(origins))}, [X, Y, Z, L, M, N, WEIGHT], len(origins))
-        points, cosine = back[:2].T, back[5]
-        slope = back[3:5].T / cosine[:, None]
-        film, rear = points - back[2][:, None] * slope, points - (back[2] + self.film_distance)[:, None] * slope
-        passes, distance, facing = back[6] > 0.0, np.array(self.film_distance), np.array(1.0)
-        if not self.film_pose.is_upright:
-            film = self.film_pose.film_points(film, slope)
-            distance = self.film_distance + self.film_pose.points(film)[:, 2]
-            facing = np.column_stack([slope, np.ones(len(slope))]) @ self.film_pose.axes[2]     # cos φ / cos θ
-            passes = passes & (facing > 0.0)
-        area = np.zeros(len(passes))
-        area[passes] = table.sampled_area(film[passes], rear[passes])
-        with np.errstate(divide="ignore"):
-            direction_pdf = distance**2 / (area * cosine**3)
-        position_pdf = np.ones(len(passes)) / self._film_area
-        we = facing * position_pdf * (lens.front_index**2 * self.film_distance**2 / normaliser)
-        return FilmImportance(film, we, position_pdf, direction_pdf, passes & (area > 0.0))
-
-
-def _first_surface(lens: Lens) -> np.ndarray:
-    """Points (n, 3) of the first surface, lens frame (mm): one of its rim where it is in line, else all over it."""
-    first, frame = lens.surfaces[0], lens.frames[0]
-    if frame is None:
-        return np.array([[first.semi_diameter, 0.0, float(first.sag(first.semi_diameter))]])
-    r = first.semi_diameter * np.linspace(0.0, 1.0, 33)[:, None]
-    turn = np.linspace(0.0, 2.0 * math.pi, 33)
-    x, y = (r * np.cos(turn)).ravel(), (r * np.sin(turn)).ravel()
-    return np.column_stack([x, y, first.sag(x, y)]) @ frame.rotation.T + frame.shift
+        regions, normaliser = self._sampled(wavelength)
+        gain = self.lens.front_index**2 * self.film_distance**2 / normaliser
+        return traced_importance(self.lens, self.film_distance, self.film_pose, self._film_area, regions, gain,
+                                 origins, directions, wavelength)
 
 
 def _taking_film_distance(init: Callable[..., None]) -> Callable[..., None]:
