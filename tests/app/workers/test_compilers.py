@@ -41,7 +41,7 @@ def gate(monkeypatch):
 
 
 def wait(what):
-    end = monotonic() + 20.0
+    end = monotonic() + 120.0
     while not what():
         assert monotonic() < end
         sleep(0.002)

@@ -27,7 +27,7 @@ for line in sys.stdin:
 """)
 
 
-def until(done, seconds=60.0):
+def until(done, seconds=180.0):
     end = monotonic() + seconds
     while not done():
         assert monotonic() < end
@@ -69,7 +69,7 @@ from PIL import Image
 for line in sys.stdin:
     name, path = line.rstrip().split("\\t")
     Path({str(tmp_path)!r}, str(os.getpid())).touch()
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + 120.0
     while name != "{LENS}" and len(list(Path({str(tmp_path)!r}).glob("[0-9]*[0-9]"))) < 2 and time.monotonic() < end:
         time.sleep(0.01)
     Image.new("RGB", (6, 4)).save(path, "PNG")
