@@ -64,7 +64,7 @@ def function_faults(function, texts):
 def class_faults(cls):
     """(name, fault) of a class and of its own methods and properties."""
     name = cls.__name__
-    contract = [each for room, each in CONTRACTS.items() if cls.__module__.startswith(room)]
+    contract = [base for room, each in CONTRACTS.items() if cls.__module__.startswith(room) for base in each.__mro__]
     fields = set().union(*(described(sections(each.__doc__)) for each in contract))
     if not inspect.getdoc(cls):
         yield name, "no docstring"

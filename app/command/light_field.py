@@ -89,7 +89,7 @@ def _capture(arguments: argparse.Namespace) -> int:
 def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
     import lensbench as lb
     from lensbench.app.state.light_field_query import Recording
-    from lensbench.app.workers.render_worker import prepare
+    from lensbench.app.workers.render_job import prepare
 
     size = lb.light_field_bytes(settings.film, arguments.views, moments=arguments.moments)
     print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
@@ -102,7 +102,7 @@ def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording"
 def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
     import lensbench as lb
     from lensbench.app.state.light_field_query import Recording
-    from lensbench.app.workers.render_worker import prepare
+    from lensbench.app.workers.render_job import prepare
 
     camera, scene = prepare(settings)
     plenoptic = lb.PlenopticCamera(camera, arguments.microlenses, arguments.microlens_f_number)

@@ -29,7 +29,7 @@ from lensbench.app.state.light_field_query import (
     radius,
 )
 from lensbench.app.state.settings import Settings
-from lensbench.app.workers.render_worker import prepare
+from lensbench.app.workers.render_job import prepare
 from lensbench.app.workers.task import Task, error_text, report_unforeseen
 
 COMPARED = 256                  # samples a pixel of the camera's own picture

@@ -9,55 +9,26 @@ import math
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.automatic_model import AutomaticModel, Finished
 from lensbench.app.workers.picture_before import PictureBefore
+from lensbench.app.workers.render_job import RenderJob, prepare
 from lensbench.app.workers.render_update import Failure, RenderUpdate
 from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import lower_priority, thread_count
 
-PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
 FIRST_SECONDS = 0.15        # for a first pass once started, so that pictures appear even during a drag
 HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its first picture
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
 REUSED_SAMPLES = 16         # from which on a picture has no samples of the one before
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
 WARM_UP_SECONDS = 0.2       # between two looks at the process that warms the cache
-
-
-@dataclass
-class _Job:
-    """One picture under way."""
-
-    generation: int
-    settings: Settings
-    camera: Any                                 # as it is rendered
-    scene: Any
-    rendering: Any
-    automatic: Any = None                       # the camera whose model is to be chosen, until it is
-    light_tracing: bool = True
-    seconds: float = 0.0
-    rate: float = 0.0
-    pass_samples: int = 1
-    depth: NDArray[np.float32] | None = None
-    before: Any = None                          # samples of the picture before, carried into this one
-    mixed: Any = None                           # with those of this one
-
-
-def prepare(settings: Settings) -> tuple[Any, Any]:
-    """The camera and the scene of the settings."""
-    from lensbench.app.state.build import camera
-    from lensbench.app.state.scene_file import cached_scene
-
-    return camera(settings), cached_scene(settings.scene)
 
 
 class RenderWorker:
@@ -225,7 +196,7 @@ class RenderWorker:
             self._model, self._before, self._lights = AutomaticModel(choices), PictureBefore(), lights
             self._first_pool, self._pool = first, pool
             self._making: tuple[Any, Future] | None = None      # a rendering, and its light on the way
-            job: _Job | None = None
+            job: RenderJob | None = None
             while True:
                 if helper is not None and helper.poll() is not None:
                     helper = None                               # now the kernels of light tracing are there
@@ -251,7 +222,7 @@ class RenderWorker:
                     job = None
                     self._wake()
 
-    def _due(self, job: _Job | None) -> bool:
+    def _due(self, job: RenderJob | None) -> bool:
         """Whether there is anything to do."""
         if not self.alive or self.error is not None:
             return not self.alive
@@ -263,29 +234,19 @@ class RenderWorker:
     def _present_target(self) -> int:
         return min(self._target, PAUSED_SAMPLES) if self._paused or self._held else self._target
 
-    def _depth_due(self, job: _Job) -> bool:
+    def _depth_due(self, job: RenderJob) -> bool:
         return job.depth is None and job.rendering.samples >= (
             1 if self._depth_wanted else min(DEPTH_SAMPLES, self._target))
 
-    def _begun(self, generation: int, settings: Settings, light_tracing: bool) -> _Job:
+    def _begun(self, generation: int, settings: Settings, light_tracing: bool) -> RenderJob:
         camera, scene = prepare(settings.checked())
-        job = _Job(generation, settings, camera, scene, None, light_tracing=light_tracing)
+        job = RenderJob(generation, settings, camera, scene, light_tracing=light_tracing)
         job.camera, is_provisional = self._model.first_camera(settings, camera)
         job.automatic = camera if is_provisional else None
-        self._set_up(job)
+        job.begin(self._before.layer(job.scene))
         return job
 
-    def _set_up(self, job: _Job) -> None:
-        """Begin the picture of the job's camera, with the light of the picture before where there is any."""
-        import lensbench as lb
-        from lensbench.app.state.coating import flare
-
-        job.pass_samples = 1
-        job.rendering = lb.Rendering(job.camera, job.scene, seed=job.settings.seed, view=job.settings.sample_view,
-                                     light_tracing=job.light_tracing and job.settings.light_tracing,
-                                     layer=self._before.layer(job.scene), flare=flare(job.settings))
-
-    def _trace_lights(self, job: _Job) -> None:
+    def _trace_lights(self, job: RenderJob) -> None:
         """Begin with the picture's own light, if nothing of it is under way.
 
         That of settings that have gone by is made to its end, for the next ones: a drag need not rest for it.
@@ -294,7 +255,7 @@ class RenderWorker:
             self._making = job.rendering, self._lights.submit(self._before.own_light, job.rendering, job.scene,
                                                               self._pool, self._threads, lambda: self.alive)
 
-    def _light(self, job: _Job, finished: Finished) -> None:
+    def _light(self, job: RenderJob, finished: Finished) -> None:
         """Give the picture its own light."""
         self._trace_lights(job)
         assert self._making is not None
@@ -309,7 +270,7 @@ class RenderWorker:
         else:                           # the camera's rays saw other light before
             job.before = job.mixed = None
 
-    def _choose(self, job: _Job, finished: Finished) -> None:
+    def _choose(self, job: RenderJob, finished: Finished) -> None:
         """Choose the automatic model; restart with it if it differs from that of the first pass."""
         camera = self._model.chosen_camera(job.settings, job.automatic, job.scene, finished)
         if camera is None:
@@ -318,25 +279,25 @@ class RenderWorker:
         if (camera.model, camera.degree) != (job.camera.model, job.camera.degree):
             job.camera = camera
             job.mixed = None
-            self._set_up(job)
+            job.begin(self._before.layer(job.scene))
         else:
             self._amend(job, **self._choice_fields(job))
 
-    def _choice_fields(self, job: _Job) -> dict[str, Any]:
+    def _choice_fields(self, job: RenderJob) -> dict[str, Any]:
         return self._model.fields(job.settings, job.camera, job.automatic is not None) | (
             {"is_provisional": True} if job.rendering.is_borrowing else {})
 
-    def _timing_due(self, job: _Job) -> bool:
+    def _timing_due(self, job: RenderJob) -> bool:
         return (job.automatic is None and job.depth is not None
                 and not self._model.is_timed(job.settings, job.camera))
 
-    def _amend(self, job: _Job, **changed: Any) -> None:
+    def _amend(self, job: RenderJob, **changed: Any) -> None:
         """Add to the present update, if it is of this job."""
         if self._update is not None and self._update.generation == job.generation:
             self._update = self._update._replace(**changed)
             self._wake()
 
-    def _advance(self, job: _Job, passes: ThreadPoolExecutor) -> None:
+    def _advance(self, job: RenderJob, passes: ThreadPoolExecutor) -> None:
         """One pass: the first of one sample, the next of as many as fit between two pictures; or what follows these."""
         start = perf_counter()
         patience = start + FIRST_SECONDS if job.rendering.samples == 0 else start
@@ -374,11 +335,7 @@ class RenderWorker:
         if not finished(added) or not added.result():
             return
         seconds = perf_counter() - start
-        height, width = rendering.shape
-        rate = height * width * count / max(seconds, 1e-9)
-        job.seconds += perf_counter() - start
-        job.rate = rate if job.rate == 0.0 else 0.7 * job.rate + 0.3 * rate
-        job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
+        job.timed(count, seconds)
         if wanted() or first:
             update = self._show(job)
             if first:                                   # the next pass must not slow the frame down
@@ -389,7 +346,7 @@ class RenderWorker:
                 with self._change:
                     self._change.wait_for(lambda: self._shown is update or not wanted(), HOLD_SECONDS)
 
-    def _show(self, job: _Job) -> RenderUpdate:
+    def _show(self, job: RenderJob) -> RenderUpdate:
         """Hand the picture so far to the window, its first samples with those of the picture before."""
         rendering, plain = job.rendering, None
         seen, light = rendering.camera_image(), rendering.light()

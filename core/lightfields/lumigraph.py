@@ -32,7 +32,7 @@ from lensbench.lightfields.capture import HIGHEST, checked_views
 from lensbench.lightfields.light_field import LightFieldError, spread_offsets
 from lensbench.lightfields.novel_view_kernel import Pinholes, Surface, render_rows
 from lensbench.rendering.pixel_depth import depth_map
-from lensbench.rendering.progressive import render
+from lensbench.rendering.progressive import Rendering
 from lensbench.scenery.scene import Scene
 
 MOST_RAYS = 8           # per pixel, across and down
@@ -351,7 +351,9 @@ def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9,
     made = Lumigraph(middle, spacing, distance, np.zeros((down, across, h, w, 4), np.float16))
     for number, (j, i) in enumerate(np.ndindex(down, across), 1):
         one = array_camera(middle, made.places[j, i], distance, made.offsets[j, i])
-        made.pictures[j, i] = np.minimum(render(one, scene, samples, seed + number), HIGHEST).transpose(2, 0, 1)
+        rendering = Rendering(one, scene, seed + number)
+        rendering.add(samples)
+        made.pictures[j, i] = np.minimum(rendering.image(), HIGHEST).transpose(2, 0, 1)
         made.nearness[j, i] = 1e3 / depth_map(one, scene)
         if not progress(number / (across * down)):
             raise LightFieldError("the capture was cancelled")

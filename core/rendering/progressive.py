@@ -149,7 +149,8 @@ class Rendering:
         -------
         bool
         """
-        return _same_exclusion(self.excluded, excluded)
+        own = self.excluded
+        return own is excluded if own is None or excluded is None else own.is_same(excluded)
 
     def _compose(self) -> None:
         """Put the stages together."""
@@ -228,10 +229,15 @@ class Rendering:
         return [(sample, spectral_part(sample, self.seed)) for sample in range(self.samples - 1)]
 
     @property
+    def _traced(self) -> LightImage | None:
+        """The picture's own light image; None where nothing is traced from lights."""
+        image = self._light_image
+        return None if image is None or image.is_empty else image
+
+    @property
     def light_traced(self) -> frozenset[int]:
         """Numbers of the objects in `scene.objects` whose light, or a part of it, is traced to the film."""
-        image = self._light_image
-        return frozenset() if image is None else frozenset(light.number for light in image.lights)
+        return frozenset(() if self._light_image is None else (light.number for light in self._light_image.lights))
 
     @property
     def state(self) -> dict[str, np.ndarray]:
@@ -242,8 +248,8 @@ class Rendering:
         found = {"samples": np.array(self.samples, np.int64), "sums": self._sums}
         if self._arrived is not None:
             found["arrived"] = self._arrived
-        found |= {} if self._light_image is None or self._light_image.is_empty else self._light_image.state
-        return found | ({} if self._flare is None else self._flare.state)
+        return found | {name: value for part in (self._traced, self._flare) if part is not None
+                        for name, value in part.state.items()}
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -271,25 +277,21 @@ class Rendering:
         self._sums[:] = state["sums"]
         if self._arrived is not None:
             self._arrived[:] = state["arrived"]
-        if self._light_image is not None and not self._light_image.is_empty:
-            self._light_image.restore(state)
-        if self._flare is not None:
-            self._flare.restore(state)
-
-    def _is_uncoloured(self, samples: int) -> bool:
-        """Whether the next samples are of the d line alone, all channels at once."""
-        return not self._disperses or self.samples + samples == 1
+        for part in (self._traced, self._flare):
+            if part is not None:
+                part.restore(state)
 
     def _passes(self, samples: int) -> list[tuple[Program, int, int]]:
         """The next samples as passes: program, first sample, number of samples."""
-        if self._is_uncoloured(samples):
+        numbers = self._numbers(samples)
+        if not numbers or numbers[0][1] is None:
             return [(self._program, self.samples, samples)]
-        return [(program, sample, 1) for sample, place in self._numbers(samples) if place is not None
+        return [(program, sample, 1) for sample, place in numbers if place is not None
                 for program in self._channels(place)]
 
     def _numbers(self, samples: int) -> list[tuple[int, int | None]]:
         """The numbers of the next samples, each with its part of the spectrum, or None: the d line."""
-        if self._is_uncoloured(samples):
+        if not self._disperses or self.samples + samples == 1:
             return [(sample, None) for sample in range(self.samples, self.samples + samples)]
         return [(sample, spectral_part(sample, self.seed))
                 for sample in range(max(self.samples - 1, 0), self.samples + samples - 1)]
@@ -347,9 +349,8 @@ class Rendering:
 
         if self._borrowed is not None and self._borrowed_image is None:
             self._borrowed_image = self._borrowed.seen_by(self._camera, pool, threads, wanted)
-        light_image = self._light_image
-        done = light_image is None or light_image.is_empty or light_image.add(self._numbers(samples), afresh, pool,
-                                                                              threads, wanted)
+        traced = self._traced
+        done = traced is None or traced.add(self._numbers(samples), afresh, pool, threads, wanted)
         done = done and (self._flare is None or self._flare.add(samples, pool, threads, wanted))
         done = done and all(list(pool.map(work, range(threads))))
         self.samples += samples
@@ -366,8 +367,8 @@ class Rendering:
         mean = self.camera_image()
         if self._borrowed_image is not None:
             mean += self._borrowed_image
-        elif self._light_image is not None and not self._light_image.is_empty:
-            self._light_image.add_to(mean)
+        elif (own := self._traced) is not None:
+            own.add_to(mean)
         if self._flare is not None:
             self._flare.add_to(mean)
         return mean.astype(np.float32, copy=False)
@@ -394,53 +395,10 @@ class Rendering:
         (h, w, 3) array or None
             float32; None without any.
         """
-        if self._borrowed is not None:
-            traced = self._borrowed_image
-        else:
-            traced = None if self._light_image is None or self._light_image.is_empty else self._light_image.image()
+        own = self._traced
+        traced = self._borrowed_image if self._borrowed is not None else None if own is None else own.image()
         if self._flare is None or self._flare.is_empty:
             return traced
         traced = np.zeros((*self.shape, 3), np.float32) if traced is None else traced.copy()
         self._flare.add_to(traced)
         return traced
-
-
-def _same_exclusion(one: ExcludedLight | None, other: ExcludedLight | None) -> bool:
-    """Whether the camera's rays leave out the same light; split objects of a scene are cached, so the same objects."""
-    if one is None or other is None:
-        return one is other
-    return (one.bends == other.bends and all(a is b for a, b in zip(one.first, other.first, strict=True))
-            and all(a is b for a, b in zip(one.later, other.later, strict=True)))
-
-
-def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threads: int | None = None) -> np.ndarray:
-    """A picture of a scene.
-
-    Parameters
-    ----------
-    camera
-        Any camera; a LensCamera of the model "auto" takes the model that the scene needs.
-    scene
-        The scene, world frame, mm.
-    samples
-        Samples per pixel, at least 1.
-    seed
-        Sampler seed.
-    threads
-        Number of threads; None: one for each core. The picture is the same, bit for bit, for any number.
-
-    Returns
-    -------
-    ndarray
-        float32 (h, w, 3), linear RGB, the top row first.
-
-    Raises
-    ------
-    ValueError
-        For fewer than one sample.
-    """
-    if samples < 1:
-        raise ValueError(f"{samples} samples a pixel: at least 1 is needed")
-    rendering = Rendering(camera, scene, seed)
-    rendering.add(samples, threads=threads)
-    return rendering.image()

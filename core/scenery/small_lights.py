@@ -45,6 +45,11 @@ class ExcludedLight(NamedTuple):
     bends: frozenset[int]       # indices of the shapes whose reflections show the others as `later`
     later: tuple[Shape, ...]    # the shapes as they are seen there
 
+    def is_same(self, other: "ExcludedLight") -> bool:
+        """Whether it is the same light; split shapes of a scene are cached, so the same shapes."""
+        return (self.bends == other.bends and all(a is b for a, b in zip(self.first, other.first, strict=True))
+                and all(a is b for a, b in zip(self.later, other.later, strict=True)))
+
 
 def small_lights(objects: tuple[Shape, ...], place=BLACK) -> list[SmallLight]:
     """Lights that are small as seen from a place in the world (mm)."""
