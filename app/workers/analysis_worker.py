@@ -1,7 +1,7 @@
 """The figures of the analysis panels, computed on a background thread: coarse at once, refined when still.
 
 Panels say in every frame what they show; what no panel shows is not computed. All figures of one lens share its rays.
-They begin after the first pass of the picture of the same settings: it has the processors to itself.
+None begins while the picture waits for its first pass: it has the processors to itself.
 """
 
 import threading
@@ -14,7 +14,7 @@ from lensbench.app.state.analysis.query import Query
 from lensbench.app.workers.task import Task, error_text, report_unforeseen
 
 STILL = 0.25                    # seconds without a change before a figure is refined
-PATIENCE = 0.15                 # seconds that a figure waits for the picture, at the most
+PATIENCE = 0.5                  # seconds in a row that figures leave to first passes, at the most
 LOOK = 0.001                    # seconds between two looks for the picture
 
 
@@ -41,7 +41,7 @@ class Answer:
 class AnalysisWorker:
     """The newest answer of each panel; it stays until the next one is there.
 
-    wake: called when there is news. waits: whether the picture still waits for its first pass.
+    wake: called when there is news. waits: whether the picture waits for its first pass.
     """
 
     def __init__(self, wake: Callable[[], None] = lambda: None, waits: Callable[[], bool] = lambda: False):
@@ -92,31 +92,33 @@ class AnalysisWorker:
         answer = self._answers.get(name)
         return answer is not None and answer.job == job and (answer.refined or not refined)
 
-    def _next(self) -> tuple[str, Job, bool, float] | None:
+    def _next(self) -> tuple[str, Job, bool] | None:
         """The most urgent figure: a coarse one that is missing, or a refined one whose job has been still.
 
-        Its panel, its job, whether it is refined, and for how many seconds it is wanted.
+        Its panel, its job, and whether it is refined.
         """
         now = monotonic()
-        for name, (job, since) in self._wanted.items():
+        for name, (job, _) in self._wanted.items():
             if not self._is_done(name, job, refined=False):
-                return name, job, False, now - since
+                return name, job, False
         for name, (job, since) in self._wanted.items():
             if now - since > STILL and not self._is_done(name, job, refined=True):
-                return name, job, True, now - since
+                return name, job, True
         return None
 
     def _work(self, task: Task[None]) -> None:
+        free = monotonic()                      # when a figure could begin the last time
         while not task.cancelled:
             with self._lock:
                 found = self._next()
             if found is None:
                 return
-            name, job, refined, wanted_for = found
-            if wanted_for < PATIENCE and self._waits():
+            name, job, refined = found
+            if self._waits() and monotonic() - free < PATIENCE:
                 sleep(LOOK)
                 continue
             answer = _answer(job, refined)
+            free = monotonic()
             with self._lock:
                 self._answers[name] = answer
             self._wake()

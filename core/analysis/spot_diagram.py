@@ -46,17 +46,17 @@ class Spots:
     rms: np.ndarray
     geo: np.ndarray
 
-    @property
+    @cached_property
     def rms_radius(self) -> np.ndarray:
         """(F, C, K) root mean square distance from the references, mm."""
         return np.hypot(self.rms[..., 0], self.rms[..., 1])
 
-    @property
+    @cached_property
     def white_rms_radius(self) -> np.ndarray:
         """(F, K) the same of all wavelengths with their weights, mm."""
         return np.sqrt(np.einsum("fck,fc->fk", np.nan_to_num(self.rms_radius) ** 2, self._shares))
 
-    @property
+    @cached_property
     def white_geo(self) -> np.ndarray:
         """(F, K) greatest distance of a ray of any wavelength, mm; NaN where no light falls."""
         return np.where(self.rays.lit[:, None], np.nan_to_num(self.geo).max(1), np.nan)

@@ -57,10 +57,10 @@ def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple
         in_focus = distance == query.focus_distance
         layers.append(Label(column, 0.5, format_distance(distance), "amber" if in_focus else "text", "above"))
         layers.append(Label(column, 0.5 - len(FIELDS), f"{significant(width, 2)} µm", "dim", "below"))
+        sizes = _sizes(spread)
         for row in range(len(FIELDS)):
-            layers += _cell(spread, row, column, distance, view)
-            rows.append((rays.image_heights[row], distance / 1000.0, width,
-                         *(float(each) for each in _sizes(spread, row)), _ended(spread, row)))
+            layers += _cell(spread, sizes[row], row, column, distance, view)
+            rows.append((rays.image_heights[row], distance / 1000.0, width, *sizes[row].tolist(), _ended(spread, row)))
     edge = len(distances) - 0.5, 0.5 - len(FIELDS)
     plot = Plot(Axis(None, -0.52, edge[0] + 0.02), Axis(None, edge[1] - 0.2, 0.72), tuple(layers), equal=True)
     head = ("field (mm)", "distance (m)", "window (um)", "rms sagittal (um)", "rms tangential (um)", "cut by surface")
@@ -81,7 +81,7 @@ def ripple_surface(lens: Lens) -> int:
                key=lambda i: lens.surfaces[i].semi_diameter)
 
 
-def _cell(spread: PointSpread, row: int, column: int, distance: float, view: str) -> list:
+def _cell(spread: PointSpread, size: np.ndarray, row: int, column: int, distance: float, view: str) -> list:
     rays = spread.rays
     box = (column - SHADE, column + SHADE), (-row - SHADE, -row + SHADE)
     name = f"{field_label(rays, row)}, {format_distance(distance)}"
@@ -100,8 +100,7 @@ def _cell(spread: PointSpread, row: int, column: int, distance: float, view: str
     made += ended_marks(column + x, y - row, np.where(inside, ends_within_stop(rays, row, c), -1))
     if column == 0:
         made.append(Label(column - 0.47, 0.47 - row, field_label(rays, row), "text", "right below"))
-    s, t = _sizes(spread, row)
-    said = [name, f"RMS {significant(s, 3)} µm sagittal, {significant(t, 3)} µm tangential",
+    said = [name, f"RMS {significant(size[0], 3)} µm sagittal, {significant(size[1], 3)} µm tangential",
             f"open pupil {significant(100.0 * rays.open_area[row] / rays.open_area[0], 2)} % of the axis"]
     cut = _ended(spread, row)
     if cut:
@@ -111,10 +110,9 @@ def _cell(spread: PointSpread, row: int, column: int, distance: float, view: str
     return [*made, Area(*box, "\n".join(said))]
 
 
-def _sizes(spread: PointSpread, row: int) -> tuple[float, float]:
-    """The rms widths (µm) of the pattern, sagittal and tangential."""
-    found = spots(spread.rays, "centroid").rms[row, spread.rays.conditions.primary, 0]
-    return 1000.0 * float(found[0]), 1000.0 * float(found[1])
+def _sizes(spread: PointSpread) -> np.ndarray:
+    """(F, 2) rms widths (µm) of the patterns, sagittal and tangential."""
+    return 1000.0 * spots(spread.rays, "centroid").rms[:, spread.rays.conditions.primary, 0]
 
 
 def _ended(spread: PointSpread, row: int) -> str:

@@ -1,6 +1,6 @@
 """Ray fans and OPD fans of the fields: across the whole stop, the part that other rims end in grey."""
 
-import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -64,13 +64,16 @@ def _plot(fans: Fans, values: np.ndarray, f: int, fan: int, limit: float, kind: 
 def _table(fans: Fans) -> Table:
     head = ("field (mm)", "field (deg)", "fan", "wavelength (um)", "height in the stop", "transverse (um)",
             "path difference (waves)", "ended by surface")
-    rays, rows = fans.rays, []
-    for f, height in enumerate(rays.image_heights):
-        for fan, name in enumerate(DIRECTIONS):
-            for c, line in enumerate(rays.conditions.wavelengths):
-                for k, at in enumerate(fans.heights):
-                    victim = int(fans.victim[f, fan, c, k])
-                    rows.append((height, math.degrees(rays.field_angles[f]), name, line, at,
-                                 1000.0 * fans.transverse[f, fan, c, k], fans.waves[f, fan, c, k],
-                                 str(victim + 1) if victim >= 0 else ""))
-    return Table(head, tuple(rows))
+
+    def rows() -> Iterator[tuple]:
+        rays, transverse, waves = fans.rays, 1000.0 * fans.transverse, fans.waves
+        degrees = np.degrees(rays.field_angles)
+        for f, height in enumerate(rays.image_heights):
+            for fan, name in enumerate(DIRECTIONS):
+                for c, line in enumerate(rays.conditions.wavelengths):
+                    for k, at in enumerate(fans.heights):
+                        victim = int(fans.victim[f, fan, c, k])
+                        yield (height, degrees[f], name, line, at, transverse[f, fan, c, k], waves[f, fan, c, k],
+                               str(victim) if victim >= 0 else "")
+
+    return Table(head, rows)

@@ -117,7 +117,7 @@ def _table(found: FieldCurves) -> Table:
     head = ("field (deg)", "image height (mm)", *(f"sagittal focus {line} (mm)" for line in lines),
             *(f"tangential focus {line} (mm)" for line in lines), "Petzval (mm)", "distortion f tan (%)",
             "distortion f theta (%)", *(f"lateral colour {line} (um)" for line in lines))
-    rows = tuple((math.degrees(found.angles[i]), found.heights[i], *found.sagittal[i], *found.tangential[i],
-                  found.petzval[i], found.distortion[i], found.f_theta_distortion[i],
-                  *(1000.0 * found.lateral_colour[i])) for i in range(len(found.heights)))
-    return Table(head, rows)
+    return Table(head, lambda: ((math.degrees(found.angles[i]), found.heights[i], *found.sagittal[i],
+                                *found.tangential[i], found.petzval[i], found.distortion[i],
+                                found.f_theta_distortion[i], *(1000.0 * found.lateral_colour[i]))
+                               for i in range(len(found.heights))))

@@ -7,7 +7,7 @@ wavelength in µm.
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -172,10 +172,18 @@ class Plot:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The numbers of a figure: a head with units, and rows of numbers or words."""
+    """The numbers of a figure: a head with units, and rows of numbers or words.
+
+    numbers: the rows, or what makes them when they are first read: a panel rarely needs those of its figure.
+    """
 
     head: tuple[str, ...]
-    rows: tuple[tuple, ...]
+    numbers: Iterable[tuple] | Callable[[], Iterable[tuple]]
+
+    @cached_property
+    def rows(self) -> tuple[tuple, ...]:
+        """The rows, as long as the head."""
+        return tuple(self.numbers() if callable(self.numbers) else self.numbers)
 
     def text(self, separator: str = ",") -> str:
         """As comma-separated values, or separated by tabs for a spreadsheet; a missing value is empty."""

@@ -101,5 +101,4 @@ def _table(b: Table, a: Table) -> Table:
     """The numbers of both, B first; of B alone where the columns differ."""
     if a.head != b.head:
         return b
-    rows = [("B", *row) for row in b.rows] + [("A", *row) for row in a.rows]
-    return Table(("lens", *b.head), tuple(rows))
+    return Table(("lens", *b.head), lambda: [("B", *row) for row in b.rows] + [("A", *row) for row in a.rows])

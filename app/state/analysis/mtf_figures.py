@@ -1,6 +1,6 @@
 """MTF figures: against frequency, against the field as makers print it, and the map over field and focus."""
 
-import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -103,15 +103,18 @@ def _remarks(query: Query, found: Mtf) -> tuple[str, ...]:
 def _table(found: Mtf) -> Table:
     head = ("field (mm)", "field (deg)", "frequency (lp/mm)", "sagittal", "tangential", "limit sagittal",
             "limit tangential")
-    rays, rows = found.rays, []
-    for f, height in enumerate(rays.image_heights):
-        for k, frequency in enumerate(found.frequencies):
-            rows.append((height, math.degrees(rays.field_angles[f]), frequency, *found.white_modulus[f, :, k],
-                         *found.white_limit[f, :, k]))
-    return Table(head, tuple(rows))
+
+    def rows() -> Iterator[tuple]:
+        degrees, modulus, limit = np.degrees(found.rays.field_angles), found.white_modulus, found.white_limit
+        for f, height in enumerate(found.rays.image_heights):
+            for k, frequency in enumerate(found.frequencies):
+                yield height, degrees[f], frequency, *modulus[f, :, k], *limit[f, :, k]
+
+    return Table(head, rows)
 
 
 def _map_table(found: MtfMap) -> Table:
     head = ("field (mm)", "film shift (mm)", "frequency (lp/mm)", "sagittal", "tangential")
-    return Table(head, tuple((height, shift, found.frequency, *found.white[f, :, k])
-                             for f, height in enumerate(found.heights) for k, shift in enumerate(found.shifts)))
+    white = found.white
+    return Table(head, lambda: ((height, shift, found.frequency, *white[f, :, k])
+                                for f, height in enumerate(found.heights) for k, shift in enumerate(found.shifts)))

@@ -35,7 +35,6 @@ def psf_figure(query: Query, points: int, field: str = "axis", view: str = "log"
     at = 1000.0 * spread.offsets[0]
     head = ("sagittal (um)", "tangential (um)", "light (1/mm2)")
     step = max(1, len(at) // SAMPLES)
-    rows = tuple((x, y, light[i, j]) for i, y in list(enumerate(at))[::step] for j, x in list(enumerate(at))[::step])
     if not rays.lit[0]:
         plot = Plot(Axis(None, -1.0, 1.0), Axis(None, -1.0, 1.0), (), "No light reaches this field", equal=True)
         return Figure("Point spread", ((plot,),), Table(head, ()), words, query.remarks(rays))
@@ -46,7 +45,9 @@ def psf_figure(query: Query, points: int, field: str = "axis", view: str = "log"
                         ends_within_stop(rays, 0, c))
     plot = Plot(Axis("Sagittal (µm)", -half, half), Axis("Tangential (µm)", -half, half), (shades, *marks),
                 field_label(rays, 0), equal=True)
-    return Figure("Point spread", ((plot,),), Table(head, rows), words, _remarks(query, spread))
+    table = Table(head, lambda: ((x, y, light[i, j]) for i, y in list(enumerate(at))[::step]
+                                 for j, x in list(enumerate(at))[::step]))
+    return Figure("Point spread", ((plot,),), table, words, _remarks(query, spread))
 
 
 def encircled_figure(query: Query, points: int) -> Figure:
@@ -67,10 +68,10 @@ def encircled_figure(query: Query, points: int) -> Figure:
     curves.append(Curve("perfect lens, axis", axis, best, "dim", DOTTED, 1.2))
     plot = Plot(Axis("Radius (µm)", 0.0, reach([limit])), Axis("Part of the light", 0.0, 1.0), tuple(curves))
     head = ("field (mm)", "radius (um)", "part of the light")
-    rows = tuple((rays.image_heights[f], r, value) for f in range(len(held))
-                 for r, value in zip(axis, held[f], strict=True))
-    return Figure("Encircled energy", ((with_shares(rays, plot),),), Table(head, rows),
-                  _words(query, spread, "about the centroid"), _remarks(query, spread))
+    table = Table(head, lambda: ((rays.image_heights[f], r, value) for f in range(len(held))
+                                 for r, value in zip(axis, held[f], strict=True)))
+    return Figure("Encircled energy", ((with_shares(rays, plot),),), table, _words(query, spread, "about the centroid"),
+                  _remarks(query, spread))
 
 
 def line_spread_figure(query: Query, points: int) -> Figure:
@@ -82,18 +83,19 @@ def line_spread_figure(query: Query, points: int) -> Figure:
     spread = psf(rays, _samples(points))
     lines = np.einsum("fcam,fc->fam", np.nan_to_num(spread.line_spread), light_shares(rays))
     curves: list[Curve] = []
-    rows: list[tuple] = []
-    for f in np.flatnonzero(rays.lit).tolist():
+    lit = np.flatnonzero(rays.lit).tolist()
+    for f in lit:
         at = 1000.0 * spread.offsets[f]
         for a, (way, dash) in enumerate((("S", SOLID), ("T", DASHED))):
             curves.append(Curve(f"{field_label(rays, f)} {way}", at, 0.1 * lines[f, a], FIELD_TINTS[f], dash))
-        rows += [(rays.image_heights[f], x, *(0.1 * lines[f, :, m])) for m, x in enumerate(at)]
     wide = max((float(np.abs(each.x[each.y > 0.02 * each.y.max()]).max()) for each in curves), default=1.0)
     top = max((float(each.y.max()) for each in curves), default=1.0)
     plot = Plot(Axis("Distance from the centroid (µm)", -reach([wide]), reach([wide])),
                 Axis("Light (% a µm)", 0.0, 1.05 * top), tuple(curves))
     head = ("field (mm)", "distance (um)", "sagittal (% a um)", "tangential (% a um)")
-    return Figure("Line spread", ((with_shares(rays, plot),),), Table(head, tuple(rows)),
+    table = Table(head, lambda: ((rays.image_heights[f], 1000.0 * x, *(0.1 * lines[f, :, m])) for f in lit
+                                 for m, x in enumerate(spread.offsets[f])))
+    return Figure("Line spread", ((with_shares(rays, plot),),), table,
                   _words(query, spread, "S: along the sagittal axis, T: along the tangential"), _remarks(query, spread))
 
 

@@ -1,6 +1,7 @@
 """Spots of the fields, side by side through focus or by colour, to one scale; with Airy disk and pixel."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -28,7 +29,7 @@ DRAWN = 260                     # points of a wavelength in one spot, at most; i
 CELL = 2.6                      # half a cell is at least so many rms radii of the largest spot in focus
 COARSE = 20.0                   # × that: cells grow to hold a pixel of up to this size
 REFERENCES = {"chief": "chief ray", "centroid": "centroid"}
-CIRCLE = np.linspace(0.0, 2.0 * math.pi, 49)
+CIRCLE = np.column_stack([each(np.linspace(0.0, 2.0 * math.pi, 49)) for each in (np.cos, np.sin)])
 
 
 def spots_figure(query: Query, points: int, columns: str = "focus", reference: str = "chief", rows: int = 4) -> Figure:
@@ -94,19 +95,21 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
         [film.width / film.pixels_x, film.height / film.pixels_y]) / half
     stride = max(1, math.ceil((rays.opd.shape[-1] ** 2 * 0.8 / DRAWN) ** 0.5))
     for row, f in enumerate(fields):
+        rays_of = [_thinned(found, f, c, stride) for c in colours]
         for column, group in enumerate(across):
             middle = np.array([column, -row])
             for c, k in group:
-                landed, cells, victims = _thinned(found, f, c, k, stride)
-                cloud, passed = landed / (2.0 * half), victims == -1
+                landed, cells, victims, surfaces = rays_of[c]
+                cloud = landed[k] / (2.0 * half)
                 inside = (np.abs(cloud) < 0.5).all(1)
-                beyond += int((passed & ~inside).sum())
-                clouds[c].append(cloud[passed & inside] + middle)
-                keys[c].append(cells[passed & inside])
-                for surface in np.unique(victims[victims >= 0]).tolist():
+                drawn = inside & (victims == -1)
+                beyond += int(np.count_nonzero(~inside & (victims == -1)))
+                clouds[c].append(cloud[drawn] + middle)
+                keys[c].append(cells[drawn])
+                for surface in surfaces:
                     ended.setdefault(surface, []).append(cloud[(victims == surface) & inside] + middle)
             radius = found.airy_radius[f, group[len(group) // 2][0]] / (2.0 * half)
-            airy += [middle + radius * np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)]), nan]
+            airy += [middle + radius * CIRCLE, nan]
             pixel += [middle + square, nan]
             layers += _words(found, f, group, column, row, columns)
     corner = len(across) - 0.5, 0.5 - len(fields)
@@ -129,22 +132,25 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
                 (*lines, *marks, *ends, *layers, *heads), equal=True, cell=2.0 * half), beyond
 
 
-def _thinned(found: Spots, f: int, c: int, k: int, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _thinned(found: Spots, f: int, c: int, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
     """Every `stride`-th ray in rows and columns of the pupil that lands.
 
-    Returns (n, 2) mm from the reference, (n, 4) field, wavelength and pupil coordinates, and (n,) the surface that
-    ends it, −1 for one that passes; a ray that a rim ends is where it would land without rims, known close to them.
+    Returns (K, n, 2) mm from the reference at each place of the film, (n, 4) field, wavelength and pupil coordinates,
+    (n,) the surface that ends it, −1 for one that passes, and these surfaces. A ray that a rim ends is where it would
+    land without rims, known close to them.
     """
-    rays, shift = found.rays, found.shifts[k]
+    rays = found.rays
     some = (f, c, slice(None, None, stride), slice(None, None, stride))
-    s, t = (offset[some] + shift * slope[some] - middle for offset, slope, middle in
-            ((rays.offset_s, rays.slope_s, found.references[f, k, 0]),
-             (rays.offset_t, rays.slope_t, found.references[f, k, 1])))
     victims = rays.victim[some]
-    rows, columns = np.nonzero((victims >= -1) & np.isfinite(s))
-    cells = np.column_stack([np.full((len(rows), 2), (f, c)), rays.pupil[f, 0, columns * stride],
-                             rays.pupil[f, 1, rows * stride]])
-    return np.column_stack([s[rows, columns], t[rows, columns]]), cells, victims[rows, columns]
+    rows, columns = np.nonzero((victims >= -1) & np.isfinite(rays.offset_s[some]))
+    landed, cells = np.empty((len(found.shifts), len(rows), 2)), np.empty((len(rows), 4))
+    for a, (offset, slope) in enumerate(((rays.offset_s, rays.slope_s), (rays.offset_t, rays.slope_t))):
+        landed[..., a] = (offset[some][rows, columns] + found.shifts[:, None] * slope[some][rows, columns]
+                          - found.references[f, :, a, None])
+    cells[:, :2] = f, c
+    cells[:, 2], cells[:, 3] = rays.pupil[f, 0, columns * stride], rays.pupil[f, 1, rows * stride]
+    ends = victims[rows, columns]
+    return landed, cells, ends, np.unique(ends[ends >= 0]).tolist()
 
 
 def _in_focus(found: Spots, group: list, columns: str) -> bool:
@@ -190,11 +196,14 @@ def _words(found: Spots, f: int, group: list, column: int, row: int, columns: st
 def _table(found: Spots) -> Table:
     head = ("field (mm)", "field (deg)", "film shift (mm)", "wavelength (um)", "rms sagittal (um)",
             "rms tangential (um)", "rms radius (um)", "geo radius (um)", "Airy radius (um)", "rays lost", "rays")
-    rays, rows = found.rays, []
-    for f, height in enumerate(rays.image_heights):
-        for k, shift in enumerate(found.shifts):
-            for c, line in enumerate(rays.conditions.wavelengths):
-                rows.append((height, math.degrees(rays.field_angles[f]), shift, line, *(1000.0 * found.rms[f, c, k]),
-                             1000.0 * found.rms_radius[f, c, k], 1000.0 * found.geo[f, c, k],
-                             1000.0 * found.airy_radius[f, c].mean(), rays.lost[f, c], rays.launched[f, c]))
-    return Table(head, tuple(rows))
+
+    def rows() -> Iterator[tuple]:
+        rays = found.rays
+        for f, height in enumerate(rays.image_heights):
+            for k, shift in enumerate(found.shifts):
+                for c, line in enumerate(rays.conditions.wavelengths):
+                    yield (height, math.degrees(rays.field_angles[f]), shift, line, *(1000.0 * found.rms[f, c, k]),
+                           1000.0 * found.rms_radius[f, c, k], 1000.0 * found.geo[f, c, k],
+                           1000.0 * found.airy_radius[f, c].mean(), rays.lost[f, c], rays.launched[f, c])
+
+    return Table(head, rows)

@@ -43,7 +43,8 @@ def stack_figure(query: Query, points: int, stack: Stack = USUAL) -> Figure:
     lens, away = with_sensor_stack(query.lens, query.setup.film_distance, *stack)
     bare = ray_grid(query.lens, query.setup.film_distance, given, points)
     behind = ray_grid(lens, away, given, points)
-    plots = [_contrast(bare, behind)]
+    contrast = [mtf(rays, FREQUENCIES).white_modulus for rays in (bare, behind)]
+    plots = [_contrast(bare, *contrast)]
     try:
         plots.append(_foci(field_curves(query.lens, query.setup.film_distance, given, 2 * points + 1),
                            field_curves(lens, away, given, 2 * points + 1), bare))
@@ -52,19 +53,19 @@ def stack_figure(query: Query, points: int, stack: Stack = USUAL) -> Figure:
     words = query.words(behind, f"stack {significant(stack.thickness)} mm, index {significant(stack.refractive_index)}",
                         f"adapter {significant(stack.adapter_error, signed=True)} mm", "dim: without both",
                         "focused again for the stack alone")
-    return with_rims(query, Figure("Sensor stack", (tuple(plots),), _table(bare, behind), true_minus(words),
+    return with_rims(query, Figure("Sensor stack", (tuple(plots),), _table(bare, *contrast), true_minus(words),
                                    (*_infinity(query, stack), *query.remarks(behind))))
 
 
-def _contrast(bare: RayGrid, behind: RayGrid) -> Plot:
+def _contrast(bare: RayGrid, without: np.ndarray, with_: np.ndarray) -> Plot:
+    """The contrast (F, 2, K) without the stack and with it."""
     curves = []
-    with_, without = (mtf(rays, FREQUENCIES).white_modulus for rays in (behind, bare))
     for k in range(len(FREQUENCIES)):
         curves += [Curve("bare", bare.image_heights, without[:, a, k], "faint", dash, 1.2)
                    for a, dash in ((0, SOLID), (1, DASHED))]
     for k, frequency in enumerate(FREQUENCIES):
         for a, dash in ((0, SOLID), (1, DASHED)):
-            curves.append(Curve(f"{significant(frequency)} {'ST'[a]}", behind.image_heights, with_[:, a, k], TINTS[k],
+            curves.append(Curve(f"{significant(frequency)} {'ST'[a]}", bare.image_heights, with_[:, a, k], TINTS[k],
                                 dash))
     return Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(bare.image_heights))), Axis("Contrast", 0.0, 1.0),
                 tuple(curves), "MTF")
@@ -98,9 +99,8 @@ def _infinity(query: Query, stack: Stack) -> tuple[str, ...]:
     return (f"with this adapter the lens does not reach infinity: its mark lies at {format_distance(float(reached))}",)
 
 
-def _table(bare: RayGrid, behind: RayGrid) -> Table:
+def _table(bare: RayGrid, without: np.ndarray, with_: np.ndarray) -> Table:
     head = ("field (mm)", "frequency (lp/mm)", "sagittal", "tangential", "sagittal bare", "tangential bare")
-    with_, without = (mtf(rays, FREQUENCIES).white_modulus for rays in (behind, bare))
-    return Table(head, tuple((height, frequency, *with_[f, :, k], *without[f, :, k])
-                             for f, height in enumerate(bare.image_heights)
-                             for k, frequency in enumerate(FREQUENCIES)))
+    return Table(head, lambda: ((height, frequency, *with_[f, :, k], *without[f, :, k])
+                                for f, height in enumerate(bare.image_heights)
+                                for k, frequency in enumerate(FREQUENCIES)))

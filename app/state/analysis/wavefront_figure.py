@@ -39,10 +39,11 @@ def wavefront_figure(query: Query, points: int, field: str = "axis") -> Figure:
     if rays.lit[f] and not np.isfinite(noll).any():
         remarks = (*remarks, "too few rays pass for the Zernike coefficients")
     head = ("field (mm)", "Noll index", "n", "m", "aberration", "coefficient (waves)", "Strehl", "rms (waves)")
-    rows = tuple((rays.image_heights[g], float(j), *map(float, noll_indices(j)), zernike_name(*noll_indices(j)),
-                  found.noll[g, c, j - 1] / line, found.strehl[g, c], found.rms_waves[g, c])
-                 for g in range(len(heights)) for j in range(1, found.noll.shape[-1] + 1))
-    return Figure("Wavefront", ((map_,), (_bars(noll),)), Table(head, rows), words, remarks, (0.62, 0.38))
+    table = Table(head, lambda: (
+        (rays.image_heights[g], float(j), *map(float, noll_indices(j)), zernike_name(*noll_indices(j)),
+         found.noll[g, c, j - 1] / line, found.strehl[g, c], found.rms_waves[g, c])
+        for g in range(len(heights)) for j in range(1, found.noll.shape[-1] + 1)))
+    return Figure("Wavefront", ((map_,), (_bars(noll),)), table, words, remarks, (0.62, 0.38))
 
 
 def _map(waves: np.ndarray, title: str, range_: float) -> Plot:

@@ -78,6 +78,7 @@ def test_figures_begin_after_the_first_pass_of_the_picture_but_do_not_wait_for_e
         seen.append((query, bool(picture)))
         return Figure("", (), Table((), ()))
 
+    monkeypatch.setattr(analysis_worker, "STILL", 0.0)
     worker = AnalysisWorker(waits=lambda: not picture)
     job = Job(make, "a lens")
     assert worker.want("Spots", job) is None and worker.busy
@@ -85,9 +86,32 @@ def test_figures_begin_after_the_first_pass_of_the_picture_but_do_not_wait_for_e
     sleep(0.02)
     assert seen == [] and worker.busy
     picture.append("first pass")
-    waited(worker, job, lambda answer: True)
-    assert seen == [("a lens", True)]
+    waited(worker, job, lambda answer: answer.refined)
+    assert seen == 2 * [("a lens", True)]
     picture.clear()
     monkeypatch.setattr(analysis_worker, "PATIENCE", 0.01)
     waited(worker, Job(make, "another"), lambda answer: answer.job.query == "another")
-    assert seen == [("a lens", True), ("another", False)]
+    assert seen[:3] == [*2 * [("a lens", True)], ("another", False)]
+
+
+def test_a_refined_figure_waits_for_the_picture_too(monkeypatch):
+    """It began during the first pass: its job had been wanted for long enough."""
+    monkeypatch.setattr(analysis_worker, "STILL", 0.0)
+    monkeypatch.setattr(analysis_worker, "PATIENCE", 1e9)
+    waits, seen = [], []
+
+    def make(query, points):
+        seen.append(points)
+        waits.append("the next picture")        # it begins while this figure is made
+        return Figure("", (), Table((), ()))
+
+    worker, job = AnalysisWorker(waits=lambda: bool(waits)), Job(make, "a lens", (), (16, 64))
+    waited(worker, job, lambda answer: not answer.refined)
+    for _ in range(10):
+        worker.advance()
+        worker.want("Spots", job)
+        sleep(0.002)
+    assert seen == [16]
+    waits.clear()
+    waited(worker, job, lambda answer: answer.refined)
+    assert seen == [16, 64]

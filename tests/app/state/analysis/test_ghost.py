@@ -93,6 +93,10 @@ def test_surfaces_have_the_numbers_of_the_table_of_surfaces_from_0():
     """Panels counted them from 1, and the table of surfaces, `check` and files from 0."""
     sums = seidel_figure(A, 16)
     assert [row[0] for row in sums.table.rows] == [*map(str, range(len(A.lens.surfaces))), "sum"]
+    fans = fans_figure(A, 16)
+    marked = {layer.surface for row in fans.rows for plot in row for layer in plot.layers} - {None}
+    assert {str(surface) for surface in marked} <= {row[-1] for row in fans.table.rows}
+    assert str(A.lens.stop_index) in {row[-1] for row in fans.table.rows}
     pairs = {row[0] for row in ghosts_figure(A, 8).table.rows}
     reflect = [i for i in range(len(A.lens.surfaces)) if i != A.lens.stop_index]
     assert {int(number) for pair in pairs for number in pair.split("-")} == set(reflect)
