@@ -10,10 +10,13 @@ numbers are squared then, and his G is N.
 """
 
 import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, CLEARANCE, B, L, M, N, X, Y, Z, rows, stage
+from lensbench.optics import surfaces
 from lensbench.optics.surfaces import ASPHERE, CONIC, EVEN, HIGHEST_POWER, SPHERE, TERMS, TOROID
 
 # The record of a surface; those of a run, in the order met, are the parameters of its step
@@ -300,6 +303,24 @@ def _refract(lanes, p, s, equator_x, equator_y):
         clearance[i] = clearance[i] if clearance[i] >= v else v
 
 
-RUNS = {SPHERE: (refract_at_spheres, SPHERE_RECORD), CONIC: (refract_at_conics, CONIC_RECORD),
-        EVEN: (refract_at_even_aspheres, EVEN_RECORD), ASPHERE: (refract_at_aspheres, ASPHERE_RECORD),
-        TOROID: (refract_at_toroids, TOROID_RECORD)}         # stage of each kind, and length of its records
+class Run(NamedTuple):
+    """How a block meets the surfaces of one kind."""
+
+    stage: Any
+    length: int                                             # of a record
+    columns: Callable[[np.ndarray, float], dict[int, Any]]  # of its shape; from a row of `surfaces`, and the sign of z
+
+
+def _asphere(count: int) -> Callable[[np.ndarray, float], dict[int, Any]]:
+    """The columns of an asphere with so many coefficients."""
+    terms = slice(surfaces.FIRST_TERM, surfaces.FIRST_TERM + count)
+    return lambda row, sign: {K: row[surfaces.K], COEFFICIENTS: sign * row[terms]}
+
+
+RUNS = {
+    SPHERE: Run(refract_at_spheres, SPHERE_RECORD, lambda row, sign: {}),
+    CONIC: Run(refract_at_conics, CONIC_RECORD, lambda row, sign: {K: row[surfaces.K]}),
+    EVEN: Run(refract_at_even_aspheres, EVEN_RECORD, _asphere(EVEN_RECORD - COEFFICIENTS)),
+    ASPHERE: Run(refract_at_aspheres, ASPHERE_RECORD, _asphere(ASPHERE_RECORD - COEFFICIENTS)),
+    TOROID: Run(refract_at_toroids, TOROID_RECORD, lambda row, sign: {CURVATURE_X: sign * row[surfaces.ACROSS]}),
+}

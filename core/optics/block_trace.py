@@ -14,20 +14,17 @@ from lensbench.kernels.block import CLEARANCE, WEIGHT, B, L, M, N, Step, X, Y, Z
 from lensbench.kernels.layout import offsets, pack
 from lensbench.optics.block_refraction import (
     BEND,
-    COEFFICIENTS,
     CURVATURE,
-    CURVATURE_X,
     GAP,
     RIM,
     RUNS,
     SLOWNESS,
     STEP,
-    K,
 )
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.optics.surface_pose import IN_LINE
-from lensbench.optics.surfaces import ACROSS, FIRST_TERM, SPHERE, TOROID, UNIT
+from lensbench.optics.surfaces import UNIT
 
 # Parameters of `enter_lens` and `leave_lens`
 SIGN, END = range(2)                    # 1 towards the film, −1 towards the scene; z of the last vertex along the light
@@ -125,15 +122,10 @@ def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE
         kind, numbers = surface.shape
         before, after = (indices[i + 1], indices[i]) if sceneward else (indices[i], indices[i + 1])
         z, c = sign * (vertices[i] - lens.length - film_distance), sign * surface.curvature
-        kernel, length = RUNS[kind]
+        run = RUNS[kind]
         fields = {GAP: z - end, CURVATURE: c, RIM: numbers[UNIT],
-                  SLOWNESS: before**-2, STEP: after**2 - before**2, BEND: before**2 * c}
-        if kind == TOROID:
-            fields[CURVATURE_X] = sign * numbers[ACROSS]
-        elif kind != SPHERE:
-            fields[K] = surface.conic
-            fields[COEFFICIENTS] = sign * numbers[FIRST_TERM:FIRST_TERM + length - COEFFICIENTS]
-        found.append(SurfaceRecord(i, kernel, pack(length, fields), move_to(lens.frames[i] or IN_LINE)))
+                  SLOWNESS: before**-2, STEP: after**2 - before**2, BEND: before**2 * c, **run.columns(numbers, sign)}
+        found.append(SurfaceRecord(i, run.stage, pack(run.length, fields), move_to(lens.frames[i] or IN_LINE)))
         end = z
     return Records(found, move_to(IN_LINE), sign, end)
 

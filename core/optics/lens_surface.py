@@ -7,6 +7,7 @@ z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p. `surfaces` has the kern
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
 from math import inf, isfinite
 
@@ -18,6 +19,17 @@ from lensbench.optics.coatings import Coating
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.surface_pose import SurfacePose
 from lensbench.optics.surfaces import HIGHEST_POWER, sags, shape
+
+
+class Shape(Enum):
+    """A kind of surface; the value is its name in a sentence."""
+
+    SPHERE = "a sphere"                             # or a plane
+    CONIC = "a conic"
+    EVEN_ASPHERE = "an asphere of even powers"      # r⁴, r⁶ …
+    ASPHERE = "an asphere with odd powers or r²"
+    CYLINDER = "a cylinder"                         # one of its two sections is straight
+    TOROID = "a toroid"
 
 
 class LensError(ValueError):
@@ -111,6 +123,16 @@ class Surface:
     def radius(self) -> float:
         """Radius of curvature R = 1/c (mm); inf for a plane."""
         return 1.0 / self.curvature if self.curvature != 0.0 else inf
+
+    @property
+    def form(self) -> Shape:
+        """The simplest shape that describes the surface; formats of lens files list those that they hold."""
+        if self.curvature_x is not None:
+            return Shape.TOROID if self.curvature and self.curvature_x else Shape.CYLINDER
+        if self.aspheric:
+            even = all(power % 2 == 0 and power > 2 for power, _ in self.aspheric)
+            return Shape.EVEN_ASPHERE if even else Shape.ASPHERE
+        return Shape.CONIC if self.conic else Shape.SPHERE
 
     @property
     def is_spherical(self) -> bool:

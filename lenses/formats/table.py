@@ -21,9 +21,10 @@ from lensbench.lenses.formats import (
     zemax,
     zemax_writer,
 )
-from lensbench.lenses.shapes import COMMON, ROTATIONAL, Shape, lost_poses, lost_shapes
+from lensbench.lenses.shapes import COMMON, ROTATIONAL, lost_poses, lost_shapes
 from lensbench.lenses.written_system import WHOLE, lost_system
 from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.lens_surface import Shape
 from lensbench.optics.prescription import Lens
 
 Reader = Callable[[str, str], Lens]                         # text and path → lens; LensFileError

@@ -15,7 +15,7 @@ from lensbench.lenses.editing.poses import body_at
 from lensbench.lenses.encoding import is_number
 from lensbench.lenses.media import code
 from lensbench.lenses.rows import RowError
-from lensbench.lenses.shapes import Shape, shape_of
+from lensbench.optics.lens_surface import Shape
 from lensbench.optics.surface_pose import SurfacePose
 from tests.lenses.samples import plain_words
 from tests.library import CLASSICS
@@ -142,7 +142,7 @@ def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_reported(suffix, pla
 @pytest.mark.parametrize("row", [row for row in FORMATS if row.write], ids=lambda row: row.name)
 def test_a_format_holds_the_shapes_of_its_row_and_reports_the_others(row, shape):
     surface = Surface(0.02, 5.0, 10.0, Glass(1.5), **SHAPES[shape])
-    assert shape_of(surface) is shape
+    assert surface.form is shape
     found, remarks = through(Lens((surface, Surface(0.0, 90.0, 9.0)), 1), row.suffix)
     kept = replace(found.surfaces[0], glass=surface.glass, curvature=surface.curvature) == surface
     told = any(remark.kind is Kind.SHAPE and remark.severity is Severity.WARNING and remark.surface == 0
