@@ -42,7 +42,7 @@ from lensbench.app.state.scene_assets.table_values import (
 )
 from lensbench.app.state.scene_assets.texture import read_texture
 from lensbench.kernels.quotation import LONGEST_PATH, cut, escaped, excerpt
-from lensbench.scenery.objects import by_family
+from lensbench.scenery.families import by_field
 
 MOST_BYTES = 1 << 20                    # of a scene file
 MOST_OBJECTS = 2000
@@ -168,13 +168,11 @@ def _scene(table: Table, path: Path) -> lb.Scene:
               for mesh in within(f"mesh {k + 1}", _mesh, value, material, folder)]
     shapes = [within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
               for kind, entries in lists.items() for k, value in enumerate(entries)]
-    spheres, planar = by_family(shapes)
     values = {kind: within(kind, read, as_table(table[kind], kind), folder)
               for kind, read in _SURROUNDINGS.items() if kind in table}
     values |= given(table, {"name": text, "ambient": light, "enclosed": truth, "depth_range": _depth_range,
                             "diffuse_bounce": truth})
-    return lb.Scene(**{"name": path.stem, "spheres": tuple(spheres), "plates": tuple(planar), "meshes": tuple(meshes),
-                       **values})
+    return lb.Scene(**{"name": path.stem, **by_field([*shapes, *meshes]), **values})
 
 
 def _depth_range(value: Any, name: str) -> tuple[float, ...]:

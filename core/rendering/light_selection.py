@@ -78,7 +78,7 @@ class _Candidates(NamedTuple):
     rights: np.ndarray          # (n, 3) half-axes of the parallelogram, or of the ellipse where `disks`,
     ups: np.ndarray             # (n, 3) that covers the light
     disks: np.ndarray           # (n,)
-    filled: np.ndarray          # (n,) whether the light fills it; a mesh has an outline of its own
+    filled: np.ndarray          # (n,) whether the light fills it; others have an outline of their own
     bounds: EntranceBounds
 
     def only(self, keep: np.ndarray) -> "_Candidates":
@@ -178,7 +178,7 @@ def _candidates(scene: Scene, landing: FilmLanding, small: list[SmallLight], mir
     which, by, bounds = paths
     is_ball = np.array([scene.objects[light.number].family != "planar" for light in small])
     is_round = is_ball | np.array([scene.objects[light.number].round for light in small])
-    is_mesh = np.array([scene.objects[light.number].family == "mesh" for light in small])
+    fills = np.array([scene.objects[light.number].family in ("sphere", "planar") for light in small])
     balls = np.zeros((len(which), 5))
     centres, axes = centres[which], [axis[which] for axis in axes]
     for k, mirror in enumerate(mirrors):
@@ -194,7 +194,7 @@ def _candidates(scene: Scene, landing: FilmLanding, small: list[SmallLight], mir
     reach = np.sqrt((np.abs(bounds.axes).sum(1)**2).sum(1)) + np.sqrt(((bounds.middles - start)**2).sum(1))
     rights, ups = _covers(is_ball[which], radii[which], axes, centres - origin,
                           np.where(balls[:, 3] > 0.0, balls[:, 3], reach))
-    return _Candidates(which, by, balls, centres, rights, ups, is_round[which], ~is_mesh[which], bounds)
+    return _Candidates(which, by, balls, centres, rights, ups, is_round[which], fills[which], bounds)
 
 
 def _covers(spheres: np.ndarray, radii: np.ndarray, axes: list[np.ndarray], away: np.ndarray, reach: np.ndarray

@@ -41,7 +41,7 @@ def specular_objects(scene: Scene, rotation: np.ndarray, shift: np.ndarray) -> l
     """The specular objects of a scene that do not move; a world point p lies at rotation p + shift, camera frame."""
     found = []
     for j, o in enumerate(scene.objects):
-        if o.material.kind in ("metal", "glass") and not o.moves and o.family != "mesh":
+        if o.material.kind in ("metal", "glass") and not o.moves and o.family in ("sphere", "planar"):
             metal = o.material.kind == "metal"
             radius = o.bounding_radius if o.family == "sphere" else 0.0
             axes = np.array(o.half_axes) @ rotation.T

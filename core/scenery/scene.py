@@ -16,6 +16,7 @@ from lensbench.kernels.block import BLUE, GREEN, RED, TIME, V0, V1, WEIGHT, L, M
 from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.program import Program
 from lensbench.scenery import scene_steps
+from lensbench.scenery.families import FAMILIES
 from lensbench.scenery.objects import Floor, ImageSky, Mesh, SceneError, Shape, Sky, Sphere, Sun, Triple, check, unit
 from lensbench.scenery.objects.planar import Planar
 from lensbench.scenery.objects.shape import rest_frame
@@ -74,18 +75,18 @@ class Scene:
     diffuse_bounce: bool = False
 
     def __post_init__(self):
-        for field, kind in (("spheres", Sphere), ("plates", Planar), ("meshes", Mesh)):
-            shapes = tuple(getattr(self, field))
+        for family in FAMILIES.values():
+            shapes = tuple(getattr(self, family.field))
             for shape in shapes:
-                if not isinstance(shape, kind):
-                    raise SceneError(f"{field} of a scene: {type(shape).__name__} is none of them")
-            object.__setattr__(self, field, shapes)
+                if not isinstance(shape, family.kind):
+                    raise SceneError(f"{family.field} of a scene: {type(shape).__name__} is none of them")
+            object.__setattr__(self, family.field, shapes)
         check(self)
 
     @property
     def objects(self) -> tuple[Shape, ...]:
         """All shapes: spheres, then planar ones, then meshes."""
-        return (*self.spheres, *self.plates, *self.meshes)
+        return tuple(shape for family in FAMILIES.values() for shape in getattr(self, family.field))
 
     @cached_property
     def moves(self) -> bool:

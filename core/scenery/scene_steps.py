@@ -14,17 +14,15 @@ from lensbench.kernels.block import BLUE, DEPTH, GREEN, RED, B, Step, rows, stag
 from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.layout import Packed, join
 from lensbench.scenery.emission import BENDS, DARK, LAMP, SHINES, SMALL_LIGHT
+from lensbench.scenery.families import FAMILIES, intersection_steps, shadow_steps
 from lensbench.scenery.finish import SHARP
 from lensbench.scenery.intersect.block_bounds import beam
 from lensbench.scenery.intersect.floor import floor, floor_parameters
 from lensbench.scenery.intersect.image_sky import image_sky_step
-from lensbench.scenery.intersect.meshes import mesh_steps
 from lensbench.scenery.intersect.moving_objects import motion_parameters, moving, moving_parameters
-from lensbench.scenery.intersect.pictured import is_large, pictured_floor_step, pictured_step
-from lensbench.scenery.intersect.planar import planar, planar_parameters
+from lensbench.scenery.intersect.pictured import is_large, pictured_floor_step
 from lensbench.scenery.intersect.sky import SKY_DISTANCE, UP, sky, sky_parameters, sun_disk, sun_disk_parameters
-from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
-from lensbench.scenery.objects import ImageSky, Mesh, Shape, Sky, by_family, displaced, unit
+from lensbench.scenery.objects import ImageSky, Shape, Sky, by_family, displaced, unit
 from lensbench.scenery.shading.clearcoat import clearcoat, clearcoat_parameters
 from lensbench.scenery.shading.diffuse_bounce import (
     diffuse_bend,
@@ -43,8 +41,7 @@ from lensbench.scenery.shading.illumination import (
 )
 from lensbench.scenery.shading.image_clearcoat import image_clearcoat_step
 from lensbench.scenery.shading.image_sky_light import add_tinted, sky_cells, sky_rays_step
-from lensbench.scenery.shading.mesh_lamps import mesh_lamp_step
-from lensbench.scenery.shading.mesh_shadows import gradient_rays, mesh_shadow_steps
+from lensbench.scenery.shading.mesh_shadows import gradient_rays
 from lensbench.scenery.shading.moving_clearcoat import (
     moving_clearcoat,
     moving_highlights,
@@ -118,7 +115,7 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
         emission = [SMALL_LIGHT if o != other and o.material.pattern is None else lamp if o.material.shines else DARK
                     for o, other in zip(scene.objects, excluded.later, strict=True)]
         part = [Step(bounce_pupil_part)] if is_rough(scene) else []
-        solids = any(o.material.kind == "glass" for o in scene.meshes)
+        solids = any(o.material.kind == "glass" and FAMILIES[o.family].hollow for o in scene.objects)
         bend, leave = ([Step(solid_bend)], [Step(solid_leave)]) if solids else ([], [])
         bounces = (SOLID_BOUNCES if solids else BOUNCES) if mirrors else 1
         surround = np.concatenate([_surround(scene, shadows), np.multiply(scene.ambient, not scene.enclosed)])
@@ -178,8 +175,6 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
     emission = [_emits(o) for o in shapes] if emission is None else emission
     seen = [one for one in zip(shapes, emission, shapes if specular is None else specular, strict=True)
             if not one[0].moves]
-    balls, flat = ([one for one in seen if one[0].family == family and not is_large(one[0])]
-                   for family in ("sphere", "planar"))
     steps = [image_sky_step(scene.sky) if isinstance(scene.sky, ImageSky) else Step(sky, sky_parameters(scene.sky))]
     if scene.sun is not None:
         radius = scene.sun.angular_radius
@@ -188,16 +183,9 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
     if scene.floor is not None:
         pictured = scene.floor.image is not None
         steps.append(pictured_floor_step(scene.floor) if pictured else Step(floor, floor_parameters(scene.floor)))
-    meshes = [one for one in seen if one[0].family == "mesh"]
-    if balls or flat or meshes or scene.moves:
+    if any(not is_large(o) for o, _, _ in seen) or scene.moves:
         steps.append(Step(beam))
-    if balls:
-        steps.append(Step(spheres, *sphere_parameters(*list(zip(*balls, strict=True))[:2])))
-    if flat:
-        steps.append(Step(planar, *planar_parameters(*zip(*flat, strict=True))))
-    steps += [pictured_step(o, emits) for o, emits, _ in seen if is_large(o)]
-    if meshes:
-        steps += mesh_steps(*list(zip(*meshes, strict=True))[:2])
+    steps += intersection_steps(seen)
     if scene.moves:
         steps.append(Step(moving, *moving_parameters(_moving(scene.objects), opening)))
     return steps
@@ -245,7 +233,7 @@ def _light(scene: Scene, shadows: bool, opening: float, sky_too: bool = True) ->
         occluders = occluder_parameters(_still(balls), _still(flat))
         moved = moving_occluders(_moving(scene.objects), opening)
     lamps = _lamps(scene)
-    shade = list(mesh_shadow_steps(scene.meshes)) if shadows else []
+    shade = shadow_steps(scene.objects) if shadows else []
     hidden = [Step(shadow_stage, *occluders)] if occluders.parameters.size else []
     hidden += [Step(moving_shadows, *moved)] if moved.parameters.size else []
     between, hidden = hidden, [*hidden, *shade]
@@ -269,9 +257,9 @@ def _light(scene: Scene, shadows: bool, opening: float, sky_too: bool = True) ->
         steps += [Step(sun_rays, *sunlight), *hidden, Step(add_lit, scene.sun.colour)] if shade else [
             _step(sun, moving_sun, join(sunlight, occluders), moved)]
     for o in lamps if shadows else _moving(lamps):
-        if isinstance(o, Mesh):
-            steps += [mesh_lamp_step(o), *between, *mesh_shadow_steps(scene.meshes, o),
-                      Step(add_lit, o.material.colour)]
+        own_rays = FAMILIES[o.family].lamp
+        if own_rays is not None:
+            steps += [own_rays(o), *between, *shadow_steps(scene.objects, o), Step(add_lit, o.material.colour)]
             continue
         here = displaced(o, opening)
         shining, motion = here.lamp_parameters(), Packed(motion_parameters([here], opening))

@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.kernels.byte_cache import byte_cache
-from lensbench.scenery.objects import Image, Mesh, Shape, Triple, triple
+from lensbench.scenery.objects import Image, Shape, Triple, triple
 
 MOST_KEPT = 512 << 20   # bytes of the shapes of scenes seen before
 SMALL = 0.05            # radians: greatest angular radius of a small light
 BRIGHT = 0.05           # of the brightest texel: brighter texels belong to a patch
 MOST_TEXELS = 1 << 16   # of an image that is searched for patches
-MOST_FACES = 12 * 4096  # bytes of the triangles of a mesh that is a small light: each picture builds trees of it
+MOST_TRIANGLES = 4096   # of a mesh that is a small light: each picture builds trees of it
 MOST_LIT = 0.3          # greatest part of its area that the patches may cover together
 BLACK = (0.0, 0.0, 0.0)
 POINTS = 64             # samples of a light in the first passes
@@ -60,13 +60,13 @@ def small_lights(objects: tuple[Shape, ...], place=BLACK) -> list[SmallLight]:
 def _all(objects: tuple[Shape, ...]) -> tuple[SmallLight, ...]:
     lights: list[SmallLight] = []
     for j, o in enumerate(objects):
-        if not o.material.shines or o.moves or (isinstance(o, Mesh) and len(o.faces) > MOST_FACES):
+        if not o.material.shines or o.moves or o.triangle_count > MOST_TRIANGLES:
             continue
         if o.material.pattern is None:
             right, up = o.half_axes
             radius = math.hypot(*right) + math.hypot(*up) or o.bounding_radius
             lights.append(SmallLight(j, o.centre, radius, right, up, None))
-        elif o.material.pattern.image is not None and not o.round and o.family != "mesh":
+        elif o.material.pattern.image is not None and o.family == "planar" and not o.round:
             lights += [_patch(j, o, patch) for patch in _patches(o.material.pattern.image)]
     return tuple(lights)
 

@@ -76,9 +76,8 @@ def _solid(shape: Shape) -> Part:
         away = np.stack([np.sin(down) * np.cos(turn), np.cos(down) + 0.0 * turn, np.sin(down) * np.sin(turn)], -1)
         part = grid_part(kind, centre + shape.bounding_radius * away, tint=tint)
         return Part(kind, part.points, (part.points - centre) / shape.bounding_radius, None, tint)
-    if isinstance(shape, lb.Mesh):
-        chosen = shape.triangles[::-(-len(shape.triangles) // MOST_TRIANGLES)]
-        return flat_part(kind, shape.points[chosen].astype(float), tint=tint)
+    if shape.family != "planar":
+        return flat_part(kind, shape.facets(MOST_TRIANGLES), tint=tint)
     edge = _edge(shape)[:-1]
     triangles = np.stack([np.broadcast_to(edge[0], (len(edge) - 2, 3)), edge[1:-1], edge[2:]], axis=1)
     return flat_part(kind, triangles, tint=tint)

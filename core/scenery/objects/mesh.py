@@ -161,6 +161,11 @@ class Mesh:
         return math.dist(low, high) / 2.0
 
     @property
+    def triangle_count(self) -> int:
+        """Number of triangles."""
+        return len(self.triangles)
+
+    @property
     def label(self) -> str:
         """Name shown to the user."""
         return f"{self.name} of {significant(2.0 * self.bounding_radius, 3)} mm"
@@ -198,6 +203,10 @@ class Mesh:
         angle = 2.0 * np.pi * np.arange(count) / count
         away = self.points[:, [0, 2]] @ np.stack([np.cos(angle), np.sin(angle)])
         return self.points[np.argmax(away, 0)].astype(float)
+
+    def facets(self, most: int) -> np.ndarray:
+        """Triangles (n, 3, 3) for a drawing, evenly chosen where there are more than `most`."""
+        return self.points[self.triangles[::-(-len(self.triangles) // most)]].astype(float)
 
     def lamp_parameters(self) -> Packed:
         """Parameters of a sphere of the same silhouette, for pictures without shadows; see `mesh_lamps`."""

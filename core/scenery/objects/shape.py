@@ -35,10 +35,16 @@ class Moving:
     spin: Triple = (0.0, 0.0, 0.0)
     pivot: Triple | None = None
 
+    triangle_count = 0
+
     @property
     def moves(self) -> bool:
         """Whether the shape has a velocity or a spin."""
         return any(self.velocity) or any(self.spin)
+
+    def facets(self, most: int) -> np.ndarray:
+        """None: a shape of two half-axes or a radius is drawn smoothly."""
+        return np.zeros((0, 3, 3))
 
 
 class Shape(Protocol):
@@ -72,7 +78,7 @@ class Shape(Protocol):
 
     @property
     def family(self) -> str:
-        """Group of kernels that read its numbers: "sphere" (a radius) or "planar" (two half-axes)."""
+        """Key of its row in `families.FAMILIES`: the group of stages that read its numbers."""
 
     @property
     def round(self) -> bool:
@@ -85,6 +91,10 @@ class Shape(Protocol):
     @property
     def half_axes(self) -> tuple[Triple, Triple]:
         """Half-axes right and up of a planar shape; zeros for a sphere."""
+
+    @property
+    def triangle_count(self) -> int:
+        """Number of its triangles; 0 for a sphere or planar shape."""
 
     @property
     def bounding_radius(self) -> float:
@@ -151,6 +161,20 @@ class Shape(Protocol):
         -------
         (m, 3) array
             Polygon of world points (mm), m ≤ count.
+        """
+
+    def facets(self, most: int) -> np.ndarray:
+        """Triangles that a drawing shows of a shape that is neither a sphere nor planar.
+
+        Parameters
+        ----------
+        most : int
+            Most triangles.
+
+        Returns
+        -------
+        (n, 3, 3) array
+            Corners of each, world frame, mm; n ≤ most, 0 for a sphere or planar shape.
         """
 
     def lamp_parameters(self) -> Packed:
