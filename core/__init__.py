@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
     from lensbench.optics.prescription import Lens
     from lensbench.optics.scalar_trace import Fate, Trace, trace
+    from lensbench.optics.stop_image import StopImage, StopImageError
     from lensbench.optics.surface_pose import PoseError, SurfacePose
     from lensbench.optics.system import (
         Aperture,
@@ -162,6 +163,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "optics.lens_surface": "LensError Surface",
     "optics.prescription": "Lens",
     "optics.scalar_trace": "Fate Trace trace",
+    "optics.stop_image": "StopImage StopImageError",
     "optics.surface_pose": "PoseError SurfacePose",
     "optics.system": "Aperture ApertureKind FieldKind FieldPoint SystemData SystemDataError Wavelength",
     "optics.transmission": "t_number transmission working_f_number",
@@ -189,14 +191,15 @@ __all__ = [
     "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "Mesh", "NovelView", "OrthographicCamera",
     "Pattern", "PerspectiveCamera", "Picture", "PinholeCamera", "Places", "PlenopticCamera", "PoseError", "Positions",
     "PositionsError", "RawPicture", "Rays", "Rectangle", "Reflectance", "Rendering", "Scene", "SceneError", "Seidel",
-    "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "SurfacePose", "SystemData", "SystemDataError", "Trace",
-    "TransformError", "Vignetting", "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_pinhole",
-    "builtin_scene", "capture_light_field", "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion",
-    "depth_map", "depth_of_field", "depth_resolution", "develop", "distortion", "distortion_grid", "equivalent",
-    "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent", "find_depth",
-    "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance", "light_field_bytes",
-    "load_scene", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus", "open_region",
-    "photograph_scene", "picture_through", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render",
-    "save", "section_foci", "seidel", "show", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
-    "transmission", "unit_disk", "unit_square", "vignetting", "why_no_ghosts", "working_f_number",
+    "Sensor", "Sky", "Spaces", "Sphere", "StopImage", "StopImageError", "Sun", "Surface", "SurfacePose", "SystemData",
+    "SystemDataError", "Trace", "TransformError", "Vignetting", "Wavelength", "analysis", "array_camera",
+    "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "capture_lumigraph", "chief_ray",
+    "choose_model", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "develop", "distortion",
+    "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance",
+    "film_extent", "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal",
+    "irradiance", "light_field_bytes", "load_scene", "look_at", "lumigraph_pinhole", "luminance", "metered_stops",
+    "nearest_focus", "open_region", "photograph_scene", "picture_through", "pixel_energy", "radiant_exposure",
+    "real_circle_of_confusion", "render", "save", "section_foci", "seidel", "show", "stopped_down", "t_number",
+    "thick_circle_of_confusion", "trace", "transmission", "unit_disk", "unit_square", "vignetting", "why_no_ghosts",
+    "working_f_number",
 ]

@@ -225,6 +225,11 @@ def glass_loss(glass: Glass, i: int, with_maker: bool = False,
     return [note(Kind.GLASS, f"surface {i}: {lost}", i)] if lost else []
 
 
+def without_picture(lens: Lens) -> Finding:
+    """The finding about a picture in the stop, which no lens file holds."""
+    return note(Kind.STOP, "the picture in the stop is left out: it is written as the circle about it", lens.stop_index)
+
+
 def _beyond_surfaces(lens: Lens) -> list[Finding]:
     """Findings about properties that no other format holds: blades of the stop, coatings, the index in front."""
     remarks = []
@@ -232,7 +237,9 @@ def _beyond_surfaces(lens: Lens) -> list[Finding]:
     if coated:
         remarks.append(note(Kind.LEFT_OUT, f"the coatings of {len(coated)} of {len(lens.surfaces)} surfaces are left "
                                            "out", coated[0] if len(coated) == 1 else None))
-    if not lens.iris.is_round:
+    if lens.stop_image is not None:
+        remarks.append(without_picture(lens))
+    elif not lens.iris.is_round:
         remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as the circle about them",
                             lens.stop_index))
     if lens.front_index != 1.0:

@@ -24,6 +24,8 @@ def _of_kinds_with(name: str) -> Callable[[Settings], bool]:
 
 
 _STOP = _Need(lambda settings: settings.kind.has_stop and (not settings.has_lens or settings.has_stop))
+_BLADES = _Need(lambda settings: _STOP.has_effect(settings) and not settings.stop_image,
+                "leave out --stop-image, which takes the place of blades")
 _FOG = _Need(lambda settings: settings.medium != "air", "give --medium too")
 _END = _Need(lambda settings: settings.keyframed, "give --end-position too")
 _NEEDS = {
@@ -31,7 +33,7 @@ _NEEDS = {
     "lens_radius": _Need(lambda settings: settings.kind.lens_radius, "the aperture of a lens is --f-number"),
     "f_number": _Need(lambda settings: settings.kind.f_number),
     "focus_distance": _Need(lambda settings: settings.kind.focuses),
-    "blades": _STOP, "blade_rotation": _STOP, "roundness": _STOP,
+    "blades": _BLADES, "blade_rotation": _BLADES, "roundness": _BLADES, "stop_image": _STOP,
     "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens), "focus_position": _Need(_of_lens),
     "ghost_strength": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
     "star_strength": _Need(lambda settings: settings.stars, "give --stars too"),

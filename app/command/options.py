@@ -138,6 +138,8 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
              if spec(field).help and getattr(arguments, dest(field)) is not None}
     if arguments.scene is not None:
         asked["scene"] = _name_or_file(arguments.scene)
+    if "stop_image" in asked:
+        asked["stop_image"] = str(Path(asked["stop_image"]).resolve()) if asked["stop_image"] else ""
     if "f_number" in arguments:
         asked["f_number"] = arguments.f_number
     asked.pop("camera", None)

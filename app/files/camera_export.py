@@ -83,6 +83,9 @@ def _left_out(camera: lb.Camera, to: str) -> list[str]:
             to == "pbrt" and isinstance(camera, lb.LensCamera)):
         found.append(f"{to} weighs all rays of this camera alike: its picture does not fall off towards the corners "
                      "(cos⁴)")
+    as_lens = to == "pbrt" and isinstance(camera, lb.LensCamera)        # the lens file names what it leaves out
+    if not as_lens and isinstance(camera, lb.LensCamera | lb.PerspectiveCamera) and not camera.gaussian.iris.is_round:
+        found.append(f"{to} gets a round aperture: the blades, or the picture in the stop, are left out")
     if camera.medium is not None and not (camera.medium.is_clear and camera.medium.index == 1.0):
         found.append(f"{to} looks through clear air: the medium of the camera is left out")
     return found

@@ -95,7 +95,7 @@ def _where(plain: dict[str, Any], text: str) -> str:
 
 
 def _placed(settings: Settings, folder: Path) -> Settings:
-    """The settings with the absolute paths of lens and scene files beside them."""
+    """The settings with the absolute paths of the files beside them: lens, scene, and the picture in the stop."""
     def place(text: str) -> str:
         try:
             path = (folder / text).resolve()
@@ -103,4 +103,5 @@ def _placed(settings: Settings, folder: Path) -> Settings:
         except ValueError:              # not a valid file name
             return text
 
-    return replace(settings, lens=place(settings.lens), scene=place(settings.scene))
+    return replace(settings, lens=place(settings.lens), scene=place(settings.scene),
+                   stop_image=place(settings.stop_image))

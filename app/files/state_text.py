@@ -58,7 +58,8 @@ def settings_of_text(text: str, say: Callable[[str], object] = lambda note: None
 
 def left_behind(settings: Settings) -> list[str]:
     """Names of the files that the settings name, and that their text does not hold."""
-    return [Path(name).name for name in (settings.lens, settings.scene) if Path(name).suffix and Path(name).is_file()]
+    return [Path(name).name for name in (settings.lens, settings.scene, settings.stop_image)
+            if Path(name).suffix and Path(name).is_file()]
 
 
 def _short(value: object) -> object:

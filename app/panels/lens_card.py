@@ -56,7 +56,8 @@ def lens_card_panel(settings: Settings, state: LensCardState, lit: tuple[int, ..
         paragraph("This camera has no lens")
         return
     try:
-        lens = published(settings.plain("zoom", "blades", "blade_rotation", "roundness", "medium", "immersed"))
+        lens = published(settings.plain("zoom", "blades", "blade_rotation", "roundness", "stop_image", "medium",
+                                        "immersed"))
     except (ValueError, OSError) as error:
         paragraph(str(error))
         return

@@ -79,7 +79,7 @@ def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | No
 def _object(settings: Settings, of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> list[Row]:
     """The point in the frame of the object that it lies on."""
     scene, deep = cached_scene(settings.scene), along(of, at, depth)
-    ray = of.generate_rays([at], [of.pupil_centre])
+    ray = of.with_open_stop.generate_rays([at], [of.pupil_centre])
     if deep is not None and not settings.moves and of.medium is None:       # to the last digit, and not to a pixel
         deep = float(scene.distance(ray.origins, ray.directions)[0])
     found = None
@@ -117,7 +117,7 @@ def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | N
     deep = float(depth[y, x])
     if not math.isfinite(deep):
         return None
-    ray = of.generate_rays([at], [of.pupil_centre])
+    ray = of.with_open_stop.generate_rays([at], [of.pupil_centre])
     frame = np.linalg.inv(np.reshape(of.placement(0.0, np.array([at])), (4, 4)))
     start, direction = frame[2, :3] @ ray.origins[0] + frame[2, 3], frame[2, :3] @ ray.directions[0]
     distance = (-deep - start) / direction if direction != 0.0 else math.nan

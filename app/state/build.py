@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.app.state.stop_picture import stop_picture
 from lensbench.cameras.real_lens import missing_dispersion
 from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import BLUE, RED
@@ -134,10 +135,12 @@ def wavelength_remark(settings: "Settings") -> str:
 def published(settings: "Settings") -> lb.Lens:
     """The lens wide open with its glasses, scaled to the chosen focal length (for a zoom, its shortest), then zoomed.
 
-    LensError if the settings zoom a lens that cannot zoom.
+    LensError if the settings zoom a lens that cannot zoom, SettingsError for a picture in the stop that cannot be read.
     """
     lens = prescription(settings)
-    if settings.blades is not None:
+    if settings.stop_image:
+        lens = replace(lens, blades=0, stop_image=stop_picture(settings.stop_image))
+    elif settings.blades is not None:
         lens = replace(lens, blades=settings.blades, blade_rotation=settings.blade_rotation,
                        roundness=settings.roundness)
     if settings.medium == "water" and settings.immersed:

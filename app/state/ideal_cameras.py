@@ -16,6 +16,7 @@ import lensbench as lb
 from lensbench.app.state.build import place_and_shutter
 from lensbench.app.state.figures import Readings, airy_diameter, angles, blur_limit, readings
 from lensbench.app.state.setting import SettingsError
+from lensbench.app.state.stop_picture import stop_picture
 from lensbench.kernels.figures import significant
 
 if TYPE_CHECKING:
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 def _stop(settings: "Settings") -> dict[str, Any]:
     """The shape of the stop, as cameras without a lens take it."""
+    if settings.stop_image:
+        return {"stop_image": stop_picture(settings.stop_image)}
     return {"blades": settings.blades or 0, "blade_rotation": settings.blade_rotation,
             "roundness": settings.roundness}
 
@@ -32,7 +35,7 @@ def seen_angles(camera: lb.Camera) -> np.ndarray:
     """Twice the angle from the axis (radians) of rays at a side, at the top and at a corner of the film; nan: dark."""
     film = camera.film
     edges = [[0.0, film.pixels_y / 2.0], [film.pixels_x / 2.0, 0.0], [0.0, 0.0]]
-    rays = camera.generate_rays(edges, np.full((3, 2), 0.5))
+    rays = camera.with_open_stop.generate_rays(edges, np.full((3, 2), 0.5))
     return np.where(rays.weights > 0.0, 2.0 * np.arccos(np.clip(-rays.directions[:, 2], -1.0, 1.0)), math.nan)
 
 

@@ -18,6 +18,7 @@ class Request(Enum):
     OPEN_PICTURE = auto()
     OPEN_SETTINGS = auto()
     OPEN_LIGHT_FIELD = auto()
+    OPEN_STOP_IMAGE = auto()
 
     # Files to save
     SAVE_LENS = auto()

@@ -192,7 +192,7 @@ class Settings(SettingTable):
     @cached_property
     def _aim(self) -> "Settings":
         return self.plain("visibility", "fog_light", "focus_position", "focus_distance", "f_number", "seed", "view",
-                          "blades", "blade_rotation", "roundness")
+                          "blades", "blade_rotation", "roundness", "stop_image")
 
     @property
     def sample_view(self) -> str:

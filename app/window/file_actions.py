@@ -20,6 +20,7 @@ from lensbench.app.state.lens_edit.editing import can_save_in_place
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.stop_picture import SUFFIXES, stop_picture
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
 from lensbench.app.window.state import WindowState
@@ -38,6 +39,7 @@ QUESTIONS = {
     Request.SAVE_INTRINSICS: Question("Save the intrinsics", "JSON", (".json",), True, "camera.json"),
     Request.SAVE_RENDER: Question("Save the picture", "Pictures", SAVED, True, "lensbench.png"),
     Request.SAVE_WINDOW: Question("Save a picture of the window", "PNG", (".png",), True, "lensbench-window.png"),
+    Request.OPEN_STOP_IMAGE: Question("Choose a picture for the stop", "Pictures", SUFFIXES),
     Request.OPEN_LIGHT_FIELD: Question("Open a light field", "Light fields", (".npz",)),
     Request.SAVE_LIGHT_FIELD: Question("Save the light field", "Light fields", (".npz",), True, "field.npz"),
     Request.SAVE_REFOCUSED: Question("Save the picture of the light field", "Pictures", SAVED, True, "refocused.png"),
@@ -71,7 +73,9 @@ class Files:
         request, path = answer
         if self._state.remember:
             hello_imgui.save_lasting_pref("folder", str(path.parent))
-        if request in KINDS:
+        if request is Request.OPEN_STOP_IMAGE:
+            self.put_into_stop(path)
+        elif request in KINDS:
             self.open(path, KINDS[request])
         elif request is Request.SAVE_RENDER:
             self.save_picture(path)
@@ -118,6 +122,16 @@ class Files:
             state.say_findings(settings)
         state.take(state.showable(settings))
         self._remember(path)
+
+    def put_into_stop(self, path: Path) -> None:
+        """Give the stop the shape of a picture; a message says why one cannot be read."""
+        state, name = self._state, str(path.expanduser().resolve())
+        try:
+            stop_picture(name)
+        except ValueError as error:
+            state.view.say(str(error))
+            return
+        state.take(replace(state.history.present, stop_image=name))
 
     def _remember(self, path: Path) -> None:
         state = self._state

@@ -1,4 +1,4 @@
-"""Notices when the lens or the scene file of the settings changes on disk."""
+"""Notices when a file of the settings changes on disk: the lens, the scene, or the picture in the stop."""
 
 import sys
 from pathlib import Path
@@ -8,6 +8,7 @@ from lensbench.app.state.file_cache import file_stamp
 from lensbench.app.state.notices import Notice
 from lensbench.app.state.scene_file import find_scene, scene_stamp
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.stop_picture import stop_picture
 
 SECONDS = 1.0                   # between two looks at the disk
 
@@ -32,7 +33,10 @@ class FileWatch:
         self._next = now + SECONDS
         found, problems = [], []
         for name, stamp_of, load in ((settings.lens, file_stamp, lenses.load),
-                                     (settings.scene, scene_stamp, find_scene)):
+                                     (settings.scene, scene_stamp, find_scene),
+                                     (settings.stop_image, file_stamp, stop_picture)):
+            if not name:
+                continue
             stamp = stamp_of(name)
             if self._stamps.setdefault(name, stamp) == stamp:
                 continue

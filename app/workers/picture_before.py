@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from lensbench.app.state.settings import Settings
 
 # Settings that change circles of confusion and places on the film, and nothing else that a pixel sees
-MAPPED = ("focus_distance", "focus_position", "f_number", "blades", "blade_rotation", "roundness", "crop", "zoom",
-          "fov", "seed", "lens_model", "degree")
+MAPPED = ("focus_distance", "focus_position", "f_number", "blades", "blade_rotation", "roundness", "stop_image", "crop",
+          "zoom", "fov", "seed", "lens_model", "degree")
 
 
 class PictureBefore:

@@ -133,6 +133,7 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
         For an afocal lens, f-numbers that the lens does not reach, a frequency or limit that is not positive, and as
         `ray_grid`.
     """
+    lens = lens.with_open_stop
     widest = first_order(lens.in_air).f_number
     if not widest < inf:
         raise LensError("this lens is afocal: it has no focus to shift")

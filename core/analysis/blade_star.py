@@ -130,8 +130,10 @@ def sunstar(lens: Lens, film_distance: float, film_xy=(0.0, 0.0), radii=None, az
 def open_pupil(lens: Lens, film_distance: float, film_xy) -> np.ndarray:
     """Corners (m, 2) of the open pupil in direction cosines from a film point; the arguments are those of `sunstar`.
 
-    LensError where no light reaches the film point.
+    LensError where no light reaches the film point, and for a picture in the stop.
     """
+    if lens.stop_image is not None:
+        raise LensError("the star of a picture in the stop is not known: stars are those of blades")
     film = np.asarray(film_xy, float)
     edge = open_region(lens, film_distance, film)
     if not len(edge):

@@ -111,7 +111,8 @@ class ModelErrors:
         if not self.camera.film_pose.is_upright:
             return "the film is tilted or shifted"
         if model == "polynomial" and not self.camera.lens.iris.is_round:
-            return "a polynomial does not give the place at the stop that its blades need"
+            shape = "blades need" if self.camera.lens.stop_image is None else "picture needs"
+            return f"a polynomial does not give the place at the stop that its {shape}"
         if not self._true_weights[0].sum() > 0.0:
             return "no light comes through this lens"
         if model == "polynomial" and self.table.coarseness > COARSE:

@@ -82,6 +82,11 @@ class Camera(PlacedShutter):
         return 0.5, 0.5
 
     @property
+    def with_open_stop(self) -> "Camera":
+        """The camera without a picture in its stop: its central rays pass wherever the picture is opaque."""
+        return self
+
+    @property
     def stage_centre(self) -> tuple[float, float]:
         """U0, U1 of the ray through the centre of the pupil, as the camera's stages take them."""
         return 0.5, 0.5
@@ -451,6 +456,8 @@ class Camera(PlacedShutter):
         points = np.atleast_2d(np.asarray(points, float))
         if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
             raise ValueError(f"points of the shape {points.shape}: they must be (n, 3) finite numbers")
+        if pupil_uv is None and self.with_open_stop is not self:
+            return self.with_open_stop.raster_from_point(points, None, time, wavelength)
         centre = self.pupil_centre if pupil_uv is None else pupil_uv
         pupil_uv = np.broadcast_to(unit_square(centre, np.float64), (len(points), 2))
 

@@ -45,7 +45,7 @@ def places(camera: CameraProtocol, raster_xy, distance, time, object_from_world)
     on_film = np.column_stack([middle - raster[:, 0] * across, raster[:, 1] * down - low, np.zeros(len(raster))])
 
     # Follow the rays to the given distance
-    rays = camera.generate_rays(raster, np.tile(camera.pupil_centre, (len(raster), 1)), time)
+    rays = camera.with_open_stop.generate_rays(raster, np.tile(camera.pupil_centre, (len(raster), 1)), time)
     seen = rays.weights > 0.0
     world = np.where(seen[:, None], rays.origins + rays.directions * np.broadcast_to(distance, seen.shape)[:, None],
                      np.nan)

@@ -4,7 +4,6 @@ Camera frame, mm: the origin is the film's centre, and the camera looks along âˆ
 """
 
 import math
-from dataclasses import replace
 
 from lensbench.cameras.ideal_lens import Gaussian, thin
 from lensbench.cameras.rays import CameraError
@@ -31,7 +30,7 @@ def ideal_lens(lens: Lens, film_distance: float, focus_distance: float, model: s
     efl = lens.front_index * fo.efl                             # on the scene's side
     behind = efl if math.isinf(to_pupil) else efl * to_pupil / (to_principal - efl)
     upside_down = ray_matrix(lens, 0, lens.stop_index)[0] < 0.0         # image of the stop, from the front
-    iris = replace(lens.iris, rotation=lens.blade_rotation + math.pi * upside_down)
+    iris = lens.iris.upside_down if upside_down else lens.iris
     ideal = thin(pupil_z, fo.entrance_pupil.radius, behind, to_pupil, iris)
     return ideal._replace(origin_pupil=0.0, slope_pupil=0.0) if model == "pinhole" else ideal
 

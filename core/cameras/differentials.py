@@ -183,7 +183,7 @@ def spread_step(camera: CameraProtocol, real) -> Step:
     The size is that of the rays through the centre of the pupil, in CELLS × CELLS cells of the film, as the root mean
     square of its extents across and down. real: the precision of the camera's stages.
     """
-    film = camera.film
+    camera, film = camera.with_open_stop, camera.film
     nodes = (np.arange(CELLS) + 0.5) / CELLS
     x, y = (values.ravel() for values in np.meshgrid(nodes * film.pixels_x, nodes * film.pixels_y))
     middle = [np.full(x.size, number) for number in (*camera.stage_centre, 0.5)]

@@ -135,7 +135,7 @@ def ideal_film_landing(lens: Gaussian, film: Step, gain: float) -> FilmLanding |
         return FilmLanding(arriving, arriving, (0.0, 0.0, z), 0.0)
 
     # Otherwise invert the 2 × 2 map from film and pupil point to P and S
-    p[GAIN], p[APPROACH_PUPIL] = gain / (iris.area * determinant**2) / pixel, aim_p
+    p[GAIN], p[APPROACH_PUPIL] = gain / (iris.sampled_area * determinant**2) / pixel, aim_p
     p[FILM_P], p[FILM_S] = slope_p / determinant, -origin_p / determinant
     p[PUPIL_P], p[PUPIL_S] = -slope / determinant, origin / determinant
     arriving = [Step(land_ideal, p)]

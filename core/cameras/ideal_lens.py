@@ -45,8 +45,11 @@ class Gaussian(NamedTuple):
 
     @property
     def cone(self) -> float:
-        """Pupil area over its squared distance from the film's centre: π tan² of the half angle."""
-        return self.iris.area * self.approach_pupil**2
+        """Pupil area over its squared distance from the film's centre: π tan² of the half angle.
+
+        The area is that of the pupil's samples; a pinhole has that of the light.
+        """
+        return (self.iris.area if self.is_hole else self.iris.sampled_area) * self.approach_pupil**2
 
     @property
     def axis_irradiance(self) -> float:
@@ -57,7 +60,7 @@ class Gaussian(NamedTuple):
         """Steps from the film point X, Y to its ray; WEIGHT becomes cos⁴θ · gain, with θ on the film's side."""
         p = np.empty(AXIAL_WEIGHT + 1)
         p[:AXIAL_WEIGHT], p[AXIAL_WEIGHT] = self[:-1], gain
-        return [Step(hole, p)] if self.is_hole else [*self.iris.steps, Step(gaussian, p)]
+        return [Step(hole, p)] if self.is_hole else [*self.iris.steps, Step(gaussian, p), *self.iris.weighing]
 
     def film_slopes(self, directions: np.ndarray) -> np.ndarray:
         """Derivatives (2, n, 6) of origins (mm) and unit directions (n, 3) per mm of film in x and y, at a fixed a."""

@@ -110,7 +110,7 @@ def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: 
         slope = directions[:, :2] / cosine[:, None]
         crossing = origins[:, :2] + (origins[:, 2] - lens.z)[:, None] * slope
         one, per_slope = np.ones(len(cosine)), 1.0 / cosine**3          # sr per unit of slope²
-        a = np.zeros_like(slope)
+        a, share = np.zeros_like(slope), one
         if is_point:
             film, position_pdf = slope / lens.slope_film, one
             direction_pdf = per_slope / (film_area * lens.slope_film**2)
@@ -123,15 +123,16 @@ def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: 
             determinant = lens.origin_film * lens.slope_pupil - lens.origin_pupil * lens.slope_film
             film = (lens.slope_pupil * crossing - lens.origin_pupil * slope) / determinant
             a = (lens.origin_film * slope - lens.slope_film * crossing) / determinant
-            passes = lens.iris.contains(a[:, 0], a[:, 1])
+            share = lens.iris.transmission(a[:, 0], a[:, 1])
+            passes = share > 0.0
             if lens.slope_film != 0.0:
-                position_pdf = one / (lens.iris.area * (determinant / lens.slope_film) ** 2)
+                position_pdf = one / (lens.iris.sampled_area * (determinant / lens.slope_film) ** 2)
                 direction_pdf = per_slope / (film_area * lens.slope_film**2)
             else:
                 position_pdf = one / (film_area * lens.origin_film**2)
-                direction_pdf = per_slope / (lens.iris.area * lens.slope_pupil**2)
+                direction_pdf = per_slope / (lens.iris.sampled_area * lens.slope_pupil**2)
         approach = lens.approach_film * film + lens.approach_pupil * a
-        weight = gain / (1.0 + (approach**2).sum(1)) ** 2
+        weight = share * gain / (1.0 + (approach**2).sum(1)) ** 2
         we = weight * position_pdf * direction_pdf / cosine
         return FilmImportance(film, we, position_pdf, direction_pdf, passes & (cosine > 0.0), is_point)
 

@@ -1,7 +1,8 @@
 """Orthographic camera: parallel chief rays, so objects keep their size at any distance."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from lensbench.cameras.base import Camera
 from lensbench.cameras.ideal_lens import Gaussian, telecentric
@@ -12,6 +13,7 @@ from lensbench.imaging.film import Film
 from lensbench.kernels.block import Step
 from lensbench.kernels.figures import significant
 from lensbench.optics.iris import Iris
+from lensbench.optics.stop_image import StopImage
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +33,7 @@ class OrthographicCamera(Camera):
         Distance (mm) from the camera to the plane in focus; math.inf blurs nothing.
     window : tuple of four floats or None
         Part of the screen that falls on the film; see `PerspectiveCamera`.
-    blades, blade_rotation, roundness
+    blades, blade_rotation, roundness, stop_image
         Shape of the lens's edge; see `PerspectiveCamera`.
     **placement
         Keyword arguments of `Camera`: transform, shutter, weights and medium.
@@ -50,13 +52,14 @@ class OrthographicCamera(Camera):
     blades: int = 0
     blade_rotation: float = 0.0
     roundness: float = 0.0
+    stop_image: StopImage | None = None
 
     def __post_init__(self):
         super().__post_init__()
         if not (math.isfinite(self.width) and self.width > 0.0):
             raise CameraError(f"width {significant(self.width)} mm of scene: it must be a positive number")
         check_lens(self.lens_radius, self.focus_distance)
-        checked_iris(self.blades, self.blade_rotation, self.roundness)
+        checked_iris(self.blades, self.blade_rotation, self.roundness, self.stop_image)
         if self.weights == "physical" and self.gaussian.cone == 0.0:
             raise CameraError("parallel rays alone carry no light: give a lens radius and a finite focus distance, "
                               "or choose relative weights")
@@ -76,7 +79,12 @@ class OrthographicCamera(Camera):
     def gaussian(self) -> Gaussian:
         """First-order map of the telecentric lens."""
         return telecentric(self.scale, self.lens_radius, self.focus_distance,
-                           Iris(self.blades, self.blade_rotation, self.roundness))
+                           Iris(self.blades, self.blade_rotation, self.roundness, self.stop_image))
+
+    @cached_property
+    def with_open_stop(self) -> "OrthographicCamera":
+        """The camera without a picture in its lens; see `Camera.with_open_stop`."""
+        return self if self.stop_image is None else replace(self, stop_image=None)
 
     @property
     def gain(self) -> float:

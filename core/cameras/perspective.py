@@ -1,7 +1,8 @@
 """Perspective camera: a field of view, and a thin lens or a pinhole in place of a prescription."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from lensbench.cameras.base import Camera
 from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
@@ -13,6 +14,7 @@ from lensbench.kernels.block import Step
 from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.iris import Iris, IrisError
+from lensbench.optics.stop_image import StopImage
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +42,8 @@ class PerspectiveCamera(Camera):
         Rotation (radians) of the blades; see `Iris`.
     roundness : float
         0 for straight blades to 1 for a circle; see `Iris`.
+    stop_image : StopImage or None
+        A picture in the lens, in place of blades.
     **placement
         Keyword arguments of `Camera`: transform, shutter, weights and medium.
 
@@ -58,6 +62,7 @@ class PerspectiveCamera(Camera):
     blades: int = 0
     blade_rotation: float = 0.0
     roundness: float = 0.0
+    stop_image: StopImage | None = None
 
     def __post_init__(self):
         super().__post_init__()
@@ -66,7 +71,7 @@ class PerspectiveCamera(Camera):
         if self.fov_axis not in AXES:
             raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(AXES)}")
         check_lens(self.lens_radius, self.focus_distance)
-        checked_iris(self.blades, self.blade_rotation, self.roundness)
+        checked_iris(self.blades, self.blade_rotation, self.roundness, self.stop_image)
         if self.lens_radius == 0.0 and self.weights == "physical":
             raise CameraError("a pinhole has no area for light to pass: give a lens radius, or choose relative weights")
         object.__setattr__(self, "window", checked_window(self.window))
@@ -74,7 +79,12 @@ class PerspectiveCamera(Camera):
     @property
     def iris(self) -> Iris:
         """Shape of the lens's edge, for a radius of 1."""
-        return Iris(self.blades, self.blade_rotation, self.roundness)
+        return Iris(self.blades, self.blade_rotation, self.roundness, self.stop_image)
+
+    @cached_property
+    def with_open_stop(self) -> "PerspectiveCamera":
+        """The camera without a picture in its lens; see `Camera.with_open_stop`."""
+        return self if self.stop_image is None else replace(self, stop_image=None)
 
     @property
     def film_distance(self) -> float:
@@ -118,10 +128,10 @@ def check_lens(radius: float, focus_distance: float) -> None:
         raise CameraError(f"focus distance {significant(focus_distance)} mm: it must be positive")
 
 
-def checked_iris(blades: int, rotation: float, roundness: float) -> Iris:
+def checked_iris(blades: int, rotation: float, roundness: float, image: StopImage | None) -> Iris:
     """Shape of a lens's edge; CameraError for invalid blades."""
     try:
-        return Iris(blades, rotation, roundness)
+        return Iris(blades, rotation, roundness, image)
     except IrisError as error:
         raise CameraError(str(error)) from None
 

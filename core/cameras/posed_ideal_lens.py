@@ -29,7 +29,9 @@ def posed_steps(lens: Gaussian, pose: FilmPose, gain: float, falls_off: bool) ->
     if lens.is_hole:
         lens = lens._replace(approach_pupil=0.0)        # kept by a pinhole for its brightness alone
     p = np.concatenate([pose.numbers, lens[:-1], [gain, float(falls_off)]])
-    return [*([] if lens.is_hole else lens.iris.steps), Step(gaussian_from_posed_film, p)]
+    if lens.is_hole:
+        return [Step(gaussian_from_posed_film, p)]
+    return [*lens.iris.steps, Step(gaussian_from_posed_film, p), *lens.iris.weighing]
 
 
 def posed_film_points(lens: Gaussian, pose: FilmPose, points: np.ndarray,

@@ -59,10 +59,10 @@ class LensCamera(Camera):
         f-number N in air, focused at infinity; None: wide open.
     model : str
         "trace": every ray through every surface. "polynomial": a polynomial fitted to the trace, and the trace itself
-        for a stop with blades. "thick": the principal planes and pupils of the lens. "thin": a thin lens of the same
-        focal length and aperture at the entrance pupil. "pinhole": a hole at the entrance pupil that passes as much
-        light. "auto": `render` chooses for its scene (see `choose_model`); rays of this camera itself and light fields
-        are traced.
+        for a stop with blades or a picture. "thick": the principal planes and pupils of the lens. "thin": a thin lens
+        of the same focal length and aperture at the entrance pupil. "pinhole": a hole at the entrance pupil that passes
+        as much light. "auto": `render` chooses for its scene (see `choose_model`); rays of this camera itself and light
+        fields are traced.
     degree : int
         Degree of the polynomial: 3, 5, 7, 9 or 11.
     dispersion : bool or None
@@ -218,7 +218,7 @@ class LensCamera(Camera):
     def is_traced(self) -> bool:
         """Whether rays are traced through every surface.
 
-        A polynomial does not give the points where rays meet the blades of a stop.
+        A polynomial does not give the points where rays meet the blades of a stop, or the picture in it.
         """
         return self.follows_rays and (self.model != "polynomial" or not self.lens.iris.is_round)
 
@@ -245,6 +245,15 @@ class LensCamera(Camera):
             A pupil where the model cannot place it.
         """
         return ideal_lens(self.lens, self.film_distance, self.focus_distance, model)
+
+    @cached_property
+    def with_open_stop(self) -> "LensCamera":
+        """The camera without a picture in its stop; see `Camera.with_open_stop`."""
+        if self.lens.stop_image is None:
+            return self
+        made = replace(self, lens=self.lens.with_open_stop)
+        vars(made)["_regions"] = self._regions          # solved for the circle of the stop
+        return made
 
     @property
     def stage_centre(self) -> tuple[float, float]:

@@ -42,7 +42,8 @@ def traced_importance(lens: Lens, film_distance: float, pose: FilmPose, film_are
     points, cosine = back[:2].T, back[5]
     slope = back[3:5].T / cosine[:, None]
     film, rear = points - back[2][:, None] * slope, points - (back[2] + film_distance)[:, None] * slope
-    passes, distance, facing = back[6] > 0.0, np.array(film_distance), np.array(1.0)
+    share = back[6]                                 # that the stop passes
+    passes, distance, facing = share > 0.0, np.array(film_distance), np.array(1.0)
     if not pose.is_upright:
         film = pose.film_points(film, slope)
         distance = film_distance + pose.points(film)[:, 2]
@@ -53,7 +54,7 @@ def traced_importance(lens: Lens, film_distance: float, pose: FilmPose, film_are
     with np.errstate(divide="ignore"):
         direction_pdf = distance**2 / (area * cosine**3)
     position_pdf = np.ones(len(passes)) / film_area
-    we = facing * position_pdf * gain
+    we = share * facing * position_pdf * gain
     return FilmImportance(film, we, position_pdf, direction_pdf, passes & (area > 0.0))
 
 

@@ -185,7 +185,7 @@ class Lumigraph:
         """(n, 6) origins and directions of many² rays per pixel, in the array's frame; NaN for blocked rays."""
         y, x = ((np.arange(size * many) + 0.5) / many for size in (camera.film.pixels_y, camera.film.pixels_x))
         points = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
-        rays = camera.generate_rays(points, np.broadcast_to(camera.pupil_centre, points.shape), 0.5)
+        rays = camera.with_open_stop.generate_rays(points, np.broadcast_to(camera.pupil_centre, points.shape), 0.5)
         array_from_world = np.linalg.inv(self.camera.placement())
         local_rays = np.concatenate([transform_points(array_from_world, rays.origins),
                                      rays.directions @ array_from_world[:3, :3].T], 1)

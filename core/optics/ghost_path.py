@@ -114,7 +114,7 @@ def ghost_path(lens: Lens, pair: Pair, origin, direction, wavelength: float = D_
     coating : str or Coating
         As of `surface_coatings`.
     clip : bool
-        Whether rims, stop and blades end the ray.
+        Whether rims, stop and blades end the ray, and a picture in the stop where it is opaque.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Shape of the stop: a circle, or an iris of n blades, straight or rounded.
+"""Shape of the stop: a circle, an iris of n blades, straight or rounded, or a picture in it (`stop_image`).
 
 The corners of an iris lie on the circle of the stop's radius. The f-number refers to that circle;
 the blades lie within it. An iris of n straight blades passes
@@ -11,7 +11,7 @@ counter-clockwise as seen from behind the camera; at 0 a corner points up.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -36,6 +36,7 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.figures import significant
+from lensbench.optics.stop_image import RINGS, StopImage
 
 MOST_BLADES = 24
 CELLS = 32              # chords of one blade, for the map from the disk
@@ -62,16 +63,19 @@ class Iris:
         Angle in radians, counter-clockwise as seen from behind the camera; at 0 a corner points up.
     roundness : float
         0 for straight blades to 1 for a circle.
+    image : StopImage or None
+        A picture in the stop, in place of blades.
 
     Raises
     ------
     IrisError
-        For other numbers.
+        For other numbers, and for blades together with a picture.
     """
 
     blades: int = 0
     rotation: float = 0.0
     roundness: float = 0.0
+    image: StopImage | None = None
 
     def __post_init__(self):
         if not (math.isfinite(self.blades) and int(self.blades) == self.blades
@@ -85,21 +89,44 @@ class Iris:
             raise IrisError(f"blade roundness {significant(self.roundness)}: it must lie between 0 (straight) and "
                             f"1 (a circle)")
 
+        if self.image is not None and self.blades:
+            raise IrisError("a picture in the stop takes the place of the blades: give one of the two")
+
     @property
     def is_round(self) -> bool:
-        """Whether the opening is a circle."""
+        """Whether the opening is a circle that passes all light."""
+        return self.image is None and self._is_circle
+
+    @property
+    def _is_circle(self) -> bool:
+        """Whether the opening is a circle, with or without a picture in it."""
         return self.blades == 0 or self.roundness == 1.0
 
     @property
     def is_mirrored(self) -> bool:
         """Whether the opening is its own mirror image left to right."""
+        if self.image is not None:
+            return False
         turns = self.rotation * self.blades / math.pi
         return self.is_round or math.isclose(turns, round(turns), abs_tol=1e-12)
 
     @property
+    def upside_down(self) -> "Iris":
+        """The iris turned by half a turn."""
+        return replace(self, rotation=self.rotation + math.pi, image=self.image and self.image.upside_down)
+
+    @property
     def area(self) -> float:
-        """Area of the opening, π for the circle; area / π of the light of a round stop passes."""
+        """Area of the opening times its mean transmission, π for the circle.
+
+        area / π of the light of a round stop passes.
+        """
         return self.mean(lambda r: math.pi * r * r)
+
+    @property
+    def sampled_area(self) -> float:
+        """Area over which pupil samples are spread: that within the blades, and the whole disk of a picture."""
+        return math.pi if self.image is not None else self.area
 
     def radius(self, azimuth) -> np.ndarray:
         """Distance of the edge from the axis.
@@ -112,10 +139,10 @@ class Iris:
         Returns
         -------
         ndarray, shape of `azimuth`
-            In units of the stop's radius.
+            In units of the stop's radius; 1 for a picture, whose edge is that of the stop.
         """
         azimuth = np.asarray(azimuth, float)
-        if self.is_round:
+        if self._is_circle:
             return np.ones_like(azimuth)
         half = math.pi / self.blades
         off = (azimuth - self.rotation - 0.5 * math.pi) % (2.0 * half) - half
@@ -126,16 +153,21 @@ class Iris:
     def mean(self, function: Callable[[np.ndarray], np.ndarray]) -> float:
         """Mean over all azimuths of a function of the edge's distance, by Gauss's rule along half a blade.
 
+        With a picture in the stop, each ring counts by its mean transmission.
+
         Parameters
         ----------
         function : callable
-            Takes distances of the edge from the axis, (n,), in units of the stop's radius; returns numbers (n,).
+            Takes distances of the edge from the axis, (n,), in units of the stop's radius; returns what lies within
+            these distances, (n,): 0 at 0.
 
         Returns
         -------
         float
             In the unit of the function.
         """
+        if self.image is not None:
+            return float(self.image.ring_means @ np.diff(function(np.sqrt(np.arange(RINGS + 1) / RINGS))))
         if self.is_round:
             return float(function(np.ones(1))[0])
         node, weight = np.polynomial.legendre.leggauss(24)
@@ -160,7 +192,7 @@ class Iris:
         return self.radius(azimuth)[:, None] * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
 
     def contains(self, x, y) -> np.ndarray:
-        """Whether points lie in the opening, the edge included.
+        """Whether points lie in the opening, the edge included; of a picture where it passes any light.
 
         Parameters
         ----------
@@ -172,7 +204,23 @@ class Iris:
         ndarray of bool
             One for each point.
         """
-        return np.hypot(x, y) <= self.radius(np.arctan2(y, x)) * (1.0 + 1e-12)
+        within = np.hypot(x, y) <= self.radius(np.arctan2(y, x)) * (1.0 + 1e-12)
+        return within if self.image is None else within & (self.image.at(x, y) > 0.0)
+
+    def transmission(self, x, y) -> np.ndarray:
+        """Part of the light that passes at points.
+
+        Parameters
+        ----------
+        x, y : float or array_like
+            Points, broadcast against each other; in units of the stop's radius.
+
+        Returns
+        -------
+        ndarray
+            0 to 1 for each point; 0 outside the opening.
+        """
+        return self.contains(x, y).astype(float) if self.image is None else self.image.at(x, y)
 
     def axis_irradiance(self, radius: float, z: float) -> float:
         """∫ cos⁴θ dA over the opening, seen from a point on the axis.
@@ -194,10 +242,15 @@ class Iris:
     @property
     def steps(self) -> list[Step]:
         """The step that maps pupil samples U0, U1 from the disk to the opening, by equal areas; none for a circle."""
-        return [] if self.is_round else [Step(map_to_iris, _chords(self))]
+        return [] if self._is_circle else [Step(map_to_iris, _chords(self))]
+
+    @property
+    def weighing(self) -> list[Step]:
+        """The step that weighs rays by the picture where their pupil sample U0, U1 lies; none without a picture."""
+        return [] if self.image is None else [self.image.sample_step]
 
     def blocking(self, radius: float) -> list[Step]:
-        """The step that blocks rays at the blades of the stop.
+        """The step that blocks rays at the blades of the stop, or weighs them by its picture.
 
         Parameters
         ----------
@@ -209,6 +262,8 @@ class Iris:
         list of Step
             One step; none for a round opening.
         """
+        if self.image is not None:
+            return [self.image.step(radius)]
         if self.is_round:
             return []
         flat, bulge, rim = self._edge

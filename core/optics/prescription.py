@@ -17,6 +17,7 @@ from lensbench.optics.finding import Finding
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.iris import Iris, IrisError
 from lensbench.optics.lens_surface import LensError, Surface
+from lensbench.optics.stop_image import StopImage
 from lensbench.optics.surface_pose import Frame, SurfacePose
 from lensbench.optics.system import SystemData
 from lensbench.optics.zoom_positions import Positions, PositionsError
@@ -51,6 +52,8 @@ class Lens:
         Radians, counter-clockwise as seen from behind the camera; at 0 a corner points up.
     roundness : float
         Of the blades: 0 for straight ones to 1 for a circle.
+    stop_image : StopImage or None
+        A picture in the stop, in place of blades; no lens file holds one.
     front_index : float
         Index of the medium before the first surface: 1 for air, 1.33 for water.
     system : SystemData
@@ -82,6 +85,7 @@ class Lens:
     blades: int = 0
     blade_rotation: float = 0.0
     roundness: float = 0.0
+    stop_image: StopImage | None = None
     front_index: float = 1.0
     system: SystemData = SystemData()
     maker: str = ""
@@ -119,7 +123,12 @@ class Lens:
     @property
     def iris(self) -> Iris:
         """Shape of the stop, for a stop of radius 1."""
-        return Iris(self.blades, self.blade_rotation, self.roundness)
+        return Iris(self.blades, self.blade_rotation, self.roundness, self.stop_image)
+
+    @cached_property
+    def with_open_stop(self) -> "Lens":
+        """The lens without a picture in its stop."""
+        return self if self.stop_image is None else replace(self, stop_image=None)
 
     @cached_property
     def is_rotationally_symmetric(self) -> bool:

@@ -92,7 +92,7 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
     dtype : dtype
         float32 or float64, the precision of all arithmetic.
     clip : bool
-        Whether rims, the stop and its blades end rays.
+        Whether rims, the stop and its blades end rays, and a picture in the stop where it is opaque.
     record : bool
         Whether to keep the paths.
     forward : bool or None

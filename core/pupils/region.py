@@ -206,12 +206,14 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
 
 
 def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
-    """∫ cos⁴θ dA (mm²) over the region that the axis point of the film sees through the stop's blades.
+    """∫ cos⁴θ dA (mm²) over the region that the axis point of the film sees through the stop's blades or its picture.
 
     On the axis a ray keeps its azimuth: along each azimuth, the region ends at the height whose ray meets the stop
     where the blades begin.
     """
     if not lens.is_rotationally_symmetric:
+        if lens.stop_image is not None:
+            return _weighed_area(lens, film_distance, wavelength)
         return _cos4_area(open_region(lens, film_distance, (0.0, 0.0), wavelength), film_distance)
     pupil = exit_pupil(lens, film_distance, [0.0], wavelength)
     if lens.iris.is_round or not pupil.area[0] > 0.0:
@@ -225,6 +227,29 @@ def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE
     at_stop = np.abs(met[:, len(lens.surfaces) - lens.stop_index, 0]) / lens.stop.semi_diameter
     within = np.pi * z2 * height**2 / (z2 + height**2)          # closed form for the disk of this radius
     return lens.iris.mean(lambda r: np.interp(r, at_stop, within))
+
+
+def _weighed_area(lens: Lens, film_distance: float, wavelength: float) -> float:
+    """∫ cos⁴θ dA (mm²) over the region of the film's axis point, times the transmission of the picture in the stop."""
+    outline = open_region(lens, film_distance, (0.0, 0.0), wavelength)
+    if not len(outline):
+        return 0.0
+    middle = outline.mean(0)
+    edge = outline - middle
+    after = np.roll(edge, -1, 0)
+    doubled = edge[:, 0] * after[:, 1] - edge[:, 1] * after[:, 0]
+    # Rings of equal areas about the middle of the region, by the middle of each triangle's side
+    at = np.sqrt((np.arange(_RINGS // 2) + 0.5) / (_RINGS // 2))[:, None, None]
+    points = (middle + at * 0.5 * (edge + after)).reshape(-1, 2)
+    film = np.array([0.0, 0.0, lens.length + film_distance])
+    rays = np.column_stack([points, np.full(len(points), lens.length)]) - film
+    met = trace(lens.with_open_stop, film, rays, wavelength, record=True)
+    assert met.paths is not None
+    place = lens.in_frame_of(lens.stop_index, met.paths[:, len(lens.surfaces) - lens.stop_index])
+    share = lens.iris.transmission(*(place[:, :2] / lens.stop.semi_diameter).T)
+    cos2 = film_distance**2 / (film_distance**2 + (points**2).sum(1))
+    light = np.where(met.fate == Fate.PASSED, share * cos2**2, 0.0).reshape(len(at), -1)
+    return float((light.mean(0) * 0.5 * doubled).sum())
 
 
 def _cos4_area(outline: np.ndarray, film_distance: float) -> float:
@@ -260,7 +285,8 @@ def _outline(lens: Lens, film_distance: float, film_xy: np.ndarray, wavelength: 
 def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D_LINE) -> np.ndarray:
     """Region that a film point sees through the stop's blades, on the plane of the last vertex.
 
-    With a round stop it is the exit-pupil region. For lenses of any symmetry, to 1e-6 of the region's size.
+    With a round stop it is the exit-pupil region; a picture in the stop counts as its circle. For lenses of any
+    symmetry, to 1e-6 of the region's size.
 
     Parameters
     ----------
@@ -283,7 +309,7 @@ def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D
     LensError
         A film that is not behind the lens.
     """
-    film_xy = np.asarray(film_xy, float)
+    film_xy, lens = np.asarray(film_xy, float), lens.with_open_stop
     rim = _outline(lens, film_distance, film_xy, wavelength)
     if lens.iris.is_round or not len(rim):
         return rim

@@ -101,7 +101,7 @@ def sees_behind(camera: Camera) -> bool:
 
     Of such a camera a depth is the distance along the ray: along the axis it would be 0 or negative.
     """
-    film = camera.film
+    camera, film = camera.with_open_stop, camera.film
     shares = np.linspace(1e-6, 1.0 - 1e-6, PLACES)
     x, y = (values.ravel() for values in np.meshgrid(shares * film.pixels_x, shares * film.pixels_y))
     u, v = camera.stage_centre

@@ -31,7 +31,7 @@ def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
         a fisheye over 180°, the distance along each ray in mm.
     """
     camera.check_overrides()
-    camera, film = resolved(camera, scene), camera.film
+    camera, film = resolved(camera, scene).with_open_stop, camera.film
     h, w = film.pixels_y, film.pixels_x
     y, x = np.mgrid[0:h, 0:w] + 0.5
     n = w * h

@@ -48,6 +48,7 @@ from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats import coating_table, position_table, system_table, toml_header
 from lensbench.lenses.formats.toml_header import line_of, parse
 from lensbench.lenses.formats.toml_text import digits, listed, quoted
+from lensbench.lenses.media import without_picture
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import Glass
@@ -256,7 +257,7 @@ def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tup
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """Text of a lens file, and findings about what it cannot hold (none)."""
+    """Text of a lens file, and findings about what it cannot hold: a picture in the stop."""
     lines = toml_header.lines(lens)
 
     # The columns that some surface fills, aligned as in a printed table
@@ -283,7 +284,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         mark = ', "stop"' if i == lens.stop_index else ""
         lines.append(f"    [{cells}{mark}],")
     lines.append("]")
-    if lens.iris != Iris():
+    if lens.with_open_stop.iris != Iris():
         lines += ["", "[stop]", f"blades = {lens.blades}", f"rotation = {digits(lens.blade_rotation)}",
                   f"roundness = {digits(lens.roundness)}"]
     for table, entries in _entries(lens).items():
@@ -293,7 +294,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         lines += ["", *system]
     if lens.positions is not None:
         lines += ["", *position_table.lines(lens.positions)]
-    return "\n".join([*lines, ""]), []
+    return "\n".join([*lines, ""]), [] if lens.stop_image is None else [without_picture(lens)]
 
 
 def _entries(lens: Lens) -> dict[str, dict[int, str]]:

@@ -5,7 +5,7 @@ Every control returns changed settings, within the range of the lens.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
@@ -83,7 +83,7 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
          sensor_popup.sensor_popup)]
     if settings.has_stop:
         parts.append(("Stop", "The shape of the iris, and the coating for the T-stop", iris_popup.in_use(settings),
-                      iris_popup.stop_popup))
+                      partial(iris_popup.stop_popup, requests=chooser.requests)))
     if settings.has_lens:
         parts.append(("Focus", "Position of the film: paraxial, or of least blur; its tilt, swing, rise and shift",
                       settings.focus_position != "auto" or film_dials.in_use(settings), focus_popup))

@@ -1,38 +1,77 @@
-"""Popup “Stop” of the left column: the shape of the iris."""
+"""Popup “Stop” of the left column: the shape of the iris, or the picture in it."""
 
 import math
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.state import dial_scales
 from lensbench.app.state.build import design
 from lensbench.app.state.coating import coating
 from lensbench.app.state.lens_settings import AUTO
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.stop_picture import stop_picture
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.paragraph import small_note
 from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import fixed
+from lensbench.kernels.quotation import cut
 from lensbench.optics.iris import Iris
+from lensbench.optics.stop_image import StopImage
 
 SHORT = {AUTO: "Year", "uncoated": "None", "single-layer": "Single", "multi-layer": "Multi"}
 COATING_TIPS = {AUTO: "By the year of the lens: coated after 1945, with several layers after 1970",
                 "uncoated": "Bare glass",
                 "single-layer": "A quarter wave of MgF₂: about 1.3 % is lost at each surface to air",
                 "multi-layer": "Three layers: about 0.3 % is lost at each surface to air"}
+PICTURE_TIP = ("A picture as the shape of the stop, in place of blades: white passes the light, black and clear parts\n"
+               "are opaque. Its longer side is the diameter of the stop. Lights behind the plane in focus show it\n"
+               "upright; the picture keeps its brightness")
+MOSAIC = 48             # cells across the sketch of a picture
 BLADES = (0, 5, 6, 7, 8, 9, 11)
 
 
 def in_use(settings: Settings) -> bool:
     """Whether the stop differs from the design."""
-    return settings.blades is not None or settings.coating != AUTO
+    return settings.blades is not None or bool(settings.stop_image) or settings.coating != AUTO
 
 
-def stop_popup(settings: Settings) -> Settings:
-    """Draw the popup's content; the changed settings."""
+def stop_popup(settings: Settings, requests: set[Request]) -> Settings:
+    """Draw the popup's content; the changed settings. `requests` of the window receives that for a picture's file."""
+    settings = _blades(settings) if not settings.stop_image else settings
+    settings = _picture(settings, requests)
+    _sketch(iris(settings))
+    if settings.has_lens:
+        settings = replace(settings, coating=toggles("Coating", SHORT, settings.coating, COATING_TIPS, 3.9))
+        with suppress(ValueError, OSError):
+            of = coating(settings, design(settings))
+            small_note(f"For T-stop and ghosts: {of.name}, {of.why}")
+    return settings
+
+
+def _picture(settings: Settings, requests: set[Request]) -> Settings:
+    """The picture in the stop: its name, and buttons that choose and clear one."""
+    imgui.align_text_to_frame_padding()
+    imgui.text_disabled("Picture")
+    imgui.same_line(theme.em(3.6) + imgui.get_style().window_padding.x)
+    if imgui.button(f"{cut(Path(settings.stop_image).name, 18) if settings.stop_image else 'Choose…'}###Picture"):
+        requests.add(Request.OPEN_STOP_IMAGE)
+    imgui.set_item_tooltip(f"{settings.stop_image}\n\n{PICTURE_TIP}".strip())
+    if settings.stop_image:
+        imgui.same_line()
+        if imgui.button("Clear"):
+            settings = replace(settings, stop_image="")
+        imgui.set_item_tooltip("Take the picture out of the stop; its blades come back")
+    return settings
+
+
+def _blades(settings: Settings) -> Settings:
+    """Number, rotation and roundness of the blades."""
     here, own = iris(settings), iris(settings.plain("blades"))
     names = {blades: f"{blades}" if blades else "Round" for blades in BLADES}
     tips = {blades: f"An iris of {blades} blades" if blades else "A round stop" for blades in BLADES}
@@ -46,41 +85,51 @@ def stop_popup(settings: Settings) -> Settings:
         round_ = dial("Roundness", settings.roundness, dial_scales.part_scale(1.0),
                       "0 %: straight blades; 100 %: a circle")
         settings = replace(settings, blade_rotation=turn, roundness=round_)
-    _sketch(here)
-    if settings.has_lens:
-        settings = replace(settings, coating=toggles("Coating", SHORT, settings.coating, COATING_TIPS, 3.9))
-        with suppress(ValueError, OSError):
-            of = coating(settings, design(settings))
-            small_note(f"For T-stop and ghosts: {of.name}, {of.why}")
     return settings
 
 
 def iris(settings: Settings) -> Iris:
     """The shape of the stop of these settings; a circle where the lens cannot be read."""
-    if not settings.has_lens:
-        return Iris(settings.blades or 0, settings.blade_rotation, settings.roundness)
     try:
-        return design(settings).iris
+        if settings.has_lens:
+            return design(settings).iris
+        if settings.stop_image:
+            return Iris(image=stop_picture(settings.stop_image))
+        return Iris(settings.blades or 0, settings.blade_rotation, settings.roundness)
     except (ValueError, OSError):
         return Iris()
 
 
 def _sketch(here: Iris) -> None:
-    """The opening within the circle through its corners, and the part of the circle's light that it passes."""
+    """The opening within the circle of the stop, and the part of the circle's light that it passes."""
     pixel, colour = theme.scale(), theme.colours()
     radius, corner, room = theme.em(3.2), imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     imgui.dummy(ImVec2(room.x, 2.0 * radius + theme.em(0.6)))
     centre = ImVec2(corner.x + 0.5 * room.x, corner.y + radius + theme.em(0.3))
     draw = imgui.get_window_draw_list()
     draw.add_circle(centre, radius, theme.packed(colour.faint), 64, pixel)
+    if here.image is not None:
+        _sketch_picture(here.image, centre, radius)
     outline = [ImVec2(centre.x + radius * float(x), centre.y - radius * float(y)) for x, y in here.outline(12)]
-    draw.add_convex_poly_filled(outline, theme.packed(colour.text, 0.25))
+    draw.add_convex_poly_filled(outline, theme.packed(colour.text, 0.25 if here.image is None else 0.0))
     draw.add_polyline(outline, theme.packed(colour.text), 1.5 * pixel, imgui.ImDrawFlags_.closed)
     text = f"{fixed(100.0 * here.area / math.pi, 0)} %"
     size = imgui.calc_text_size(text)
     place = ImVec2(round(centre.x - 0.5 * size.x), round(centre.y - 0.5 * size.y))
     draw.add_text(place, theme.packed(colour.strong), text)
-    imgui.set_item_tooltip("Part of the light of the circle through its corners that the iris passes;\n"
+    imgui.set_item_tooltip("Part of the light of the circle of the stop that passes;\n"
                            "the f-number is that of the circle")
+
+
+def _sketch_picture(image: StopImage, centre: ImVec2, radius: float) -> None:
+    """The picture in the circle of the stop, as a mosaic."""
+    draw, colour = imgui.get_window_draw_list(), theme.colours()
+    edge_x, edge_y = (np.round(middle + radius * np.linspace(-1.0, 1.0, MOSAIC + 1)) for middle in (centre.x, centre.y))
+    at = (np.arange(MOSAIC) + 0.5) * (2.0 / MOSAIC) - 1.0
+    light = image.at(at, -at[:, None])
+    for line, column in np.argwhere(light > 0.0).tolist():
+        draw.add_rect_filled(ImVec2(float(edge_x[column]), float(edge_y[line])),
+                             ImVec2(float(edge_x[column + 1]), float(edge_y[line + 1])),
+                             theme.packed(colour.text, 0.5 * float(light[line, column])))
 
 

@@ -82,7 +82,7 @@ def _outermost(of: lb.Camera) -> tuple[Points, Points] | None:
     film = of.film
     x = np.linspace(0.0, film.pixels_x, ACROSS)
     raster = np.column_stack([x, np.full(ACROSS, film.pixels_y / 2.0)])
-    rays = of.generate_rays(raster, np.tile(of.pupil_centre, (ACROSS, 1)))
+    rays = of.with_open_stop.generate_rays(raster, np.tile(of.pupil_centre, (ACROSS, 1)))
     lit = np.flatnonzero(rays.weights > 0.0)
     if not lit.size:
         return None

@@ -86,7 +86,7 @@ def _plane(settings: Settings, lens: Stamp) -> np.ndarray:
     of = camera(replace(settings, lens_model="trace") if traced else settings)
     x, y = np.meshgrid(np.linspace(0.0, of.film.pixels_x, ACROSS), np.linspace(0.0, of.film.pixels_y, DOWN))
     raster = np.column_stack([x.ravel(), y.ravel()])
-    rays = of.generate_rays(raster, np.tile(of.pupil_centre, (len(raster), 1)))
+    rays = of.with_open_stop.generate_rays(raster, np.tile(of.pupil_centre, (len(raster), 1)))
     with np.errstate(invalid="ignore", divide="ignore"):
         tilted = sharp_focus(settings) if settings.film_pose.is_tilted else None
         if tilted is not None and tilted.plane is not None:

@@ -31,7 +31,7 @@ from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
-from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
@@ -103,11 +103,15 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
     if pupil < 8:
         raise LensError(f"{pupil} points across the pupil: at least 8 are needed")
     check_traceable(lens, film_distance, conditions)
+    pictured, lens = lens.stop_image is not None, lens.with_open_stop
     line, distance = conditions.primary_wavelength, conditions.object_distance
     wanted, by_image = wanted_chief_rays(lens, conditions)
     chief = find_chief_rays(lens, film_distance, wanted, distance, by_image, line)
     beams = FieldBeams.of(lens, film_distance, chief, distance, line)
     boxes, findings = open_boxes(beams, conditions)
+    if pictured:
+        findings.append(note(Kind.STOP, "the picture in the stop is left out: the stop counts as its circle",
+                             lens.stop_index))
     wide, first = np.zeros(len(boxes), bool), boxes.copy()
     for _ in range(WIDENED + 1):
         cells = _cells(beams, boxes, pupil, wide)

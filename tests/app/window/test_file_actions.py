@@ -231,3 +231,31 @@ def test_an_export_that_cannot_be_written_says_why(drive, tmp_path):
         assert len(hand.session.view.messages) == 1 and hand.settings == SMALL
 
     drive(use)
+
+
+@pytest.mark.slow
+def test_a_picture_is_put_into_the_stop_and_taken_out(drive, tmp_path):
+    heart, black = tmp_path / "half.png", tmp_path / "black.png"
+    half = Image.new("L", (40, 40))
+    half.paste(255, (0, 0, 40, 20))
+    half.save(heart)
+    Image.new("L", (40, 40)).save(black)
+
+    def use(hand):
+        hand.picture()
+        for path in (black, heart):
+            hand.ctx.item_click("//Controls/Stop")
+            hand.ctx.item_click("//$FOCUSED/Picture")
+            hand.ctx.item_input_value("//###File/##Name", str(path))
+            hand.ctx.yield_(3)
+            assert hand.settings.stop_image == ("" if path == black else str(heart))
+        assert any("passes no light" in message for message in hand.session.view.messages)
+        hand.picture()
+        hand.ctx.item_click("//Controls/Stop")
+        hand.ctx.yield_(3)
+        hand.photograph(tmp_path / "popup.png")
+        hand.ctx.item_click("//$FOCUSED/Clear")
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL
+
+    drive(use)

@@ -1,0 +1,58 @@
+"""Picture files for the stop: what passes, what is refused, and how settings carry one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image as Picture
+
+import lensbench as lb
+from lensbench.app.files.settings_file import load_settings, save_settings
+from lensbench.app.state.build import design
+from lensbench.app.state.ideal_cameras import _stop
+from lensbench.app.state.setting import SettingsError
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.stop_picture import stop_picture
+
+
+def saved(folder, name, pixels, mode=None):
+    path = folder / name
+    Picture.fromarray(pixels, mode).save(path)
+    return str(path)
+
+
+def test_white_passes_black_and_clear_parts_are_opaque_and_grey_is_linear(tmp_path):
+    grey = np.array([[255, 0], [188, 255]], np.uint8)               # sRGB 188: half the light, to 0.1 %
+    plain = stop_picture(saved(tmp_path, "grey.png", grey)).grid
+    np.testing.assert_allclose(plain, [[1.0, 0.0], [0.5029, 1.0]], atol=1e-3)
+    clear = np.dstack([np.full((2, 2, 3), 255, np.uint8), np.array([[255, 0], [51, 255]], np.uint8)])
+    np.testing.assert_allclose(stop_picture(saved(tmp_path, "clear.png", clear)).grid, [[1.0, 0.0], [0.2, 1.0]],
+                               atol=1e-6)
+    deep = (grey.astype(np.uint16) * 257)
+    np.testing.assert_allclose(stop_picture(saved(tmp_path, "deep.png", deep)).grid, plain, atol=1e-6)
+
+
+def test_pictures_that_cannot_be_are_one_clear_line(tmp_path, monkeypatch):
+    black = saved(tmp_path, "black.png", np.zeros((4, 4), np.uint8))
+    (tmp_path / "text.png").write_text("no picture")
+    large = saved(tmp_path, "large.png", np.full((8, 8), 255, np.uint8))
+    for path, says in ((black, "passes no light"), (str(tmp_path / "text.png"), "none that can be read"),
+                       (str(tmp_path / "gone.png"), "No such file")):
+        with pytest.raises(SettingsError, match=says) as caught:
+            stop_picture(path)
+        assert "\n" not in str(caught.value)
+    monkeypatch.setattr("lensbench.app.state.stop_picture.MOST_PIXELS", 63)
+    with pytest.raises(SettingsError, match="million pixels"):
+        stop_picture(large)
+
+
+def test_settings_carry_the_picture_in_place_of_blades_and_find_it_beside_their_file(tmp_path):
+    path = saved(tmp_path, "half.png", np.repeat(np.array([[255], [0]], np.uint8), 2, 1))
+    settings = replace(Settings(), blades=7, stop_image=path)
+    lens = design(settings)
+    assert lens.blades == 0 and lens.stop_image == stop_picture(path)
+    assert lens.iris.area == pytest.approx(np.pi / 2, rel=1e-3)
+    assert _stop(settings) == {"stop_image": lens.stop_image}
+    assert isinstance(lens.stop_image, lb.StopImage)
+    save_settings(tmp_path / "s.toml", replace(settings, stop_image="half.png"))
+    assert load_settings(tmp_path / "s.toml").stop_image == path
