@@ -8,6 +8,8 @@ from typing import Any
 
 SHEETS = (".pdf", ".svg", ".png", ".csv", ".json")
 POINTS = 64
+MOST_LINES = 2000.0     # lp/mm
+OF_FEW = {"frequencies": ("mtf", "mtf-map", "mtf-frequency"), "stack": ("stack",), "ripple": ("bokeh",)}    # analyses
 
 
 def add_analyse_options(parser: argparse.ArgumentParser) -> None:
@@ -26,6 +28,14 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
     add("--film", type=option(read_film), metavar="FILM",
         help="width x height in mm, or the name of a format (default: the film that the lens was made for)")
     add("--size", type=option(read_size), metavar="WxH", help="pixels across and down, for the size of a pixel")
+    add("--fields", type=option(_read_fields), metavar="FIELDS",
+        help="fields of spots, fans, wavefront and other figures of a few fields: parts of the largest (0,0.7,1), "
+             "angles (0,14,20deg), image heights (0,10,21.6mm), or “design” for those that the lens file states")
+    add("--wavelengths", type=option(_read_wavelengths), metavar="NM",
+        help="wavelengths in nm, the middle one primary, with weights if you like, such as 486.1,587.6:2,656.3 "
+             "(default: those that the lens file states, else F, d and C)")
+    add("--frequencies", type=option(_read_frequencies), metavar="LP/MM",
+        help="one to four frequencies of the analysis “mtf” (10,20,30,40); the first is that of “mtf-map” (30)")
     add("--points", type=int, default=POINTS, metavar="N", help=f"points across the pupil ({POINTS})")
     add("--stack", type=option(_read_stack), metavar="MM[,INDEX[,ADAPTER]]",
         help="glass before the sensor of the analysis “stack”: thickness, index, and by how many mm an adapter is too "
@@ -43,6 +53,7 @@ def analyse(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.output import print_json, progress, save_json
     from lensbench.app.files.export import check_writable
     from lensbench.app.state.analysis.catalogue import ANALYSES
+    from lensbench.app.state.analysis.own_conditions import with_own
     from lensbench.app.state.analysis.query import query
     from lensbench.app.studies.analysis_sheet import write_figures
 
@@ -65,6 +76,13 @@ def analyse(arguments: argparse.Namespace) -> int:
     asked = query(_settings(arguments))
     if asked.setup.reason:                              # an aperture or a focus that this lens does not reach
         raise UsageError(asked.setup.reason)
+    asked = with_own(asked, arguments.fields, arguments.wavelengths)
+    few = tuple(name for name, each in ANALYSES.items() if each.few)
+    for option, chosen in {"fields": few, **OF_FEW}.items():
+        unmoved = [name for name in names if name not in chosen]
+        if getattr(arguments, option) is not None and unmoved and (option == "fields" or len(unmoved) == len(names)):
+            print(f"--{option} has no effect on {', '.join(unmoved)}: it is that of {', '.join(chosen)}",
+                  file=sys.stderr)
     figures, left_out = {}, {}
     with progress() as show:
         for i, name in enumerate(names):
@@ -100,6 +118,7 @@ def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, A
     """What the options of the command change of one analysis."""
     from lensbench.app.command.errors import UsageError
     from lensbench.app.state.analysis.bokeh_figure import Ripple, ripple_surface
+    from lensbench.app.state.analysis.mtf_figures import FINEST
     from lensbench.app.state.analysis.stack_figure import Stack
     from lensbench.app.state.lens_settings import AUTO
     from lensbench.kernels.figures import significant
@@ -114,9 +133,38 @@ def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, A
             raise UsageError(f"--ripple: there is no surface {significant(surface)}: they are numbered from 0 to "
                              f"{len(lens.surfaces) - 1}")
         return {"ripple": Ripple(int(surface), period, 1e-6 * height)}
+    if arguments.frequencies is not None:
+        if name == "mtf":
+            return {"frequencies": arguments.frequencies}
+        if name == "mtf-map":
+            return {"frequency": arguments.frequencies[0]}
+        if name == "mtf-frequency":
+            return {"finest": max(FINEST, *arguments.frequencies)}
     if name == "ghosts" and arguments.coating not in (None, AUTO):
         return {"coating": arguments.coating}
     return {}
+
+
+def _read_fields(text: str) -> Any:
+    from lensbench.app.state.analysis.own_conditions import read_fields
+
+    return read_fields(text)
+
+
+def _read_wavelengths(text: str) -> Any:
+    from lensbench.app.state.analysis.own_conditions import read_wavelengths
+
+    return read_wavelengths(text)
+
+
+def _read_frequencies(text: str) -> tuple[float, ...]:
+    """Cycles a millimetre, rising."""
+    values = _numbers(text, 1, 4)
+    if not 0.0 < min(values) or max(values) > MOST_LINES:
+        from lensbench.app.command.errors import UsageError
+
+        raise UsageError(f"{text!r}: give frequencies above 0 and up to {MOST_LINES:.0f} lp/mm")
+    return values
 
 
 def _read_stack(text: str) -> tuple[float, ...]:

@@ -35,10 +35,12 @@ class Ripple(NamedTuple):
 def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple | None = None) -> Figure:
     """Pictures of points at four distances (across) and four fields (down), each as bright as its brightest place.
 
+    The fields are those that the query chooses, if it does.
     view: "linear", or "log" over four decades. ripple: of one surface, whose rings show in the pictures. LensError
     where no light reaches the film, and for an impossible ripple.
     """
     built, samples = query.setup, max(points, 32 if ripple is None else RINGS)
+    heights = query.few(*FIELDS)
     layers: list = []
     rows: list[tuple] = []
     distances = [query.focus_distance * part for part in AWAY] if math.isfinite(query.focus_distance) else \
@@ -50,18 +52,18 @@ def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple
             layers.append(Label(column, 0.0, "in the lens", "dim", "middle"))
             continue
         there = replace(query, object_distance=away, focus_distance=distance)
-        rays = there.grid(max(points, 24), query.parts(*FIELDS))
+        rays = there.grid(max(points, 24), heights)
         rays = rays if ripple is None else rippled(rays, *ripple)
         spread = psf(rays, samples)
         width = 1000.0 * samples * float(np.nanmax(spread.pitch))           # of the cells of this column
         in_focus = distance == query.focus_distance
         layers.append(Label(column, 0.5, format_distance(distance), "amber" if in_focus else "text", "above"))
-        layers.append(Label(column, 0.5 - len(FIELDS), f"{significant(width, 2)} µm", "dim", "below"))
+        layers.append(Label(column, 0.5 - len(heights), f"{significant(width, 2)} µm", "dim", "below"))
         sizes = _sizes(spread)
-        for row in range(len(FIELDS)):
+        for row in range(len(heights)):
             layers += _cell(spread, sizes[row], row, column, distance, view)
             rows.append((rays.image_heights[row], distance / 1000.0, width, *sizes[row].tolist(), _ended(spread, row)))
-    edge = len(distances) - 0.5, 0.5 - len(FIELDS)
+    edge = len(distances) - 0.5, 0.5 - len(heights)
     plot = Plot(Axis(None, -0.52, edge[0] + 0.02), Axis(None, edge[1] - 0.2, 0.72), tuple(layers), equal=True)
     head = ("field (mm)", "distance (m)", "window (um)", "rms sagittal (um)", "rms tangential (um)", "cut by surface")
     words = query.words(rays, "one scale a column", "log, 4 decades" if view == "log" else "linear",
@@ -101,7 +103,8 @@ def _cell(spread: PointSpread, size: np.ndarray, row: int, column: int, distance
     if column == 0:
         made.append(Label(column - 0.47, 0.47 - row, field_label(rays, row), "text", "right below"))
     said = [name, f"RMS {significant(size[0], 3)} µm sagittal, {significant(size[1], 3)} µm tangential",
-            f"open pupil {significant(100.0 * rays.open_area[row] / rays.open_area[0], 2)} % of the axis"]
+            f"open pupil {significant(100.0 * rays.open_area[row] / rays.open_area[0], 2)} % of "
+            f"{'the axis' if rays.image_heights[0] == 0.0 else field_label(rays, 0)}"]
     cut = _ended(spread, row)
     if cut:
         said.append(f"cut by the rim of surface {cut}")

@@ -23,25 +23,29 @@ from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
 
 
 class Analysis(NamedTuple):
-    """One analysis: its figure from a query and the points across the pupil, and what it shows in a few words."""
+    """One analysis: its figure from a query and the points across the pupil, and what it shows in a few words.
+
+    few: of a few fields, those that a query chooses; others run over the field, or have none.
+    """
 
     figure: Callable[[Query, int], Figure]
     shows: str
+    few: bool = False
 
 
 ANALYSES = {
-    "spots": Analysis(spots_figure, "spots of the fields through focus"),
-    "fans": Analysis(fans_figure, "transverse aberration over the height in the stop"),
-    "opd": Analysis(partial(fans_figure, kind="opd"), "optical path difference over the height in the stop"),
+    "spots": Analysis(spots_figure, "spots of the fields through focus", few=True),
+    "fans": Analysis(fans_figure, "transverse aberration over the height in the stop", few=True),
+    "opd": Analysis(partial(fans_figure, kind="opd"), "optical path difference over the height in the stop", few=True),
     "field": Analysis(field_figure, "field curvature, distortion and lateral colour"),
     "mtf": Analysis(mtf_field_figure, "MTF over the field at 10, 20, 30 and 40 lp/mm"),
-    "mtf-frequency": Analysis(mtf_frequency_figure, "MTF against the frequency"),
+    "mtf-frequency": Analysis(mtf_frequency_figure, "MTF against the frequency", few=True),
     "mtf-map": Analysis(mtf_map_figure, "MTF over focus and field"),
-    "psf": Analysis(psf_figure, "picture of a point on the axis, four decades"),
-    "encircled": Analysis(encircled_figure, "encircled energy of three fields"),
-    "line-spread": Analysis(line_spread_figure, "line spread of three fields"),
-    "bokeh": Analysis(bokeh_figure, "pictures of points of light over field and distance"),
-    "wavefront": Analysis(wavefront_figure, "wavefront of the axis, with Zernike coefficients"),
+    "psf": Analysis(psf_figure, "picture of a point on the axis, four decades", few=True),
+    "encircled": Analysis(encircled_figure, "encircled energy of three fields", few=True),
+    "line-spread": Analysis(line_spread_figure, "line spread of three fields", few=True),
+    "bokeh": Analysis(bokeh_figure, "pictures of points of light over field and distance", few=True),
+    "wavefront": Analysis(wavefront_figure, "wavefront of the axis, with Zernike coefficients", few=True),
     "seidel": Analysis(seidel_figure, "Seidel sums of each surface"),
     "axial": Analysis(axial_figure, "longitudinal aberration and chromatic focal shift"),
     "focus-shift": Analysis(focus_shift_figure, "best focus against the aperture"),

@@ -16,12 +16,12 @@ DIRECTIONS = ("sagittal", "tangential")         # the second axis of `Fans`
 def fans_figure(query: Query, points: int, kind: str = "ray", rows: int = 3) -> Figure:
     """Fans of `rows` fields, tangential at the left and sagittal at the right; kind: a key of KINDS.
 
-    All plots have one scale. LensError as `Query.grid`.
+    The fields are those that the query chooses, if it does. All plots have one scale. LensError as `Query.grid`.
     """
-    rays = query.grid(16)
+    rays = query.grid(16, query.heights or None)
     fans = ray_fans(rays, 2 * points + 1)
     values = 1000.0 * fans.transverse if kind == "ray" else fans.waves
-    fields = chosen_fields(len(rays.images), rows)
+    fields = chosen_fields(len(rays.images), len(query.heights) or rows)
     seen = np.where(fans.passed, values, np.nan)[fields]
     limit = reach(seen[np.isfinite(seen)], 1.0 if kind == "ray" else 0.05)
     plots = tuple((_plot(fans, values, f, 1, limit, kind), _plot(fans, values, f, 0, limit, kind)) for f in fields)

@@ -9,14 +9,14 @@ from lensbench.analysis.transfer_function import Mtf, mtf
 from lensbench.app.state.analysis.figure import DASHED, DOTTED, SOLID, Axis, Curve, Figure, Map, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.rims import with_rims, with_shares
-from lensbench.app.state.analysis.spots import field_label
+from lensbench.app.state.analysis.spots import field_label, field_tint
 from lensbench.kernels.figures import significant
 
 FINEST = 100.0                  # cycles/mm, of the curves against frequency
 STEPS = 51
 FIELD_POINTS = 25               # of the curves against the field
 PRINTED = (10.0, 20.0, 30.0, 40.0)
-PARTS, FIELD_TINTS = (0.0, 0.7, 1.0), ("field0", "field1", "field2")
+PARTS = (0.0, 0.7, 1.0)
 METHODS = {"diffraction": "diffraction", "geometric": "rays alone"}
 WAYS = ("sagittal", "tangential")
 DEPTHS = 8.0                    # × λN² and more: half the range of focus of the map
@@ -24,35 +24,42 @@ LEVELS = (0.2, 0.4, 0.6, 0.8)
 RESOLVED = 0.1                  # contrast, below which there is no best focus
 
 
-def mtf_frequency_figure(query: Query, points: int, method: str = "diffraction") -> Figure:
-    """MTF of three fields against frequency, sagittal and tangential, with the diffraction limit of the axis."""
-    rays = query.grid(points, query.parts(*PARTS))
-    frequencies = np.linspace(0.0, FINEST, STEPS)
+def mtf_frequency_figure(query: Query, points: int, method: str = "diffraction", finest: float = FINEST) -> Figure:
+    """MTF of three fields up to the frequency `finest`, sagittal and tangential.
+
+    The fields are those that the query chooses, if it does. The diffraction limit is that of the first.
+    """
+    rays = query.grid(points, query.few(*PARTS))
+    frequencies = np.linspace(0.0, finest, STEPS)
     found = mtf(rays, frequencies, method)
     curves = []
-    for f, tint in enumerate(FIELD_TINTS):
+    for f in range(len(rays.images)):
         for a, dash in ((0, SOLID), (1, DASHED)):
             name = f"{field_label(rays, f)} {WAYS[a][0].upper()}"
-            curves.append(Curve(name, frequencies, found.white_modulus[f, a], tint, dash))
-    curves.append(Curve("diffraction limit", frequencies, found.white_limit[0, 0], "dim", DOTTED, 1.2))
-    plot = Plot(Axis("Frequency (lp/mm)", 0.0, FINEST), Axis("Contrast", 0.0, 1.0), tuple(curves))
+            curves.append(Curve(name, frequencies, found.white_modulus[f, a],
+                                field_tint(f, len(rays.images)), dash))
+    at = "" if rays.image_heights[0] == 0.0 else f", {field_label(rays, 0)} S"
+    curves.append(Curve(f"diffraction limit{at}", frequencies, found.white_limit[0, 0], "dim", DOTTED, 1.2))
+    plot = Plot(Axis("Frequency (lp/mm)", 0.0, finest), Axis("Contrast", 0.0, 1.0), tuple(curves))
     return Figure("MTF against frequency", ((with_shares(rays, plot),),), _table(found), _words(query, found),
                   _remarks(query, found))
 
 
-def mtf_field_figure(query: Query, points: int, method: str = "diffraction") -> Figure:
-    """MTF at 10, 20, 30 and 40 lp/mm against the image height: S solid, T dashed, as makers print it."""
+def mtf_field_figure(query: Query, points: int, method: str = "diffraction",
+                     frequencies: tuple[float, ...] = PRINTED) -> Figure:
+    """MTF at up to four frequencies (lp/mm) against the image height: S solid, T dashed, as makers print it."""
     rays = query.grid(points, query.parts(*np.linspace(0.0, 1.0, FIELD_POINTS).tolist()))
-    found = mtf(rays, PRINTED, method)
+    found = mtf(rays, frequencies, method)
     heights, curves = rays.image_heights, []
-    for k, frequency in enumerate(PRINTED):
+    for k, frequency in enumerate(frequencies):
         for a, dash in ((0, SOLID), (1, DASHED)):
             name = f"{significant(frequency)} {WAYS[a][0].upper()}"
             curves.append(Curve(name, heights, found.white_modulus[:, a, k], f"chart{(2, 3, 0, 1)[k]}", dash,
                                 1.9 - 0.2 * k))
     plot = Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(heights))), Axis("Contrast", 0.0, 1.0), tuple(curves))
     return with_rims(query, Figure("MTF against the field", ((plot,),), _table(found),
-                                   _words(query, found, "10, 20, 30, 40 lp/mm"), _remarks(query, found)))
+                                   _words(query, found, ", ".join(map(significant, frequencies)) + " lp/mm"),
+                                   _remarks(query, found)))
 
 
 def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str = "both") -> Figure:

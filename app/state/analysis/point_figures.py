@@ -8,10 +8,9 @@ from lensbench.analysis.spot_diagram import light_shares, spots
 from lensbench.app.state.analysis.figure import DASHED, DOTTED, SOLID, Axis, Curve, Figure, Map, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.rims import ended_marks, ends_within_stop, with_shares
-from lensbench.app.state.analysis.spots import field_label
+from lensbench.app.state.analysis.spots import field_label, field_tint
 
 FIELDS = {"axis": 0.0, "middle": 0.7, "full": 1.0}
-FIELD_TINTS = ("field0", "field1", "field2")
 DECADES = 4.0                   # of the logarithmic view
 SAMPLES = 128                   # of the picture and of the curves, with few points across the pupil; else twice as many
 FINE = 64                       # points across the pupil that are not few
@@ -24,10 +23,11 @@ MOST = 0.98                     # of the light, that its curves reach
 def psf_figure(query: Query, points: int, field: str = "axis", view: str = "log", pixel: bool = False) -> Figure:
     """Picture of a point at a field of FIELDS, in all wavelengths; as bright as its brightest place.
 
+    The field is the first that the query chooses, if it does.
     view: "linear", or "log" over four decades. pixel: average over a pixel of the film. LensError where no light
     reaches the film.
     """
-    rays = query.grid(points, query.parts(FIELDS[field]))
+    rays = query.grid(points, query.few(FIELDS[field])[:1])
     spread = psf(rays, _samples(points), pixel=query.setup.film.pitch if pixel else 0.0)
     light, half = spread.white[0], 500.0 * spread.pitch[0] * spread.density.shape[-1]
     words = _words(query, spread, "log, 4 decades" if view == "log" else "linear",
@@ -55,7 +55,7 @@ def encircled_figure(query: Query, points: int) -> Figure:
 
     LensError where no light reaches the film.
     """
-    rays = query.grid(points, query.parts(*FIELDS.values()))
+    rays = query.grid(points, query.few(*FIELDS.values()))
     spread = psf(rays, _samples(points))
     end = 0.5 * spread.pitch * spread.density.shape[-1]
     radii = np.linspace(0.0, float(np.nanmax(end)), 2 * RADII)
@@ -64,8 +64,9 @@ def encircled_figure(query: Query, points: int) -> Figure:
     reached = [radii[int(np.argmax(each > MOST))] for each in held if (each > MOST).any()]
     limit = 1000.0 * min(max(reached, default=radii[-1]), radii[-1])
     axis = 1000.0 * radii
-    curves = [Curve(field_label(rays, f), axis, held[f], FIELD_TINTS[f]) for f in np.flatnonzero(rays.lit).tolist()]
-    curves.append(Curve("perfect lens, axis", axis, best, "dim", DOTTED, 1.2))
+    curves = [Curve(field_label(rays, f), axis, held[f], field_tint(f, len(rays.images)))
+              for f in np.flatnonzero(rays.lit).tolist()]
+    curves.append(Curve(f"perfect lens, {field_label(rays, 0)}", axis, best, "dim", DOTTED, 1.2))
     plot = Plot(Axis("Radius (µm)", 0.0, reach([limit])), Axis("Part of the light", 0.0, 1.0), tuple(curves))
     head = ("field (mm)", "radius (um)", "part of the light")
     table = Table(head, lambda: ((rays.image_heights[f], r, value) for f in range(len(held))
@@ -79,7 +80,7 @@ def line_spread_figure(query: Query, points: int) -> Figure:
 
     LensError where no light reaches the film.
     """
-    rays = query.grid(points, query.parts(*FIELDS.values()))
+    rays = query.grid(points, query.few(*FIELDS.values()))
     spread = psf(rays, _samples(points))
     lines = np.einsum("fcam,fc->fam", np.nan_to_num(spread.line_spread), light_shares(rays))
     curves: list[Curve] = []
@@ -87,7 +88,8 @@ def line_spread_figure(query: Query, points: int) -> Figure:
     for f in lit:
         at = 1000.0 * spread.offsets[f]
         for a, (way, dash) in enumerate((("S", SOLID), ("T", DASHED))):
-            curves.append(Curve(f"{field_label(rays, f)} {way}", at, 0.1 * lines[f, a], FIELD_TINTS[f], dash))
+            curves.append(Curve(f"{field_label(rays, f)} {way}", at, 0.1 * lines[f, a],
+                                field_tint(f, len(rays.images)), dash))
     wide = max((float(np.abs(each.x[each.y > 0.02 * each.y.max()]).max()) for each in curves), default=1.0)
     top = max((float(each.y.max()) for each in curves), default=1.0)
     plot = Plot(Axis("Distance from the centroid (µm)", -reach([wide]), reach([wide])),
@@ -100,7 +102,7 @@ def line_spread_figure(query: Query, points: int) -> Figure:
 
 
 def _perfect(rays: RayGrid, radii: np.ndarray) -> np.ndarray:
-    """(K,) encircled energy of a perfect lens with the round pupil of the axis: 1 − J₀² − J₁², in all wavelengths."""
+    """(K,) encircled energy of a perfect lens with a round pupil, that of the first field: 1 − J₀² − J₁², white."""
     turn = (np.arange(TURNS) + 0.5) * np.pi / TURNS
     shares, total = light_shares(rays)[0], np.zeros(len(radii))
     for c, airy in enumerate(spots(rays).airy_radius[0].mean(-1)):

@@ -34,6 +34,8 @@ class Query:
     setup: with the lens at the primary wavelength of its design alone. lens: the same, focused and stopped down, with
     the dispersion of its glasses; where a glass is not known at the d line, that of `setup`, and `alone` says so.
     model: name of the ideal model that the picture is taken with, or "". posed: whether its film is out of line.
+    heights: of the film, or points (x, y) of it (mm), for figures of a few fields; () leaves them the choice.
+    wavelengths: µm and weights, the middle one primary; () are those of the lens.
     """
 
     setup: Setup
@@ -43,6 +45,8 @@ class Query:
     model: str = ""
     posed: bool = False
     alone: str = ""
+    heights: tuple[float, ...] | tuple[tuple[float, float], ...] = ()
+    wavelengths: tuple[tuple[float, float], ...] = ()
 
     @property
     def largest_height(self) -> float:
@@ -58,6 +62,10 @@ class Query:
     def parts(self, *parts: float) -> tuple[float, ...]:
         """Image heights (mm) at these parts of the largest."""
         return tuple(part * self.largest_height for part in parts)
+
+    def few(self, *parts: float) -> tuple[float, ...] | tuple[tuple[float, float], ...]:
+        """The chosen `heights`; without any, those at these parts of the largest."""
+        return self.heights or self.parts(*parts)
 
     def grid(self, points: int, heights: tuple[float, ...] | tuple[tuple[float, float], ...] | None = None) -> RayGrid:
         """Rays with `points` across the pupil, of the fields that all analyses share, or of those at these heights.
@@ -90,7 +98,7 @@ class Query:
             said.append(f"{lost} of {launched} rays through the stop are lost at other rims "
                         f"({significant(100.0 * lost / launched, 2)} %)")
         corner = 0.5 * self.setup.film.diagonal
-        if self.largest_height < corner:
+        if self.largest_height < corner and not self.heights:
             said.append(f"the fields end at the edge of light, {significant(self.largest_height, 3)} mm from the "
                         f"centre: the film's corner, at {significant(corner, 3)} mm, is dark")
         if self.model:
@@ -136,11 +144,11 @@ def _with_glasses(lens: lb.Lens, built: lb.Lens) -> lb.Lens:
 
 @lru_cache(maxsize=64)
 def _conditions(query: Query, fields: tuple[float, ...] | tuple[tuple[float, float], ...]) -> Conditions:
-    given = conditions(query.lens, query.setup.film, fields=fields, object_distance=query.object_distance)
+    given = conditions(query.lens, query.setup.film, fields, query.wavelengths or None, query.object_distance)
     if query.alone:
         others = tuple(finding for finding in given.findings if finding.kind is not Kind.GLASS)
         given = replace(given, findings=(*others, note(Kind.GLASS, query.alone)))
-    if len({query.lens.indices(line) for line in given.wavelengths}) > 1:
+    if query.wavelengths or len({query.lens.indices(line) for line in given.wavelengths}) > 1:
         return given
     # Without dispersion all wavelengths have the same rays: one is enough
     return replace(given, wavelengths=(given.primary_wavelength,), weights=(1.0,), primary=0)

@@ -33,13 +33,13 @@ CIRCLE = np.column_stack([each(np.linspace(0.0, 2.0 * math.pi, 49)) for each in 
 
 
 def spots_figure(query: Query, points: int, columns: str = "focus", reference: str = "chief", rows: int = 4) -> Figure:
-    """Spots of `rows` fields.
+    """Spots of `rows` fields, or of those that the query chooses.
 
     columns: "focus" puts places of the film side by side, "colour" the wavelengths. reference: "chief" or "centroid".
     LensError where no light reaches the film.
     """
-    rays = query.grid(points)
-    fields = chosen_fields(len(rays.images), rows)
+    rays = query.grid(points, query.heights or None)
+    fields = chosen_fields(len(rays.images), len(query.heights) or rows)
     still = spots(rays, reference)
     shifts = np.array([0.0])
     if columns == "focus":
@@ -63,6 +63,11 @@ def spots_figure(query: Query, points: int, columns: str = "focus", reference: s
 def chosen_fields(count: int, rows: int) -> np.ndarray:
     """Indices of so many of the fields, evenly spread with both ends."""
     return np.unique(np.round(np.linspace(0, count - 1, min(rows, count))).astype(int))
+
+
+def field_tint(f: int, count: int) -> str:
+    """The tint of the curves of one of so many fields."""
+    return f"field{f}" if count <= 3 else f"chart{f}"
 
 
 def field_label(rays: RayGrid, f: int) -> str:

@@ -18,10 +18,13 @@ LEVELS = 9                      # contours of the map
 
 
 def wavefront_figure(query: Query, points: int, field: str = "axis") -> Figure:
-    """Map and coefficients of the primary wavelength, in wavelengths, at a field of FIELDS."""
-    heights = query.parts(*FIELDS.values())
+    """Map and coefficients of the primary wavelength, in wavelengths, at a field of FIELDS.
+
+    The field is the first that the query chooses, if it does.
+    """
+    heights = query.few(*FIELDS.values())
     rays = query.grid(points, heights)
-    found, f, c = wavefronts(rays), list(FIELDS).index(field), rays.conditions.primary
+    found, f, c = wavefronts(rays), 0 if query.heights else list(FIELDS).index(field), rays.conditions.primary
     line = 1e-3 * rays.conditions.primary_wavelength
     noll = found.noll[f, c] / line
     if rays.lit[f]:

@@ -38,6 +38,19 @@ def test_the_figures_are_drawn_on_a_sheet(tmp_path, suffix, begins):
         assert content.count(b"/Type /Page ") == len(ANALYSES) - 1         # a round stop has no sunstar
 
 
+def test_fields_wavelengths_and_frequencies_are_those_of_the_options(capsys):
+    ask = ["analyse", NAME, "--points", "16", "--what", "fans,mtf", "--fields", "0,10mm", "--wavelengths", "550",
+           "--frequencies", "20,60", "--stack", "2", "--json"]
+    assert main(ask) == 0
+    captured = capsys.readouterr()
+    found = json.loads(captured.out)["analyses"]
+    fans, mtf = found["fans"]["columns"], found["mtf"]["columns"]
+    assert {round(each, 6) for each in fans["field (mm)"]} == {0.0, 10.0} and set(fans["wavelength (um)"]) == {0.55}
+    assert set(mtf["frequency (lp/mm)"]) == {20.0, 60.0} and len(set(mtf["field (mm)"])) > 2
+    assert "--fields has no effect on mtf" in captured.err and "--stack has no effect on fans, mtf" in captured.err
+    assert "--frequencies" not in captured.err
+
+
 def test_what_a_lens_does_not_have_is_left_out_with_its_reason(capsys):
     lens = "lentil-schneider-anamorphic-31-2001"
     assert main(["analyse", lens, "--points", "8", "--what", "spots,axial"]) == 0
@@ -53,6 +66,9 @@ def test_what_a_lens_does_not_have_is_left_out_with_its_reason(capsys):
     (["--what", "bokeh", "--ripple", "99,1,1"], "numbered from 0 to 8"),
     (["--what", "stack", "--stack", "99"], "no room"),
     (["-o", "sheet.gif"], ".json: choose one"),
+    (["--fields", "0,1.5"], "parts of the largest"), (["--fields", "0,80deg", "--what", "spots"], "no ray through"),
+    (["--wavelengths", "0.55"], "in nanometres"), (["--frequencies", "0"], "up to 2000 lp/mm"),
+    (["--wavelengths", "120", "--what", "spots"], "not at 0.12 µm"),
     (["--points", "3"], "8 to 512"), (["--f-number", "0.1"], "opens no further"),
 ])
 def test_impossible_demands_end_with_2_and_one_line(capsys, arguments, said):
