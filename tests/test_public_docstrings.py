@@ -1,8 +1,10 @@
-"""Docstrings of all that `lb` and `lenses` offer, as numpydoc: arguments, what is returned, and what is raised."""
+"""Docstrings of all that `lb`, `lenses` and `lenses.editing` offer, as numpydoc: arguments, returns and raises."""
 
 import ast
 import enum
+import importlib
 import inspect
+import pkgutil
 import re
 import textwrap
 from itertools import pairwise
@@ -13,6 +15,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.cameras.base import Camera
 from lensbench.cameras.protocol import CameraProtocol
+from lensbench.lenses import editing
 from lensbench.scenery.objects.shape import Shape
 
 CONTRACTS = {"lensbench.scenery.objects": Shape, "lensbench.cameras.protocol": Camera}    # where members are documented
@@ -98,6 +101,10 @@ def faults():
     offered = {name: getattr(lb, name) for name in lb.__all__} | {
         f"analysis.{name}": getattr(lb.analysis, name) for name in dir(lb.analysis) if not name.startswith("_")} | {
         f"lenses.{name}": getattr(lenses, name) for name in lenses.__all__}
+    for found in pkgutil.iter_modules(editing.__path__, f"{editing.__name__}."):
+        room = importlib.import_module(found.name)
+        offered |= {f"{found.name}.{name}": value for name, value in vars(room).items()
+                    if not name.startswith("_") and getattr(value, "__module__", None) == found.name}
     for name, value in {**offered, "CameraProtocol": CameraProtocol}.items():
         if inspect.isclass(value):
             yield from class_faults(value)

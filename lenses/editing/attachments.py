@@ -22,15 +22,52 @@ GAP = 2.0                       # mm of air at the nearest places of the rims
 
 
 def plate(thickness: float, semi_diameter: float, glass: Glass = CROWN) -> tuple[Surface, ...]:
-    """A plane-parallel plate: a filter, or a cover glass. EditError for sizes that are not positive."""
+    """A plane-parallel plate: a filter, or a cover glass.
+
+    Parameters
+    ----------
+    thickness : float
+        Of the glass, mm.
+    semi_diameter : float
+        Radius of both rims, mm.
+    glass : Glass
+        Its glass.
+
+    Returns
+    -------
+    tuple of Surface
+        Both faces, for `attached_in_front` or `attached_behind`.
+
+    Raises
+    ------
+    EditError
+        For sizes that are not positive.
+    """
     _positive(thickness=thickness, semi_diameter=semi_diameter)
     return Surface(0.0, thickness, semi_diameter, glass), Surface(0.0, 0.0, semi_diameter)
 
 
 def close_up_lens(dioptres: float, semi_diameter: float, glass: Glass = CROWN) -> tuple[Surface, ...]:
-    """A plano-convex lens, its convex side towards the scene, for a power from −20 to 20 dioptres (1/m).
+    """A plano-convex lens, its convex side towards the scene; a negative power makes it plano-concave.
 
-    A negative power makes it plano-concave. EditError for a power beyond, or a rim beyond the sphere.
+    Parameters
+    ----------
+    dioptres : float
+        Power from −20 to 20, 1/m; not 0.
+    semi_diameter : float
+        Radius of both rims, mm.
+    glass : Glass
+        Its glass.
+
+    Returns
+    -------
+    tuple of Surface
+        Both faces, for `attached_in_front`.
+
+    Raises
+    ------
+    EditError
+        For a power beyond these, or a rim beyond the sphere.
     """
     _positive(semi_diameter=semi_diameter)
     if not 0.0 < abs(dioptres) <= 20.0:
@@ -45,7 +82,20 @@ def close_up_lens(dioptres: float, semi_diameter: float, glass: Glass = CROWN) -
 
 
 def front_width(document: LensDocument, thickness: float = FILTER) -> float:
-    """Semi-diameter (mm) of an attachment that leaves the light of the first surface free, up to 45° from the axis."""
+    """Semi-diameter of an attachment that leaves the light of the first surface free, up to 45° from the axis.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The lens.
+    thickness : float
+        Of the attachment, mm.
+
+    Returns
+    -------
+    float
+        mm.
+    """
     first = document.surfaces[0]
     return first.semi_diameter + _clearance(first, -1.0) + thickness
 
@@ -83,9 +133,27 @@ def attached_in_front(document: LensDocument, surfaces: Sequence[Surface], name:
 
 def attached_behind(document: LensDocument, surfaces: Sequence[Surface], name: str,
                     gap: float | None = None) -> LensDocument:
-    """The document with surfaces behind its last one; the arguments are those of `attached_in_front`.
+    """The document with surfaces behind its last one; the last gap of the lens becomes that to the attachment.
 
-    The last gap of the lens becomes that to the attachment. EditError also where that gap follows from a rule.
+    Parameters
+    ----------
+    document : LensDocument
+        The lens, which ends in air.
+    surfaces : sequence of Surface
+        From the lens on, as for `attached_in_front`.
+    name : str
+        Comment of the first of them.
+    gap : float or None
+        Last vertex of the lens → first vertex of the attachment (mm); None: GAP at the nearest places.
+
+    Returns
+    -------
+    LensDocument
+
+    Raises
+    ------
+    EditError
+        For a lens that does not end in air, a gap below 0 or one that follows from a rule, or too many surfaces.
     """
     count, last = len(document.surfaces), document.surfaces[-1]
     if last.glass != AIR:
@@ -98,9 +166,23 @@ def attached_behind(document: LensDocument, surfaces: Sequence[Surface], name: s
 
 
 def surfaces_of(lens: Lens, reverse: bool = False) -> tuple[Surface, ...]:
-    """The surfaces of another lens to attach, its stop as any surface; reverse: turned round, as with a reversing ring.
+    """The surfaces of another lens to attach, its stop as any surface.
 
-    EditError for a lens that is not in air.
+    Parameters
+    ----------
+    lens : Lens
+        The other lens, in air.
+    reverse : bool
+        Whether it is turned round, as with a reversing ring.
+
+    Returns
+    -------
+    tuple of Surface
+
+    Raises
+    ------
+    EditError
+        For a lens that is not in air.
     """
     if lens.front_index != 1.0 or lens.surfaces[-1].glass != AIR:
         raise EditError(f"{lens.name or 'the lens'} is not in air: it cannot be attached")

@@ -99,7 +99,23 @@ def _at_station(lens: Lens, surface: int, quantity: str, value: float) -> Lens:
 
 
 def station(positions: Positions) -> tuple[int, int]:
-    """Numbers of the zoom and focus station at which a lens stands; EditError between two of them."""
+    """Numbers of the zoom and focus station at which a lens stands.
+
+    Parameters
+    ----------
+    positions : Positions
+        Positions of the lens, with its present zoom and focus.
+
+    Returns
+    -------
+    tuple of int
+        Of the zoom station and of the focus station, each from 0.
+
+    Raises
+    ------
+    EditError
+        Between two stations.
+    """
     if positions.zoom not in positions.zoom_stations or positions.close not in positions.focus_stations:
         names = ", ".join(positions.label(i) for i in range(len(positions.zoom_stations)))
         raise EditError(f"this gap varies with the zoom: set the zoom to a station of the lens to edit it ({names})")
@@ -107,9 +123,27 @@ def station(positions: Positions) -> tuple[int, int]:
 
 
 def with_radius(document: LensDocument, surface: int, radius: object, section: str = "y") -> LensDocument:
-    """The document with a radius (mm), a number or its text; 0 and inf are a plane. section: "y", or "x" of a toroid.
+    """The document with another radius of curvature.
 
-    EditError as of `with_value`, and for a text that is no number.
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+    surface : int
+        Number of the surface, from 0.
+    radius : float or str
+        mm, positive if the centre lies behind the surface; 0 and inf are a plane.
+    section : str
+        "y", or "x" for the section x–z of a toroid.
+
+    Returns
+    -------
+    LensDocument
+
+    Raises
+    ------
+    EditError
+        As for `with_value`, and for a text that is no number.
     """
     try:
         c = curvature(radius)
@@ -121,8 +155,23 @@ def with_radius(document: LensDocument, surface: int, radius: object, section: s
 def with_glass(document: LensDocument, surface: int, glass: Glass | str) -> LensDocument:
     """The document with another medium behind a surface.
 
-    glass: a value, or a name of a catalogue, a six-digit code, or n_d and V_d such as "1.5168 64.17"; "" or "air" is
-    air. EditError for an unknown one; it names the nearest.
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+    surface : int
+        Number of the surface, from 0.
+    glass : Glass or str
+        A value; or a name of a catalogue, a six-digit code, or n_d and V_d such as "1.5168 64.17"; "" or "air" is air.
+
+    Returns
+    -------
+    LensDocument
+
+    Raises
+    ------
+    EditError
+        For an unknown glass; the message names the nearest.
     """
     before = _surface(document, surface)
     made = named_glass(glass) if isinstance(glass, str) else glass
@@ -135,7 +184,22 @@ def with_glass(document: LensDocument, surface: int, glass: Glass | str) -> Lens
 
 
 def named_glass(text: str) -> Glass:
-    """The glass of a text: a name, a name with its maker, a code, or n_d with V_d; EditError names the nearest."""
+    """The glass of a text.
+
+    Parameters
+    ----------
+    text : str
+        A name, a name with its maker, a six-digit code, or n_d with V_d; "" or "air" is air.
+
+    Returns
+    -------
+    Glass
+
+    Raises
+    ------
+    EditError
+        For an unknown glass; the message names the nearest.
+    """
     text = text.strip()
     if text.lower() in ("", "air"):
         return AIR
@@ -155,7 +219,21 @@ def named_glass(text: str) -> Glass:
 
 
 def with_comment(document: LensDocument, surface: int, comment: str) -> LensDocument:
-    """The document with a comment on a surface, at most LONGEST_COMMENT characters, in one line."""
+    """The document with a comment on a surface.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+    surface : int
+        Number of the surface, from 0.
+    comment : str
+        Text; it is kept in one line, of at most LONGEST_COMMENT characters.
+
+    Returns
+    -------
+    LensDocument
+    """
     _surface(document, surface)
     comments = list(document.comments or ("",) * len(document.surfaces))
     comments[surface] = " ".join(comment.split())[:LONGEST_COMMENT]
@@ -163,7 +241,25 @@ def with_comment(document: LensDocument, surface: int, comment: str) -> LensDocu
 
 
 def with_rule(document: LensDocument, rule: Solve | Pickup) -> LensDocument:
-    """The document with a solve or pickup, in place of another one of the same number; EditError as of LensDocument."""
+    """The document with a solve or pickup, in place of another one of the same number.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+    rule : Solve or Pickup
+        What the number follows from.
+
+    Returns
+    -------
+    LensDocument
+        With every number that follows from it.
+
+    Raises
+    ------
+    EditError
+        As for `LensDocument`.
+    """
     kept = without_rule(document, rule.surface, rule.quantity)
     if isinstance(rule, Solve):
         return settled(replace(kept, solves=(*kept.solves, rule)))
@@ -171,7 +267,21 @@ def with_rule(document: LensDocument, rule: Solve | Pickup) -> LensDocument:
 
 
 def without_rule(document: LensDocument, surface: int, quantity: str) -> LensDocument:
-    """The document with a number set free; it keeps its value."""
+    """The document with a number set free, which keeps its value.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+    surface : int
+        Number of the surface, from 0.
+    quantity : str
+        One of QUANTITIES.
+
+    Returns
+    -------
+    LensDocument
+    """
     def other(each: Solve | Pickup) -> bool:
         return (each.surface, each.quantity) != (surface, quantity)
 

@@ -192,23 +192,71 @@ class LensDocument:
         return [*self.solves, *self.pickups]
 
     def comment(self, surface: int) -> str:
-        """The comment on a surface, "" for none."""
+        """The comment on a surface.
+
+        Parameters
+        ----------
+        surface : int
+            Number of the surface, from 0.
+
+        Returns
+        -------
+        str
+            "" for none.
+        """
         return self.comments[surface] if self.comments else ""
 
     def rule(self, surface: int, quantity: str) -> Solve | Pickup | None:
-        """What a number follows from; None for a free one."""
+        """What a number follows from.
+
+        Parameters
+        ----------
+        surface : int
+            Number of the surface, from 0.
+        quantity : str
+            One of QUANTITIES.
+
+        Returns
+        -------
+        Solve, Pickup or None
+            None for a free number.
+        """
         return next((each for each in self.rules if (each.surface, each.quantity) == (surface, quantity)),
                     None)
 
 
 def words(quantity: str) -> str:
-    """A quantity in words: "radius", "coefficient of r⁴"."""
+    """A quantity in words.
+
+    Parameters
+    ----------
+    quantity : str
+        One of QUANTITIES or of POSE.
+
+    Returns
+    -------
+    str
+        Such as "radius" or "coefficient of r⁴".
+    """
     raised = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
     return WORDS.get(quantity) or POSE.get(quantity) or f"coefficient of r{quantity[1:].translate(raised)}"
 
 
 def value_of(surface: Surface, quantity: str) -> float:
-    """A number of a surface; for `curvature_x` of a rotationally symmetric one its curvature."""
+    """A number of a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+        The surface.
+    quantity : str
+        One of QUANTITIES or of POSE.
+
+    Returns
+    -------
+    float
+        mm, 1/mm, radians or mm^(1 − p); for `curvature_x` of a rotationally symmetric surface its curvature.
+    """
     if quantity == CURVATURE_X:
         return surface.curvature if surface.curvature_x is None else surface.curvature_x
     if quantity in POSE:
@@ -219,7 +267,26 @@ def value_of(surface: Surface, quantity: str) -> float:
 
 
 def with_value_of(surface: Surface, quantity: str, value: float) -> Surface:
-    """The surface with another number; LensError for one that a surface cannot have."""
+    """The surface with another number.
+
+    Parameters
+    ----------
+    surface : Surface
+        The surface.
+    quantity : str
+        One of QUANTITIES.
+    value : float
+        The new number, in the unit of `value_of`.
+
+    Returns
+    -------
+    Surface
+
+    Raises
+    ------
+    LensError
+        For a number that a surface cannot have.
+    """
     if quantity in WORDS:
         changed: dict[str, Any] = {quantity: value}
         return replace(surface, **changed)
@@ -228,7 +295,19 @@ def with_value_of(surface: Surface, quantity: str, value: float) -> Surface:
 
 
 def with_surfaces(lens: Lens, changed: Sequence[tuple[int, Surface]]) -> Lens:
-    """The lens with some surfaces replaced."""
+    """The lens with some surfaces replaced.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens before.
+    changed : sequence of (int, Surface)
+        Number of each replaced surface, and the new one.
+
+    Returns
+    -------
+    Lens
+    """
     surfaces = list(lens.surfaces)
     for i, surface in changed:
         surfaces[i] = surface
@@ -236,5 +315,17 @@ def with_surfaces(lens: Lens, changed: Sequence[tuple[int, Surface]]) -> Lens:
 
 
 def varies(lens: Lens, surface: int) -> bool:
-    """Whether the gap behind a surface moves with zoom or focus."""
+    """Whether the gap behind a surface moves with zoom or focus.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    surface : int
+        Number of the surface, from 0.
+
+    Returns
+    -------
+    bool
+    """
     return lens.positions is not None and surface in lens.positions.gaps

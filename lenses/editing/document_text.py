@@ -33,7 +33,17 @@ TABLES = ("comments", "solves", "pickups")
 
 
 def to_text(document: LensDocument) -> str:
-    """The document as the text of a lens file (TOML)."""
+    """The document as the text of a lens file (TOML).
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document.
+
+    Returns
+    -------
+    str
+    """
     lines = [toml_format.write(document.lens)[0].rstrip("\n")]
     if document.comments:
         lines += ["", "[comments]", *(f"{i} = {quoted(text)}" for i, text in enumerate(document.comments) if text)]
@@ -48,7 +58,24 @@ def to_text(document: LensDocument) -> str:
 
 
 def from_text(text: str, path: str = "edited lens") -> LensDocument:
-    """The document of a text; LensFileError names `path`, the line and the mistake. Nothing is solved anew."""
+    """The document of a text, as it is: nothing is solved anew.
+
+    Parameters
+    ----------
+    text : str
+        As of `to_text`, or any lens file of the project's own format.
+    path : str
+        Name of the file, for messages.
+
+    Returns
+    -------
+    LensDocument
+
+    Raises
+    ------
+    LensFileError
+        For a mistake; the message names `path` and the line.
+    """
     lens = toml_format.read(text, path)
     data = tomllib.loads(text)
     for table in TABLES:
@@ -70,7 +97,18 @@ def from_text(text: str, path: str = "edited lens") -> LensDocument:
 
 
 def lost_edits(document: LensDocument) -> tuple[Finding, ...]:
-    """What a format other than the project's own cannot hold of a document."""
+    """What a format other than the project's own cannot hold of a document.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document.
+
+    Returns
+    -------
+    tuple of Finding
+        One for comments, solves and pickups together; empty for none.
+    """
     what = [name for name, values in zip(TABLES, (document.comments, document.solves, document.pickups), strict=True)
             if values]
     return (note(Kind.LEFT_OUT, f"left out: {', '.join(what)}; only .toml holds them"),) if what else ()

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from lensbench.lenses.axes import body
 from lensbench.lenses.editing.document import POSE, EditError, LensDocument, with_surfaces, words
+from lensbench.lenses.editing.elements import element_at
 from lensbench.lenses.editing.solves import settled
-from lensbench.lenses.editing.structure import element_at
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.prescription import Lens
 from lensbench.optics.surface_pose import PoseError, SurfacePose
@@ -55,5 +55,18 @@ def with_pose(document: LensDocument, first: int, last: int, quantity: str, valu
 
 
 def body_at(lens: Lens, surface: int) -> tuple[int, int]:
-    """First and last surface of what moves with a surface that is out of line, else its element, or itself."""
+    """First and last surface of what moves with a surface.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    surface : int
+        Number of the surface, from 0.
+
+    Returns
+    -------
+    tuple of int
+        Of its body if it is out of line, else of its element; twice itself where it belongs to neither.
+    """
     return body(lens, surface) or element_at(lens, surface)

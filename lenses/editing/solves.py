@@ -26,6 +26,15 @@ def settled(document: LensDocument) -> LensDocument:
 
     Pickups come first, then solves from the scene to the film; they are repeated until nothing changes. A solve
     without a solution leaves its number, and becomes a finding; so do rules that contradict each other.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+
+    Returns
+    -------
+    LensDocument
     """
     if not document.rules:
         return document
@@ -82,7 +91,20 @@ def _applied(lens: Lens, rule: Solve | Pickup, value: float, unsolved: dict[tupl
 
 
 def solution(lens: Lens, solve: Solve) -> float:
-    """The number that meets a solve, all others as they are; inf where there is none."""
+    """The number that meets a solve, all others as they are.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    solve : Solve
+        What is to be met.
+
+    Returns
+    -------
+    float
+        In the unit of its quantity; inf where there is none.
+    """
     wavelength, i = reference_wavelength(lens.surfaces, lens.system), solve.surface
     surface = lens.surfaces[i]
     distance = lens.system.object_distances[0]

@@ -15,7 +15,7 @@ from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.kernels.figures import significant
-from lensbench.lenses.editing import attachments, structure
+from lensbench.lenses.editing import attachments, elements, stop, structure
 from lensbench.lenses.editing.cells import with_rule, without_rule
 from lensbench.lenses.editing.document import SOLVES, TARGETS, LensDocument, Pickup, Solve, value_of, words
 
@@ -35,7 +35,7 @@ def row_edits(document: LensDocument, first: int, last: int) -> list[tuple[str, 
     inside = one and 0 < first and lens.surfaces[first - 1].glass.n_d > 1.0 and lens.surfaces[first].glass.n_d > 1.0
     gap = one and first + 1 < count and 0 < first and lens.surfaces[first].glass.n_d == 1.0 \
         and lens.surfaces[first - 1].glass.n_d > 1.0 and lens.surfaces[first + 1].glass.n_d > 1.0
-    group = (first, last) if not one else structure.element_at(lens, first)
+    group = (first, last) if not one else elements.element_at(lens, first)
     return [
         (fa.ICON_FA_PLUS, "Insert", "Insert", "A plane before the selected surface: it bends no ray",
          lambda d: structure.inserted_plane(d, first)),
@@ -44,32 +44,32 @@ def row_edits(document: LensDocument, first: int, last: int) -> list[tuple[str, 
         (fa.ICON_FA_SCISSORS, "Split", "Ctrl+D", "Divide the gap behind the surface by a plane",
          (lambda d: structure.split(d, first)) if one else None),
         (fa.ICON_FA_RIGHT_LEFT, "Flip", "Ctrl+F", "Turn the selected surfaces, or the element, round in their place",
-         (lambda d: structure.flipped(d, *group)) if group[0] < group[1] else None),
+         (lambda d: elements.flipped(d, *group)) if group[0] < group[1] else None),
         (fa.ICON_FA_ARROW_UP, "Move up", "Alt+Up", "The element, or the selected surfaces, towards the scene",
          (lambda d: structure.moved(d, *group, _before(lens, group[0]))) if group[0] > 0 else None),
         (fa.ICON_FA_ARROW_DOWN, "Move down", "Alt+Down", "The element, or the selected surfaces, towards the film",
          (lambda d: structure.moved(d, *group, _behind(lens, group[1]))) if group[1] + 1 < count else None),
         (fa.ICON_FA_LINK, "Cement", "", "Close the air gap behind the surface",
-         (lambda d: structure.cemented(d, first)) if gap else None),
+         (lambda d: elements.cemented(d, first)) if gap else None),
         (fa.ICON_FA_LINK_SLASH, "Separate", "", "Divide a cemented surface by a thin gap of air",
-         (lambda d: structure.air_spaced(d, first)) if inside else None),
+         (lambda d: elements.air_spaced(d, first)) if inside else None),
         (fa.ICON_FA_CIRCLE_STOP, "Stop here", "", "Make this surface the stop",
-         (lambda d: structure.with_stop(d, first)) if one and first != lens.stop_index else None),
+         (lambda d: stop.with_stop(d, first)) if one and first != lens.stop_index else None),
         (fa.ICON_FA_CIRCLE_HALF_STROKE, "Stop in the gap", "", "A plane stop in the middle of the gap behind the "
          "surface, as wide as the beam there: the f-number stays",
-         (lambda d: structure.with_stop_in_gap(d, first, 0.5 * d.surfaces[first].thickness))
+         (lambda d: stop.with_stop_in_gap(d, first, 0.5 * d.surfaces[first].thickness))
          if one and first + 1 < count and lens.surfaces[first].thickness > 0.0 else None),
     ]
 
 
 def _before(lens, first: int) -> int:
     """Where the element before a group begins."""
-    return structure.element_at(lens, first - 1)[0]
+    return elements.element_at(lens, first - 1)[0]
 
 
 def _behind(lens, last: int) -> int:
     """The place behind the element that follows a group."""
-    return structure.element_at(lens, last + 1)[1] + 1
+    return elements.element_at(lens, last + 1)[1] + 1
 
 
 def moved_selection(title: str, document: LensDocument, after: LensDocument, state: LensTableState) -> None:

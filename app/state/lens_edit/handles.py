@@ -22,7 +22,7 @@ from lensbench.lenses.editing.document import (
     LensDocument,
     words,
 )
-from lensbench.lenses.editing.structure import element_at
+from lensbench.lenses.editing.elements import element_at
 from lensbench.lenses.paraxial import index_of, reference_wavelength
 
 ROOM = 0.3                      # of a gap, that a handle beside it takes at most

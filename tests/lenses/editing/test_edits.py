@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import AIR, Glass, Surface, lenses
-from lensbench.lenses.editing import cells, structure
+from lensbench.lenses.editing import cells, elements, stop, structure
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
 from lensbench.lenses.editing.document_text import from_text, lost_edits, to_text
 from lensbench.lenses.editing.faults import faults
@@ -55,10 +55,10 @@ def test_a_number_changes_alone(quantity, value, name):
     lambda: cells.with_radius(TRIPLET, 0, "nan"), lambda: cells.with_glass(TRIPLET, 0, "1.5 x"),
     lambda: cells.with_glass(TRIPLET, 0, Glass(9.0)), lambda: structure.deleted(TRIPLET, range(6)),
     lambda: structure.deleted(TRIPLET, [7]), lambda: structure.scaled(TRIPLET, 0.0),
-    lambda: structure.scaled(TRIPLET, 1e12), lambda: structure.flipped(TRIPLET, 0, 0),
-    lambda: structure.cemented(TRIPLET, 0), lambda: structure.air_spaced(TRIPLET, 1),
+    lambda: structure.scaled(TRIPLET, 1e12), lambda: elements.flipped(TRIPLET, 0, 0),
+    lambda: elements.cemented(TRIPLET, 0), lambda: elements.air_spaced(TRIPLET, 1),
     lambda: structure.split(TRIPLET, 0, 1.5), lambda: structure.moved(TRIPLET, 0, 1, 9),
-    lambda: structure.with_stop(TRIPLET, 6), lambda: structure.with_stop_in_gap(TRIPLET, 1, 7.0),
+    lambda: stop.with_stop(TRIPLET, 6), lambda: stop.with_stop_in_gap(TRIPLET, 1, 7.0),
     lambda: structure.inserted(TRIPLET, 0, [Surface(0.0, 1.0, 1e12)])])
 def test_what_no_surface_can_have_is_refused(wrong):
     with pytest.raises(EditError) as told:
@@ -99,9 +99,9 @@ def test_planes_that_bend_no_ray_are_inserted_and_deleted_without_effect():
 
 def test_a_group_flipped_twice_is_the_same_and_the_whole_lens_flipped_has_the_focal_length():
     for first, last in ((0, 1), (2, 3), (0, 3), (0, 5)):
-        back = structure.flipped(structure.flipped(TRIPLET, first, last), first, last)
+        back = elements.flipped(elements.flipped(TRIPLET, first, last), first, last)
         assert back == TRIPLET
-    turned = structure.flipped(TRIPLET, 0, 5)
+    turned = elements.flipped(TRIPLET, 0, 5)
     assert abs(oracle.efl(turned.lens) / oracle.efl(TRIPLET.lens) - 1) < 1e-14
     assert turned.lens.stop_index == 2 and turned.surfaces[5].thickness == TRIPLET.surfaces[5].thickness
     assert turned.surfaces[0].curvature == -TRIPLET.surfaces[5].curvature
@@ -119,26 +119,26 @@ def test_surfaces_move_with_their_gaps_and_scaling_scales_every_length():
 def test_a_cemented_surface_is_separated_and_cemented_again():
     joint = next(i for i in range(1, len(GAUSS.surfaces) - 1)
                  if GAUSS.surfaces[i - 1].glass.n_d > 1.0 and GAUSS.surfaces[i].glass.n_d > 1.0)
-    apart = structure.air_spaced(GAUSS, joint, 0.5)
+    apart = elements.air_spaced(GAUSS, joint, 0.5)
     assert len(apart.surfaces) == len(GAUSS.surfaces) + 1 and apart.surfaces[joint].glass == AIR
     assert apart.surfaces[joint + 1].curvature == GAUSS.surfaces[joint].curvature
     assert apart.lens.length == pytest.approx(GAUSS.lens.length + 0.5)
-    assert structure.cemented(apart, joint).lens == GAUSS.lens
+    assert elements.cemented(apart, joint).lens == GAUSS.lens
     # In the limit of no gap between equal curvatures the light does not notice the air
-    near = structure.air_spaced(GAUSS, joint, 1e-9)
+    near = elements.air_spaced(GAUSS, joint, 1e-9)
     assert spot(near.lens) == pytest.approx(spot(GAUSS.lens), abs=1e-8)
 
 
 def test_the_stop_goes_anywhere_and_the_f_number_stays():
     f_number = lb.first_order(TRIPLET.lens).f_number
     for gap, part in ((0, 0.0), (1, 0.5), (3, 0.25), (4, 1.0)):
-        there = structure.with_stop_in_gap(TRIPLET, gap, part * TRIPLET.surfaces[gap].thickness)
+        there = stop.with_stop_in_gap(TRIPLET, gap, part * TRIPLET.surfaces[gap].thickness)
         assert there.lens.stop_index == gap + 1 and len(there.surfaces) == 7
         assert lb.first_order(there.lens).f_number == pytest.approx(f_number, rel=1e-12)
         assert oracle.efl(there.lens) == pytest.approx(oracle.efl(TRIPLET.lens), rel=1e-14)
     # A stop that was a plane of its own is taken away where it was
-    once = structure.with_stop_in_gap(TRIPLET, 1, 3.0)
-    again = structure.with_stop_in_gap(once, 4, 1.0)
+    once = stop.with_stop_in_gap(TRIPLET, 1, 3.0)
+    again = stop.with_stop_in_gap(once, 4, 1.0)
     assert len(again.surfaces) == 7 and again.lens.stop_index == 4
     gone = structure.deleted(TRIPLET, [3])
     assert gone.lens.stop_index == 3 and [f.kind for f in gone.findings] == [Kind.MOVED_STOP]

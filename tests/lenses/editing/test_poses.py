@@ -6,7 +6,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.lenses.editing import structure
+from lensbench.lenses.editing import elements, structure
 from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.editing.document_text import from_text, to_text
 from lensbench.lenses.editing.poses import body_at, with_pose
@@ -26,7 +26,7 @@ def test_an_element_moves_as_one_body_and_back_to_the_same_bits():
 @pytest.mark.parametrize(("edit", "body"), [
     (lambda d: structure.inserted_plane(d, 0), (3, 4)), (lambda d: structure.deleted(d, [0]), (1, 2)),
     (lambda d: structure.split(d, 2), (2, 4)), (lambda d: structure.moved(d, 2, 3, 6), (4, 5)),
-    (lambda d: structure.flipped(d, 2, 3), (2, 3))])
+    (lambda d: elements.flipped(d, 2, 3), (2, 3))])
 def test_edits_of_rows_keep_a_body_together(edit, body):
     after = edit(BENT)
     assert body_at(after.lens, body[0]) == body == body_at(after.lens, body[1])
@@ -35,8 +35,8 @@ def test_edits_of_rows_keep_a_body_together(edit, body):
 
 def test_an_element_of_a_tilted_group_is_turned_round_with_the_group_alone():
     with pytest.raises(EditError, match="surface 4 is tilted about the vertex of surface 2: turn both"):
-        structure.flipped(with_pose(START, 2, 5, "tilt_x", 0.02), 4, 5)
-    turned = structure.flipped(with_pose(START, 2, 5, "decentre_y", 0.5), 4, 5).lens       # no tilt: any pivot will do
+        elements.flipped(with_pose(START, 2, 5, "tilt_x", 0.02), 4, 5)
+    turned = elements.flipped(with_pose(START, 2, 5, "decentre_y", 0.5), 4, 5).lens       # no tilt: any pivot will do
     assert [turned.vertex(i)[1] for i in range(6)] == [0.0, 0.0, 0.5, 0.5, 0.5, 0.5]
 
 

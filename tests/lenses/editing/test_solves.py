@@ -5,7 +5,8 @@ import pytest
 from lensbench import lenses
 from lensbench.lenses.editing.cells import with_rule, with_value, without_rule
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
-from lensbench.lenses.editing.structure import deleted, inserted_plane, scaled, with_stop
+from lensbench.lenses.editing.stop import with_stop
+from lensbench.lenses.editing.structure import deleted, inserted_plane, scaled
 from lensbench.optics.finding import Kind
 from tests.lenses.editing import oracle
 

@@ -1,0 +1,162 @@
+"""Edits of elements and groups: turn round, cement, separate. Lengths in mm; surfaces are numbered from 0."""
+
+from dataclasses import replace
+
+from lensbench.kernels.figures import significant
+from lensbench.lenses.editing.document import EditError, LensDocument, with_surfaces
+from lensbench.lenses.editing.order import check_fixed, check_range, front_medium, pose_behind, reordered, surface_at
+from lensbench.lenses.editing.solves import settled
+from lensbench.lenses.editing.stop import with_stop
+from lensbench.lenses.editing.structure import inserted
+from lensbench.optics.finding import Kind, note
+from lensbench.optics.glass import AIR, Glass
+from lensbench.optics.lens_surface import Surface
+from lensbench.optics.prescription import Lens
+
+AIR_GAP = 0.1           # mm: of a cemented surface that is separated
+
+
+def element_at(lens: Lens, surface: int) -> tuple[int, int]:
+    """First and last surface of the element, or cemented group, that a surface belongs to.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    surface : int
+        Number of the surface, from 0.
+
+    Returns
+    -------
+    tuple of int
+        Twice the surface itself where it belongs to neither.
+    """
+    first = last = surface
+    while first > 0 and lens.surfaces[first - 1].glass.n_d > 1.0:
+        first -= 1
+    while last + 1 < len(lens.surfaces) and lens.surfaces[last].glass.n_d > 1.0:
+        last += 1
+    return first, last
+
+
+def flipped(document: LensDocument, first: int, last: int) -> LensDocument:
+    """The document with a group of surfaces turned round, in the same place along the axis.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+    first, last : int
+        Numbers of the first and last surface of the group.
+
+    Returns
+    -------
+    LensDocument
+
+    Raises
+    ------
+    EditError
+        For a group between two different media, with gaps that vary, or with a tilt about a surface outside.
+    """
+    check_range(document, first, last)
+    before = document.surfaces[first - 1].glass if first else front_medium(document.lens)
+    after = document.surfaces[last].glass
+    if before != after:
+        raise EditError(f"surfaces {first} to {last} have {_named(before)} in front of them and {_named(after)} behind "
+                        "them: only a group between equal media can be turned round")
+    check_fixed(document.lens, set(range(first, last)), "turned round")
+    group = [_pivot_within(document.surfaces[i], i, first, last) for i in range(first, last + 1)]
+    gaps = [(s.thickness, s.glass) for s in group[:-1]][::-1] + [(group[-1].thickness, group[-1].glass)]
+    turned = [surface.reversed(*gap) for surface, gap in zip(reversed(group), gaps, strict=True)]
+    surfaces = (*document.surfaces[:first], *turned, *document.surfaces[last + 1:])
+    order: list[int | Surface] = [*range(first), *range(last, first - 1, -1), *range(last + 1, len(surfaces))]
+    moved = reordered(document, order, settle=False)
+    positions = document.lens.positions                 # gaps stay in place: only those inside would move
+    return settled(replace(moved, lens=replace(moved.lens, surfaces=surfaces, positions=positions)))
+
+
+def _pivot_within(surface: Surface, i: int, first: int, last: int) -> Surface:
+    """Surface i, pivoting about one of those that are turned round; EditError for a tilt about another."""
+    pose = surface.pose
+    if pose is None or first <= i - pose.pivot <= last:
+        return surface
+    if pose.tilt_x or pose.tilt_y:
+        raise EditError(f"surface {i} is tilted about the vertex of surface {i - pose.pivot}: turn both round, or "
+                        "neither")
+    return replace(surface, pose=replace(pose, pivot=0))
+
+
+def cemented(document: LensDocument, surface: int) -> LensDocument:
+    """The document with the air gap behind a surface closed: the next surface is taken away.
+
+    The curvature of the cemented surface is that of the first; the second element keeps its thickness.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+    surface : int
+        Number of the surface, from 0.
+
+    Returns
+    -------
+    LensDocument
+
+    Raises
+    ------
+    EditError
+        For a gap that does not lie between two elements, or that varies with zoom or focus.
+    """
+    front = surface_at(document, surface)
+    if surface + 1 >= len(document.surfaces) or front.glass.n_d > 1.0:
+        raise EditError(f"behind surface {surface} there is no air gap between two elements")
+    back = document.surfaces[surface + 1]
+    if surface == 0 or document.surfaces[surface - 1].glass.n_d == 1.0 or back.glass.n_d == 1.0:
+        raise EditError(f"the gap behind surface {surface} does not lie between two elements: only glass is cemented")
+    check_fixed(document.lens, {surface, surface + 1}, "cemented")
+    joined = replace(front, thickness=back.thickness, glass=back.glass,
+                     semi_diameter=max(front.semi_diameter, back.semi_diameter))
+    changed = replace(document, lens=with_surfaces(document.lens, [(surface, joined)]))
+    count = len(document.surfaces)
+    if document.lens.stop_index == surface + 1:
+        changed = with_stop(changed, surface)
+    found = [] if front.curvature == back.curvature else [note(
+        Kind.SHAPE, f"the curvatures of surfaces {surface} and {surface + 1} differed: the cemented surface has that "
+                    f"of surface {surface}", surface)]
+    made = reordered(changed, [i for i in range(count) if i != surface + 1])
+    return replace(made, findings=(*made.findings, *found))
+
+
+def air_spaced(document: LensDocument, surface: int, gap: float = AIR_GAP) -> LensDocument:
+    """The document with a cemented surface separated into two of its shape.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+    surface : int
+        Number of the surface, from 0.
+    gap : float
+        Air between them, mm.
+
+    Returns
+    -------
+    LensDocument
+
+    Raises
+    ------
+    EditError
+        For a surface without glass on both sides, or a gap that varies with zoom or focus.
+    """
+    front = surface_at(document, surface)
+    if surface == 0 or document.surfaces[surface - 1].glass.n_d == 1.0 or front.glass.n_d == 1.0:
+        raise EditError(f"surface {surface} is not cemented: there is no glass on both of its sides")
+    check_fixed(document.lens, {surface}, "separated")
+    rear = replace(front, pose=pose_behind(front))
+    front = replace(front, thickness=gap, glass=AIR)
+    changed = replace(document, lens=with_surfaces(document.lens, [(surface, front)]))
+    return inserted(changed, surface + 1, [rear])
+
+
+def _named(glass: Glass) -> str:
+    return "air" if glass.n_d == 1.0 else glass.name or f"glass of index {significant(glass.n_d)}"

@@ -1,0 +1,201 @@
+"""Surfaces in another order, with all that belongs to them: what the edits of `structure`, `stop` and `elements` share.
+
+Lengths in mm; surfaces are numbered from 0.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from lensbench.lenses.editing.document import EditError, LensDocument
+from lensbench.lenses.editing.solves import settled
+from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.glass import AIR, Glass
+from lensbench.optics.lens_surface import LensError, Surface
+from lensbench.optics.prescription import Lens
+from lensbench.optics.surface_pose import SurfacePose
+
+
+def reordered(document: LensDocument, order: Sequence[int | Surface], comments: dict[int, str] | None = None,
+              settle: bool = True) -> LensDocument:
+    """The document with its surfaces, and all that belongs to them, in another order.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+    order : sequence of int or Surface
+        From the scene to the film: a surface of the document by its number, or a new one.
+    comments : dict or None
+        Comments of new surfaces, by their place.
+    settle : bool
+        Whether solves and pickups are settled.
+
+    Returns
+    -------
+    LensDocument
+
+    Raises
+    ------
+    EditError
+        For a lens that cannot be built.
+    """
+    lens, findings = document.lens, list(document.findings)
+    place = {old: new for new, old in enumerate(order) if isinstance(old, int)}
+    surfaces = tuple(_pivoted(lens, each, new, place, findings) if isinstance(each, int) else each
+                     for new, each in enumerate(order))
+    said = tuple((comments or {}).get(new, "") if not isinstance(each, int) else document.comment(each)
+                 for new, each in enumerate(order))
+
+    # The stop: itself, or the nearest surface behind it that is left, else the last
+    stop = place.get(lens.stop_index)
+    if stop is None:
+        later = [place[old] for old in sorted(place) if old > lens.stop_index]
+        stop = later[0] if later else len(surfaces) - 1
+        findings.append(Finding(Kind.MOVED_STOP, stop, f"the stop was deleted: surface {stop} is the stop now"))
+
+    solves = tuple(replace(s, surface=place[s.surface]) for s in document.solves if s.surface in place)
+    solves = tuple(replace(s, surface=stop) if s.kind == "f-number" else s for s in solves
+                   if not (s.kind == "edge" and s.surface == len(surfaces) - 1))
+    pickups = tuple(replace(p, surface=place[p.surface], source=place[p.source]) for p in document.pickups
+                    if p.surface in place and p.source in place)
+    lost = len(document.solves) + len(document.pickups) - len(solves) - len(pickups)
+    if lost:
+        findings.append(note(Kind.LEFT_OUT, f"{lost} solve{'s' if lost > 1 else ''} or pickup"
+                                            f"{'s' if lost > 1 else ''} of deleted surfaces went with them"))
+    positions = lens.positions
+    if positions is not None:
+        positions = replace(positions, gaps=tuple(place[gap] for gap in positions.gaps))
+        if positions.stops and place.get(lens.stop_index) is None:
+            positions = replace(positions, stops=())
+    try:
+        made = replace(lens, surfaces=surfaces, stop_index=stop, positions=positions)
+        changed = LensDocument(made, said, solves, pickups, tuple(findings))
+    except (LensError, ValueError) as error:
+        raise EditError(str(error)) from None
+    return settled(changed) if settle else changed
+
+
+def _pivoted(lens: Lens, old: int, new: int, place: dict[int, int], findings: list[Finding]) -> Surface:
+    """A surface in its new place, out of line about the same pivot, or about its own vertex where that is deleted."""
+    surface = lens.surfaces[old]
+    if surface.pose is None:
+        return surface
+    pivot = place.get(old - surface.pose.pivot)
+    if pivot is None:
+        findings.append(note(Kind.LEFT_OUT, f"surface {new} pivots about its own vertex: the surface about whose "
+                                            "vertex it was tilted is deleted", new))
+    return replace(surface, pose=replace(surface.pose, pivot=0 if pivot is None else new - pivot))
+
+
+def check_fixed(lens: Lens, gaps: set[int], what: str) -> None:
+    """Refuse an edit of gaps that vary.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    gaps : set of int
+        Numbers of the surfaces before the gaps.
+    what : str
+        What cannot be done to the surfaces, for the message, such as "deleted".
+
+    Raises
+    ------
+    EditError
+        Where one of the gaps varies with zoom or focus.
+    """
+    moving = sorted(gaps & set(lens.positions.gaps)) if lens.positions is not None else []
+    if moving:
+        raise EditError(f"the gap behind surface {moving[0]} varies with zoom or focus: the surfaces beside it cannot "
+                        f"be {what}")
+
+
+def bends_nothing(lens: Lens, surface: int) -> bool:
+    """Whether a surface has the same medium on both sides.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    surface : int
+        Number of the surface, from 0.
+
+    Returns
+    -------
+    bool
+    """
+    before = lens.surfaces[surface - 1].glass if surface else front_medium(lens)
+    return before == lens.surfaces[surface].glass
+
+
+def front_medium(lens: Lens) -> Glass:
+    """The medium before the first surface.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+
+    Returns
+    -------
+    Glass
+    """
+    return AIR if lens.front_index == 1.0 else Glass(lens.front_index)
+
+
+def pose_behind(surface: Surface) -> SurfacePose | None:
+    """The pose of the next surface in the body that a surface belongs to.
+
+    Parameters
+    ----------
+    surface : Surface
+        The surface.
+
+    Returns
+    -------
+    SurfacePose or None
+        None in line.
+    """
+    return surface.pose and replace(surface.pose, pivot=surface.pose.pivot + 1)
+
+
+def surface_at(document: LensDocument, surface: int) -> Surface:
+    """A surface by its number.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document.
+    surface : int
+        Number of the surface, from 0.
+
+    Returns
+    -------
+    Surface
+
+    Raises
+    ------
+    EditError
+        For a number that no surface has.
+    """
+    check_range(document, surface, surface)
+    return document.surfaces[surface]
+
+
+def check_range(document: LensDocument, first: int, last: int) -> None:
+    """Refuse a range of surfaces that the document does not have.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document.
+    first, last : int
+        Numbers of the first and last surface.
+
+    Raises
+    ------
+    EditError
+        For numbers beyond the lens, or in the wrong order.
+    """
+    if not 0 <= first <= last < len(document.surfaces):
+        raise EditError(f"surfaces {first} to {last}: they are numbered from 0 to {len(document.surfaces) - 1}")
