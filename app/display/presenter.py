@@ -187,7 +187,7 @@ class Presenter:
         texture = screen.developed(self._development(settings, view, update, depth is not None))
         pinned, difference = None, None
         if settings.compare != "off" and self.pinned is not None and self._pinned_screen is not None:
-            pinned = self._other(self.pinned, self._pinned_screen, settings, view)
+            pinned = self._other(self.pinned, self._pinned_screen, view)
             if settings.compare == "difference" and screen.size == pinned.size:
                 a, b = self.pinned.image, self.light
                 difference = self._difference.of((self._pins, of), lambda: Difference.of(a, b))
@@ -229,7 +229,7 @@ class Presenter:
         return deep.depth if deep is not None and deep.settings.aim == settings.aim else None
 
     @staticmethod
-    def _other(update: RenderUpdate, screen: Screen, settings: Settings, view: View) -> Pinned:
+    def _other(update: RenderUpdate, screen: Screen, view: View) -> Pinned:
         """The picture A, tone-mapped by its own settings."""
         own = update.settings
         texture = screen.developed(Development(own.exposure, "raw" if update.raw else own.tone, sensor=own.noise))

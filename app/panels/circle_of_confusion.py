@@ -65,7 +65,7 @@ def circle_of_confusion_panel(settings: Settings, state: CocState, links: Pointe
         return settings
     got = readings(settings)
     try:
-        low, high, bottom, top = plot_range(settings, got)
+        low, high, bottom, top = plot_range(got)
         shown = curves(settings.optics, low, high)
     except (ValueError, OSError) as error:
         paragraph(str(error))

@@ -89,7 +89,7 @@ def _plotted(settings: Settings, chart: Chart, shown: str, chosen: tuple[str, in
     below = imgui.get_text_line_height_with_spacing() if refused else 0.0
     plot = None
     if room.y - below > 40.0 and implot.begin_plot("Models plot", ImVec2(room.x, room.y - below), PLOT_FLAGS):
-        _set_axes(room, chart, marks, label)
+        _set_axes(room, marks, label)
         plot = PlotMap.current(log=True)
         implot.push_plot_clip_rect()
         places = _draw(plot, replace(chart, marks=tuple(marks)), TOLERANCE[shown], _present(settings, chosen),
@@ -126,7 +126,7 @@ def _model(mark: Mark) -> tuple[str, int] | None:
     return mark.kind, int(mark.name.split()[-1]) if mark.kind == "polynomial" else 0
 
 
-def _set_axes(room: ImVec2, chart: Chart, marks: list[Mark], label: str) -> None:
+def _set_axes(room: ImVec2, marks: list[Mark], label: str) -> None:
     roomy = room.x > theme.em(13) and room.y > theme.em(10)
     costs = [mark.cost for mark in marks] or [1.0]
     errors = [max(mark.error, FLOOR) for mark in marks] or [1.0]

@@ -3,6 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+TOLERANCE = 0.05        # pixels that a point may lie off the line between its neighbours
+ROUNDS = 5
+
 
 class Paths:
     """Curves that rise to the right in one common set of columns.
@@ -34,19 +37,18 @@ def crosses(crossing: list[tuple[float, float]], top: float, bottom: float) -> b
     return any(low < bottom and high > top for low, high in crossing)
 
 
-def simplified(points: NDArray[np.float64], tolerance: float = 0.05, rounds: int = 5) -> NDArray[np.float64]:
+def simplified(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """The curve (n, 2) without points that lie on the line between their neighbours; gaps of NaN stay.
 
-    tolerance: pixels, in each round; a round can drop every second point, so that the drawn curve is at most
-    rounds × tolerance away.
+    A round can drop every second point, so that the drawn curve is at most ROUNDS × TOLERANCE pixels away.
     """
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         if len(points) < 5:
             return points
         before, at, after = points[0:-2:2], points[1:-1:2], points[2::2]
         chord, part = after - before, at - before
         off = np.abs(chord[:, 0] * part[:, 1] - chord[:, 1] * part[:, 0])
-        needless = off <= tolerance * np.hypot(chord[:, 0], chord[:, 1])
+        needless = off <= TOLERANCE * np.hypot(chord[:, 0], chord[:, 1])
         keep = np.ones(len(points), bool)
         keep[1:-1:2] = ~needless
         if keep.all():

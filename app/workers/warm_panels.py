@@ -18,7 +18,7 @@ def prepare(settings: Settings) -> None:
     try:
         got = readings(settings)
         sketch(settings)
-        curves(settings.optics, *plot_range(settings, got)[:2])
+        curves(settings.optics, *plot_range(got)[:2])
         built = setup(settings)
         box_samples(built.lens, built.film_distance, 0.0)
         pixel_readings(settings, (0.5 * settings.film.pixels_x, 0.5 * settings.film.pixels_y))

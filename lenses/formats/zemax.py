@@ -91,7 +91,7 @@ def read(text: str, path: str) -> Lens:
     if not surfaces:
         raise LensFileError(path, None, "there are no surfaces (SURF): this is no Zemax lens")
 
-    _read_header(design, header, surfaces[0])
+    _read_header(design, header)
     design.name = header.get("NAME", (0, [""]))[1][0].strip().strip('"')
     design.notes = " ".join(" ".join(notes).split())
     catalogues = [name.upper() for name in header.get("GCAT", (0, []))[1]]
@@ -168,7 +168,7 @@ def _solves(design: Design, index: int, keys: dict, row_of: dict[int, int], is_l
     return []
 
 
-def _read_header(design: Design, header: dict, first: dict) -> None:
+def _read_header(design: Design, header: dict) -> None:
     """Unit, aperture, fields and wavelengths."""
     path = design.path
     if "MODE" in header and header["MODE"][1][:1] not in (["SEQ"], []):

@@ -22,7 +22,7 @@ TIPS = {"front": "Between the scene and the lens, as a converter or close-up att
         "behind": "Between the lens and the film, as a teleconverter"}
 
 
-def attach_dialog(settings: Settings, document: LensDocument, state: LensTableState) -> Settings:
+def attach_dialog(settings: Settings, state: LensTableState) -> Settings:
     """Draw the dialog while `state.attaching`; the settings, changed or not."""
     choice = state.attaching
     if choice is None:

@@ -132,11 +132,11 @@ def _keys(settings: Settings, document: LensDocument, cell: Cell, state: LensTab
     return settings
 
 
-def text_entry(state: LensTableState, cell: Cell, width: float = -1.0) -> str | None:
+def text_entry(state: LensTableState) -> str | None:
     """The entry of a text in the place of its cell; returns the text when Enter ends it. Escape cancels."""
     entry = state.entry
     assert entry is not None
-    imgui.set_next_item_width(width)
+    imgui.set_next_item_width(-1.0)
     imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(theme.em(0.25), theme.em(0.125)))
     if entry.fresh:
         imgui.set_keyboard_focus_here()
@@ -160,7 +160,7 @@ def text_entry(state: LensTableState, cell: Cell, width: float = -1.0) -> str | 
 
 def _typing(settings: Settings, state: LensTableState, cell: Cell, body: tuple[int, int] | None) -> Settings:
     """The settings after this frame of the text entry; a text that is no number stays, with the reason."""
-    text = text_entry(state, cell)
+    text = text_entry(state)
     if text is None:
         return settings
     try:

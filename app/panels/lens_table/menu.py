@@ -99,7 +99,7 @@ def toolbar(settings: Settings, document: LensDocument, state: LensTableState) -
     if _button(fa.ICON_FA_UP_RIGHT_AND_DOWN_LEFT_FROM_CENTER, "Scale", "Scale the whole lens"):
         state.number = 2.0
         imgui.open_popup(SCALE)
-    settings = _scale_popup(settings, document, state)
+    settings = _scale_popup(settings, state)
     if _button(fa.ICON_FA_PASTE, "Paste table", "Paste a table of surfaces from a patent or a spreadsheet  (Ctrl+V)"):
         state.pasting = imgui.get_clipboard_text() or ""
     improve_button(settings, document, state)
@@ -262,7 +262,7 @@ def _present(document: LensDocument, surface: int, kind: str) -> float:
     return 0.0
 
 
-def _scale_popup(settings: Settings, document: LensDocument, state: LensTableState) -> Settings:
+def _scale_popup(settings: Settings, state: LensTableState) -> Settings:
     if not imgui.begin_popup(SCALE):
         return settings
     imgui.text_disabled("Factor")

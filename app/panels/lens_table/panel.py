@@ -58,8 +58,8 @@ def lens_table_panel(settings: Settings, state: LensTableState, links: Pointed |
     state.keyed = has_keyboard(state)
     settings = _table(settings, document, found, state, links)
     settings = keys(settings, document, state)
-    settings = attach_dialog(settings, document, state)
-    return paste_dialog(settings, document, state)
+    settings = attach_dialog(settings, state)
+    return paste_dialog(settings, state)
 
 
 def walk(state: LensTableState, rows: int) -> bool:
@@ -192,7 +192,7 @@ def _cell(settings: Settings, document: LensDocument, i: int, quantity: str, sta
 def _comment(settings: Settings, document: LensDocument, i: int, state: LensTableState) -> Settings:
     cell = (i, "comment")
     if state.entry is not None and state.entry.cell == cell:
-        text = text_entry(state, cell)
+        text = text_entry(state)
         if text is not None:
             settings = state.apply(settings, partial(with_comment, surface=i, comment=text))
             state.entry = None

@@ -28,7 +28,7 @@ def read(text: str) -> LensDocument | str:
         return str(error)
 
 
-def paste_dialog(settings: Settings, document: LensDocument, state: LensTableState) -> Settings:
+def paste_dialog(settings: Settings, state: LensTableState) -> Settings:
     """Draw the dialog while there is a text to paste; the settings, changed or not."""
     if state.pasting is None:
         return settings

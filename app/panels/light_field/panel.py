@@ -128,7 +128,7 @@ def _focus(look: Look, recording: Recording, worker: LightFieldWorker, form: For
     look = moment_chooser(look, recording)
     look = pupil_pad(look, recording)
     _figures(look, recording, worker)
-    _comparison(look, recording, worker, form)
+    _comparison(look, worker, form)
     return look
 
 
@@ -151,7 +151,7 @@ def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None
         imgui.pop_font()
 
 
-def _comparison(look: Look, recording: Recording, worker: LightFieldWorker, form: Form) -> None:
+def _comparison(look: Look, worker: LightFieldWorker, form: Form) -> None:
     field_picture = worker.field_picture
     ready = (worker.task is None and field_picture is not None and field_picture.look == look.asked
              and look.show == "focus")
@@ -169,7 +169,7 @@ def _comparison(look: Look, recording: Recording, worker: LightFieldWorker, form
         imgui.set_item_tooltip("Peak signal to noise: linear light, clipped to 0 … 1. The camera's own picture is A")
 
 
-def _sensor(look: Look, recording: Recording, raw: lb.RawPicture, settings: Settings) -> None:
+def _sensor(look: Look, raw: lb.RawPicture, settings: Settings) -> None:
     """The sensor of a plenoptic camera behind one microlens, and the match of the f-numbers."""
     x, y = look.pixel
     behind = develop(raw.behind(x, y)[::-1], settings.exposure, settings.tone)
@@ -186,7 +186,7 @@ def _view(look: Look, recording: Recording, settings: Settings) -> Look:
             False: "What one cell of the pupil sees: the pixels at one place behind all microlenses",
             True: "The raw picture: behind each microlens a small picture of the pupil"}))
         if look.sensor:
-            _sensor(look, recording, recording.raw, settings)
+            _sensor(look, recording.raw, settings)
             return look
     look = moment_chooser(look, recording)
     paragraph("Light that each cell passes to the clicked pixel")

@@ -87,7 +87,7 @@ class Curves:
     neighbours: tuple[tuple[float, np.ndarray], ...]
 
 
-def plot_range(settings: Settings, got: Readings) -> tuple[float, float, float, float]:
+def plot_range(got: Readings) -> tuple[float, float, float, float]:
     """Distances (m) and diameters (µm) of the plot of a lens, the same for every stop and focus.
 
     The diameters get a decade more where a near focus blurs distant objects beyond the plot.

@@ -141,7 +141,7 @@ def _traced(lens: lb.Lens, film_distance: float, name: str, height: float, focus
             path = np.vstack([path, [film_z, trace.points[i][1] + run * direction[1]]])
             kind = "chief" if i == middle else "marginal" if i in (0, count - 1) else ""
             rays.append(Ray(path, kind, f"{kind} ray".strip() if kind else "ray"))
-        elif _near_the_glass(lens, path, int(trace.fate[i])):
+        elif _near_the_glass(lens, path):
             fate, surface = lb.Fate(int(trace.fate[i])), int(blockers(lens, trace, forward=True)[i])
             rays.append(Ray(path, "dead", end_text(lens, fate, surface), surface))
     return Fan(name, height, tuple(rays))
@@ -213,7 +213,7 @@ def _passing_interval(passes, reach: float, centred: bool = True) -> tuple[float
     return found[0], found[1]
 
 
-def _near_the_glass(lens: lb.Lens, path: np.ndarray, fate: int) -> bool:
+def _near_the_glass(lens: lb.Lens, path: np.ndarray) -> bool:
     """Whether a dead ray is worth drawing: it meets the first surface within 1.2 semi-diameters."""
     return len(path) > 2 or (len(path) == 2 and abs(path[1][1]) < 1.2 * lens.surfaces[0].semi_diameter)
 

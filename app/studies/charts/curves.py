@@ -64,12 +64,12 @@ def draw_panels(panels: list[Panel], path: Path, title: str, measured: str = "")
             axes = plot(figure.add_subplot(rows, across, i + 1), panel.x if i + across >= len(panels) else "",
                         panel.y if first else "", panel.title, log=True)
             _draw(axes, panel)
-        figure.legend([_line(figure, curve) for curve in named.values()], list(named), loc="outside lower left",
+        figure.legend([_line(curve) for curve in named.values()], list(named), loc="outside lower left",
                       ncols=2, frameon=False, fontsize=8.5, labelcolor=DIM, handlelength=2.4)
         save(figure, path)
 
 
-def _line(figure: Any, curve: Curve) -> Any:
+def _line(curve: Curve) -> Any:
     from matplotlib.lines import Line2D
 
     return Line2D([], [], color=COLOURS[curve.tint], linestyle=(0, DOTS) if curve.dotted else "-", marker="o",

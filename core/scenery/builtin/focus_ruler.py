@@ -12,11 +12,11 @@ NEAR, FAR = 600.0, 2400.0               # mm from the film, the ends of the rule
 GROUND = -420.0                         # mm, the floor below the camera
 
 
-def _printed(ink: np.ndarray, ink_colour: Triple = INK) -> Material:
+def _printed(ink: np.ndarray) -> Material:
     """Paper with ink where the array is 1."""
     ink = ink[..., None]
     return Material((1.0, 1.0, 1.0), pattern=Pattern("image", image=Image.of(
-        np.asarray(PAPER) * (1 - ink) + np.asarray(ink_colour) * ink)))
+        np.asarray(PAPER) * (1 - ink) + np.asarray(INK) * ink)))
 
 
 def _scale() -> np.ndarray:

@@ -63,7 +63,7 @@ MOST_KEPT = 512 << 20   # bytes of trees and their meshes, for scenes seen befor
 CENTRE, REACH, MESHES = offsets(3, 1)
 # Integers of `find_meshes`: places and counts of the tree, and how deep its stack is; then those of the surfaces
 NODES, NODE_COUNT, LEAVES, LEAF_COUNT, STACK, TREE = range(6)
-CORNERS, CORNER_COUNT, VERTICES, VERTEX_COUNT, OWNERS, MESH_INTEGERS = range(TREE, TREE + 6)
+CORNERS, CORNER_COUNT, VERTICES, VERTEX_COUNT, OWNERS = range(TREE, TREE + 5)
 # Of a vertex: position, normal (0 where there is none), place in the image, colour
 PLACE, NORMAL, UV, TINT, VERTEX = offsets(3, 3, 2, 3)
 # Of a mesh in `mesh_surfaces`; GREATEST: of its texture. Integers: whether it has one, and those of the texture

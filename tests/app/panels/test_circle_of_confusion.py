@@ -19,7 +19,7 @@ START = Settings(lens="pbrt-dgauss-50mm")
 
 
 def shown(settings: Settings):
-    low, high, *_ = plot_range(settings, readings(settings))
+    low, high, *_ = plot_range(readings(settings))
     return curves(settings, low, high)
 
 
@@ -79,7 +79,7 @@ def test_the_picture_follows_the_real_lens_only_when_it_is_traced():
 
 
 def test_what_the_plot_shows_does_not_jump_with_focus_and_aperture():
-    ranges = {plot_range(s, readings(s)) for s in (START, replace(START, f_number=11.0),
+    ranges = {plot_range(readings(s)) for s in (START, replace(START, f_number=11.0),
                                                    replace(START, focus_distance=math.inf))}
     assert len(ranges) == 1
     low, high, bottom, top = ranges.pop()
@@ -89,9 +89,9 @@ def test_what_the_plot_shows_does_not_jump_with_focus_and_aperture():
 
 def test_the_plot_has_room_for_the_blur_of_what_is_far_behind_a_near_focus():
     nearest = replace(START, focus_distance=readings(START).nearest_focus * 1.001)
-    low, high, _, top = plot_range(nearest, readings(nearest))
+    low, high, _, top = plot_range(readings(nearest))
     far = main_curve(curves(nearest, low, high))[-1]
-    assert plot_range(START, readings(START))[3] < far < top
+    assert plot_range(readings(START))[3] < far < top
 
 
 def test_a_plot_maps_logarithms_and_back():
