@@ -38,6 +38,7 @@ _NEEDS = {
     "ghost_strength": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
     "star_strength": _Need(lambda settings: settings.stars, "give --stars too"),
     "tilt": _Need(_of_lens), "swing": _Need(_of_lens), "rise": _Need(_of_lens), "shift": _Need(_of_lens),
+    "film_radius": _Need(_of_lens),
     "immersed": _Need(lambda settings: settings.kind.has_lens and settings.medium == "water", "give --medium water"),
     "degree": _Need(lambda settings: settings.kind.has_lens and LENS_MODELS[settings.lens_model].has_degree,
                     "give --lens-model polynomial"),

@@ -72,7 +72,7 @@ def _left_out(camera: lb.Camera, to: str) -> list[str]:
         found.append(f"{to} gets square pixels: these are {significant(pixel, 4)} times as wide as high, and "
                      "the picture has another height")
     if not camera.film_pose.is_upright:
-        found.append(f"{to} has its film in line: tilt, swing, rise and shift are left out")
+        found.append(f"{to} has its film flat and in line: tilt, swing, rise, shift and curvature are left out")
     if camera.readout > 0.0:
         found.append(f"{to} has no rolling shutter: all rows open at once")
     if camera.shutter_ramp > 0.0:

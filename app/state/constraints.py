@@ -31,7 +31,7 @@ def constrained(settings: Settings) -> Settings:
     if settings.zoom and not zooms(settings):
         settings = replace(settings, zoom=0.0)
     if not (design(settings).is_rotationally_symmetric or settings.film_pose.is_upright):
-        settings = settings.plain("tilt", "swing", "rise", "shift")
+        settings = settings.plain("tilt", "swing", "rise", "shift", "film_radius")
     wide = readings(replace(settings, f_number=None))
     if settings.f_number is not None and wide.widest_f_number is not None \
             and settings.f_number < wide.widest_f_number * (1.0 - 1e-6):

@@ -15,6 +15,7 @@ from lensbench.app.state.text_values import (
     format_electrons,
     format_exposure,
     format_f_number,
+    format_film_curvature,
     format_hole,
     format_iso,
     format_length,
@@ -27,6 +28,7 @@ from lensbench.app.state.text_values import (
     read_electrons,
     read_exposure,
     read_f_number,
+    read_film_curvature,
     read_iso,
     read_length,
     read_light,
@@ -202,6 +204,15 @@ def move_scale(most: float) -> Scale:
     figures = tuple((s * part * most, true_minus(significant(s * part * most, 2)))
                     for s in (-1.0, 1.0) for part in ends)
     return _about_zero(most, format_signed_length, read_signed_length, tuple(sorted((*figures, (0.0, "0")))), ())
+
+
+@lru_cache(maxsize=16)
+def curvature_scale(least: float) -> Scale:
+    """Curvature of a film (1/mm) about a flat one, engraved with its radius (mm); least: its smallest radius."""
+    radii = [float(significant(least * times, 2)) for times in (1.0, 2.0, 6.0, 40.0)]
+    figures = tuple((1.0 / (sign * r), true_minus(significant(sign * r, 2))) for sign in (-1.0, 1.0) for r in radii)
+    return _about_zero(1.0 / radii[0], format_film_curvature, read_film_curvature,
+                       tuple(sorted((*figures, (0.0, "flat")))), ())
 
 
 def _about_zero(most: float, form: Callable[[float], str], read: Callable[[str], float],

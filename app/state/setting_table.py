@@ -46,6 +46,7 @@ from lensbench.optics.iris import MOST_BLADES
 LARGEST_SEED = (1 << 32) - 1
 LEAN = Interval(-STEEPEST, STEEPEST)
 MOVED = Interval(-1000.0, 1000.0)   # mm
+CURVED = Interval(-1e6, 1e6)    # mm
 NARROWEST = math.radians(0.001)  # field of view
 PROJECTIONS = {                 # of the ideal fisheye: from the angle to the axis to the radius on the film
     "equidistant": "Equidistant, r = f θ",
@@ -145,6 +146,10 @@ class SettingTable(LensSettings):
                           "with a minus, write --rise=-10mm")
     shift: float = setting(0.0, unit="mm", bounds=MOVED, read=read_signed_length, metavar="LENGTH",
                            help="of the lens to the right of the film's centre: the picture shows more of the right")
+    film_radius: float | None = setting(
+        None, "radius of the film", "mm", CURVED, none="flat", read=read_signed_length, metavar="LENGTH",
+        help="of a film that is curved as a sphere; with a minus, as in --film-radius=-90mm, its sides come nearer to "
+        "the lens")
     pixels_x: int = setting(960, unit="pixels", bounds=Interval(1, MAX_SIDE))
     pixels_y: int = setting(640, unit="pixels", bounds=Interval(1, MAX_SIDE))
     f_number: float | None = setting(2.8, "f-number", bounds=Interval(0.01, 1e4), none="open")     # None: wide open

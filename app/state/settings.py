@@ -67,6 +67,7 @@ class Settings(SettingTable):
         for field in fields(self):
             check(field, getattr(self, field.name))
         lb.Film(self.film_width, self.film_height, self.pixels_x, self.pixels_y)
+        _ = self.film_pose
         return self
 
     @property
@@ -76,8 +77,9 @@ class Settings(SettingTable):
 
     @property
     def film_pose(self) -> FilmPose:
-        """Tilt, swing, rise and shift of the film; in line for a camera without a lens."""
-        return FilmPose(self.tilt, self.swing, self.rise, self.shift) if self.has_lens else UPRIGHT
+        """Tilt, swing, rise, shift and curvature of the film; flat and in line for a camera without a lens."""
+        radius = math.inf if self.film_radius is None else self.film_radius
+        return FilmPose(self.tilt, self.swing, self.rise, self.shift, radius) if self.has_lens else UPRIGHT
 
     @property
     def kind(self) -> CameraKind:

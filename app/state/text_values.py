@@ -53,6 +53,11 @@ def format_signed_length(length: float) -> str:
     return true_minus(f"{fixed(length, digits)} mm")
 
 
+def format_film_curvature(curvature: float) -> str:
+    """The radius in mm of a film's curvature in 1/mm: −90.0 mm; flat."""
+    return true_minus(f"{significant(1.0 / curvature, 3)} mm") if curvature else "flat"
+
+
 def format_area(area: float) -> str:
     """An area in mm² with three digits, without a power of ten: 2.23 mm², 123 mm², 1670 mm²."""
     return f"{significant(area, 3)} mm²"
@@ -143,6 +148,13 @@ def read_signed_length(text: str) -> float:
     """“10 mm”, “-10”, “1 cm” in mm; such a length may be negative."""
     number, unit = read_number(r"#\s*(mm|cm)?", text, "a length such as 10 mm")
     return number * (10.0 if unit == "cm" else 1.0)
+
+
+def read_film_curvature(text: str) -> float:
+    """“-90 mm”: the curvature of that radius, in 1/mm; “flat” or “inf”: 0."""
+    if text.strip().lower() in ("flat", "inf", "∞", "0"):
+        return 0.0
+    return 1.0 / read_signed_length(text)
 
 
 def read_aperture(text: str) -> float | None:

@@ -18,6 +18,7 @@ from lensbench.app.state.text_values import format_angle, format_distance, forma
 from lensbench.imaging.film_pose import UPRIGHT
 from lensbench.kernels.figures import true_minus
 
+POINTS = 33                             # along a curved film in the section
 Place = tuple[float, float]
 
 
@@ -68,8 +69,8 @@ def _sharp(settings: Settings, lens: Stamp) -> "lb.analysis.SharpFocus":
 class InSection:
     """What the section y–z shows of a film out of line. Lens frame (z, y), mm.
 
-    film: its two ends (2, 2). planes: by name, a point and a unit direction. points: by name, where a line crosses the
-    section.
+    film: points along it (n, 2). planes: by name, a point and a unit direction. points: by name, where a line crosses
+    the section.
     """
 
     film: np.ndarray
@@ -88,7 +89,9 @@ def in_section(settings: Settings) -> InSection | None:
 def _in_section(settings: Settings, lens: Stamp) -> InSection:
     film_z, film, pose = setup(settings).film_z, settings.film, settings.film_pose
     half = 0.5 * (film.height if pose.swing == 0.0 else film.diagonal)
-    ends = pose.points(np.array([[0.0, -half], [0.0, half]]))
+    along = np.linspace(-half, half, POINTS if pose.is_curved else 2)
+    with np.errstate(invalid="ignore"):
+        shown = pose.points(np.column_stack([np.zeros_like(along), along]))
     found, planes, points = sharp_focus(settings), {}, {}
     if found is not None:
         for name, plane in (("sharp", found.plane), ("near", found.near), ("far", found.far)):
@@ -100,13 +103,18 @@ def _in_section(settings: Settings, lens: Stamp) -> InSection:
             if line is not None and abs(line.direction[0]) > 1e-9:
                 at = line.point - line.point[0] / line.direction[0] * line.direction
                 points[name] = np.array([at[2] + film_z, at[1]])
-    return InSection(np.stack([ends[:, 2] + film_z, ends[:, 1]], 1), planes, points)
+    return InSection(np.stack([shown[:, 2] + film_z, shown[:, 1]], 1), planes, points)
 
 
 def sentence(settings: Settings) -> str:
     """What the film brings into focus, in a sentence or two."""
     if settings.film_pose == UPRIGHT:
-        return "The film is in line: centred, and perpendicular to the axis of the lens"
+        return "The film is in line: flat, centred, and perpendicular to the axis of the lens"
+    if settings.film_pose.is_curved:
+        towards = "towards the lens" if settings.film_pose.radius < 0.0 else "away from the lens"
+        curved = f"The sides of the film are curved {towards}"
+        flat = replace(settings, film_radius=None)
+        return f"{curved}. {sentence(flat)}" if not flat.film_pose.is_upright else curved
     try:
         found = sharp_focus(settings)
     except (ValueError, OSError) as error:

@@ -109,7 +109,7 @@ class ModelErrors:
         if not self.camera.lens.is_rotationally_symmetric:
             return f"the lens has {self.camera.lens.asymmetry}"
         if not self.camera.film_pose.is_upright:
-            return "the film is tilted or shifted"
+            return "the film is tilted, shifted or curved"
         if model == "polynomial" and not self.camera.lens.iris.is_round:
             shape = "blades need" if self.camera.lens.stop_image is None else "picture needs"
             return f"a polynomial does not give the place at the stop that its {shape}"

@@ -12,8 +12,9 @@ def intrinsics(camera: CameraProtocol) -> Intrinsics:
     """Focal lengths and principal point in pixels."""
     across, right, down, bottom = camera.film_step.parameters
     lens = camera.gaussian
-    if camera.film_pose.is_tilted:
-        raise CameraError("a tilted film has no focal length in pixels: its pixels are not perpendicular to the axis")
+    if camera.film_pose.is_tilted or camera.film_pose.is_curved:
+        raise CameraError("a tilted or curved film has no focal length in pixels: its pixels are not perpendicular to "
+                          "the axis")
     right, bottom = right - camera.film_pose.shift, bottom + camera.film_pose.rise
     per_slope = -1.0 / (lens.slope_film if lens.slope_film != 0.0 else lens.origin_film)
     return Intrinsics(per_slope / across, per_slope / down, right / across, bottom / down)

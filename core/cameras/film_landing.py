@@ -54,7 +54,8 @@ def land(lanes, p, ints, key):
 def land_on_posed_film(lanes, p, ints, key):
     """Land a ray behind the last surface on a film out of line: raster X, Y and WEIGHT. p: PIXEL_X … GAIN, the pose.
 
-    The light that a ray carries is an étendue, which does not depend on how the film stands.
+    The light that a ray carries is an étendue, which does not depend on how the film stands. A pixel of a curved film
+    is larger than its part of the plane of the film's middle, by the cosine between both.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -62,15 +63,25 @@ def land_on_posed_film(lanes, p, ints, key):
     across, right, down, bottom, gain = real(1) / p[PIXEL_X], p[HALF_X], real(1) / p[PIXEL_Y], p[HALF_Y], p[GAIN]
     q = p[GAIN + 1:]
     cx, cy, xx, xy, xz, yx, yy, yz, fx, fy, fz = q[0], q[1], q[2], q[3], q[4], q[5], q[6], q[7], q[8], q[9], q[10]
+    c = q[11]
     for i in range(B):
+        # Meet the plane of the film's middle, and from there the sphere: c |P + t d|² = 2 f · (P + t d)
         px, py = x[i] - cx, y[i] - cy
-        facing = l[i] * fx + m[i] * fy + n[i] * fz
-        t = -(px * fx + py * fy + z[i] * fz) / facing
+        across_plane = l[i] * fx + m[i] * fy + n[i] * fz
+        t = -(px * fx + py * fy + z[i] * fz) / across_plane
         px, py, pz = px + t * l[i], py + t * m[i], z[i] + t * n[i]
+        beyond = c * (px * px + py * py + pz * pz)
+        slant = across_plane - c * (px * l[i] + py * m[i] + pz * n[i])
+        left = slant * slant - c * beyond
+        facing = math.sqrt(left if left > real(0) else real(0))         # cosine at the film, of the nearer crossing
+        t = beyond / (slant + facing)
+        px, py, pz = px + t * l[i], py + t * m[i], pz + t * n[i]
+        upright = real(1) - c * (px * fx + py * fy + pz * fz)           # cosine between the film there and its middle
         x[i] = (right - (px * xx + py * xy + pz * xz)) * across
         y[i] = (bottom + (px * yx + py * yy + pz * yz)) * down
         z[i] = real(0)
-        weight[i] = weight[i] * gain if facing > real(0) else real(0)
+        arrives = (across_plane > real(0)) & (slant + facing > real(0)) & (left > real(0)) & (upright > real(0))
+        weight[i] = weight[i] * gain * upright if arrives else real(0)
 
 
 @stage

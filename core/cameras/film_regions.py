@@ -38,7 +38,7 @@ class FilmRegions:
             return PupilTable.of(lens, distance, self.film.diagonal / 2.0, wavelength, widened=self.widened)
         return PosedPupil.of(lambda place, radius: PupilTable.of(lens, place, radius, wavelength, self.widened),
                              distance, lens.length + distance - first_order(lens).exit_pupil.z, self.pose,
-                             self.pose.corners(self.film.width, self.film.height))
+                             self.pose.extent(self.film.width, self.film.height))
 
     @cached_property
     def _grids(self) -> SpectralPupilGrid:
@@ -67,8 +67,8 @@ class FilmRegions:
     def reach(self) -> float:
         """Largest distance from the axis (mm) at which rays of a film out of line cross z = 0."""
         rear = self.lens.surfaces[-1].semi_diameter
-        corners = self.pose.corners(self.film.width, self.film.height)
-        r, z = np.hypot(corners[:, 0], corners[:, 1]), corners[:, 2]
+        extent = self.pose.extent(self.film.width, self.film.height)
+        r, z = np.hypot(extent[:, 0], extent[:, 1]), extent[:, 2]
         return float((r + np.abs(z) * (r + rear) / (self.film_distance + z)).max())
 
     @cached_property

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.imaging.film_pose import NUMBERS, FilmPose
+from lensbench.imaging.film_pose import NUMBERS, FilmPose, film_normal, place_on_film
 from lensbench.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.kernels.concentric_map import concentric_disk, unit_disk
 from lensbench.kernels.program import Program
@@ -56,13 +56,12 @@ def gaussian_from_posed_film(lanes, p, ints, key):
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
     u, v = row[U0], row[U1]
-    cx, cy, xx, xy, xz, yx, yy, yz = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
-    fx, fy, fz = p[8], p[9], p[10]
     plane, origin, origin_p, slope, slope_p = p[PLANE_Z], p[ORIGIN_FILM], p[ORIGIN_PUPIL], p[SLOPE_FILM], p[SLOPE_PUPIL]
     aim, aim_p, gain, falls = p[APPROACH_FILM], p[APPROACH_PUPIL], p[AXIAL_WEIGHT], p[FALLS_OFF]
     for i in range(B):
         a, b = concentric_disk(real, v[i], u[i])
-        px, py, pz = cx + x[i] * xx + y[i] * yx, cy + x[i] * xy + y[i] * yy, x[i] * xz + y[i] * yz
+        px, py, pz = place_on_film(p, x[i], y[i])
+        fx, fy, fz = film_normal(p, px, py, pz)
         # Slope towards the scene on the film's side, and where the ray meets z = 0
         nearer = real(1) / (real(1) - aim * pz)
         ex, ey = (px * aim + a * aim_p) * nearer, (py * aim + b * aim_p) * nearer

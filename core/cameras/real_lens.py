@@ -77,8 +77,9 @@ class LensCamera(Camera):
     film_at : float or None
         The same as a field, which `dataclasses.replace` changes; None where a focus distance is given.
     film_pose : FilmPose
-        Tilt, swing, rise and shift of the film behind a rotationally symmetric lens; in line by default. Focus distance
-        and film distance are those on the axis of the lens, of the plane in which the film's middle lies.
+        Tilt, swing, rise, shift and curvature of the film behind a rotationally symmetric lens; flat and in line by
+        default. Focus distance and film distance are those on the axis of the lens, of the plane in which the film's
+        middle lies.
     **placement
         Keyword arguments of `Camera`: transform, shutter, weights and medium.
 
@@ -150,16 +151,12 @@ class LensCamera(Camera):
     def _check_pose(self) -> None:
         """CameraError where a film out of line cannot stand behind this lens."""
         if not self.lens.is_rotationally_symmetric:
-            raise CameraError(f"the film cannot be tilted or shifted behind a lens with {self.lens.asymmetry}")
-        nearest = self.film_distance + float(self.film_corners[:, 2].min())
+            raise CameraError("the film cannot be tilted, shifted or curved behind a lens with "
+                              f"{self.lens.asymmetry}")
+        nearest = self.film_distance + float(self.film_pose.extent(self.film.width, self.film.height)[:, 2].min())
         if not nearest > 0.0:
-            raise CameraError(f"the tilted film reaches {significant(-nearest, 3)} mm beyond the last vertex of the "
-                              "lens: tilt it less, or choose a smaller film")
-
-    @property
-    def film_corners(self) -> np.ndarray:
-        """The film's four corners (4, 3) in the camera frame (mm)."""
-        return self.film_pose.corners(self.film.width, self.film.height)
+            raise CameraError(f"the film out of line reaches {significant(-nearest, 3)} mm beyond the last vertex of "
+                              "the lens: tilt or curve it less, or choose a smaller film")
 
     def _focus_by_film(self, lens: Lens) -> None:
         """Take the lens as it stands, with the focus distance that its film distance gives."""

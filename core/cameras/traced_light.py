@@ -46,8 +46,9 @@ def traced_importance(lens: Lens, film_distance: float, pose: FilmPose, film_are
     passes, distance, facing = share > 0.0, np.array(film_distance), np.array(1.0)
     if not pose.is_upright:
         film = pose.film_points(film, slope)
-        distance = film_distance + pose.points(film)[:, 2]
-        facing = np.column_stack([slope, np.ones(len(slope))]) @ pose.axes[2]       # cos φ / cos θ
+        points = pose.points(film)
+        distance = film_distance + points[:, 2]
+        facing = (np.column_stack([slope, np.ones(len(slope))]) * pose.normals(points)).sum(1)     # cos φ / cos θ
         passes = passes & (facing > 0.0)
     area = np.zeros(len(passes))
     area[passes] = regions.sampled_area(film[passes], rear[passes])

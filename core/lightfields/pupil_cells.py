@@ -57,7 +57,7 @@ def pupil_reach(camera: Camera) -> float:
     """
     lens = camera.gaussian
     if not camera.film_pose.is_upright:
-        raise LightFieldError("light fields are recorded with the film in line: set tilt, swing, rise and shift to 0")
+        raise LightFieldError("light fields are recorded on a flat film in line: set tilt, swing, rise and shift to 0")
     if camera.weights == "radiance":
         raise LightFieldError("light fields know the weights relative and physical: leave out weights=\"radiance\"")
     if lens.is_hole:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.imaging.film_pose import NUMBERS, FilmPose
+from lensbench.imaging.film_pose import NUMBERS, FilmPose, film_normal, place_on_film
 from lensbench.kernels.block import (
     A0,
     A1,
@@ -82,12 +82,12 @@ class PosedPupil:
 
     @classmethod
     def of(cls, table: Callable[[float, float], PupilTable], film_distance: float, exit_pupil: float, pose: FilmPose,
-           corners: np.ndarray) -> "PosedPupil":
-        """Tables for a film with these corners (4, 3), camera frame (mm).
+           extent: np.ndarray) -> "PosedPupil":
+        """Tables for a film with these points (n, 3), camera frame (mm), its extent.
 
         table: of a film distance and a film radius (mm). exit_pupil: its distance (mm) before z = 0, or inf.
         """
-        low, high = float(corners[:, 2].min()), float(corners[:, 2].max())
+        low, high = float(extent[:, 2].min()), float(extent[:, 2].max())
         count = min(2 + math.ceil((high - low) / (FINENESS * (film_distance + low))), MOST_SLICES)
         if high - low < 1e-12 * film_distance:
             low, high, count = low - 1e-6 * film_distance, high + 1e-6 * film_distance, 2
@@ -95,7 +95,7 @@ class PosedPupil:
         narrowing = 1.0 / exit_pupil if exit_pupil else 0.0
         if not min(1.0 + narrowing * low, 1.0 + narrowing * high) > 0.1:       # the exit pupil lies at the film
             narrowing = 0.0
-        radius = float(np.hypot(corners[:, 0], corners[:, 1]).max())
+        radius = float(np.hypot(extent[:, 0], extent[:, 1]).max())
         radii = radius * (1.0 + narrowing * places)
         radii *= radius / radii.min()
         return cls(film_distance, pose, places, tuple(table(film_distance + z, r)
@@ -206,11 +206,9 @@ def _place_film_point(lanes, p):
     x, y, z, u, weight = row[X], row[Y], row[Z], row[U0], row[WEIGHT]
     part, lower, turn = row[PART], row[LOWER], row[TURN]
     ax, bx, ay, by, middle = row[CORNER_AX], row[CORNER_BX], row[CORNER_AY], row[CORNER_BY], row[MIDDLE]
-    cx, cy, xx, xy, xz, yx, yy, yz = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
     first, per_step, last_slice = p[FIRST], p[PER_STEP], p[LAST]
     for i in range(B):
-        a, b = x[i], y[i]
-        x[i], y[i], z[i] = cx + a * xx + b * yx, cy + a * xy + b * yy, a * xz + b * yz
+        x[i], y[i], z[i] = place_on_film(p, x[i], y[i])
         k = (z[i] - first) * per_step
         k = k if k > real(0) else real(0)
         lower[i] = np.floor(k) if np.floor(k) < last_slice else last_slice
@@ -294,7 +292,7 @@ def _aim(lanes, p):
     x, y, z, l, m, n, u, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U0], row[U1], row[WEIGHT]
     ax, bx, ay, by = row[CORNER_AX], row[CORNER_BX], row[CORNER_AY], row[CORNER_BY]
     turn, middle = row[TURN], row[MIDDLE]
-    fx, fy, fz, distance0, gain = p[8], p[9], p[10], p[FILM_DISTANCE], p[GAIN]
+    distance0, gain = p[FILM_DISTANCE], p[GAIN]
     for i in range(B):
         # Where one slice is dark, the other serves alone
         whole = real(1) / weight[i] if weight[i] > real(0) else real(0)
@@ -316,6 +314,7 @@ def _aim(lanes, p):
         size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)
         l[i], m[i], n[i] = dx * size, dy * size, -distance * size
         # Weight by the angles to the axis and to the film's normal, and by the area of all triangles
+        fx, fy, fz = film_normal(p, x[i], y[i], z[i])
         axial, facing = distance * size, -(l[i] * fx + m[i] * fy + n[i] * fz)
         nearer = distance0 / distance
         area = cax * cby - cbx * cay

@@ -85,7 +85,7 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
         parts.append(("Stop", "The shape of the iris, and the coating for the T-stop", iris_popup.in_use(settings),
                       partial(iris_popup.stop_popup, requests=chooser.requests)))
     if settings.has_lens:
-        parts.append(("Focus", "Position of the film: paraxial, or of least blur; its tilt, swing, rise and shift",
+        parts.append(("Focus", "Position of the film, paraxial or of least blur; tilt, swing, rise, shift, curvature",
                       settings.focus_position != "auto" or film_dials.in_use(settings), focus_popup))
     if can_disperse(settings):
         parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
@@ -103,7 +103,9 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
         # Over the column, so that the picture stays in sight
         imgui.set_next_window_pos(ImVec2(imgui.get_window_pos().x, imgui.get_item_rect_min().y),
                                   imgui.Cond_.always, ImVec2(0.0, 1.0))
-        imgui.set_next_window_size(ImVec2(imgui.get_window_width(), 0.0))
+        width, room = imgui.get_window_width(), imgui.get_item_rect_min().y
+        imgui.set_next_window_size(ImVec2(width, 0.0))
+        imgui.set_next_window_size_constraints(ImVec2(width, 0.0), ImVec2(width, max(room, theme.em(8.0))))
         if imgui.begin_popup(name):
             imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(style.item_spacing.x, theme.scale()))
             settings = content(settings)

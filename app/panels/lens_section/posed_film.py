@@ -5,7 +5,7 @@ from math import hypot
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.panels.lens_section.draw import Canvas, dashed
+from lensbench.app.panels.lens_section.draw import OPEN, Canvas, dashed
 from lensbench.app.state.view_camera import InSection
 from lensbench.app.widgets import theme
 
@@ -31,7 +31,7 @@ def draw_posed(draw: imgui.ImDrawList, posed: InSection, canvas: Canvas) -> None
         x = min(at.x + 6.0 * pixel, canvas.x + canvas.width - size.x - 4.0 * pixel)
         y = min(max(at.y - 0.5 * size.y, canvas.y), canvas.y + canvas.height - size.y)
         draw.add_text(ImVec2(x, y), theme.packed(colour.amber_text), name)
-    draw.add_line(*canvas.points(posed.film), theme.packed(colour.strong), 2.5 * pixel)
+    draw.add_polyline(canvas.points(posed.film), theme.packed(colour.strong), 2.5 * pixel, OPEN)
 
 
 def _across(plane: tuple[np.ndarray, np.ndarray], canvas: Canvas) -> tuple[ImVec2, ImVec2] | None:

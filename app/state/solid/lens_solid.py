@@ -14,6 +14,7 @@ from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.state.solid.shapes import Part, Strokes, flat_part, grid_part, strokes
 from lensbench.optics.surface_pose import Frame
 
+ACROSS = 17                     # points along each side of a curved film
 AROUND = 37                     # points about the axis, from +y past +x to −y
 TURNS = 0.5 * np.pi * np.linspace(1.0, -1.0, AROUND)
 RADII = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 15))        # parts of a rim, closer towards it
@@ -89,10 +90,15 @@ def _ring(z: float, inner: float, outer: float) -> Part:
 
 
 def film_part(film: lb.Film, pose: lb.FilmPose) -> Part:
-    """The film's rectangle."""
-    return grid_part("film", pose.corners(film.width, film.height)[[[0, 1], [3, 2]]])
+    """The film's surface."""
+    part = np.linspace(-0.5, 0.5, ACROSS if pose.is_curved else 2)
+    return grid_part("film", pose.points(np.stack(np.meshgrid(part * film.width, part * film.height), -1)))
 
 
 def film_outline(film: lb.Film, pose: lb.FilmPose) -> np.ndarray:
-    """Its edge, a closed path (5, 3)."""
-    return pose.corners(film.width, film.height)[[0, 1, 2, 3, 0]]
+    """Its edge, a closed path (n, 3)."""
+    side = np.linspace(-0.5, 0.5, ACROSS if pose.is_curved else 2)[:-1]
+    low = np.full_like(side, -0.5)
+    x = np.concatenate([side, -low, -side, low, [-0.5]])
+    y = np.concatenate([low, side, -low, -side, [-0.5]])
+    return pose.points(np.column_stack([x * film.width, y * film.height]))

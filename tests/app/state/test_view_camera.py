@@ -12,6 +12,7 @@ from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.build import camera
 from lensbench.app.state.constraints import constrained
+from lensbench.app.state.dial_scales import curvature_scale
 from lensbench.app.state.geometry.circle_of_confusion import Blur
 from lensbench.app.state.geometry.plan import plan
 from lensbench.app.state.settings import Settings, SettingsError
@@ -33,6 +34,20 @@ def test_settings_pose_the_film_and_are_kept(tmp_path):
     assert replace(POSED, camera="fisheye").film_pose.is_upright
     said = remarks(replace(POSED, camera="fisheye"), {"tilt"}, {"tilt": "tilt"}, None)
     assert "--tilt has no effect on the camera fisheye" in " ".join(said)
+
+
+def test_settings_curve_the_film_and_the_section_shows_it(tmp_path):
+    curved = replace(Settings(), film_radius=-90.0, f_number=8.0)
+    assert camera(curved).film_pose == FilmPose(radius=-90.0) and "towards the lens" in sentence(curved)
+    save_settings(tmp_path / "curved.toml", curved)
+    assert load_settings(tmp_path / "curved.toml") == curved == Settings.from_dict(curved.to_dict())
+    z, y = in_section(curved).film.T
+    assert np.ptp(z) == pytest.approx(90.0 - math.sqrt(90.0**2 - 12.0**2)) and z[0] == z[-1] == z.min()
+    assert np.hypot(z - (z.max() - 90.0), y) == pytest.approx(np.full(len(z), 90.0))
+    with pytest.raises(ValueError, match="radius 0 mm"):
+        replace(curved, film_radius=0.0).checked()
+    scale = curvature_scale(24.5)
+    assert scale.read(scale.format(-1.0 / 90.0)) == -1.0 / 90.0 and scale.read("flat") == 0.0 == scale.reset
 
 
 def test_figures_of_a_film_in_line_say_so():

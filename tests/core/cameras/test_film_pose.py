@@ -20,6 +20,7 @@ FILM = lb.Film(36.0, 24.0, 360, 240)
 TRIPLET = lenses.load("lenshh-cooke-triplet-50")
 DEGREE = math.radians(1.0)
 POSED = FilmPose(8.0 * DEGREE, -5.0 * DEGREE, 4.0, 3.0)
+CURVED = FilmPose(3.0 * DEGREE, 2.0 * DEGREE, 1.0, -2.0, radius=-45.0)
 
 
 def camera(pose=POSED, model="trace", f_number=5.6, focus=2000.0, film=FILM, **more) -> lb.LensCamera:
@@ -39,6 +40,23 @@ def test_a_film_in_line_runs_the_same_stages_with_the_same_numbers():
     assert FilmPose(0.0, 0.0).is_upright and not FilmPose(1e-9).is_upright
 
 
+def normal(pose: FilmPose, point) -> np.ndarray:
+    """Unit normal away from the lens, by the centre of curvature."""
+    return pose.axes[2] if not pose.is_curved else (pose.centre + pose.radius * pose.axes[2] - point) / pose.radius
+
+
+def test_points_of_a_curved_film_lie_on_its_sphere_and_lines_come_back_to_them():
+    for pose in (CURVED, FilmPose(radius=60.0)):
+        film = np.random.default_rng(2).uniform(-1.0, 1.0, (60, 2)) * [18.0, 12.0]
+        points, middle = pose.points(film), pose.centre + pose.radius * pose.axes[2]
+        assert np.linalg.norm(points - middle, axis=1) == pytest.approx(abs(pose.radius), rel=1e-14)
+        assert (points - pose.centre) @ pose.axes[:2].T == pytest.approx(film, abs=1e-12)
+        assert np.sign((points - pose.centre) @ pose.axes[2]) == pytest.approx(np.sign(pose.radius))
+        slopes = np.random.default_rng(3).normal(0.0, 0.3, (60, 2))
+        assert pose.film_points(points[:, :2] - points[:, 2:] * slopes, slopes) == pytest.approx(film, abs=1e-11)
+        assert pose.normals(points) == pytest.approx(np.array([normal(pose, point) for point in points]), abs=1e-14)
+
+
 def irradiance(cam: lb.LensCamera, raster, rays: int = 20_000) -> float:
     """∫ L cos θ cos φ dA / s² over the rear opening by rays of the scalar trace, over that of the axis."""
     lens = cam.lens
@@ -49,12 +67,13 @@ def irradiance(cam: lb.LensCamera, raster, rays: int = 20_000) -> float:
     distance = np.linalg.norm(way, axis=1)
     way /= distance[:, None]
     passed = trace(lens, film + [0.0, 0.0, lens.length + cam.film_distance], way).fate == Fate.PASSED
-    dense = np.where(passed, way[:, 2] * (way @ cam.film_pose.axes[2]) / distance**2, 0.0).mean()
+    dense = np.where(passed, way[:, 2] * (way @ normal(cam.film_pose, film)) / distance**2, 0.0).mean()
     return float(dense * math.pi * reach**2 * cam.film_distance**2 / cam.axis_irradiance)
 
 
 @pytest.mark.parametrize("pose, f_number", [(POSED, None), (FilmPose(20.0 * DEGREE), 11.0),
-                                            (FilmPose(0.0, 0.0, 8.0, -6.0), None)])
+                                            (FilmPose(0.0, 0.0, 8.0, -6.0), None), (CURVED, None),
+                                            (FilmPose(radius=40.0), 8.0)])
 def test_a_film_point_gets_the_light_of_the_measurement_equation(pose, f_number):
     cam = camera(pose, f_number=f_number)
     for raster in ((180.0, 120.0), (30.0, 20.0), (340.0, 30.0), (20.0, 230.0)):
@@ -63,8 +82,9 @@ def test_a_film_point_gets_the_light_of_the_measurement_equation(pose, f_number)
         assert (weights > 0.0).mean() > 0.98                                            # hardly a ray is wasted
 
 
-def test_an_ideal_lens_lights_a_tilted_film_by_the_same_equation():
-    cam = camera(FilmPose(12.0 * DEGREE, 7.0 * DEGREE), "thin")
+@pytest.mark.parametrize("pose", [FilmPose(12.0 * DEGREE, 7.0 * DEGREE), CURVED])
+def test_an_ideal_lens_lights_a_tilted_or_curved_film_by_the_same_equation(pose):
+    cam = camera(pose, "thin")
     lens, weights = cam.gaussian, []
     raster, uv = samples(64)[0], samples(2048)[1]
     film = cam.film_pose.points(np.stack([(0.5 - raster[:, 0] / 360.0) * 36.0, (raster[:, 1] / 240.0 - 0.5) * 24.0], 1))
@@ -72,16 +92,18 @@ def test_an_ideal_lens_lights_a_tilted_film_by_the_same_equation():
     for at in film:
         way = np.column_stack([disk, np.full(len(disk), -behind)]) - at
         distance = np.linalg.norm(way, axis=1)
-        dense = way[:, 2] * (way @ cam.film_pose.axes[2]) / distance**4
+        dense = way[:, 2] * (way @ normal(pose, at)) / distance**4
         weights.append(dense.mean() * math.pi * lens.origin_pupil**2)
     axis = math.pi * lens.origin_pupil**2 / (behind**2 + lens.origin_pupil**2)      # π sin² of the half angle
     made = cam.generate_rays(np.repeat(raster, len(uv), 0), np.tile(uv, (64, 1))).weights.reshape(64, -1).mean(1)
     assert np.array(weights) / axis == pytest.approx(made, rel=1e-9)
 
 
-@pytest.mark.parametrize("model", ["trace", "polynomial", "thick", "thin", "pinhole"])
-def test_points_of_its_rays_project_back_to_their_raster_points(model):
-    cam = camera(model=model)
+@pytest.mark.parametrize("pose, model", [(POSED, "trace"), (POSED, "polynomial"), (POSED, "thick"), (POSED, "thin"),
+                                         (POSED, "pinhole"), (CURVED, "trace"), (CURVED, "polynomial"),
+                                         (CURVED, "thin")])
+def test_points_of_its_rays_project_back_to_their_raster_points(pose, model):
+    cam = camera(pose, model)
     raster, uv = samples(100)
     uv = 0.2 + 0.6 * uv
     rays = cam.generate_rays(raster, uv)
@@ -106,8 +128,9 @@ def test_a_shifted_film_is_a_part_of_a_larger_one_in_line():
         _ = camera(model="thin").intrinsics
 
 
-def test_light_traced_to_a_tilted_film_lands_where_its_ray_comes_from():
-    cam = camera()
+@pytest.mark.parametrize("pose", [POSED, CURVED])
+def test_light_traced_to_a_tilted_or_curved_film_lands_where_its_ray_comes_from(pose):
+    cam = camera(pose)
     raster, uv = samples(400)
     rays = cam.generate_rays(raster, uv)
     arrived = rays.weights > 0.0
@@ -117,12 +140,14 @@ def test_light_traced_to_a_tilted_film_lands_where_its_ray_comes_from():
     x, y, weight = Program(landing.steps, np.float64).run({**given, WEIGHT: np.ones(arrived.sum())}, [X, Y, WEIGHT],
                                                           int(arrived.sum()))
     assert np.abs(np.stack([x, y], 1) - raster[arrived]).max() < 1e-9
-    assert weight == pytest.approx(camera(UPRIGHT).film_landing().steps[-1].parameters[4])      # an étendue: no cosine
-    assert camera(model="thin").film_landing() is None
+    film = np.stack([(0.5 - raster[arrived, 0] / 360.0) * 36.0, (raster[arrived, 1] / 240.0 - 0.5) * 24.0], 1)
+    larger = np.array([1.0 / (normal(pose, point) @ pose.axes[2]) for point in pose.points(film)])      # pixels
+    assert weight * larger == pytest.approx(camera(UPRIGHT).film_landing().steps[-1].parameters[4])     # an étendue
+    assert camera(pose, "thin").film_landing() is None
 
 
 def test_importance_is_what_the_camera_chooses_its_rays_with():
-    for pose in (UPRIGHT, POSED):
+    for pose in (UPRIGHT, POSED, CURVED):
         cam = camera(pose, film=lb.Film(36.0, 24.0, 36, 24))
         raster, uv = samples(300)
         rays = cam.generate_rays(raster / 10.0, uv)
@@ -194,6 +219,50 @@ def test_what_cannot_be_posed_is_refused():
         FilmPose(math.radians(61.0))
     with pytest.raises(FilmError, match="rise"):
         FilmPose(rise=math.nan)
+    with pytest.raises(FilmError, match="radius"):
+        FilmPose(radius=0.0)
+    with pytest.raises(FilmError, match="needs at least 24 mm"):
+        camera(FilmPose(radius=-23.0))
     with pytest.raises(lb.CameraError, match="beyond the last vertex"):
         camera(FilmPose(60.0 * DEGREE), film=lb.Film(120.0, 120.0, 12, 12))
     assert lb.choose_model(camera(model="auto"), lb.load_scene("still-life")).model == "trace"
+
+
+def ball() -> lb.Lens:
+    """A ball of glass with the stop in its middle: alike in every direction, its image is a sphere about the middle."""
+    glass = lb.Glass(1.5168)
+    return lb.Lens((lb.Surface(1.0 / 20.0, 20.0, 14.0, glass), lb.Surface(0.0, 20.0, 2.5, glass),
+                    lb.Surface(-1.0 / 20.0, 0.0, 14.0)), 1)
+
+
+def test_a_film_of_the_petzval_curvature_is_as_sharp_beside_the_axis_as_on_it():
+    """The stop alone knows the axis: at 22° it is narrower by cos 22°, and the blur with it. Against rays of a distant
+    point by the scalar trace, which meet the sphere by its equation."""
+    lens, first = ball(), lb.first_order(ball())
+    bent = FilmPose(radius=first.petzval_radius)
+    middle = np.array([0.0, 0.0, 20.0])                         # of the ball, lens frame; the film curves about it
+    assert first.petzval_radius == pytest.approx(-(20.0 + first.bfl), rel=1e-12)
+    flat_film, bent_film = (lb.LensCamera(lens, lb.Film(24.0, 16.0, 240, 160), film_pose=pose)
+                            for pose in (UPRIGHT, bent))
+    spots = {}
+    for angle in (0.0, 22.0):
+        turn = math.radians(angle)
+        way, aside = np.array([math.sin(turn), 0.0, math.cos(turn)]), np.array([math.cos(turn), 0.0, -math.sin(turn)])
+        a, b = (4.5 * side.ravel() for side in np.meshgrid(np.linspace(-1.0, 1.0, 91), np.linspace(-1.0, 1.0, 91)))
+        met = trace(lens, middle - 60.0 * way + a[:, None] * aside + b[:, None] * [0.0, 1.0, 0.0],
+                    np.tile(way, (len(a), 1)))
+        o, d = met.points[met.fate == Fate.PASSED] - middle, met.directions[met.fate == Fate.PASSED]
+        along = (o * d).sum(1)
+        on_sphere = o + (np.sqrt(along**2 - (o * o).sum(1) + first.petzval_radius**2) - along)[:, None] * d
+        spots[angle] = np.sqrt(on_sphere.var(0).sum())
+        # The camera's rays of the film point in the middle of that spot leave in one direction
+        at = bent.film_points(on_sphere.mean(0)[None, :2], np.zeros((1, 2)))[0]
+        raster = [[(0.5 - at[0] / 24.0) * 240.0, (at[1] / 16.0 + 0.5) * 160.0]]
+        spreads = []
+        for cam in (bent_film, flat_film):
+            rays = cam.generate_rays(np.tile(raster, (2000, 1)), samples(2000)[1])
+            lit = rays.weights > 0.0
+            spreads.append(np.sqrt(rays.directions[lit].var(0).sum()) * -first.petzval_radius)
+        assert spreads[0] == pytest.approx(spots[angle], rel=0.05)              # noise of 2,000 samples
+        assert angle == 0.0 or spreads[1] > 5.0 * spreads[0]
+    assert 0.8 < spots[22.0] / spots[0.0] < 1.0
