@@ -25,7 +25,7 @@ from lensbench.app.state.constraints import (
     with_layout,
 )
 from lensbench.app.state.figures import colours
-from lensbench.app.state.lens_choice import APERTURE, FILM, FOCUS, with_lens
+from lensbench.app.state.lens_choice import APERTURE, FILM, FOCUS, with_lens, with_scene
 from lensbench.app.state.lens_settings import LensSettings
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import PICTURES, Settings, SettingsError
@@ -134,6 +134,8 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
             settings = with_lens(opened, _name_or_file(lens), _locked(arguments), zoom)
         else:
             settings = constrained(replace(opened, lens=_name_or_file(lens or opened.lens)))
+            if arguments.scene is not None and arguments.focal_length is None:
+                settings = with_scene(settings, settings.scene, _locked(arguments))
     asked = {field.name: getattr(arguments, dest(field)) for field in fields(Settings)
              if spec(field).help and getattr(arguments, dest(field)) is not None}
     if arguments.scene is not None:

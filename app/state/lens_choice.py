@@ -1,4 +1,4 @@
-"""A lens at its best: the settings with another lens, on its own film, wide open, before the subject of the scene.
+"""A lens or a scene at its best: a lens on its own film, wide open, before the subject of the scene.
 
 Lengths in mm. Each of the three can be locked; it then stays as it was, within the range of the lens. The result
 depends on the lens and on what is locked, not on the lens before.
@@ -16,6 +16,7 @@ from lensbench import lenses
 from lensbench.app.state.build import design, setup
 from lensbench.app.state.constraints import MARGIN, constrained, with_camera, with_film
 from lensbench.app.state.geometry.ray_fans import lit_radius
+from lensbench.app.state.pose import at_home
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.settings import Settings, placed
 from lensbench.kernels.cache import resumable
@@ -24,7 +25,7 @@ from lensbench.optics.system import FieldKind
 FILM, APERTURE, FOCUS = "film", "aperture", "focus"     # what can be locked; FOCUS is the camera's place too
 LOCKS = (FILM, APERTURE, FOCUS)
 
-SUBJECT_DISTANCE = 1200.0       # from the home of the camera: the built-in scenes are laid out for it
+SUBJECT_DISTANCE = 1200.0       # from the home of the camera, of scenes that state no subject
 FRAME = 520.0                   # of the scene at the subject, along the shorter side of the film
 NEAREST = 250.0                 # a shorter distance would put a wide lens into the subject
 ROOM = 150.0                    # kept free behind the camera
@@ -128,18 +129,58 @@ def _stated_circle(lens: lb.Lens) -> float | None:
     return None
 
 
+def with_scene(settings: Settings, scene: str, locked: Collection[str] = ()) -> Settings:
+    """The settings with a scene, seen from the origin, for which scenes are laid out, or framed on its stated subject.
+
+    Parameters
+    ----------
+    settings : Settings
+        The present settings.
+    scene : str
+        A name of a built-in scene, or a path.
+    locked : collection of {"film", "aperture", "focus"}
+        With "focus", the camera stands at the origin and keeps its focus distance.
+
+    Returns
+    -------
+    Settings
+        Within the range of the lens.
+    """
+    chosen = at_home(replace(settings, scene=scene))
+    if FOCUS in locked or not chosen.has_lens or _stated_subject(scene) is None:
+        return chosen
+    return constrained(_before_subject(chosen))
+
+
+def _stated_subject(scene: str) -> tuple[float, float] | None:
+    """Distance and height (mm) of the subject that a scene states; None where it states none or cannot be read."""
+    try:
+        return cached_scene(scene).subject
+    except (SceneFileError, OSError):           # the worker reports it
+        return None
+
+
 def subject_distance(scene: str) -> float:
     """Distance (mm) of the subject from the camera's home, the origin, along its home direction −z.
 
-    Of a scene file it is the object in the middle of the home view; where there is none, 1.2 m.
+    As the scene states it. Of a scene file that does not, it is the object in the middle of the home view; where there
+    is none, 1.2 m.
     """
+    if (stated := _stated_subject(scene)) is not None:
+        return stated[0]
     if scene in lb.SCENES:
         return SUBJECT_DISTANCE
     try:
         found = float(cached_scene(scene).distance([[0.0, 0.0, 0.0]], [[0.0, 0.0, -1.0]])[0])
-    except (SceneFileError, OSError):           # the worker reports it
+    except (SceneFileError, OSError):
         return SUBJECT_DISTANCE
     return found if math.isfinite(found) else SUBJECT_DISTANCE
+
+
+def subject_height(scene: str) -> float:
+    """Height (mm) at the subject that fills the shorter side of the film: as stated, or by its distance."""
+    stated = _stated_subject(scene)
+    return stated[1] if stated is not None else FRAME * subject_distance(scene) / SUBJECT_DISTANCE
 
 
 def _before_subject(settings: Settings) -> Settings:
@@ -152,8 +193,7 @@ def _before_subject(settings: Settings) -> Settings:
     if not (math.isfinite(fo.efl) and fo.efl > 0.0 and math.isfinite(nearest)):
         return settings
     subject = subject_distance(settings.scene)
-    frame = FRAME * subject / SUBJECT_DISTANCE
-    magnification = min(settings.film.width, settings.film.height) / frame
+    magnification = min(settings.film.width, settings.film.height) / subject_height(settings.scene)
     framed = _framed(fo, lens.length, magnification)
     if lens.has_focus_groups and framed > nearest * MARGIN:         # whose focal length changes with the focus
         near = lb.focused(lens, framed)

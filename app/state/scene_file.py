@@ -142,8 +142,8 @@ def load_scene(path: str | Path) -> lb.Scene:
 
 def _scene(table: Table, path: Path) -> lb.Scene:
     folder = path.resolve().parent
-    only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "material", "mesh",
-                              "photograph", *_SURROUNDINGS, *_SHAPES))
+    only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "subject", "material",
+                              "mesh", "photograph", *_SURROUNDINGS, *_SHAPES))
     materials = {name: within(f"material {cut(name)}", _material, as_table(value, f"material {cut(name)}"), folder)
                  for name, value in as_table(table.get("material", {}), "material").items()}
     if "photograph" in table:
@@ -171,7 +171,7 @@ def _scene(table: Table, path: Path) -> lb.Scene:
     values = {kind: within(kind, read, as_table(table[kind], kind), folder)
               for kind, read in _SURROUNDINGS.items() if kind in table}
     values |= given(table, {"name": text, "ambient": light, "enclosed": truth, "depth_range": _depth_range,
-                            "diffuse_bounce": truth})
+                            "diffuse_bounce": truth, "subject": _subject})
     return lb.Scene(**{"name": path.stem, **by_field([*shapes, *meshes]), **values})
 
 
@@ -180,6 +180,10 @@ def _depth_range(value: Any, name: str) -> tuple[float, ...]:
     if not 0.0 < near < far:
         raise lb.SceneError("depth_range: the first distance must be positive and less than the second")
     return near, far
+
+
+def _subject(value: Any, name: str) -> tuple[float, ...]:
+    return numbers(value, name, 2, length)
 
 
 def _sky(t: Table, folder: Path) -> lb.Sky | lb.ImageSky:

@@ -15,9 +15,8 @@ from lensbench import lenses
 from lensbench.app.files.edited_lens import save_document
 from lensbench.app.state.build import published
 from lensbench.app.state.constraints import constrained
-from lensbench.app.state.lens_choice import with_lens
+from lensbench.app.state.lens_choice import with_lens, with_scene
 from lensbench.app.state.lens_edit.editing import can_save_in_place
-from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.stop_picture import SUFFIXES, stop_picture
@@ -163,7 +162,7 @@ class Files:
             from lensbench.app.state.scene_file import load_scene
 
             load_scene(path)
-            return at_home(replace(present, scene=str(path)))
+            return with_scene(present, str(path), self._state.chooser.locked)
         lenses.load(path)                       # raises if it cannot be read now
         return with_lens(present, str(path), self._state.chooser.locked)
 

@@ -17,8 +17,7 @@ from lensbench import lenses
 from lensbench.app.panels.controls.controls import scene_title
 from lensbench.app.state.constraints import constrained, field_of_view, with_camera, with_field_of_view
 from lensbench.app.state.fuzzy import ranked, score
-from lensbench.app.state.lens_choice import with_lens
-from lensbench.app.state.pose import at_home
+from lensbench.app.state.lens_choice import with_lens, with_scene
 from lensbench.app.state.setting import spec, titles, words
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import read_angle, read_aperture
@@ -140,7 +139,8 @@ def _entries(state: WindowState) -> list[Entry]:
         if panel.label != "Render":
             entries.append(Entry(f"Panel: {panel.label}", "shown" if panel.is_visible else "", partial(_panel, panel)))
     for scene in lb.SCENES:
-        entries.append(Entry(f"Scene: {scene_title(scene)}", "", _sets(partial(_with_scene, scene))))
+        entries.append(Entry(f"Scene: {scene_title(scene)}", "", _sets(partial(
+            with_scene, scene=scene, locked=state.chooser.locked))))
     for path in state.recent:
         entries.append(Entry(f"Open again: {path.name}", "", partial(_reopen, path)))
     for field in fields(Settings):
@@ -226,10 +226,6 @@ def _sets(change: Callable[[Settings], Settings]) -> Callable[[WindowState], Non
         except (ValueError, OSError) as error:
             state.view.say(str(error))
     return run
-
-
-def _with_scene(scene: str, settings: Settings) -> Settings:
-    return at_home(replace(settings, scene=scene))
 
 
 def _panel(panel: hello_imgui.DockableWindow, state: WindowState) -> None:

@@ -49,17 +49,19 @@ class Scene:
         True: the sky is visible, but lights nothing and is not reflected by coats.
     depth_range : (near, far)
         Distances of interest from the origin, mm, for scales and charts.
-
     meshes : tuple of Mesh
         Triangle meshes, at rest.
     diffuse_bounce : bool
         True: matte surfaces light each other, by one bounce and with noise; the sky lights what it sees, past all
         shapes, and `ambient` the surfaces at which the bounce ends.
+    subject : (distance, height), optional
+        What a camera is framed and focused on: its distance from the origin along −z, and the height that fills the
+        shorter side of the film, mm.
 
     Raises
     ------
     SceneError
-        If a number is not finite.
+        If a number is not finite, or the subject has no positive distance and height.
     """
 
     name: str = "scene"
@@ -73,6 +75,7 @@ class Scene:
     depth_range: tuple[float, float] = (400.0, 8000.0)
     meshes: tuple[Mesh, ...] = ()
     diffuse_bounce: bool = False
+    subject: tuple[float, float] | None = None
 
     def __post_init__(self):
         for family in FAMILIES.values():
@@ -82,6 +85,8 @@ class Scene:
                     raise SceneError(f"{family.field} of a scene: {type(shape).__name__} is none of them")
             object.__setattr__(self, family.field, shapes)
         check(self)
+        if self.subject is not None and not min(self.subject) > 0.0:
+            raise SceneError("the distance and the height of the subject must be positive")
 
     @property
     def objects(self) -> tuple[Shape, ...]:

@@ -25,10 +25,9 @@ from lensbench.app.state.constraints import (
     with_layout,
     with_projection,
 )
-from lensbench.app.state.lens_choice import FILM
+from lensbench.app.state.lens_choice import FILM, with_scene
 from lensbench.app.state.lens_edit.editing import edit_mark
 from lensbench.app.state.lens_shelf import film_name
-from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.setting_table import FOV_AXES, LAYOUTS, PROJECTIONS
 from lensbench.app.state.settings import Settings
@@ -169,8 +168,7 @@ def _scene(settings: Settings, chooser: Chooser) -> Settings:
         nonlocal chosen
         for name in lb.SCENES:
             if imgui.selectable(scene_title(name), name == settings.scene)[0]:
-                # A scene is laid out for a camera at the origin
-                chosen = at_home(replace(settings, scene=name))
+                chosen = with_scene(settings, name, chooser.locked)
         imgui.separator()
         if imgui.selectable("Open…", False)[0]:
             chooser.requests.add(Request.OPEN_SCENE)

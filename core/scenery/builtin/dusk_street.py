@@ -1,12 +1,16 @@
-"""A street at dusk: lit windows and signs along wet cobbles, and the last light behind the roofs."""
+"""A street in the blue hour: a bicycle before lit windows, signs and lamps along a wet road."""
 
 import numpy as np
 
+from lensbench.scenery.builtin.bicycle import BEAM, bicycle
 from lensbench.scenery.builtin.lettering import lettering
-from lensbench.scenery.objects import Floor, Image, Material, Mesh, Pattern, Rectangle, Sky, Sphere, Triple
+from lensbench.scenery.objects import Disk, Floor, Image, Material, Mesh, Pattern, Rectangle, Sky, Sphere, Triple
 from lensbench.scenery.scene import Scene
+from lensbench.scenery.values import triple
 
-GROUND = -1500.0        # mm
+GROUND = -640.0         # mm: the camera is low, as on one knee
+RISE = GROUND + 1500.0  # of what hangs
+BICYCLE = 4600.0        # its distance
 HALF = 4200.0           # of the street, from front to front
 TEXELS = 12             # of a window and the wall around it, along a side
 
@@ -82,12 +86,12 @@ def _sign(text: str, x: float, y: float, z: float, high: float, colour: Triple) 
     dots = np.pad(lettering(text), 1)
     width = high * dots.shape[1] / dots.shape[0]
     image = Image.of(np.kron(dots, np.ones((4, 4)))[..., None] * np.asarray(colour) + np.asarray(colour) * 0.015)
-    return Rectangle((x, y, z), (width / 2.0, 0.0, 0.0), (0.0, high / 2.0, 0.0),
+    return Rectangle((x, y + RISE, z), (width / 2.0, 0.0, 0.0), (0.0, high / 2.0, 0.0),
                      Material((1.0, 1.0, 1.0), "light", pattern=Pattern("image", image=image)))
 
 
 def dusk_street() -> Scene:
-    """Focus at 6 m on the first lamp; windows, signs and their reflections go on to 60 m."""
+    """The bicycle stands in focus; windows, signs, lamps and their reflections go on to 60 m."""
     random = np.random.default_rng(8)
     houses: list[Mesh] = []
     for side, seed in ((-1.0, 1), (1.0, 2)):
@@ -103,17 +107,27 @@ def dusk_street() -> Scene:
         ("85", 3250.0, 1500.0, 21000.0, 900.0, (2.0, 8.0, 2.4)),
         ("35m", -3200.0, 2000.0, 29000.0, 1100.0, (4.6, 1.6, 9.0)))]
     posts, lights = [], []
-    for z in (6000.0, 12500.0, 19000.0, 27000.0, 37000.0, 50000.0):
+    for z in (1500.0, 6000.0, 12500.0, 19000.0, 27000.0, 37000.0, 50000.0):
         for side in (-1.0, 1.0):
             x = side * 2750.0
-            posts.append(Rectangle((x, 150.0, -z), (45.0, 0.0, 0.0), (0.0, 1650.0, 0.0), Material((0.03, 0.03, 0.035))))
-            kind, colour = ("lamp", (95.0, 62.0, 30.0)) if z < 20000.0 else ("light", (40.0, 26.0, 12.0))
-            lights.append(Sphere((x, 1890.0, -z), 130.0, Material(colour, kind)))
+            posts.append(Rectangle((x, RISE + 150.0, -z), (45.0, 0.0, 0.0), (0.0, 1650.0, 0.0),
+                                   Material((0.03, 0.03, 0.035))))
+            kind, colour = ("lamp", (95.0, 62.0, 30.0)) if z < 15000.0 else ("light", (40.0, 26.0, 12.0))
+            lights.append(Sphere((x, RISE + 1890.0, -z), 130.0, Material(colour, kind)))
     for z in (15000.0, 24000.0, 33000.0, 46000.0):
         for dx in (-620.0, 620.0):
-            lights.append(Sphere((-1150.0 + dx, -850.0, -z), 75.0, Material((30.0, 28.0, 23.0), "light")))
-            lights.append(Sphere((1250.0 + dx, -800.0, -z - 3000.0), 70.0, Material((22.0, 1.2, 0.5), "light")))
-    return Scene("dusk-street", sky=Sky((0.035, 0.06, 0.16), (0.62, 0.36, 0.27), (0.02, 0.02, 0.03)),
-                 floor=Floor(GROUND, 480.0, (0.085, 0.08, 0.08), (0.06, 0.058, 0.06), gloss=0.94),
-                 spheres=tuple(lights), plates=(*signs, *posts), meshes=tuple(houses), ambient=(0.02, 0.022, 0.035),
-                 depth_range=(2000.0, 70e3))
+            lights.append(Sphere((-1150.0 + dx, RISE - 850.0, -z), 75.0, Material((30.0, 28.0, 23.0), "light")))
+            lights.append(Sphere((1250.0 + dx, RISE - 800.0, -z - 3000.0), 70.0, Material((22.0, 1.2, 0.5), "light")))
+    turn, place = -0.55, np.array([60.0, GROUND, -BICYCLE])
+    front = place + [BEAM[0] * np.cos(turn), BEAM[1], -BEAM[0] * np.sin(turn)]
+    lights.append(Sphere(triple(front), 40.0, Material((16.0, 13.0, 8.0), "light")))
+    ridden = bicycle(turn, place, Material((0.62, 0.035, 0.03), "coat", gloss=0.97))
+    water = Material((0.30, 0.31, 0.34), "metal")
+    puddle = [Disk((x, GROUND + 1.0, -BICYCLE + z), (0.0, 1.0, 0.0), radius, water) for x, z, radius in (
+        (-250.0, 60.0, 420.0), (180.0, 330.0, 330.0), (420.0, -60.0, 400.0), (-640.0, -140.0, 250.0),
+        (760.0, 260.0, 190.0), (0.0, -420.0, 470.0), (-180.0, 420.0, 210.0),
+        (-1500.0, -1800.0, 500.0), (1300.0, -2600.0, 700.0))]
+    return Scene("dusk-street", sky=Sky((0.02, 0.05, 0.19), (0.17, 0.17, 0.30), (0.02, 0.02, 0.03)),
+                 floor=Floor(GROUND, 480.0, (0.17, 0.16, 0.16), (0.14, 0.135, 0.135), gloss=0.94),
+                 spheres=tuple(lights), plates=(*signs, *posts, *puddle), meshes=(*houses, *ridden),
+                 ambient=(0.02, 0.022, 0.035), depth_range=(2000.0, 70e3), subject=(BICYCLE, 1560.0))

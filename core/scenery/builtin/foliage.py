@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from lensbench.scenery.builtin.tubes import tube
 from lensbench.scenery.objects import Floor, Material, Mesh, Rectangle, Sky, Sphere, Sun
 from lensbench.scenery.scene import Scene
 
@@ -59,11 +60,11 @@ def foliage() -> Scene:
     greens = random.uniform([0.30, 0.55, 0.05], [0.55, 0.95, 0.12], (len(t), 3))
     tint = np.repeat(greens, CORNERS, 0) * np.tile(EDGES, (len(t), 1))
     twig = [Mesh.of(points, faces, Material((0.95, 0.95, 0.95), "light"), colours=tint, name="twig")]
-    twig.append(_stem(bow, 2.6, Material((0.10, 0.06, 0.035))))
+    twig.append(tube(bow, 2.6, Material((0.10, 0.06, 0.035))))
     crowns = [*_crown(260, (-1500.0, -500.0, -3200.0), (1500.0, 900.0, -2300.0), 130.0, 0.9, 1, "bush"),
               *_crown(1500, (-4200.0, -700.0, -8500.0), (4200.0, 2600.0, -5000.0), 240.0, 0.75, 2, "tree"),
               *_crown(2600, (-11000.0, -900.0, -22000.0), (11000.0, 7000.0, -13000.0), 520.0, 0.6, 3, "wood")]
-    trunks = [_stem(np.array([[x, -900.0, -z], [x + lean, 6500.0, -z]]), radius, Material((0.07, 0.05, 0.035)))
+    trunks = [tube(np.array([[x, -900.0, -z], [x + lean, 6500.0, -z]]), radius, Material((0.07, 0.05, 0.035)))
               for x, z, lean, radius in ((-2300.0, 7200.0, 260.0, 150.0), (1500.0, 8400.0, -200.0, 190.0),
                                          (3900.0, 13000.0, 150.0, 260.0), (-6200.0, 15000.0, -350.0, 300.0))]
     # Glints of the sun between the leaves and on wet ones
@@ -79,22 +80,3 @@ def foliage() -> Scene:
                  sun=Sun((0.25, 0.75, -0.6), (3.0, 2.7, 2.1)),
                  floor=Floor(-900.0, 900.0, (0.16, 0.20, 0.07), (0.10, 0.13, 0.05)), spheres=tuple(glints),
                  plates=(glow,), meshes=(*twig, *crowns, *trunks), depth_range=(600.0, 25e3))
-
-
-def _stem(path: np.ndarray, radius: float, material: Material) -> Mesh:
-    """A tube of six sides along a path (n, 3), half as thick at its end."""
-    n, sides = len(path), 6
-    angle = 2.0 * np.pi * np.arange(sides) / sides
-    ways = np.gradient(path, axis=0)
-    ways /= np.linalg.norm(ways, axis=1)[:, None]
-    right = np.cross(ways, [0.0, 0.3, 1.0])
-    right /= np.linalg.norm(right, axis=1)[:, None]
-    up = np.cross(right, ways)
-    size = radius * np.linspace(1.0, 0.5, n)[:, None, None]
-    away = np.cos(angle)[:, None] * right[:, None] + np.sin(angle)[:, None] * up[:, None]
-    points = (path[:, None] + size * away).reshape(-1, 3)
-    k, j = np.meshgrid(np.arange(n - 1), np.arange(sides), indexing="ij")
-    a, b = k * sides + j, k * sides + (j + 1) % sides
-    faces = np.concatenate([np.stack([a, b, a + sides], -1).reshape(-1, 3),
-                            np.stack([b, b + sides, a + sides], -1).reshape(-1, 3)])
-    return Mesh.of(points, faces, material, normals=away.reshape(-1, 3), name="stem")

@@ -27,7 +27,7 @@ def _star(x: float, y: float, radius: float) -> list[Planar]:
 
 
 def resolution_chart() -> Scene:
-    """Focus at 2 m; at 42 mm on 36 × 24 mm the chart fills the frame."""
+    """Focus at 2 m; the frame of the chart fills a film of 3 : 2."""
     things: list[Planar] = [Rectangle((0.0, 0.0, -DISTANCE), (WIDE, 0.0, 0.0), (0.0, HIGH, 0.0), Material(WHITE))]
     for x, y in ((0.0, 0.0), (-640.0, 400.0), (640.0, 400.0), (-640.0, -400.0), (640.0, -400.0)):
         things += _star(x, y, 120.0 if (x, y) == (0.0, 0.0) else 100.0)
@@ -50,4 +50,4 @@ def resolution_chart() -> Scene:
     frame += [Rectangle((s * 788.0, 0.0, -DISTANCE + 1.0), (2.0, 0.0, 0.0), (0.0, 520.0, 0.0), Material(BLACK))
               for s in (-1.0, 1.0)]
     return Scene("test-chart", sky=Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3), plates=(*things, *frame),
-                 depth_range=(1000.0, 4000.0))
+                 depth_range=(1000.0, 4000.0), subject=(DISTANCE - 5.0, 1052.0))

@@ -11,7 +11,15 @@ from lensbench import lenses
 from lensbench.app.state.build import design
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.figures import readings
-from lensbench.app.state.lens_choice import FRAME, LOCKS, image_circle, own_film, subject_distance, with_lens
+from lensbench.app.state.lens_choice import (
+    FRAME,
+    LOCKS,
+    image_circle,
+    own_film,
+    subject_distance,
+    with_lens,
+    with_scene,
+)
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
 from lensbench.optics.system import FieldKind, FieldPoint, SystemData
@@ -94,6 +102,23 @@ def test_the_subject_of_a_scene_file_is_what_stands_in_the_middle(tmp_path):
     beside = tmp_path / "beside.toml"
     beside.write_text('name = "beside"\n[[sphere]]\ncentre = [900, 0, -3000]\nradius = 100\n')
     assert subject_distance(str(beside)) == 1200.0
+
+
+def test_a_scene_that_states_its_subject_is_framed_on_it(tmp_path):
+    path = tmp_path / "two.toml"
+    path.write_text('subject = ["4 m", "2 m"]\n[[sphere]]\ncentre = [900, 0, -3000]\nradius = 100\n')
+    for scene, distance, height in (("dusk-street", 4600.0, 1560.0), ("test-chart", 1995.0, 1052.0),
+                                    (str(path), 4000.0, 2000.0)):
+        chosen = with_scene(replace(HAND, crop=1.0), scene)
+        assert chosen == replace(with_lens(replace(HAND, scene=scene, yaw=0.0), HAND.lens), f_number=5.6)
+        assert chosen.position[2] - chosen.focus_distance == pytest.approx(-distance)
+        assert min(chosen.film_width, chosen.film_height) / readings(chosen).magnification == (
+            pytest.approx(height, rel=0.1))
+    kept = with_scene(HAND, "dusk-street", {"focus"})
+    assert kept.position == (0.0, 0.0, 0.0) and kept.focus_distance == HAND.focus_distance
+    assert with_scene(HAND, "room").focus_distance == HAND.focus_distance       # states none
+    with pytest.raises(lb.SceneError, match="subject"):
+        lb.Scene(subject=(0.0, 1.0))
 
 
 def test_the_film_is_the_stated_one_else_follows_the_field_else_the_light():
