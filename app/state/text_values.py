@@ -19,7 +19,7 @@ def format_distance(distance: float) -> str:
     if math.isinf(distance):
         return INFINITE
     metres = distance / 1000.0
-    for limit, digits in ((0.0995, 4), (0.5, 3), (9.995, 2), (99.95, 1)):
+    for limit, digits in ((0.09995, 4), (0.4995, 3), (9.995, 2), (99.95, 1)):
         if abs(metres) < limit:
             return f"{fixed(metres, digits)} m"
     return f"{fixed(metres, 0)} m"

@@ -56,6 +56,7 @@ def test_the_focus_scale_is_that_of_the_study():
 @settings(deadline=None)
 @given(u=st.floats(0.0, 1.0))
 @example(u=0.43063435175534004)         # 9.9499° on the scale of angles
+@example(u=0.27601950687195137)         # 499.99 mm on the scale of distances
 def test_what_is_shown_can_be_typed_back(scale, u):
     value = scale.from_unit(u)
     typed = scale.parse(scale.format(value))
