@@ -6,11 +6,13 @@ Lengths in mm, angles in radians.
 import math
 from dataclasses import replace
 
+import lensbench as lb
 from lensbench.app.state.build import design
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.zoom import focal_length, zoom_of
 from lensbench.kernels.cache import resumable
+from lensbench.lenses.paraxial import reference_wavelength
 
 SMALLEST_CROP = 0.05
 WIDEST_FISHEYE = math.radians(350.0)
@@ -32,9 +34,7 @@ def constrained(settings: Settings) -> Settings:
         settings = replace(settings, zoom=0.0)
     if not (design(settings).is_rotationally_symmetric or settings.film_pose.is_upright):
         settings = settings.plain("tilt", "swing", "rise", "shift", "film_radius")
-    wide = readings(replace(settings, f_number=None))
-    if settings.f_number is not None and wide.widest_f_number is not None \
-            and settings.f_number < wide.widest_f_number * (1.0 - 1e-6):
+    if settings.f_number is not None and settings.f_number < _widest_f_number(settings) * (1.0 - 1e-6):
         settings = replace(settings, f_number=None)
     settings = _not_nearer(settings)
     if settings.dispersion == "on" and not colours(settings).possible:
@@ -44,8 +44,29 @@ def constrained(settings: Settings) -> Settings:
 
 def _not_nearer(settings: Settings) -> Settings:
     """The settings focused no nearer than the camera can focus."""
-    nearest = (readings(settings).nearest_focus or 0.0) * MARGIN
+    nearest = _nearest_focus(settings) * MARGIN
     return replace(settings, focus_distance=nearest) if settings.focus_distance < nearest else settings
+
+
+def _widest_f_number(settings: Settings) -> float:
+    """The f-number of the lens wide open; 0 where it has none."""
+    lens = design(settings)
+    found = lb.first_order(lens.in_air, reference_wavelength(lens.surfaces, lens.system)).f_number
+    return found if math.isfinite(found) else 0.0
+
+
+def _nearest_focus(settings: Settings) -> float:
+    """The nearest focus distance (mm); 0 where there is none.
+
+    Of a lens without its other read-outs, so that the picture of another lens need not wait for them.
+    """
+    if not settings.has_lens:
+        return readings(settings).nearest_focus or 0.0
+    lens = design(settings)
+    try:
+        return lb.nearest_focus(lens) if 0.0 < lb.first_order(lens).efl < math.inf else 0.0
+    except lb.LensError:
+        return 0.0
 
 
 def full_view(settings: Settings) -> tuple[float, float]:

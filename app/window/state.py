@@ -73,6 +73,7 @@ class WindowState:
         self.screenshot: Path | None = None             # where a picture of the window is to be saved
         self._postponed: tuple[Settings, Callable[[], Settings]] | None = None      # present settings, and a change
         self._drags = False                             # the picture changes while a mouse button or an item is held
+        self._hurried: Settings | None = None           # of this frame, with which the render has been started
         self._room = (0.0, 0.0), 0.0                    # for the picture, and since when
         self.prepared = False                           # the panels can be drawn without waiting for a compiler
 
@@ -106,7 +107,7 @@ class WindowState:
 
     def apply(self) -> None:
         """Let the render worker follow the present settings."""
-        settings = self.history.present
+        settings, self._hurried = self.history.present, None
         self.worker.restart(self._rendered(settings))
         self.worker.want_depth(settings.overlay in ("coc", "peaking") or self.view.pending is not None)
 
@@ -120,7 +121,8 @@ class WindowState:
 
     def hurry(self) -> None:
         """Start the render as soon as one panel has changed the picture; the others are drawn beside its first pass."""
-        if self.edited.picture != self.history.present.picture:
+        if self.edited is not self._hurried and self.edited.picture != self.history.present.picture:
+            self._hurried = self.edited
             with suppress(ValueError):
                 self._drags = self._drags or imgui.is_any_item_active()
                 self.worker.restart(self._rendered(self.edited.checked()))

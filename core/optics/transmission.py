@@ -3,6 +3,7 @@
 Lengths in mm. The film is in air.
 """
 
+from functools import lru_cache
 from math import cos, hypot, inf, pi, prod, sin, sqrt
 
 from lensbench.kernels.figures import significant
@@ -97,11 +98,15 @@ def transmission(lens: Lens, wavelength: float = D_LINE, coating: str | Coating 
         For an unknown coating.
     """
     n = lens.indices(wavelength)
-    passed = 1.0
-    for own, before, after in zip(surface_coatings(lens, coating), n[:-1], n[1:], strict=True):
-        if before != after:
-            passed *= 1.0 - float(own.reflectance(before, after, wavelength=wavelength).mean)
-    return passed
+    return prod(_passed(own, before, after, wavelength)
+                for own, before, after in zip(surface_coatings(lens, coating), n[:-1], n[1:], strict=True)
+                if before != after)
+
+
+@lru_cache(maxsize=1024)
+def _passed(coating: Coating, before: float, after: float, wavelength: float) -> float:
+    """Part of the light that passes a coated surface on the axis; it does not depend on focus and aperture."""
+    return 1.0 - float(coating.reflectance(before, after, wavelength=wavelength).mean)
 
 
 def t_number(lens: Lens, coating: str | Coating = "uncoated") -> float:

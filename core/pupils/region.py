@@ -75,7 +75,7 @@ class ExitPupil:
     @property
     def area(self) -> np.ndarray:
         """Areas (n,) in mm²: ∫ r²/2 over all directions, by the trapezium rule."""
-        total = _integral(self.rims, lambda r2: r2)
+        total = _around((self.rims**2).sum(2), _turns(self.rims))
         for k, region in self.split.items():
             total[k] = region.area
         return total
@@ -87,11 +87,12 @@ class ExitPupil:
         By Gauss's rule along each radius of the region and the trapezium rule around it.
         """
         node, weight = _gauss(12)
-        total = np.zeros(len(self.rims))
+        total, z2 = np.zeros(len(self.rims)), self.film_distance**2
+        from_film = np.stack([self.centres - self.film_radii, 0.0 * self.centres], 1)[:, None, :]
+        r2, turns = (self.rims**2).sum(2), _turns(self.rims)
         for t, w in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):
-            offset = t * self.rims + np.stack([self.centres - self.film_radii, 0.0 * self.centres], 1)[:, None, :]
-            cos2 = self.film_distance**2 / (self.film_distance**2 + (offset**2).sum(2))
-            total += w * _integral(self.rims, lambda r2, t=t, cos2=cos2: 2.0 * t * r2 * cos2**2)
+            cos2 = z2 / (z2 + ((t * self.rims + from_film)**2).sum(2))
+            total += w * _around(2.0 * t * r2 * cos2**2, turns)
         for k, region in self.split.items():
             total[k] = region.cos4_area
         return total
@@ -145,10 +146,14 @@ class ExitPupil:
         return np.stack([x + along * l, y + along * m], 1), weight / n_**4
 
 
-def _integral(rims: np.ndarray, radial) -> np.ndarray:
-    """∫ radial(r²) dθ (n,) over the upper halves: for radial = 2 ∫ f r dr, the integral of f over whole regions."""
-    value = radial((rims**2).sum(2))
-    return ((value[:, 1:] + value[:, :-1]) * 0.5 * np.diff(np.arctan2(rims[..., 1], rims[..., 0]))).sum(1)
+def _turns(rims: np.ndarray) -> np.ndarray:
+    """Angles (n, m − 1) between the points of the upper halves."""
+    return np.diff(np.arctan2(rims[..., 1], rims[..., 0]))
+
+
+def _around(radial: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """∫ radial dθ (n,) over the upper halves: for radial (n, m) = 2 ∫ f r dr, the integral of f over whole regions."""
+    return ((radial[:, 1:] + radial[:, :-1]) * 0.5 * turns).sum(1)
 
 
 @cache
