@@ -4,6 +4,7 @@ Any number of lenses that are tried one after the other are one step of undo; Es
 """
 
 import json
+import math
 from collections.abc import Iterable
 from contextlib import suppress
 from functools import lru_cache
@@ -28,7 +29,7 @@ WIDTH = 0.47                    # of the window
 LEAST, MOST = 33.0, 66.0        # em
 RECENT = 24                     # lenses that are remembered
 ENOUGH = 24                     # samples of the window's picture, after which thumbnails are made
-REST = 0.3                      # s that the width of the browser rests until sections are drawn for it
+REST = 0.3                      # s that the browser rests: its width, until sections are drawn for it, and its grid
 SECTION = "1"                   # version of the look of a section: another one draws all of them again
 
 Box = tuple[float, float, float, float]     # left, top, right, bottom on the screen (pixels)
@@ -104,6 +105,7 @@ class LensBrowsing:
         self._sections = _Sections(state)
         self._before: Settings | None = None            # the settings at the opening
         self._tried: Settings | None = None             # with the lens that is tried
+        self._top, self._scrolled = 0.0, -math.inf      # place of the grid, and when it last moved
         self._blank: list[Box] = []                     # docked panels, which draw nothing beneath the browser
         self._over_floating = False                     # a floating panel lies beneath it, or above
         self._saved = ""                                # favourites and recent lenses in the preferences
@@ -140,8 +142,14 @@ class LensBrowsing:
 
     @property
     def occupies_processor(self) -> bool:
-        """Whether the render has to leave the processor to the thumbnails; it first gets ENOUGH samples."""
-        return self.is_open and self._picture_is_ready and self._thumbnails is not None and self._thumbnails.missing > 0
+        """Whether the render has to leave the processor to the browser; it first gets ENOUGH samples.
+
+        To thumbnails that are being made, and to a grid that scrolls where the processor draws it.
+        """
+        if not self.is_open or not self._picture_is_ready or self._thumbnails is None:
+            return False
+        scrolls = self._window.presenter.software and perf_counter() - self._scrolled < REST
+        return scrolls or self._thumbnails.missing > 0
 
     @property
     def complete(self) -> bool:
@@ -186,6 +194,8 @@ class LensBrowsing:
             lens_browser_panel(_cards(), state, self._textures.of, self._sections.of, thumbnails.problems,
                                thumbnails.missing)
         imgui.end()
+        if state.top != self._top:
+            self._top, self._scrolled = state.top, perf_counter()
         seen = set(state.in_sight)
         names = *state.in_sight, *(card.name for card in _cards() if card.name not in seen)
         thumbnails.want(names, self._picture_is_ready)

@@ -42,6 +42,7 @@ class BrowserState:
     appearing: bool = True
     in_grid: bool = False                       # the arrows left and right move in the grid, not in the text
     scroll: bool = False                        # to the selected cell
+    top: float = 0.0                            # of the part of the grid in sight (pixels)
     found: Memo = field(default_factory=lambda: Memo(4))
     section: SectionLook | None = None          # the look of the sections in cells of this width
 
@@ -122,7 +123,7 @@ def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Textures, sect
             imgui.set_scroll_y(max(0.0, place * pitch - 0.5 * (room.y - size.y)))
         state.scroll = False
     sight: list[str] = []
-    state.section = _section_look(width)
+    state.section, state.top = _section_look(width), imgui.get_scroll_y()
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(gap, gap))
     clipper = imgui.ListClipper()
     clipper.begin(rows, size.y + gap)
