@@ -9,6 +9,7 @@ compiles what later first uses need.
 Such a process is `python -m lensbench.app.workers.compilers`: it reads pickled kernels and answers each with a line.
 """
 
+import gc
 import os
 import pickle
 import subprocess
@@ -192,6 +193,7 @@ def _answered(process: subprocess.Popen, kernel: Kernel) -> bool:
 
 def serve() -> None:
     """Compile the kernels of standard input until it ends."""
+    gc.disable()                                # an eighth of the time; the process ends with its window
     answers, sys.stdout = sys.stdout, sys.stderr
     while True:
         try:
