@@ -49,7 +49,8 @@ from lensbench.app.workers.heap import Heap
 from lensbench.app.workers.task import Task
 from lensbench.kernels.cache import NotCompiledError
 
-COMPILING_FPS = 8.0             # of the window while it waits for its first picture
+COMPILING_FPS = 8.0             # of the window while it waits for its first picture's kernels,
+LOADING_FPS = 30.0              # and while these are compiled already
 
 
 class Session(WindowState):
@@ -250,7 +251,7 @@ class Session(WindowState):
         if self.presenter.update is None:
             if self._pace is None:
                 self._pace = idling.fps_max
-            idling.fps_max = COMPILING_FPS
+            idling.fps_max = COMPILING_FPS if self.compilers.busy else LOADING_FPS
         elif self._pace is not None:
             idling.fps_max, self._pace = self._pace, None
 

@@ -28,19 +28,29 @@ class PictureBefore:
         self._lit: tuple[Any, Any] | None = None        # scene and light layer, the newest
         self._seen: tuple[Settings, Any, Any] | None = None     # settings, excluded light, and the Reusable
 
-    def layer(self, scene: Any) -> Any:
-        """The newest light layer of this scene; None if there is none."""
+    def layer(self, scene: Any, camera: Any) -> Any:
+        """The newest light layer of this scene; an empty one before the first, None for a scene without small lights.
+
+        Beside an empty layer the camera's rays see all light: the first picture of a scene waits for no other.
+        """
+        from lensbench.rendering.light_layer import LightLayer
+        from lensbench.scenery.small_lights import small_lights
+
         lit = self._lit
-        return lit[1] if lit is not None and lit[0] is scene else None
+        if lit is not None and lit[0] is scene:
+            return lit[1]
+        return LightLayer.of(camera, [], [], None) if small_lights(scene.objects) else None
 
     def own_light(self, rendering: Any, scene: Any, pool: Executor, threads: int, wanted: Callable[[], bool]) -> Any:
         """The light image of a rendering; None when `wanted` cancelled.
 
         Later pictures take over its layer, even if the rendering itself is given up meanwhile. They do not where the
-        camera's rays leave out other light than before: the samples of a drag could not be reused then.
+        camera's rays leave out other light than before: the samples of a drag could not be reused then. The first layer
+        of a scene they take over in any case.
         """
         light_image = rendering.own_light(pool, threads, wanted)
-        if light_image is not None and rendering.leaves_out(light_image.left_out):
+        is_first = self._lit is None or self._lit[0] is not scene
+        if light_image is not None and (is_first or rendering.leaves_out(light_image.left_out)):
             self.lend(scene, light_image.layer())
         return light_image
 

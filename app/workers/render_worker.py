@@ -243,7 +243,7 @@ class RenderWorker:
         job = RenderJob(generation, settings, camera, scene, light_tracing=light_tracing)
         job.camera, is_provisional = self._model.first_camera(settings, camera)
         job.automatic = camera if is_provisional else None
-        job.begin(self._before.layer(job.scene))
+        job.begin(self._before.layer(job.scene, job.camera))
         return job
 
     def _trace_lights(self, job: RenderJob) -> None:
@@ -279,7 +279,7 @@ class RenderWorker:
         if (camera.model, camera.degree) != (job.camera.model, job.camera.degree):
             job.camera = camera
             job.mixed = None
-            job.begin(self._before.layer(job.scene))
+            job.begin(self._before.layer(job.scene, job.camera))
         else:
             self._amend(job, **self._choice_fields(job))
 
