@@ -11,11 +11,13 @@ import math
 import re
 from io import BytesIO
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.state.scene_assets.heic_depth import is_heic, read_heic_photograph
+from lensbench.app.state.scene_assets.phone_photograph import PhonePhotograph, stated_fov
 from lensbench.app.state.scene_assets.place import asset_path
 from lensbench.app.state.scene_assets.texture import FORMATS, MOST_BYTES, MOST_TEXELS, image_of
 from lensbench.kernels.figures import significant
@@ -23,21 +25,9 @@ from lensbench.kernels.quotation import excerpt
 
 XMP, EXTENDED = b"http://ns.adobe.com/xap/1.0/\0", b"http://ns.adobe.com/xmp/extension/\0"
 ATTRIBUTE = re.compile(rb"(GDepth|GImage):(\w+)(?:\s*=\s*[\"']([^\"']*)[\"']|>([^<]*)<)")
-EQUIVALENT, ORIENTATION, EXIF = 0xA405, 0x0112, 0x8769          # tags: focal length on 35 mm film, and where it stands
-DIAGONAL = math.hypot(36.0, 24.0)
-UNREADABLE = ("of phones, JPEG files with a GDepth map are read; HEIC, Apple's portrait files and Dynamic Depth are "
-              "not: convert the picture to JPEG or PNG and its map to PNG, and name the map as depth")
-
-
-class PhonePhotograph(NamedTuple):
-    """picture: linear. away (h, w): distances in mm, along the axis unless `radial`: along the ray. fov: radians across
-    the picture, or None where the file does not tell it.
-    """
-
-    picture: lb.Image
-    away: np.ndarray
-    radial: bool
-    fov: float | None
+ORIENTATION = 0x0112            # tag
+UNREADABLE = ("of phones, JPEG files with a GDepth map and HEIC portraits are read; Apple's portraits in JPEG and "
+              "Dynamic Depth are not: save the map as PNG, and name it as depth")
 
 
 def read_phone_photograph(name: str, folder: Path) -> PhonePhotograph:
@@ -46,8 +36,8 @@ def read_phone_photograph(name: str, folder: Path) -> PhonePhotograph:
 
     path = asset_path(name, folder, "photograph", MOST_BYTES)
     data = path.read_bytes()
-    if data[4:8] == b"ftyp":
-        raise lb.SceneError(f"photograph {excerpt(name)} is a HEIC file: {UNREADABLE}")
+    if is_heic(data[:12]):
+        return read_heic_photograph(path, name)
     found = _attributes(data)
     if not found.get("GDepth:Data"):
         raise lb.SceneError(f"photograph {excerpt(name)} carries no depth map; {UNREADABLE}")
@@ -64,9 +54,7 @@ def read_phone_photograph(name: str, folder: Path) -> PhonePhotograph:
         raise lb.SceneError(f"photograph {excerpt(name)}: its picture or its depth map cannot be read") from error
     away = _distances(found, part, name)
     turn = exif.get(ORIENTATION, 1)
-    equivalent = exif.get_ifd(EXIF).get(EQUIVALENT)
-    across = size[1] if turn in (5, 6, 7, 8) else size[0]
-    fov = None if not equivalent else 2.0 * math.atan(DIAGONAL * across / math.hypot(*size) / (2.0 * float(equivalent)))
+    fov = stated_fov(exif, size, size[1] if turn in (5, 6, 7, 8) else size[0])
     upright = lb.Image.of(_turned(image.values, turn))
     return PhonePhotograph(upright, _turned(away, turn), found.get("GDepth:MeasureType") == b"OpticRay", fov)
 

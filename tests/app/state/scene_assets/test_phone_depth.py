@@ -2,17 +2,22 @@
 
 import base64
 import math
+import sys
 from io import BytesIO
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image as Picture
 from PIL import ImageOps
 
+import lensbench as lb
 from lensbench.app.state.scene_assets.phone_depth import EXTENDED, XMP, read_phone_photograph
+from lensbench.app.state.scene_assets.phone_photograph import EQUIVALENT, EXIF
 from lensbench.app.state.scene_file import SceneFileError, load_scene
 
 SCENE = '[photograph]\nimage = "phone.jpg"\n'
+HEIC = b"\0\0\0\x18ftypheic" + bytes(40)
 RAMP = np.repeat(np.linspace(0.0, 1.0, 12)[None], 8, 0)
 
 
@@ -116,11 +121,54 @@ def test_what_cannot_be_read_is_one_clear_line(tmp_path, made, text, reason):
     assert "\n" not in str(caught.value)
 
 
-def test_heic_and_damaged_files_are_refused_in_words(tmp_path):
+class _HeicFile:
+    """What pillow_heif shows of a portrait of an iPhone: a picture, and a map of disparities in 1/m."""
+
+    def __init__(self, meaning, shape=(6, 8)):
+        exif = Picture.Exif()
+        exif.get_ifd(EXIF)[EQUIVALENT] = 26
+        self.picture, self.size = Picture.new("RGB", (80, 60), (200, 90, 30)), (80, 60)
+        self.picture.info["exif"] = exif.tobytes()
+        levels = np.linspace(0, 255, shape[0] * shape[1]).round().astype(np.uint8).reshape(shape)
+        coded = SimpleNamespace(size=shape[::-1], info={"metadata": meaning},
+                                to_pillow=lambda: Picture.fromarray(levels))
+        self.info, self.to_pillow = {"depth_images": [coded] if meaning is not None else []}, lambda: self.picture
+
+
+@pytest.mark.parametrize("meaning", [{"representation_type": 1, "d_min": 0.5, "d_max": 4.0},
+                                     {"representation_type": 0, "z_near": 0.25, "z_far": 2.0}])
+def test_a_portrait_in_heic_has_its_distances_and_its_field(meaning, tmp_path, monkeypatch):
+    (tmp_path / "a.heic").write_bytes(HEIC)
+    monkeypatch.setitem(sys.modules, "pillow_heif", SimpleNamespace(open_heif=lambda path: _HeicFile(meaning)))
+    found = read_phone_photograph("a.heic", tmp_path)
+    assert found.away.shape == (6, 8) and not found.radial
+    assert found.away[0, 0] == pytest.approx(2000.0) and found.away[-1, -1] == pytest.approx(250.0)
+    # Lines of equal disparity are equal steps of 1 / distance, to half a level of the map
+    np.testing.assert_allclose(1000.0 / found.away.ravel(), np.linspace(0.5, 4.0, 48), atol=0.5 * 3.5 / 255.0)
+    # 26 mm on 35 mm film, as the calibration in such a file has it: 3032.6 of 4032 pixels
+    assert found.fov == pytest.approx(2.0 * math.atan(4032 / 3032.6 / 2.0), rel=3e-3)
+    assert found.picture.values.shape == (60, 80, 3)
+
+
+@pytest.mark.parametrize("meaning, shape, message", [
+    (None, (6, 8), "carries no depth map"), ({}, (6, 8), "does not tell its distances"),
+    ({"representation_type": 3, "d_min": 0.5, "d_max": 4.0}, (6, 8), "does not tell its distances"),
+    ({"representation_type": 1, "d_min": 4.0, "d_max": math.nan}, (6, 8), "goes from 4 to nan"),
+    ({"representation_type": 1, "d_min": 0.5, "d_max": 4.0}, (8, 6), "another shape"),
+])
+def test_heic_files_without_distances_are_refused_in_words(meaning, shape, message, tmp_path, monkeypatch):
+    (tmp_path / "a.heic").write_bytes(HEIC)
+    monkeypatch.setitem(sys.modules, "pillow_heif", SimpleNamespace(open_heif=lambda path: _HeicFile(meaning, shape)))
+    with pytest.raises(lb.SceneError, match=message):
+        read_phone_photograph("a.heic", tmp_path)
+
+
+def test_heic_without_its_reader_and_damaged_files_are_refused_in_words(tmp_path, monkeypatch):
     (tmp_path / "a.toml").write_text(SCENE)
     phone = tmp_path / "phone.jpg"
-    phone.write_bytes(b"\0\0\0\x18ftypheic" + bytes(40))
-    with pytest.raises(SceneFileError, match="HEIC file"):
+    phone.write_bytes(HEIC)
+    monkeypatch.setitem(sys.modules, "pillow_heif", None)
+    with pytest.raises(SceneFileError, match="HEIC file.*lensbench.heic."):
         load_scene(tmp_path / "a.toml")
     phone_file(phone, np.uint8(255 * RAMP))
     whole = phone.read_bytes()
