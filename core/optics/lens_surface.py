@@ -142,7 +142,29 @@ class Surface:
     @property
     def is_rotationally_symmetric(self) -> bool:
         """Whether the surface is no cylinder or toroid; its pose does not count."""
-        return self.curvature_x is None
+        return not self.asymmetry
+
+    @property
+    def asymmetry(self) -> str:
+        """What keeps the shape from rotational symmetry, in words for a message; "" for nothing."""
+        return "" if self.curvature_x is None else "a cylinder or toroid"
+
+    def section(self, axis: str) -> "Surface":
+        """The rotationally symmetric surface that has one section of this one.
+
+        Parameters
+        ----------
+        axis : str
+            "x" for the section x–z, "y" for y–z.
+
+        Returns
+        -------
+        Surface
+            This surface itself if it is rotationally symmetric.
+        """
+        if self.curvature_x is None:
+            return self
+        return replace(self, curvature=self.curvature if axis == "y" else self.curvature_x, curvature_x=None)
 
     @cached_property
     def vertex_curvature(self) -> float:

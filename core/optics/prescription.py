@@ -143,8 +143,8 @@ class Lens:
     @property
     def asymmetry(self) -> str:
         """What the lens has that keeps it from rotational symmetry, in words for a message; "" for nothing."""
-        toroid = any(not surface.is_rotationally_symmetric for surface in self.surfaces)
-        return " and ".join(["a cylinder or toroid"] * toroid + ["a surface out of line"] * (not self.is_in_line))
+        own = dict.fromkeys(surface.asymmetry for surface in self.surfaces if surface.asymmetry)
+        return " and ".join([*own, *["a surface out of line"] * (not self.is_in_line)])
 
     @cached_property
     def in_line(self) -> "Lens":
@@ -248,10 +248,9 @@ class Lens:
     @cached_property
     def _cut(self) -> tuple["Lens", "Lens"]:
         """The lenses with the sections x–z and y–z of this one, in line."""
-        return tuple(replace(self, surfaces=tuple(               # type: ignore[return-value]
-            surface if surface.curvature_x is None else
-            replace(surface, curvature=surface.curvature if upright else surface.curvature_x, curvature_x=None)
-            for surface in self.in_line.surfaces)) for upright in (False, True))
+        x, y = (replace(self, surfaces=tuple(surface.section(axis) for surface in self.in_line.surfaces))
+                for axis in ("x", "y"))
+        return x, y
 
     @property
     def sections(self) -> tuple["Lens", ...]:
