@@ -1,4 +1,4 @@
-"""The stop that a stated aperture asks for.
+"""Size of the stop by the aperture that a design file states.
 
 Lengths in mm, or in the unit of a file. Object distances count from the object to the first vertex; inf: at infinity.
 The medium in front of the lens is air.
@@ -98,7 +98,7 @@ def _stop_radius(surfaces: Sequence[Any], stop: int, kind: ApertureKind, value: 
 
 
 def f_number_kind(distance: float) -> ApertureKind:
-    """Kind of the f-number in programs whose f-number is the one at work: that of an object at infinity if it is."""
+    """Kind of the f-number of programs that state the working one; for an object at infinity both are the same."""
     return ApertureKind.F_NUMBER if abs(distance) >= FAR else ApertureKind.WORKING_F_NUMBER
 
 
@@ -112,7 +112,7 @@ def pupil_diameter(surfaces: Sequence[Any], stop: int, radius: float, wavelength
 
 
 def _real_height(surfaces: Sequence[Surface], stop: int, na: float, distance: float, wavelength: float) -> float:
-    """Height at the stop of the real axial ray of a numerical aperture; NaN if it does not get there.
+    """Height at the stop of the real axial ray of a numerical aperture; NaN if it does not reach the stop.
 
     Beyond an aperture of 0.3 the paraxial height is several per cent off.
     """
@@ -153,7 +153,7 @@ def with_stated_aperture(lens: Lens, stations: list[Station],
     findings: list[Finding] = []
 
     def sized(surfaces: Sequence[Surface], value: float, distance: float, rim: float) -> float:
-        """The radius that the aperture asks for, or the rim where it asks for the same, or for none."""
+        """Radius of the stop by the aperture; the rim where both agree, and where no stop has this aperture."""
         if aperture.kind is ApertureKind.STOP_SIZE and not value:
             return rim
         asked = stop_radius(surfaces, stop, aperture.kind, value, distance, wavelength)
@@ -171,9 +171,8 @@ def with_stated_aperture(lens: Lens, stations: list[Station],
             return rim
         if abs(asked - rim) > PRINTED * rim:
             findings.append(note(Kind.RIM, f"{stated} sizes the stop: its semi-diameter is {significant(asked, 5)} mm, "
-                                           f"and not the "
-                                           f"{significant(rim, 5)} mm of the rim "
-                                           f"in the file", stop, aperture=asked, rim=rim))
+                                           f"and not the {significant(rim, 5)} mm of the rim in the file",
+                                 stop, aperture=asked, rim=rim))
         return asked
 
     rim, value = lens.stop.semi_diameter, aperture.values[0]

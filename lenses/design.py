@@ -232,8 +232,8 @@ class Design:
         wavelength, primary = reference_wavelength(surfaces, self.system), self.system.primary_wavelength
         if wavelength != primary:
             self.found(Kind.GLASS, f"a glass is not known at the primary wavelength, {significant(primary)} µm: "
-                                   f"first-order data "
-                                   "are those of the d line", severity=Severity.WARNING, primary=primary)
+                                   "first-order data are those of the d line",
+                       severity=Severity.WARNING, primary=primary)
         return wavelength
 
     def _system_in_mm(self) -> SystemData:
@@ -291,9 +291,9 @@ class Design:
         cover = Row(source.line, thickness=source.thickness, glass=source.glass, semi_diameter=size or None)
         self.findings = [f if f.surface is None else replace(f, surface=f.surface + 1) for f in self.findings]
         self.found(Kind.NEAR_OBJECT, f"designed for an object that lies in {what}, "
-                                     f"{significant(source.thickness * self.unit)} mm "
-                   "before the first surface of the file: a plane that touches the object is added as surface 0; the "
-                   "stored back focus is that of the object's image", 0, distance=source.thickness * self.unit)
+                                     f"{significant(source.thickness * self.unit)} mm before the first surface of the "
+                                     "file: a plane that touches the object is added as surface 0; the stored back "
+                                     "focus is that of the object's image", 0, distance=source.thickness * self.unit)
         source.glass, source.thickness = AIR, 0.0
         self.rows.insert(1, cover)
         return True
@@ -302,9 +302,9 @@ class Design:
         """Check object and image: their distances, and the media in front of the lens and behind it."""
         distance = self.rows[0].thickness
         if abs(distance) < FAR and not covered:
-            self.found(Kind.NEAR_OBJECT, f"designed for an object {significant(distance * self.unit)} mm "
-                                         f"before the first "
-                       "surface; the stored back focus is that of its image", distance=distance * self.unit)
+            self.found(Kind.NEAR_OBJECT, f"designed for an object {significant(distance * self.unit)} mm before the "
+                                         "first surface; the stored back focus is that of its image",
+                       distance=distance * self.unit)
         for row in surfaces[:-1]:
             if isinf(row.thickness):
                 raise self.refuse(row, "a gap within the lens is infinite")

@@ -52,8 +52,7 @@ def model(n_d: float, v_d: float, name: str = "") -> Glass:
         return Glass(name=f"{name or 'the gas'} of index {fixed(n_d, 6)}")
     if not 1.0 < n_d <= HIGHEST_INDEX:
         raise RowError(f"index n_d is {significant(n_d)}: it must be at least 1 (air), and no lens is made "
-                       f"of more than "
-                       f"{significant(HIGHEST_INDEX)}")
+                       f"of more than {significant(HIGHEST_INDEX)}")
     if v_d < 0.0:
         raise RowError(f"Abbe number V_d is {significant(v_d)}: it must be positive, or 0 where it is not known")
     return Glass(n_d, v_d or None, name)
@@ -244,8 +243,7 @@ def _beyond_surfaces(lens: Lens) -> list[Finding]:
                             lens.stop_index))
     if lens.front_index != 1.0:
         remarks.append(note(Kind.LEFT_OUT, f"the index {significant(lens.front_index)} before the lens is left out: it "
-                                           f"is written "
-                                           "as in air", index=lens.front_index))
+                                           f"is written as in air", index=lens.front_index))
     return remarks
 
 

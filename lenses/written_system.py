@@ -78,9 +78,8 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
     findings = []
     if stated is not None:
         why = "it cannot be stated here" if not held else "the stop has another size"
-        findings.append(note(Kind.STOP, f"the {stated.kind} {significant(stated.values[0], 6)} is left out, as "
-                                        f"{why}: the "
-                                        f"entrance-pupil diameter {significant(diameters[0], 6)} mm is written"))
+        findings.append(note(Kind.STOP, f"the {stated.kind} {significant(stated.values[0], 6)} is left out, as {why}: "
+                                        f"the entrance-pupil diameter {significant(diameters[0], 6)} mm is written"))
     if all(1e-300 < diameter < 1e300 for diameter in diameters):
         return WrittenSystem(data, Aperture(ApertureKind.PUPIL_DIAMETER, _alike(diameters)), tuple(findings))
     if holds(ApertureKind.STOP_SIZE, cases[0][2]):

@@ -137,8 +137,7 @@ def _refocus(arguments: argparse.Namespace) -> int:
     note = "" if distance == wanted else f", the nearest distance in place of {significant(wanted / 1000.0, 4)} m"
     near, far = field.clear_range
     if not near <= distance <= far:
-        note += (f"; outside {_metres(near)} to {_metres(far)} neighbouring views "
-                 f"differ by more than a "
+        note += (f"; outside {_metres(near)} to {_metres(far)} neighbouring views differ by more than a "
                  "pixel: record more views")
     print(f"{arguments.output}: focused at {significant(distance / 1000.0, 4)} m{note}")
     return 0

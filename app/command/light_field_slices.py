@@ -110,8 +110,7 @@ def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool)
         place = np.array(arguments.at)
         if not np.isfinite(place).all() or np.abs(place).max() > field.reach:
             raise UsageError(f"--at {significant(place[0])} {significant(place[1])}: the recorded cells reach from "
-                             f"{significant(-field.reach, 3)} to "
-                             f"{significant(field.reach, 3)}, in radii of the pupil")
+                             f"{significant(-field.reach, 3)} to {significant(field.reach, 3)}, in radii of the pupil")
         j, i = (int(k) for k in np.unravel_index(np.argmin(((field.places - place) ** 2).sum(-1)), (down, across)))
         covered = field.coverage[j, i].astype(float)
         return field.view(i, j), {

@@ -66,8 +66,7 @@ def _array(arguments: argparse.Namespace) -> int:
     save_lumigraph(path, made, settings)
     print(f"{path}: {fixed(perf_counter() - begin, 1)} s; the pinholes are {significant(made.spacing)} mm apart over "
           f"{significant(made.spacing * (across - 1))} × {significant(made.spacing * (down - 1))} mm, and share "
-          f"a plane at "
-          f"{significant(made.distance / 1000.0, 4)} m")
+          f"a plane at {significant(made.distance / 1000.0, 4)} m")
     return 0
 
 

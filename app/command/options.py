@@ -223,6 +223,5 @@ def _framed(settings: Settings, fov: float | None, keep_zoom: bool) -> Settings:
     if 0.0 < whole < fov:
         raise SettingsError(f"field of view {fixed(math.degrees(fov), 1)}°: this film behind this lens sees "
                             f"{fixed(math.degrees(whole), 1)}° along its shorter side: take a larger --film "
-                            f"or a shorter "
-                            "--focal-length")
+                            f"or a shorter --focal-length")
     return with_field_of_view(replace(settings, fov=fov).checked(), fov, keep_zoom)

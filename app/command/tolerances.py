@@ -86,8 +86,7 @@ def _print(costs: "tuple[Sensitivity, ...]", run: "Production") -> None:
     print(f"{'Error':26} {'within':>12}  {'spot':>10}  {'contrast':>9}")
     for each in costs[:SHOWN]:
         print(f"{error_name(each.kind, each.surface):26} {amount(each.kind, each.tolerance):>12}  "
-              f"{fixed(1000.0 * each.spot, 3, signed=True):>7} µm  "
-              f"{fixed(100.0 * each.contrast, 2, signed=True):>6} %")
+              f"{fixed(1000.0 * each.spot, 3, signed=True):>7} µm  {fixed(100.0 * each.contrast, 2, signed=True):>6} %")
     if len(costs) > SHOWN:
         print(f"and {len(costs) - SHOWN} smaller ones (--json prints all)")
     band, middle = run.band(), len(run.frequencies) // 2

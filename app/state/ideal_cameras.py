@@ -58,10 +58,9 @@ def perspective(settings: "Settings") -> lb.PerspectiveCamera:
     focal_length = perspective_focal_length(settings)
     radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
     if radius > 0.0 and settings.focus_distance < 2.0 * focal_length:
-        raise SettingsError(f"focus at {significant(settings.focus_distance / 1000.0, 6)} m: the nearest "
-                            f"distance of this "
-                            f"camera is {significant(math.ceil(2.0 * focal_length) / 1000.0)} m, twice its "
-                            f"focal length")
+        raise SettingsError(f"focus at {significant(settings.focus_distance / 1000.0, 6)} m: the nearest distance of "
+                            f"this camera is {significant(math.ceil(2.0 * focal_length) / 1000.0)} m, twice its focal "
+                            "length")
     return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis, lens_radius=radius,
                                 focus_distance=settings.focus_distance, **_stop(settings),
                                 **place_and_shutter(settings))

@@ -209,8 +209,7 @@ def note(recording: Recorded, look: Look, found: bool = True) -> str:
     if look.show == "view" and look.sensor and recording.raw is not None:
         film, lenses = recording.settings.film, recording.raw.camera
         return (f"Sensor: {film.pixels_x} × {film.pixels_y} microlenses of "
-                f"f/{fixed(lenses.microlens_f_number, 2)} with "
-                f"{lenses.pixels} × {lenses.pixels} pixels each")
+                f"f/{fixed(lenses.microlens_f_number, 2)} with {lenses.pixels} × {lenses.pixels} pixels each")
     if look.show == "view":
         u, v = recording.field.places[look.cell[1], look.cell[0]]
         return f"Light field: the view from {format_place((u, v))} of the pupil{_when(recording, look)}"

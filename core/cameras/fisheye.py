@@ -61,8 +61,7 @@ class FisheyeCamera(Camera):
             raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(AXES)}")
         if self.projection == "orthographic" and not 0.0 < self.fov <= math.pi:
             raise CameraError(f"field of view {significant(math.degrees(self.fov))}°: of an orthographic fisheye "
-                              f"it must lie "
-                              "between 0° and 180°, which it reaches")
+                              f"it must lie between 0° and 180°, which it reaches")
         if not 0.0 < self.fov < 2.0 * math.pi:
             raise CameraError(f"field of view {significant(math.degrees(self.fov))}°: of a fisheye it must lie between "
                               "0° and 360°")

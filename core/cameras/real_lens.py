@@ -128,16 +128,14 @@ class LensCamera(Camera):
             lens = stopped_down(lens, self.f_number)
         if lens.front_index != 1.0 and self.medium is not None and self.medium.index not in (1.0, lens.front_index):
             raise CameraError(f"this lens is immersed in a medium of index {significant(lens.front_index)}, and "
-                              f"the camera in "
-                              f"one of {significant(self.medium.index)}: give both the same")
+                              f"the camera in one of {significant(self.medium.index)}: give both the same")
         if self.film_at is None:
             object.__setattr__(self, "lens", focused(lens, self.focus_distance, self.focus_method))
         else:
             self._focus_by_film(lens)
         if not self.film_distance > 0.0:            # evaluated here, so that a lens without focus raises
             raise FocusError(f"this lens forms its image {significant(-self.film_distance, 4)} mm before its "
-                             f"last vertex, "
-                             "where there is no room for a film")
+                             f"last vertex, where there is no room for a film")
         if not self.film_pose.is_upright:
             self._check_pose()
         if not self.lens.is_in_line and not self.axis_irradiance > 0.0:

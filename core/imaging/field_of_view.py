@@ -15,9 +15,9 @@ FULL_FRAME = Film(36.0, 24.0)
 class Equivalent(NamedTuple):
     """The lens that takes the same picture on another film.
 
-    The field along the diagonal and the diameter of the aperture are the same. So are then the depth of field, the blur
-    as a part of the picture, the diffraction and the light of the whole picture. For a point
-    at infinity this is exact at any focus that is measured from the front focal point.
+    The field along the diagonal and the diameter of the aperture are the same, hence also the depth of field, the blur
+    as a part of the picture, the diffraction and the light of the whole picture. For a point at infinity this is exact
+    at any focus distance that is measured from the front focal point.
 
     Attributes
     ----------

@@ -1,8 +1,8 @@
 """Order of the pixels of a film: along strips, so that a block is a compact piece.
 
 A film is cut into upright strips of at most STRIP_WIDTH pixels. The first is walked down line by line, each line from
-left to right, the next one up, and so on: neighbours in the order are neighbours on the film, also where one strip ends
-and the next begins. So the rays of a block meet few objects, and few blocks meet mirrors or glass. Every pixel occurs
+left to right, the second up, and so on: successive pixels are neighbours on the film, also where one strip ends and the
+next begins. So the rays of a block meet few objects, and few blocks meet mirrors or glass. Every pixel occurs
 once; after the last one the order goes on beyond the right edge of the film.
 """
 
@@ -33,7 +33,7 @@ def pixel_at(k, w, h):
 
 @njit(inline="always")
 def next_line(strip, left, end, line, w, h):
-    """(strip, its first column, its last column + 1, line) of the line that follows a line in the order."""
+    """(strip, its first column, its last column + 1, line) of the next line in the order."""
     after = line + 1 - 2 * (strip & 1)
     if after < 0 or after == h:
         return strip + 1, end, (strip + 2) * w // ((w + STRIP_WIDTH - 1) // STRIP_WIDTH), line

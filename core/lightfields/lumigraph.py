@@ -1,7 +1,7 @@
 """Lumigraphs: pictures by an array of pinholes in one plane, from which novel views are put together.
 
 The pinholes lie on the plane (u, v), in mm, x to the right and y up; each of them sees the same window of
-the plane (s, t) before them, with the same pixels but for a part of one. A ray is named by its crossings with
+the plane (s, t) before them, its grid of pixels shifted by a part of a pixel. A ray is known by its crossings with
 both planes. What a novel view sees along it is interpolated linearly between the four nearest pinholes, and in each by
 cubics between its pixels: linear interpolation would blur. Where the surface is at a depth z, and (s, t) at D, the
 pinhole at u sees it not at s but at s + (u₀ − u)(D/z − 1), by similar triangles: with known depths, neighbours agree,
@@ -51,8 +51,8 @@ class NovelView(NamedTuple):
         Whether the pixel was recorded.
     """
 
-    picture: np.ndarray         # float32 (h, w, 3), linear RGB; 0 where nothing was recorded
-    covered: np.ndarray         # (h, w) bool: whether the pixel was recorded
+    picture: np.ndarray
+    covered: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

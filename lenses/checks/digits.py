@@ -19,8 +19,8 @@ def digit_findings(lens: Lens) -> list[Finding]:
         return []
     return [Finding(Kind.SOLVED_RADIUS, long[0],
                     f"radius {significant(radii[long[0]], 10)} mm has many digits where no other has more than "
-                    f"{max(rest)}: "
-                    "it was solved for, to focus the lens, and is not that of the source; another number may be wrong")]
+                    f"{max(rest)}: it was solved for, to focus the lens, and is not that of the source; another number "
+                    "may be wrong")]
 
 
 def _digits(value: float, tolerance: float) -> int:

@@ -23,8 +23,8 @@ def field_findings(lens: Lens) -> list[Finding]:
     if lit >= LIT * stated:
         return []
     return [Finding(Kind.FIELD, why, f"the stated half field of {significant(stated)}° is not lit: beyond "
-                                     f"{significant(lit, 3)}° the ray "
-                    f"through the centre of the stop does not pass surface {why}",
+                                     f"{significant(lit, 3)}° the ray through the centre of the stop does not pass "
+                                     f"surface {why}",
                     figures={"stated": stated, "lit": lit})]
 
 

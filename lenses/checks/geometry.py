@@ -8,9 +8,9 @@ from lensbench.optics.lens_surface import Surface
 from lensbench.optics.prescription import Lens
 
 HEMISPHERE = 1.01       # × the largest height that the surface has: tables round to three digits
-CROSSING = 0.01         # of the rim: neighbours that touch are drawn to a hair
-ESTIMATED = 0.05        # of the rim: estimated rims reach so deep into their neighbours
-STOP = 0.1              # of the rim: an iris is set where there is room, and its plane is nominal
+CROSSING = 0.01         # of the rim: depth by which neighbours that touch may overlap, by rounding
+ESTIMATED = 0.05        # of the rim: the same where rims are estimates
+STOP = 0.1              # of the rim: the same beside a stop, whose plane is nominal
 HEIGHTS = np.linspace(0.0, 1.0, 33)
 
 
@@ -21,13 +21,12 @@ def geometry_findings(lens: Lens) -> list[Finding]:
     for i, surface in enumerate(lens.surfaces):
         reach = _reach(surface)
         if surface.semi_diameter > HEMISPHERE * reach:
+            rim, largest = significant(surface.semi_diameter, 5), significant(reach, 4)
             findings.append(Finding(
-                Kind.HEMISPHERE, i, f"the rim has a radius of {significant(surface.semi_diameter, 5)} mm, but the "
-                                    f"surface ends at "
-                f"{significant(reach, 5)} mm from the axis", f"rim of surface {i}: at most {significant(reach, 4)} mm "
-                                                             f"in place of "
-                f"{significant(surface.semi_diameter, 5)} "
-                f"mm", change=Change("semi_diameter", i, surface.semi_diameter, reach)))
+                Kind.HEMISPHERE, i, f"the rim has a radius of {rim} mm, but the surface ends at "
+                                    f"{significant(reach, 5)} mm from the axis",
+                f"rim of surface {i}: at most {largest} mm in place of {rim} mm",
+                change=Change("semi_diameter", i, surface.semi_diameter, reach)))
         if i + 1 < len(lens.surfaces):
             findings += _gap(lens, i, n_before)
         n_before = surface.glass.n_d

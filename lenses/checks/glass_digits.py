@@ -98,8 +98,8 @@ def _cause(lens: Lens, candidate: _Candidate, rivals: int) -> Finding:
     verb = "may be" if rivals > 1 else "is"
     return Finding(
         Kind.DIGIT, i, f"a digit of {candidate.quantity} {verb} misread: {significant(new)} in place of "
-                       f"{significant(old)} makes it a known "
-        f"glass ({why})", f"{candidate.quantity} of surface {i}: {significant(new)} in place of {significant(old)}",
+                       f"{significant(old)} makes it a known glass ({why})",
+        f"{candidate.quantity} of surface {i}: {significant(new)} in place of {significant(old)}",
         figures={"focal_length": first_order(lens).efl, "focal_length_after": fo.efl,
                  "colour_after": candidate.colour * fo.efl},
         change=Change(candidate.quantity, i, old, new))

@@ -43,10 +43,9 @@ def _blur(lens: Lens, beam: AxialBeam) -> list[Finding]:
     else:
         return []
     return [Finding(Kind.BLUR, None, f"a point on the axis becomes a disk of {significant(blur, 3)} mm rms radius "
-                                     f"{where}, at full "
-                    f"aperture, f/{significant(beam.f_number, 3)}: {significant(100.0 * blur / efl, 2)} % of the "
-                    f"focal length, where lenses of "
-                    f"this speed and kind stay below {significant(100.0 * allowed / efl, 2)} %",
+                                     f"{where}, at full aperture, f/{significant(beam.f_number, 3)}: "
+                                     f"{significant(100.0 * blur / efl, 2)} % of the focal length, where lenses of "
+                                     f"this speed and kind stay below {significant(100.0 * allowed / efl, 2)} %",
                     figures={"blur": blur, "allowed": allowed, "f_number": beam.f_number})]
 
 

@@ -73,8 +73,7 @@ def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
             Kind.SIGN if change.kind == "sign" else Kind.DIGIT,
             Change(change.quantity, change.surface, change.old, change.new), CAUSES[change.kind],
             f"{change.quantity} of surface {change.surface}: {significant(change.new, 7)} in place of "
-            f"{significant(change.old, 7)} "
-            f"(one {change.kind})", change.applied(lens), rarity)
+            f"{significant(change.old, 7)} (one {change.kind})", change.applied(lens), rarity)
 
 
 def _figures(lens: Lens, both: bool) -> tuple[list[_Change], np.ndarray, np.ndarray]:

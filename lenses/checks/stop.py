@@ -26,6 +26,6 @@ def stop_findings(lens: Lens) -> list[Finding]:
         return findings
     return [*findings, Finding(
         Kind.STOP, lens.stop_index, f"the stop does not limit the light: on the axis the rim of surface {narrowest} "
-        f"passes a beam of {significant(2.0 * beams[narrowest], 4)} mm, the stop one of "
-        f"{significant(2.0 * beams[lens.stop_index], 4)} mm",
+                                    f"passes a beam of {significant(2.0 * beams[narrowest], 4)} mm, the stop one of "
+                                    f"{significant(2.0 * beams[lens.stop_index], 4)} mm",
         figures={"beam": 2.0 * beams[narrowest], "stop_beam": 2.0 * beams[lens.stop_index]})]

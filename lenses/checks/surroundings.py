@@ -58,8 +58,7 @@ def _plates(lens: Lens) -> Iterator[Hypothesis]:
             return
         space, thickness, behind = last.thickness, -0.5 * shift * PLATE.n_d, -0.5 * shift
         words = (f"glass and air behind the last gap that together equal {significant(-shift, 3)} mm of air, such as "
-                 f"a plate of up "
-                 f"to {significant(-shift * PLATE.n_d, 3)} mm ({glass})")
+                 f"a plate of up to {significant(-shift * PLATE.n_d, 3)} mm ({glass})")
     if not behind > 0.0:
         return
     rim = last.semi_diameter

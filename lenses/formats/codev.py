@@ -85,8 +85,7 @@ def read(text: str, path: str) -> Lens:
         raise errors[0]
     _, radii, lens = min(readings, key=lambda reading: reading[0])
     what = "radii" if radii else "curvatures"
-    assumed = note(Kind.CONVENTION, "the file does not say whether it gives radii or curvatures (RDM): read as "
-                                    f"{what}")
+    assumed = note(Kind.CONVENTION, f"the file does not say whether it gives radii or curvatures (RDM): read as {what}")
     return replace(lens, findings=(assumed, *lens.findings))
 
 

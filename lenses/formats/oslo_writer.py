@@ -126,8 +126,7 @@ def _glass_line(glass: Glass, i: int, remarks: list[Finding]) -> str:
         label = f"G{label}"
     if glass.v_d and glass.v_d <= LEAST_ABBE:
         remarks.append(note(Kind.GLASS, f"surface {i}: an Abbe number of {significant(glass.v_d)} is left out, it "
-                                        f"would be read "
-                                        "as an index", i, v_d=glass.v_d))
+                                        f"would be read as an index", i, v_d=glass.v_d))
     dispersion = f" {glass.v_d!r}" if glass.v_d and glass.v_d > LEAST_ABBE else ""
     return f"GLA MOD {label} {glass.n_d!r}{dispersion}"
 

@@ -98,8 +98,7 @@ def _at_stated_position(lens: Lens, moved: Lens) -> Lens:
     assert positions is not None
     off = [i for i in positions.gaps if lens.surfaces[i].thickness != moved.surfaces[i].thickness]
     findings = [note(Kind.POSITION, f"surface {i}: the thickness of its row, {significant(lens.surfaces[i].thickness)} "
-                                    f"mm, is not "
-                                    f"that of its position, {significant(moved.surfaces[i].thickness)} mm, "
+                                    f"mm, is not that of its position, {significant(moved.surfaces[i].thickness)} mm, "
                                     f"which is taken", i)
                 for i in off]
     return replace(lens, positions=positions, findings=(*lens.findings, *findings)).at()

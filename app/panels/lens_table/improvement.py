@@ -89,5 +89,4 @@ def progress(state: LensTableState) -> str:
         return ""
     name, unit, words = ("Wave error", D_LINE, "waves") if worker.aim == "wavefront" else ("Spot", 1.0, "µm")
     first, last = (significant(1000.0 * value / unit, 3) for value in (worker.first, worker.last))
-    return (f"{name} {first} → {last} {words} rms, "
-            f"step {worker.number}{' …' if worker.running else ''}")
+    return (f"{name} {first} → {last} {words} rms, step {worker.number}{' …' if worker.running else ''}")

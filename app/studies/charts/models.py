@@ -76,8 +76,7 @@ def chart(subject: Subject, progress: Callable[[float], bool] = lambda _: True, 
     if peers:
         marks += peer_marks(peers, truth)
     note = (f"Of a streamed ray by table, polynomial or trace, {significant(stream['aim'].least, 2)} ns are for "
-            f"aiming into the "
-            "exit-pupil region; the scalar reference has its rays aimed")
+            f"aiming into the exit-pupil region; the scalar reference has its rays aimed")
     return Chart(subject.key, subject.title, STREAMED, ERROR, tuple(marks), conditions(camera, truth), (note,),
                  ALSO if in_the_renderer else ())
 

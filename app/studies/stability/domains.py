@@ -75,9 +75,8 @@ def save_domains(found: list[Domain], path: Path) -> None:
     with look():
         figure = sheet(WIDTH, HEIGHT * lines + 1.0)
         figure.suptitle(f"The simplest model within {significant(PIXELS)} px of 6 µm and {significant(STOPS)} stops of "
-                        f"the traced lens; "
-                        "across: half the field at the film's corner, down: f-number", color=INK, fontsize=10.5, x=0.01,
-                        ha="left")
+                        "the traced lens; across: half the field at the film's corner, down: f-number",
+                        color=INK, fontsize=10.5, x=0.01, ha="left")
         for axes, each in zip(figure.subplots(lines, COLUMNS, squeeze=False).flat, found, strict=False):
             _draw(axes, each)
         for axes in figure.axes[len(found):]:
