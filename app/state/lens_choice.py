@@ -213,7 +213,12 @@ def _framed(fo: lb.FirstOrder, length: float, magnification: float) -> float:
 def _free(scene: str, point: np.ndarray, back: np.ndarray) -> float:
     """Distance (mm) that a camera can stand back from a point without something between them; inf for any."""
     try:
-        wall = float(cached_scene(scene).distance([point + back], [back])[0])
+        return max(_wall(cached_scene(scene), tuple(point), tuple(back)) - ROOM, NEAREST)
     except (SceneFileError, OSError):
         return math.inf
-    return max(wall - ROOM, NEAREST)
+
+
+@lru_cache(maxsize=8)
+def _wall(scene: lb.Scene, point: tuple[float, ...], back: tuple[float, ...]) -> float:
+    """Distance (mm) from 1 mm behind a point to the next object along a unit vector; the same for every lens."""
+    return float(scene.distance([np.add(point, back)], [back])[0])

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, wraps
+from functools import cached_property, lru_cache, wraps
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
 from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.focus import METHODS, FocusError, film_distance, focused, focused_distance, nearest_focus
-from lensbench.optics.glass import D_LINE, GlassError
+from lensbench.optics.glass import D_LINE, Glass, GlassError
 from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid_sampler import PupilGrid
@@ -416,9 +416,16 @@ LensCamera.__init__ = _taking_film_distance(LensCamera.__init__)        # type: 
 
 def missing_dispersion(lens: Lens) -> str:
     """Message that names a glass whose index is unknown at some wavelength of pictures; "" where all are known."""
+    return _missing_index(tuple(surface.glass for surface in lens.surfaces))
+
+
+@lru_cache(maxsize=64)
+def _missing_index(glasses: tuple[Glass, ...]) -> str:
+    """`missing_dispersion` of a lens of these glasses: the same wherever it is focused and stopped down."""
     try:
         for wavelength in (wavelength for row in WAVELENGTHS.values() for wavelength in row):
-            lens.indices(wavelength)
+            for glass in glasses:
+                glass.index(wavelength)
     except GlassError as error:
         return str(error)
     return ""
