@@ -73,7 +73,7 @@ def time_in_turn(works: dict[str, Callable[[], object]], seconds: float, rounds:
     return {name: Time(min(times), float(np.median(times))) for name, times in runs.items()}
 
 
-def least_times(works: dict[str, Callable[[], object]], seconds: float = 0.6) -> dict[str, float]:
+def least_times(works: dict[str, Callable[[], object]], seconds: float = 0.25) -> dict[str, float]:
     """Least time (s) of each piece of work; all run in turn for about `seconds` each."""
     return {name: found.least for name, found in time_in_turn(works, seconds, rounds=1).items()}
 

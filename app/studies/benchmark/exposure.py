@@ -20,13 +20,13 @@ def exposure() -> Iterator[tuple[str, float, str]]:
         cameras = {label: lb.LensCamera(it, FILM, 1200.0, 2.8, model=name, dispersion=False)
                    for label, it in (("round", lens), ("bladed", bladed))}
         best = least_times({label: partial(lb.Rendering(camera, scene, shadows=False).add, SAMPLES, threads=1)
-                            for label, camera in cameras.items()}, 1.0)
+                            for label, camera in cameras.items()}, 0.4)
         yield f"seven blades / a circle, {name}, still-life without shadows", best["bladed"] / best["round"], "×"
     fog = lb.Medium.fog(20_000.0)
     for words, shadows in (("", True), (" without shadows", False)):
         best = least_times({label: partial(lb.Rendering(lb.PerspectiveCamera(FILM, fov=0.45, medium=medium), scene,
                                                   shadows=shadows).add, SAMPLES, threads=1)
-                            for label, medium in (("clear", None), ("fog", fog))}, 1.0)
+                            for label, medium in (("clear", None), ("fog", fog))}, 0.4)
         yield f"fog / clear air, still-life{words}", best["fog"] / best["clear"], "×"
     sensor = lb.Sensor()
     picture = lb.render(lb.PerspectiveCamera(lb.Film(), fov=0.45), scene, samples=4) * EXPOSURE.brightness

@@ -41,7 +41,7 @@ def files() -> Iterator[tuple[str, float, str]]:
     runs = time_in_turn({name: partial(lenses.check, lenses.load(name)) for name in names}, 0.0, ROUNDS)
     slowest = max(runs, key=lambda name: runs[name].least)
     yield "check the slowest lens", runs[slowest].least * 1e3, "ms"
-    first = [_first(str(path_of(slowest))) for _ in range(5)]
+    first = [_first(str(path_of(slowest))) for _ in range(3)]
     yield "the imports and the first load of a process", min(first)[0] * 1e3, "ms"
     yield "the first check of a process", min(check for _, check in first) * 1e3, "ms"
 

@@ -77,7 +77,7 @@ def fused() -> Iterator[tuple[str, float, str]]:
     sums, bench = np.zeros((count, 3 * block.B), np.float32), block.lane_buffer()
     grown = {step.kernel.__name__: Program(steps[:i + 1]) for i, step in enumerate(steps)}
     best = least_times({name: partial(program.expose, sums, bench, 0, count, 0, 2, np.uint32(0))
-                  for name, program in grown.items()}, 0.3)
+                  for name, program in grown.items()}, 0.15)
     before = 0.0
     for name, seconds in best.items():
         each = seconds / (2 * count * block.B) * 1e9
@@ -87,12 +87,12 @@ def fused() -> Iterator[tuple[str, float, str]]:
     for model in ("trace", "polynomial", "thin", "pinhole"):
         view = lb.LensCamera(lenses.load(LENS), FILM, 1200.0, model=model)
         rendering = lb.Rendering(view, scene, shadows=False)
-        seconds = least_times({"add": partial(rendering.add, 8, threads=2)}, 1.0)["add"]
+        seconds = least_times({"add": partial(rendering.add, 8, threads=2)}, 0.5)["add"]
         yield f"fused render, two threads, {model}", FILM.pixels_x * FILM.pixels_y * 8 / seconds / 1e6, "Msamples/s"
     for name in ("still-life", "night-lights"):
         rendering = lb.Rendering(camera, lb.builtin_scene(name))
         rendering.add(4, threads=2)
-        seconds = least_times({"add": partial(rendering.add, MANY, threads=2)}, 1.0)["add"]
+        seconds = least_times({"add": partial(rendering.add, MANY, threads=2)}, 0.5)["add"]
         yield f"{name} with shadows, two threads", FILM.pixels_x * FILM.pixels_y * MANY / seconds / 1e6, "Msamples/s"
 
 

@@ -15,8 +15,8 @@ from lensbench.app.window.analyses import PANELS
 
 LAYOUT, SIZE = "Designer", (1920, 1080)
 TURNS, MOVES = 4, 6             # of each kind of window, and moves in one of them
-SETTLE = 12                     # frames until panels have opened or closed
-REST = 8                        # frames between two moves of the dial
+SETTLE = 8                     # frames until panels have opened or closed
+REST = 5                        # frames between two moves of the dial
 
 
 def first_pictures() -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:

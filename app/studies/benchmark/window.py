@@ -28,13 +28,14 @@ from lensbench.app.window.window import IDLE_PACE
 from lensbench.app.workers.light_field_worker import LightFieldWorker
 from lensbench.app.workers.render_update import RenderUpdate
 
-LENSES = tuple(lenses.names()[::15])     # of the library, each opened for the first time
-MOVES = 20                      # moves of each dial
-REST = 12                       # frames between two moves
+LENSES = tuple(lenses.names()[::17])     # of the library, each opened for the first time
+MOVES = 16                      # moves of each dial
+REST = 8                        # frames between two moves
 DRAGGED = 30                    # pictures of a drag that does not rest
 JUDGED = (10, 18, 26)           # of these, compared with a picture of
 TRUE_SAMPLES = 256              # samples
-FRAMES = 240                    # frames timed during the render
+FRAMES = 160                    # frames timed during the render, and of the lens browser
+PICTURES = 80                   # pictures timed of a light field
 BROWSED = (1920, 1080)          # pixels of the window in which the lens browser is scrolled
 START_LIMIT = 300.0             # s
 
@@ -177,7 +178,7 @@ def _dragged(record: Callable[[LightFieldWorker, Settings], None],
                 seen[0] = controller.field_picture
                 marks.append(time.perf_counter())
             controller.look = turned(controller.look, time.perf_counter())
-        return len(marks) > FRAMES
+        return len(marks) > PICTURES
 
     run(SMALL, watch)
     return list(np.diff(marks[20:]))
@@ -227,7 +228,7 @@ def browser() -> Iterator[tuple[str, float, str]]:
 def starts() -> Iterator[tuple[str, float, str]]:
     """From starting Python to the first picture on the screen, with and without compiled kernels."""
     start(cached=True)
-    yield "start to first picture, kernels cached", min(start(cached=True) for _ in range(3)), "s"
+    yield "start to first picture, kernels cached", min(start(cached=True) for _ in range(2)), "s"
     yield "start to first picture, empty kernel cache", start(cached=False), "s"
 
 
