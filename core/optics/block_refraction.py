@@ -26,8 +26,9 @@ from lensbench.optics.surfaces import ASPHERE, CONIC, EVEN, HIGHEST_POWER, SPHER
  SLOWNESS,                              # 1 / n², n the index before the surface
  STEP,                                  # n′² − n², n′ the index behind it
  BEND,                                  # n² c
+ LEAST,                                 # behind the surface, a ray with no larger N is lost: 0, or −inf if tilted
  SPHERE_RECORD,                         # length of the record of a sphere or plane; the other kinds have more
- ) = range(7)
+ ) = range(8)
 K, COEFFICIENTS = SPHERE_RECORD, SPHERE_RECORD + 1  # conic constant; coefficients of its kind, for r in units of h
 CURVATURE_X = SPHERE_RECORD                         # c of the section x–z of a toroid
 CONIC_RECORD = TOROID_RECORD = COEFFICIENTS
@@ -49,7 +50,7 @@ def refract_at_spheres(lanes, p, ints, key):
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
     for s in range(0, p.size, SPHERE_RECORD):
-        gap, c, rim = p[s + GAP], p[s + CURVATURE], p[s + RIM]
+        gap, c, rim, least = p[s + GAP], p[s + CURVATURE], p[s + RIM], p[s + LEAST]
         slowness, step, bend = p[s + SLOWNESS], p[s + STEP], p[s + BEND]
         for i in range(B):
             # Move to the foot of the perpendicular from the vertex
@@ -75,7 +76,7 @@ def refract_at_spheres(lanes, p, ints, key):
 
             # Keep the greatest clearance; a NaN stays, for all that follows is NaN
             v = (x * x + y * y) * rim
-            v = v if (side > real(0)) & (n > real(0)) else real(np.inf)
+            v = v if (side > real(0)) & (n > least) else real(np.inf)
             clearance[i] = clearance[i] if clearance[i] >= v else v
 
 
@@ -86,7 +87,7 @@ def refract_at_conics(lanes, p, ints, key):
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
     for s in range(0, p.size, CONIC_RECORD):
-        gap, c, rim, k = p[s + GAP], p[s + CURVATURE], p[s + RIM], p[s + K]
+        gap, c, rim, k, least = p[s + GAP], p[s + CURVATURE], p[s + RIM], p[s + K], p[s + LEAST]
         slowness, step, bend = p[s + SLOWNESS], p[s + STEP], p[s + BEND]
         kc, kc2 = k * c, k * c * c
         for i in range(B):
@@ -116,7 +117,7 @@ def refract_at_conics(lanes, p, ints, key):
 
             # Keep the greatest clearance
             v = r2 * rim
-            v = v if (side > real(0)) & (n > real(0)) else real(np.inf)
+            v = v if (side > real(0)) & (n > least) else real(np.inf)
             clearance[i] = clearance[i] if clearance[i] >= v else v
 
 
@@ -281,7 +282,7 @@ def _refract(lanes, p, s, equator_x, equator_y):
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
     distance, last, SX, SY = row[DISTANCE], row[LAST_STEP], row[SLOPE_X], row[SLOPE_Y]
-    rim, slowness, step = p[s + RIM], p[s + SLOWNESS], p[s + STEP]
+    rim, slowness, step, least = p[s + RIM], p[s + SLOWNESS], p[s + STEP], p[s + LEAST]
     for i in range(B):
         l, m, n = L_[i], M_[i], N_[i]
         x, y, z = X_[i] + distance[i] * l, Y_[i] + distance[i] * m, Z_[i] + distance[i] * n
@@ -299,7 +300,7 @@ def _refract(lanes, p, s, equator_x, equator_y):
         converged = (last[i] * last[i] * rim <= real(CONVERGED) * slowness) & (
             equator_x * x * x + equator_y * y * y < real(1))
         v = (x * x + y * y) * rim
-        v = v if converged & (cos_in > real(0)) & (n > real(0)) else real(np.inf)
+        v = v if converged & (cos_in > real(0)) & (n > least) else real(np.inf)
         clearance[i] = clearance[i] if clearance[i] >= v else v
 
 

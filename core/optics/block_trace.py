@@ -16,6 +16,7 @@ from lensbench.optics.block_refraction import (
     BEND,
     CURVATURE,
     GAP,
+    LEAST,
     RIM,
     RUNS,
     SLOWNESS,
@@ -76,6 +77,17 @@ def change_frame(lanes, p, ints, key):
         L_[i], M_[i], N_[i] = xx * l + xy * m + xz * n, yx * l + yy * m + yz * n, zx * l + zy * m + zz * n
 
 
+@stage
+def check_travel(lanes, p, ints, key):
+    """Lose the rays that run against the light: CLEARANCE becomes inf. p: the lens's axis along it, in their frame."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    l, m, n, clearance = row[L], row[M], row[N], row[CLEARANCE]
+    a, b, c = p[0], p[1], p[2]
+    for i in range(B):
+        clearance[i] = clearance[i] if a * l[i] + b * m[i] + c * n[i] > real(0) else real(np.inf)
+
+
 class SurfaceRecord(NamedTuple):
     """A surface as the light meets it."""
 
@@ -83,6 +95,7 @@ class SurfaceRecord(NamedTuple):
     kernel: Any                 # stage of its kind
     numbers: np.ndarray         # its record among the parameters of that stage
     move: np.ndarray | None     # parameters of `change_frame` from the frame of the surface before, or None in the same
+    axis: np.ndarray | None     # parameters of `check_travel` behind a tilted surface; None for others
 
 
 class Records(NamedTuple):
@@ -125,7 +138,10 @@ def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE
         run = RUNS[kind]
         fields = {GAP: z - end, CURVATURE: c, RIM: numbers[UNIT],
                   SLOWNESS: before**-2, STEP: after**2 - before**2, BEND: before**2 * c, **run.columns(numbers, sign)}
-        found.append(SurfaceRecord(i, run.stage, pack(run.length, fields), move_to(lens.frames[i] or IN_LINE)))
+        posed, axis = lens.frames[i], None
+        if posed is not None and posed.rotation[2, 2] < 1.0:        # tilted: N is not that along the axis of the lens
+            fields[LEAST], axis = -np.inf, sign * mirror * IN_LINE.into(posed).rotation[:, 2]
+        found.append(SurfaceRecord(i, run.stage, pack(run.length, fields), move_to(posed or IN_LINE), axis))
         end = z
     return Records(found, move_to(IN_LINE), sign, end)
 
@@ -154,6 +170,9 @@ def surface_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, 
         if record.move is not None:
             steps.append(Step(change_frame, record.move))
         run.append(record)
+        if record.axis is not None:
+            close_run()
+            steps.append(Step(check_travel, record.axis))
         if at_stop and record.surface == lens.stop_index:
             close_run()
             steps += at_stop

@@ -39,7 +39,7 @@ from lensbench.kernels.block import (
 from lensbench.kernels.cache import njit
 from lensbench.kernels.program import Program, call_stage, run_steps, stage_address
 from lensbench.optics.block_refraction import SLOWNESS, STEP
-from lensbench.optics.block_trace import FRAME, change_frame, surface_records
+from lensbench.optics.block_trace import FRAME, change_frame, check_travel, surface_records
 from lensbench.optics.coatings import Coating
 from lensbench.optics.ghost_pairs import DIRECT, Pair
 from lensbench.optics.ghost_path import DENSER
@@ -64,6 +64,7 @@ class GhostCode(NamedTuple):
     moved: np.ndarray           # (2, surfaces + 1) bool: whether a surface has another frame than the one met before;
                                 # the last: whether the last surface has another frame than the lens
     moves: np.ndarray           # (2, surfaces + 1, FRAME) parameters of `change_frame` into its frame
+    axes: np.ndarray            # (2, surfaces, 3) parameters of `check_travel` behind a tilted one; NaN for others
     reflects: np.ndarray        # (surfaces,) bool
     indices: np.ndarray         # (surfaces + 1,) of the media
     tables: np.ndarray          # (surfaces, CHANNELS, NODES) reflectance over the cosine
@@ -88,6 +89,7 @@ class GhostTracer:
         forward = to_film.surfaces
         backward = surface_records(lens, film_distance, wavelength, "scene").surfaces[::-1]
         moved, moves = np.zeros((2, len(forward) + 1), np.bool_), np.zeros((2, len(forward) + 1, FRAME), real)
+        axes = np.full((2, len(forward), 3), np.nan, real)
         numbers: list[np.ndarray] = []
         starts = np.empty((2, len(forward), 2), np.int64)
         at = 0
@@ -96,6 +98,8 @@ class GhostTracer:
                 if move is not None:
                     moved[way, i], moves[way, i] = True, move
             for i, record in enumerate(records):
+                if record.axis is not None:
+                    axes[way, i] = record.axis
                 mirror = record.numbers.copy()
                 mirror[STEP] = (DENSER * DENSER - 1.0) / mirror[SLOWNESS]
                 for k, own in enumerate((record.numbers, mirror)):
@@ -106,7 +110,7 @@ class GhostTracer:
         n = np.array(lens.indices(wavelength))
         self.code = GhostCode(
             np.array([stage_address(record.kernel, real) for record in forward], np.int64), np.concatenate(numbers),
-            starts, np.array([len(record.numbers) for record in forward]), moved, moves,
+            starts, np.array([len(record.numbers) for record in forward]), moved, moves, axes,
             n[:-1] != n[1:], n.astype(real),
             reflectance_tables(lens, channels or ((wavelength,),) * CHANNELS, coating).astype(real),
             lens.stop_index if blades else -1, stage_address(blades[0].kernel, real) if blades else 0,
@@ -211,6 +215,13 @@ def _stage_of_surface(lanes, code, i, way, mirror, key):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _check_travel(lanes, code, s, way, key):
+    """Lose the rays that a tilted surface has turned against the light."""
+    if not np.isnan(code.axes[way, s, 0]):
+        check_travel(lanes, code.axes[way, s], code.starts[0, 0, :0], key)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _keep_direction(lanes):
     row = rows(lanes)
     l, m, n, l0, m0, n0 = row[L], row[M], row[N], row[H0], row[H1], row[H2]
@@ -225,9 +236,11 @@ def _refract(lanes, code, s, way, reflecting, key):
     _change_frame(lanes, code, s, way, key)
     if not (reflecting and code.reflects[s]):
         _stage_of_surface(lanes, code, s, way, 0, key)
+        _check_travel(lanes, code, s, way, key)
         return
     _keep_direction(lanes)
     _stage_of_surface(lanes, code, s, way, 0, key)
+    _check_travel(lanes, code, s, way, key)
     row = rows(lanes)
     l, m, n, l0, m0, n0 = row[L], row[M], row[N], row[H0], row[H1], row[H2]
     cosine = row[H0]
@@ -253,6 +266,7 @@ def _reflect(lanes, code, s, way, reflecting, key):
     before, after = code.indices[s + way], code.indices[s + 1 - way]
     low = min(before, after)
     more, per = low * low - before * before, real(NODES - 1) / low
+    upright = np.isnan(code.axes[way, s, 0])
     for i in range(B):
         a, b, c = l[i] - l0[i], m[i] - m0[i], n[i] - n0[i]
         size = real(1) / (a * a + b * b + c * c)
@@ -260,7 +274,10 @@ def _reflect(lanes, code, s, way, reflecting, key):
         twice = real(2) * along * size
         l[i], m[i] = l0[i] - twice * a, m0[i] - twice * b
         z[i], n[i] = -z[i], twice * c - n0[i]
-        clearance[i] = clearance[i] if n[i] > real(0) else real(np.inf)
+        # Along the lens's axis: against the light before, with z turned round
+        forth = n[i] if upright else code.axes[way, s, 2] * n[i] - code.axes[way, s, 0] * l[i] - (
+            code.axes[way, s, 1] * m[i])
+        clearance[i] = clearance[i] if forth > real(0) else real(np.inf)
         # (n cos I)² on the side of the smaller index; below 0 the light is totally reflected
         cosine[i] = sqrt(max(along * along * size + more, real(0))) * per
     if reflecting:

@@ -30,7 +30,14 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.optics.block_refraction import GAP, RIM
-from lensbench.optics.block_trace import change_frame, enter_lens, leave_lens, scale_directions, surface_records
+from lensbench.optics.block_trace import (
+    change_frame,
+    check_travel,
+    enter_lens,
+    leave_lens,
+    scale_directions,
+    surface_records,
+)
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 
@@ -91,11 +98,12 @@ def path_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> 
     blocking = lens.iris.blocking(lens.stop.semi_diameter)
     steps = [] if lens.front_index == 1.0 else [Step(scale_directions, [lens.front_index])]
     steps += [Step(enter_lens, [records.sign]), Step(keep_ray), Step(begin_path)]
-    for surface, kernel, numbers, move in records.surfaces:
+    for surface, kernel, numbers, move, axis in records.surfaces:
         if move is not None:
             steps += [Step(change_frame, move), Step(keep_ray)]
         is_stop = surface == lens.stop_index
-        steps += [Step(kernel, numbers), *(blocking if is_stop else []),
+        steps += [Step(kernel, numbers), *([] if axis is None else [Step(check_travel, axis)]),
+                  *(blocking if is_stop else []),
                   Step(add_path, [numbers[GAP], surface, numbers[RIM] if is_stop else 0.0])]
     if records.move is not None:
         steps.append(Step(change_frame, records.move))

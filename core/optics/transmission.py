@@ -6,6 +6,8 @@ Lengths in mm. The film is in air.
 from functools import lru_cache
 from math import cos, hypot, inf, pi, prod, sin, sqrt
 
+import numpy as np
+
 from lensbench.kernels.figures import significant
 from lensbench.optics.axial_bundle import marginal_height
 from lensbench.optics.coatings import BARE, Coating, named_coating
@@ -13,9 +15,10 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import surface_table
+from lensbench.optics.scalar_trace import Fate, surface_table, trace
 
 AZIMUTHS = 16           # directions of the marginal rays of a lens with surfaces out of line
+RAYS, REACH = 1 << 15, 1.5      # of a lens that is dark along the axis; their disk over the rear rim
 
 
 def working_f_number(lens: Lens, film_distance: float) -> float:
@@ -27,14 +30,15 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
     ----------
     lens : Lens
         The lens. For a cylinder or toroid the result is the geometric mean of the sections, as the light is;
-        with surfaces out of line that of AZIMUTHS directions.
+        with surfaces out of line that of AZIMUTHS directions, or, where they cut off the ray along the axis, that of a
+        round pupil with as much light.
     film_distance : float
         Last vertex → film (mm).
 
     Returns
     -------
     float
-        The working f-number; inf if no ray passes.
+        The working f-number; inf if no ray passes, as the film's middle is dark.
 
     Raises
     ------
@@ -50,8 +54,27 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
     for across, up in meridians:
         height = marginal_height(surface_table(lens), 1.0 / film_distance, False, across, up)
         sines.append(height / hypot(height, film_distance))
+    if not lens.is_in_line and not min(sines) > 0.0:
+        return _by_light(lens, film_distance)
     sine = prod(sines) ** (1.0 / len(sines)) if len(sines) != 1 else sines[0]
     return 1.0 / (2.0 * sine) if sine > 0.0 else inf
+
+
+def _by_light(lens: Lens, film_distance: float) -> float:
+    """Working f-number of a round pupil with the light of the axis point of the film: E = π L / (2 N)²; inf if dark.
+
+    Rays over a disk on the plane of the last vertex, beyond its rim where that is out of line, at equal areas.
+    """
+    rear, frame = lens.surfaces[-1], lens.frames[-1]
+    reach = REACH * rear.semi_diameter + (0.0 if frame is None else float(hypot(*lens.vertex(-1)[:2])))
+    turn, radius = pi * (3.0 - sqrt(5.0)) * np.arange(RAYS), reach * np.sqrt((np.arange(RAYS) + 0.5) / RAYS)
+    x, y = radius * np.cos(turn), radius * np.sin(turn)
+    film = np.array([0.0, 0.0, lens.length + film_distance])
+    ways = np.column_stack([x, y, np.full(RAYS, -film_distance)])
+    passed = trace(lens.with_open_stop, film, ways).fate == Fate.PASSED
+    cos2 = film_distance**2 / (film_distance**2 + radius**2)
+    light = pi * reach**2 / film_distance**2 * float(np.where(passed, cos2**2, 0.0).mean())     # E / L
+    return 0.5 * sqrt(pi / light) if light > 0.0 else inf
 
 
 def surface_coatings(lens: Lens, coating: str | Coating = "uncoated") -> tuple[Coating, ...]:

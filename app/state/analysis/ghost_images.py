@@ -118,7 +118,7 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
 
 
 def raster_of(settings: Settings, path: np.ndarray) -> tuple[float, float]:
-    """Where the picture (pixels) shows the end of a path (n, 3) on the film, which may be tilted or shifted.
+    """Where the picture (pixels) shows the end of a path (n, 3) on the film, which may be out of line.
 
     path: to the plane of a film in line; mm, lens frame.
     """

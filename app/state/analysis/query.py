@@ -104,7 +104,7 @@ class Query:
         if self.model:
             said.append(f"figures of the traced lens; the picture is taken with the model “{self.model}”")
         if self.posed:
-            said.append("figures of a film in line; the film of the picture is tilted or shifted")
+            said.append("figures of a flat film in line; the film of the picture is tilted, shifted or curved")
         if self.setup.reason:
             said.append(self.setup.reason)
         return tuple(said)
