@@ -17,7 +17,7 @@ import numpy as np
 
 from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, CLEARANCE, B, L, M, N, X, Y, Z, rows, stage
 from lensbench.optics import surfaces
-from lensbench.optics.surfaces import ASPHERE, CONIC, EVEN, HIGHEST_POWER, SPHERE, TERMS, TOROID
+from lensbench.optics.surfaces import ASPHERE, CONIC, EVEN, HIGHEST_POWER, OUTSIDE, SPHERE, TERMS, TOROID
 
 # The record of a surface; those of a run, in the order met, are the parameters of its step
 (GAP,                                   # from the vertex before to this one, along the light (mm)
@@ -123,11 +123,15 @@ def refract_at_conics(lanes, p, ints, key):
 
 @stage
 def _start_newton(lanes, p, s, c, k):
-    """The foot of the perpendicular, and DISTANCE to the conic (c, k), or to the plane where the ray misses it."""
+    """The foot of the perpendicular, and DISTANCE to the conic (c, k), or to the plane.
+
+    The plane is nearer to the surface where the ray misses the conic, or meets it beyond the rim: the sag of a
+    strong asphere may be a tenth of its conic's.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_, distance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[DISTANCE]
-    gap, slowness = p[s + GAP], p[s + SLOWNESS]
+    gap, slowness, rim = p[s + GAP], p[s + SLOWNESS], p[s + RIM]
     bend, kc = c / slowness, k * c
     for i in range(B):
         l, m, n = L_[i], M_[i], N_[i]
@@ -140,7 +144,9 @@ def _start_newton(lanes, p, s, c, k):
         root = math.sqrt(max(b * b - a * F, real(0)))
         above, below = (F, b + root) if b > real(0) else (b - root, a)
         t = above / below
-        distance[i] = t if (c + kc) * (z + t * n) < real(1) else -z / n
+        at_x, at_y = x + t * l, y + t * m
+        near = ((c + kc) * (z + t * n) < real(1)) & ((at_x * at_x + at_y * at_y) * rim < real(OUTSIDE))
+        distance[i] = t if near else -z / n
 
 
 @stage

@@ -37,6 +37,7 @@ TERMS = HIGHEST_POWER - 1
  COLUMNS) = offsets(1, 1, 1, 1, 1, 1, 1, 1, 3, 9, TERMS)
 
 TOLERANCE = 450                 # × machine epsilon: residual of a hit, 1e-13 mm in float64
+OUTSIDE = 1.0                   # (r / h)² of a point of the conic from which Newton's method no longer starts
 _STEPS, _HALVINGS = 60, 30      # of Newton's method, and of one of its steps
 
 
@@ -160,9 +161,11 @@ def intersect(table, i, x, y, z, p, q, r, sign):
         x, y, z = x + t * p, y + t * q, z + t * r
         return x, y, z, -c * x, -c * y, side
 
-    # Start Newton's method on the conic, or else on the vertex's plane, or else nearest the axis
+    # Start Newton's method on the conic, or else on the vertex's plane, or else nearest the axis. Beyond the rim the
+    # sag of a strong asphere may be a tenth of its conic's, and the plane is nearer
+    near = ((x + t * p) ** 2 + (y + t * q) ** 2) * numbers[i, UNIT] < real(OUTSIDE)
     at, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
-    if not (side > zero and at == at):
+    if not (side > zero and near and at == at):
         t = -z / r
         at, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
     if not at == at:

@@ -53,6 +53,13 @@ def _heights(rays: RayGrid) -> np.ndarray:
     return np.where(rays.lit, rays.image_heights, np.nan)
 
 
+def _foci(rays: RayGrid) -> np.ndarray:
+    """(F, 2) foci of sagittal and tangential rays; on the axis, which has neither, those of the field beside it."""
+    foci = close_foci(rays)[:, rays.conditions.primary].copy()
+    foci[0] = foci[1]
+    return foci
+
+
 def _zero(top: float) -> Curve:
     return Curve("", np.array([0.0, top]), np.zeros(2), "faint", weight=1.0)
 
@@ -60,7 +67,7 @@ def _zero(top: float) -> Curve:
 def _curvature(grids: list[RayGrid], top: float) -> Plot:
     curves, limits = [_zero(top)], []
     for rays, way, tint in zip(grids, WAYS, TINTS, strict=True):
-        foci, heights = close_foci(rays)[:, rays.conditions.primary], _heights(rays)
+        foci, heights = _foci(rays), _heights(rays)
         for a, (name, dash) in enumerate((("sagittal", SOLID), ("tangential", DASHED))):
             curves.append(Curve(f"{name}, {way}", heights, foci[:, a], tint, dash))
             limits.append(foci[np.isfinite(heights) & np.isfinite(foci[:, a]), a])
@@ -105,7 +112,7 @@ def _table(grids: list[RayGrid]) -> Table:
             "distortion f tan (%)")
     rows: list[tuple] = []
     for rays, way in zip(grids, WAYS, strict=True):
-        foci = close_foci(rays)[:, rays.conditions.primary]
+        foci = _foci(rays)
         rows += [(way, math.degrees(rays.field_angles[f]), rays.image_heights[f], *foci[f], distortion)
                  for f, distortion in enumerate(_distortions(rays))]
     return Table(head, tuple(rows))

@@ -14,8 +14,11 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.build import Setup
 from lensbench.kernels.figures import fixed
+from lensbench.pupils.rim_solver import solve_rims
 
 FIELDS = (("axis", 0.0), ("0.7 field", 0.7), ("full field", 1.0))
+EDGE_STEPS, EDGE_RADII = 3, 33  # searches for the edge of light: the film's half diagonal to 1 / 32,768
+INSIDE = 0.99                   # of the edge of light: the last fan has rays
 EDGE = "edge of light"          # name of the full field if the film is larger than the image circle
 DARK = "no light of the scene reaches this point of the film"
 SCAN = 257                      # rays that search the edges of a fan
@@ -67,6 +70,7 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
         return tuple(ideal_lens_fan(lens, film_distance, name, part * half_diagonal, count if has_stop else 1)
                      for name, part in FIELDS)
     lit = _lit_radius(lens, film_distance, half_diagonal)
+    lit *= 1.0 if lit >= half_diagonal else INSIDE
     return tuple(_traced(lens, film_distance, EDGE if part == 1.0 and lit < half_diagonal else name,
                          part * min(lit, half_diagonal), focus_distance, count) for name, part in FIELDS)
 
@@ -78,9 +82,19 @@ def lit_radius(lens_setup: Setup) -> float:
 
 @lru_cache(maxsize=64)
 def _lit_radius(lens: lb.Lens, film_distance: float, half_diagonal: float) -> float:
+    low, high = 0.0, half_diagonal
+    if lens.is_rotationally_symmetric:              # by the regions themselves: a chief ray misses their last slivers
+        for _ in range(EDGE_STEPS):
+            radii = np.linspace(low, high, EDGE_RADII)
+            _, rims = solve_rims(lens, film_distance, radii, 5, 1e-3 * lens.stop.semi_diameter)
+            lit = np.asarray(rims.any((1, 2)))
+            if lit.all() or not lit[0]:
+                return high if lit[0] else low
+            dark = int(np.argmin(lit))
+            low, high = float(radii[dark - 1]), float(radii[dark])
+        return low
     if _chief_ray(lens, film_distance, half_diagonal) is not None:
         return half_diagonal
-    low, high = 0.0, half_diagonal
     for _ in range(12):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if _chief_ray(lens, film_distance, middle) is None else (middle, high)

@@ -2,12 +2,15 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from imgui_bundle import imgui
 
+import lensbench as lb
 from lensbench.app.state.build import setup
 from lensbench.app.state.figures import dark_corners, lit
 from lensbench.app.state.geometry.exit_pupil import region
+from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
 from tests.app.kinds import of_kind
 
@@ -18,7 +21,7 @@ FISHEYE = replace(Settings(), lens="pbrt-fisheye-10mm", f_number=None)
 def test_light_reaches_the_film_up_to_the_edge_and_not_beyond():
     stand = setup(FISHEYE)
     edge = lit(FISHEYE)
-    # The edge is sought in the meridian to 1/4096 of the half diagonal; regions narrow to a sliver before it
+    # Regions narrow to a sliver before the edge
     assert region(stand.lens, stand.film_distance, 0.98 * edge).area > 0.0
     assert region(stand.lens, stand.film_distance, 1.02 * edge).area == 0.0
 
@@ -49,3 +52,17 @@ def test_the_film_point_stays_at_its_part_of_the_field(drive):
         assert 0.3 < hand.session.panels._field < 0.5
 
     assert drive(use).view.messages == []
+
+
+@pytest.mark.parametrize("f_number", [None, 64.0, 200.0])
+def test_light_ends_where_the_last_of_many_rays_passes(f_number):
+    """The read-out followed one ray to the middle of the stop, and missed up to a hundredth at pinholes."""
+    built = setup(replace(Settings(), lens="pbrt-wide-22mm", f_number=f_number, film_width=60.0, film_height=45.0))
+    radius, lens = lit_radius(built), built.lens
+    at = np.linspace(-1.5, 1.5, 100_001) * lens.surfaces[-1].semi_diameter
+
+    def lit(r: float) -> bool:
+        ways = np.column_stack([at - r, 0.0 * at, np.full(at.size, -built.film_distance)])
+        return bool((lb.trace(lens, [r, 0.0, lens.length + built.film_distance], ways).fate == lb.Fate.PASSED).any())
+
+    assert lit(0.9995 * radius) and not lit(1.0005 * radius)
