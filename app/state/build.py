@@ -16,7 +16,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.stop_picture import stop_picture
-from lensbench.cameras.real_lens import missing_dispersion
+from lensbench.cameras.dispersion import has_dispersion
 from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import BLUE, RED
 from lensbench.kernels.figures import significant
@@ -121,7 +121,7 @@ def picture_wavelength(settings: "Settings", lens: lb.Lens) -> float | None:
     if is_d_line(wavelength):
         return None
     is_coloured = (settings.follows_lens and settings.dispersion != "off" and VISIBLE[0] <= wavelength <= VISIBLE[1]
-                   and any(surface.glass.disperses for surface in lens.surfaces) and not missing_dispersion(lens))
+                   and has_dispersion(lens))
     return None if is_coloured else wavelength
 
 

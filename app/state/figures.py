@@ -17,7 +17,7 @@ import lensbench as lb
 from lensbench.app.state.build import VISIBLE, FocusPosition, design, picture_wavelength, published, setup
 from lensbench.app.state.coating import coating
 from lensbench.app.state.geometry.ray_fans import lit_radius
-from lensbench.cameras.real_lens import missing_dispersion
+from lensbench.cameras.dispersion import missing_dispersion
 from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses.paraxial import reference_wavelength
 from lensbench.pupils.image_circle import edge_of_light

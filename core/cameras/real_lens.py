@@ -3,12 +3,13 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, wraps
+from functools import cached_property, wraps
 
 import numpy as np
 
 from lensbench.cameras.base import Camera
 from lensbench.cameras.cardinal_lens import ideal_lens, thick
+from lensbench.cameras.dispersion import has_dispersion, missing_dispersion
 from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
 from lensbench.cameras.film_regions import FilmRegions, Regions
 from lensbench.cameras.ideal_lens import Gaussian
@@ -19,14 +20,13 @@ from lensbench.cameras.rays import CameraError
 from lensbench.cameras.traced_light import first_surface, traced_importance, traced_landing
 from lensbench.imaging.film import Film
 from lensbench.imaging.film_pose import UPRIGHT, FilmPose
-from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import Step
 from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
 from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.focus import METHODS, FocusError, film_distance, focused, focused_distance, nearest_focus
-from lensbench.optics.glass import D_LINE, Glass, GlassError
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid_sampler import PupilGrid
@@ -177,8 +177,7 @@ class LensCamera(Camera):
     @cached_property
     def disperses(self) -> bool:
         """Whether pictures are traced at many wavelengths."""
-        return (self.dispersion is not False and self.follows_rays and not missing_dispersion(self.lens)
-                and any(surface.glass.disperses for surface in self.lens.surfaces))
+        return self.dispersion is not False and self.follows_rays and has_dispersion(self.lens)
 
     @cached_property
     def first_order(self) -> FirstOrder:
@@ -412,20 +411,3 @@ def _taking_film_distance(init: Callable[..., None]) -> Callable[..., None]:
 
 
 LensCamera.__init__ = _taking_film_distance(LensCamera.__init__)        # type: ignore[method-assign]
-
-
-def missing_dispersion(lens: Lens) -> str:
-    """Message that names a glass whose index is unknown at some wavelength of pictures; "" where all are known."""
-    return _missing_index(tuple(surface.glass for surface in lens.surfaces))
-
-
-@lru_cache(maxsize=64)
-def _missing_index(glasses: tuple[Glass, ...]) -> str:
-    """`missing_dispersion` of a lens of these glasses: the same wherever it is focused and stopped down."""
-    try:
-        for wavelength in (wavelength for row in WAVELENGTHS.values() for wavelength in row):
-            for glass in glasses:
-                glass.index(wavelength)
-    except GlassError as error:
-        return str(error)
-    return ""
