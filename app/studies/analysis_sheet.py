@@ -158,9 +158,12 @@ def _axes(axes: "Axes", each: Plot) -> None:
                 axes.clabel(lines, fontsize=6.5)
         elif isinstance(layer, Label):
             first, last = layer.side.split()[0], layer.side.split()[-1]
-            axes.text(layer.x, layer.y, layer.text, fontsize=7.0, color=colour(layer.tint), clip_on=False,
+            axes.text(layer.x, layer.y, layer.text, fontsize=7.0, color=colour(layer.tint), clip_on=False, bbox=PLATE,
                       ha={"left": "right", "right": "left"}.get(first, "center"),
                       va={"above": "bottom", "below": "top"}.get(last, "center"))
+
+
+PLATE = {"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 0.6}     # of labels, which may lie on maps
 
 
 def _alpha(layer: Curve | Points | Bars) -> float:

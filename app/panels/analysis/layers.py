@@ -64,11 +64,14 @@ def draw_bars(draw: imgui.ImDrawList, shown: PlotMap, bars: Bars) -> None:
 
 
 def draw_label(draw: imgui.ImDrawList, shown: PlotMap, label: Label) -> None:
-    """Small text on a plate beside its place."""
+    """Small text on a plate beside its place, moved into the plot where its end would be cut."""
     at, size, pad = shown.at(label.x, label.y), imgui.calc_text_size(label.text), 2.0 * theme.scale()
+    if not (shown.left <= at.x <= shown.right and shown.top <= at.y <= shown.bottom):
+        return
     x = {"right": at.x + pad, "left": at.x - size.x - pad}.get(label.side.split()[0], at.x - 0.5 * size.x)
     upright = label.side.split()[-1]
     y = {"above": at.y - size.y, "below": at.y}.get(upright, at.y - 0.5 * size.y)
+    x, y = max(min(x, shown.right - size.x - pad), shown.left + pad), max(min(y, shown.bottom - size.y), shown.top)
     tint = "amber_text" if label.tint == "amber" else label.tint
     text(draw, ImVec2(x, y), colour_of(tint), label.text, plate=True)
 

@@ -22,7 +22,8 @@ def beam_areas(beams: FieldBeams, places: np.ndarray, level: np.ndarray) -> np.n
     for areas, shares in zip(out, level, strict=True):
         open_ = areas[(shares < 1.0) & (areas > 0.0)]
         if open_.size:
-            areas[areas > LARGEST * np.median(open_)] = 0.0
+            middle = open_.size // 2
+            areas[areas > LARGEST * np.partition(open_, middle)[middle]] = 0.0
     if not isinf(beams.object_distance):
         reach = beams.reaches[:, None, None]
         far = np.sqrt(reach**2 + np.where(np.isfinite(places), places, 0.0)**2 @ np.ones(2))

@@ -6,6 +6,7 @@ from functools import lru_cache
 from typing import TypeVar
 
 THREADS = 2
+PARTS = 8               # handed to the threads at most: each costs a twentieth of a millisecond
 Item = TypeVar("Item")
 
 
@@ -16,5 +17,12 @@ def _pool() -> ThreadPoolExecutor:
 
 def each_of(work: Callable[[Item], object], items: Iterable[Item]) -> None:
     """Do the work of each item on the threads and wait for all; an error in one is raised. `work` must not call it."""
-    for _ in _pool().map(work, items):
+    every = list(items)
+    parts = [every[i::PARTS] for i in range(min(PARTS, len(every)))]
+
+    def do(part: list[Item]) -> None:
+        for item in part:
+            work(item)
+
+    for _ in _pool().map(do, parts):
         pass
