@@ -36,6 +36,7 @@ _NEEDS = {
     "blades": _BLADES, "blade_rotation": _BLADES, "roundness": _BLADES, "stop_image": _STOP,
     "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens), "focus_position": _Need(_of_lens),
     "ghost_strength": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
+    "ghost_pair": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
     "star_strength": _Need(lambda settings: settings.stars, "give --stars too"),
     "tilt": _Need(_of_lens), "swing": _Need(_of_lens), "rise": _Need(_of_lens), "shift": _Need(_of_lens),
     "film_radius": _Need(_of_lens),

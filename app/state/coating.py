@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import lensbench as lb
 from lensbench.app.state.lens_settings import AUTO
+from lensbench.app.state.text_values import read_ghost_pair
 
 if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
@@ -47,7 +48,10 @@ def flare(settings: "Settings") -> "Flare | None":
     from lensbench.rendering.ghost_image import Flare
 
     found = coating(settings, design(settings)).name if settings.has_lens else "uncoated"
+    alone = read_ghost_pair(settings.ghost_pair)
+    first, _, second = alone.partition("-")
     return Flare(found, settings.ghost_strength if settings.ghosts else 0.0,
+                 ((int(first), int(second)),) if alone else (),
                  stars=settings.star_strength if settings.stars else 0.0)
 
 

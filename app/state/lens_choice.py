@@ -62,7 +62,7 @@ def with_lens(settings: Settings, lens: str, locked: Collection[str] = (), zoom:
     """
     if not settings.has_lens:
         settings = with_camera(settings, "lens")
-    chosen = replace(settings, lens=lens, edited="", focal_length=None, zoom=zoom)
+    chosen = replace(settings, lens=lens, edited="", focal_length=None, zoom=zoom, ghost_pair="")
     if FILM not in locked:
         chosen = with_film(replace(chosen, crop=1.0), *own_film(lens, design(replace(chosen, zoom=0.0))))
     if APERTURE not in locked:

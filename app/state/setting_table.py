@@ -28,6 +28,7 @@ from lensbench.app.state.text_values import (
     read_distance,
     read_electrons,
     read_exposure,
+    read_ghost_pair,
     read_iso,
     read_length,
     read_light,
@@ -108,6 +109,9 @@ class SettingTable(LensSettings):
     ghost_strength: float = setting(
         1.0, "strength of the ghosts", bounds=Interval(0.0, 1000.0), figures=False, read=read_part, metavar="FACTOR",
         help="on the light of the ghosts; 1, by default, is true to scale with the direct light")
+    ghost_pair: str = setting(
+        "", "ghost shown alone", figures=False, read=read_ghost_pair, metavar="I-J",
+        help="show the ghost of these two surfaces alone, numbered from 0 at the scene, such as 3-7")
     stars: bool = setting(
         False, figures=False,
         help="add the stars of the sun and of small lights: light that the edges of the blades diffract about them")

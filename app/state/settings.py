@@ -18,6 +18,7 @@ from lensbench.app.state.camera_kinds import CAMERA_KINDS, CAMERAS, LENS_MODELS,
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.setting import MOTION, NOTHING, SettingsError, check, converted, spec
 from lensbench.app.state.setting_table import SHAPES, SettingTable
+from lensbench.app.state.text_values import read_ghost_pair
 from lensbench.imaging.film_pose import UPRIGHT, FilmPose
 from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.quotation import MOST, cut, excerpt
@@ -68,6 +69,10 @@ class Settings(SettingTable):
             check(field, getattr(self, field.name))
         lb.Film(self.film_width, self.film_height, self.pixels_x, self.pixels_y)
         _ = self.film_pose
+        try:
+            read_ghost_pair(self.ghost_pair)
+        except ValueError as error:
+            raise SettingsError(f"ghost shown alone: {error}") from None
         return self
 
     @property
@@ -177,7 +182,8 @@ class Settings(SettingTable):
 
     def _without(self, names: tuple[str, ...]) -> "Settings":
         """The settings without these fields; the coating counts where ghosts show it, strengths where they are seen."""
-        unseen = [name for name, seen in (("ghost_strength", self.ghosts), ("star_strength", self.stars)) if not seen]
+        unseen = [name for name, seen in (
+            ("ghost_strength", self.ghosts), ("ghost_pair", self.ghosts), ("star_strength", self.stars)) if not seen]
         plain = self.plain(*names, *unseen)
         return replace(plain, coating=self.coating) if self.ghosts else plain
 

@@ -157,6 +157,16 @@ def read_film_curvature(text: str) -> float:
     return 1.0 / read_signed_length(text)
 
 
+def read_ghost_pair(text: str) -> str:
+    """“3-7”, “7 · 3”: the two surfaces that reflect a ghost, as 3-7; "" for all ghosts."""
+    if not text.strip():
+        return ""
+    match = re.fullmatch(r"\s*(\d{1,4})\s*[-–·,]\s*(\d{1,4})\s*", text)
+    if match is None or int(match[1]) == int(match[2]):
+        raise ValueError(f"“{cut(text)}”: type two surfaces, numbered from 0 at the scene, such as 3-7")
+    return "-".join(map(str, sorted(map(int, match.groups()))))
+
+
 def read_aperture(text: str) -> float | None:
     """“2.8”, “f/2.8”; “open” for the widest aperture of the lens (None)."""
     return None if text.strip().lower() in ("open", "wide", "wide open") else read_f_number(text)

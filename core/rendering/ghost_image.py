@@ -6,6 +6,9 @@ softer edges of cells, and the true size of the lights. With many lights a pass 
 light, and each counts by the inverse of its chance. The first four passes of a picture add ghosts, then every fourth,
 at most MOST of them.
 
+Where the camera disperses, red, green and blue have grids of their own, each at a wavelength of its channel, another
+one in every pass: ghosts have coloured edges.
+
 Ghosts have the scale of the direct light: as a picture has no losses by reflection, they are divided by what the
 surfaces transmit on the axis.
 """
@@ -43,6 +46,7 @@ LEAST = 1e-12                   # of that mean: no chance is 0
 GOLDEN = 0.6180339887498949     # whose multiples modulo 1 are even
 LINES = 60                      # of the film, to which a thread adds the cells of a batch at a time
 BATCH = 64                      # grids that are traced before they are added to the film
+PARTS = (3, 6, 1, 4, 0, 7, 2, 5)        # of a channel's wavelengths, in the order of the passes: the middle first
 
 
 @dataclass(frozen=True)
@@ -69,12 +73,16 @@ class Flare:
 
 
 class _Task(NamedTuple):
-    """The grid of one light and one pair, and how often it counts: more often than once where it is drawn."""
+    """The grid of one light and one pair, and how often it counts: more often than once where it is drawn.
+
+    hue: the channel that it is for, or 0 where one grid serves all.
+    """
 
     light: int
     pair: Pair
     cells: int
     times: float = 1.0
+    hue: int = 0
 
 
 class GhostImage:
@@ -85,14 +93,15 @@ class GhostImage:
     """
 
     def __init__(self, camera: Camera, scene: Scene, flare: Flare, margin: tuple[int, int] = (0, 0)):
-        self.reason = why_no_ghosts(camera, scene)
+        self.reason = why_no_ghosts(camera, scene) or _no_such_pair(camera, flare.pairs)
         self._camera, self._scene, self._flare = camera, scene, flare
         film, self._margin = camera.film, np.array(margin)
         self._across, self._down = film.pixels_x + 2 * margin[0], film.pixels_y + 2 * margin[1]
         self._sums = np.zeros((0 if self.reason else self._across * self._down, 3), np.float32)
         self._passes = self._seen = 0
-        self._boxes: dict[tuple[int, Pair], Box | None] = {}
+        self._boxes: dict[tuple[int, Pair, int], Box | None] = {}
         self._tracer: GhostTracer | None = None
+        self._hues: dict[int, tuple[GhostTracer, ...]] = {}         # tracers of the channels, by part of their spectrum
         self._lights = GhostLights([], 0, 0.0)
         self._bright: list[_Task] = []
         self._dim: list[_Task] = []
@@ -166,6 +175,7 @@ class GhostImage:
         assert landing is not None
         channels = tuple(WAVELENGTHS.values())
         self._tracer = GhostTracer(lens, distance, landing.steps[-1:], D_LINE, channels, self._flare.coating)
+        self._landing = landing.steps[-1:]
         self._lights = ghost_lights(camera, self._scene, self._tracer.front_z, entrance_reach(self._tracer))
         direct = [np.mean([pair_share(lens, DIRECT, line, self._flare.coating) for line in row]) for row in channels]
         self._gain = self._flare.strength / np.array(direct)
@@ -174,22 +184,36 @@ class GhostImage:
         tasks, chances = _by_chance(self._lights, shown, self._tracer.pair_reflectances(shown))
         self._bright, self._dim, self._chances = tasks[:BEST], tasks[BEST:], chances[BEST:]
 
+    def _tracers(self, number: int) -> tuple[GhostTracer, ...]:
+        """Tracers of a pass: one for each channel, or one for all."""
+        assert self._tracer is not None and isinstance(self._camera, LensCamera)
+        if not self._camera.disperses:
+            return (self._tracer,)
+        part = PARTS[number % len(PARTS)]
+        if part not in self._hues:
+            self._hues[part] = tuple(
+                GhostTracer(self._tracer.lens, self._camera.film_distance, self._landing, row[part],
+                            tuple(WAVELENGTHS.values()), self._flare.coating) for row in WAVELENGTHS.values())
+        return self._hues[part]
+
     def _add_pass(self, number: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
         """Trace a batch of grids, and add their cells in order: the sums are the same for any number of threads."""
-        assert self._tracer is not None
-        tracer = self._tracer
+        tracers = self._tracers(number)
         due = [*self._bright, *_drawn(self._dim, self._chances, number)]
+        masks = np.ones((1, 3)) if len(tracers) == 1 else np.eye(3)
+        if len(tracers) > 1:
+            due = [task._replace(hue=hue, cells=SMALL_SIDE) for task in due for hue in range(len(tracers))]
         for begin in range(0, len(due), BATCH):
             tasks = due[begin:begin + BATCH]
             grids: list[np.ndarray | None] = [None] * len(tasks)
             turns = count()
 
             def trace(_: int, tasks=tasks, grids=grids, turns=turns) -> bool:
-                lanes = lane_buffer(tracer.real)
+                lanes = lane_buffer(tracers[0].real)
                 while (k := next(turns)) < len(tasks):
                     if not wanted():
                         return False
-                    grids[k] = self._grid(tracer, lanes, tasks[k], number)
+                    grids[k] = self._grid(tracers[tasks[k].hue], lanes, tasks[k], number)
                 return True
 
             bands = count(0, LINES)
@@ -203,7 +227,7 @@ class GhostImage:
                             if not wanted():
                                 return False
                             light = self._lights.lights[task.light].irradiance
-                            gain = (task.times * self._gain * light).astype(np.float32)
+                            gain = (task.times * self._gain * light * masks[task.hue]).astype(np.float32)
                             add_cells(edges, grid, task.cells, self._across, top, bottom, gain)
                     add_lines(self._sums, edges, top * self._across)
                 return True
@@ -215,7 +239,7 @@ class GhostImage:
     def _grid(self, tracer: GhostTracer, lanes: np.ndarray, task: _Task, number: int) -> np.ndarray | None:
         """The rays of a task in a pass; None where none of the pair's light passes."""
         points = self._lights.lights[task.light].points
-        key = task.light, task.pair
+        key = task.light, task.pair, task.hue
         if key not in self._boxes:
             self._boxes[key] = pair_box(tracer, lanes, points[0], task.pair)
         box = self._boxes[key]
@@ -251,6 +275,16 @@ def _drawn(dim: list[_Task], chances: np.ndarray, number: int) -> list[_Task]:
     which, hits = np.unique(np.minimum(np.searchsorted(ends, places), len(dim) - 1), return_counts=True)
     times = hits * step / chances[which]
     return [dim[at]._replace(times=each) for at, each in zip(which.tolist(), times.tolist(), strict=True)]
+
+
+def _no_such_pair(camera: Camera, pairs: Sequence[Pair]) -> str:
+    """Why none of these pairs, if any, makes a ghost in this lens; "" where one does."""
+    assert isinstance(camera, LensCamera)
+    if not pairs or set(pairs) & {*ghost_pairs(camera.lens), DIRECT}:
+        return ""
+    first, second = pairs[0]
+    return (f"no ghost of surfaces {first} and {second}: ghosts need two surfaces of this lens that reflect, from 0 to "
+            f"{len(camera.lens.surfaces) - 1}")
 
 
 def why_no_ghosts(camera: Camera, scene: Scene) -> str:

@@ -1,6 +1,7 @@
 """The panel *Ghosts*: images of a light by two reflections, ranked; the section draws the pair under the mouse."""
 
 import math
+from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
@@ -12,6 +13,7 @@ from lensbench.app.state.coating import coating
 from lensbench.app.state.pixel.pointed import PointedRay
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import significant, true_minus
 
@@ -27,21 +29,25 @@ COLUMNS = {"Pair": "Surfaces that reflect, from the scene", "Bright": "Light on 
            "Focus": "Where it is in focus, behind the film (mm), for a light on the axis"}
 
 
-def ghosts_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the ranked table, and the discs and brightness in the rest of the window."""
+def ghosts_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> Settings:
+    """Draw the ranked table, and the discs and brightness in the rest of the window; the changed settings."""
     state.choices["field"] = toggles("Light", FIELDS, state.choices.get("field", "corner"), TIPS, 0.0)
     tools(NAME, state)
     try:
         coated = coating(settings, design(settings)).name if settings.has_lens else "uncoated"
     except (ValueError, OSError):
         coated = "uncoated"                                 # `analysis` says why there is no lens
+    settings = _alone(settings, state)
     room, line = imgui.get_content_region_avail(), imgui.get_text_line_height_with_spacing()
     size = ImVec2(0.0, max(min(0.42 * room.y, room.y - theme.em(PLOTS)), 3.5 * line))
+    kept = state.choices.get("kept")
     chosen = _table(state, size) if state.figure is not None else None
+    if settings.ghost_pair and state.choices.get("kept") != kept:
+        settings = replace(settings, ghost_pair=state.choices["kept"])
     under = analysis(NAME, settings, state, sheet, ghosts_figure, (state.choices["field"], coated),
                      columns=1 if room.x < theme.em(NARROW) else None)
     if state.figure is None:
-        return
+        return settings
     if under is not None and under.column == 1:
         rank = round(under.x) - 1
         lit = [row[0] for row in state.figure.table.rows if row[2] > 0.0]
@@ -49,6 +55,22 @@ def ghosts_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None
     chosen = chosen or state.choices.get("kept")
     if chosen:
         _show(settings, state, sheet, chosen)
+    return settings
+
+
+def _alone(settings: Settings, state: AnalysisState) -> Settings:
+    """The box that shows the kept ghost alone in the picture, where the picture has ghosts."""
+    if not settings.ghosts:
+        return settings
+    kept = settings.ghost_pair or state.choices.get("kept") or ""
+    imgui.begin_disabled(not kept)
+    alone = check_box("Alone in the picture", bool(settings.ghost_pair))
+    imgui.end_disabled()
+    imgui.set_item_tooltip(f"The picture shows no ghost but that of surfaces {kept.replace('-', ' and ')}" if kept else
+                           "The picture shows no other ghost than the one that is clicked in the table")
+    if alone != bool(settings.ghost_pair):
+        return replace(settings, ghost_pair=kept if alone else "")
+    return settings
 
 
 def _table(state: AnalysisState, size: ImVec2) -> str | None:

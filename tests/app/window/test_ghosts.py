@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from lensbench.app.state.coating import flare
 from lensbench.app.window.analyses import PANELS
 from tests.app.conftest import SMALL
 from tests.app.window.test_analyses import show
@@ -27,8 +28,12 @@ def test_the_pair_under_the_mouse_lights_its_surfaces_and_draws_its_ray(drive, t
         links = hand.session.view.links
         assert state.choices["kept"] == brightest and links.surfaces == (first, second)
         assert links.ray is not None and len(links.ray.path) > 12 and links.ray.raster is not None
+        hand.ctx.item_click("//Ghosts/Alone in the picture")
+        hand.ctx.yield_(2)
+        assert hand.settings.ghost_pair == brightest and flare(hand.settings).pairs == ((first, second),)
         hand.photograph(tmp_path / "after.png")
         hand.ctx.item_click(f"//Ghosts/**/{brightest.replace('-', ' · ')}")
-        assert state.choices["kept"] == ""
+        hand.ctx.yield_(2)
+        assert state.choices["kept"] == "" and hand.settings.ghost_pair == ""
 
     assert drive(use, replace(SMALL, ghosts=True), size).view.messages == []
