@@ -113,14 +113,15 @@ class View:
     requests: set[Request] = field(default_factory=set)     # to the window
     notices: Notices = field(default_factory=Notices)
 
-    def say(self, message: str, done: bool = False, note: bool = False, lens: str = "") -> None:
+    def say(self, message: str, done: bool = False, note: bool = False, lens: str = "",
+            file: str = "") -> None:
         """Show a message until it is dismissed; an error unless one of the others is given.
 
         done: it reports a success. note: it needs no answer. lens: a note on the lens of this setting, which goes with
-        the lens.
+        the lens. file: the file that it says cannot be read.
         """
         kind = NoticeKind.DONE if done else NoticeKind.NOTE if note or lens else NoticeKind.ERROR
-        self.notices.say(Notice(message, kind, lens))
+        self.notices.say(Notice(message, kind, lens, file))
 
     @property
     def messages(self) -> list[str]:

@@ -32,7 +32,6 @@ MOST_MEMBERS = 32
 LARGEST = 1_000_000_000                 # bytes of arrays that a file shorter than that may expand to
 BLOCK = 1 << 22                         # bytes that are read at once
 FLOATS = {"<f2": (np.uint16, 0x7C00), "<f4": (np.uint32, 0x7F800000), "<f8": (np.uint64, 0x7FF0000000000000)}
-NUMBERS = (*FLOATS, "<i8")
 NPY = b"\x93NUMPY\x01\x00"
 HEADER = re.compile(r"\{'descr': '([<|][a-zA-Z]\d{1,8})', 'fortran_order': (True|False), "
                     r"'shape': \(((?:\d{1,9}, ?)*\d{0,9})\), ?\} *\n")

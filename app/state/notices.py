@@ -15,11 +15,12 @@ class NoticeKind(Enum):
 
 @dataclass(frozen=True)
 class Notice:
-    """One sentence. lens: the setting of the lens that it is about; "" for none."""
+    """One sentence. lens: the setting of the lens that it is about. file: the file that cannot be read. "" for none."""
 
     text: str
     kind: NoticeKind = NoticeKind.ERROR
     lens: str = ""
+    file: str = ""
 
 
 class Notices:
@@ -56,3 +57,7 @@ class Notices:
     def follow(self, lens: str) -> None:
         """Dismiss what is about another lens than the present one."""
         self.forget(lambda notice: notice.lens not in ("", lens))
+
+    def read(self, file: str) -> None:
+        """Dismiss what says that this file cannot be read."""
+        self.forget(lambda notice: notice.file == file)

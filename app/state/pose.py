@@ -21,7 +21,7 @@ def pivot_distance(settings: Settings) -> float:
 
 
 def orbited(settings: Settings, left: float, up: float) -> Settings:
-    """The camera turned about the pivot: the scene seems to turn by these angles (radians), right and down positive.
+    """The camera turned about the pivot by angles to its left and up (radians): the scene seems to turn right and down.
 
     It stops above the floor.
     """

@@ -5,7 +5,6 @@ from pathlib import Path
 
 from lensbench import lenses
 from lensbench.app.state.file_cache import file_stamp
-from lensbench.app.state.notices import Notice
 from lensbench.app.state.scene_file import find_scene, scene_stamp
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.stop_picture import stop_picture
@@ -24,14 +23,15 @@ class FileWatch:
         """The present content of a file is known, such as one that the window has written."""
         self._stamps[name] = file_stamp(name)
 
-    def changed(self, settings: Settings, now: float) -> tuple[list[str], list[str]]:
-        """Names of the files that have changed and can be read, and messages about those that cannot; at most once a
-        second. A file that the settings have not named before counts as unchanged.
+    def changed(self, settings: Settings, now: float) -> tuple[list[str], dict[str, str]]:
+        """Names of the files that have changed and can be read, and messages by name about those that cannot.
+
+        At most once a second. A file that the settings have not named before counts as unchanged.
         """
         if now < self._next:
-            return [], []
+            return [], {}
         self._next = now + SECONDS
-        found, problems = [], []
+        found, problems = [], dict[str, str]()
         for name, stamp_of, load in ((settings.lens, file_stamp, lenses.load),
                                      (settings.scene, scene_stamp, find_scene),
                                      (settings.stop_image, file_stamp, stop_picture)):
@@ -44,19 +44,11 @@ class FileWatch:
             try:
                 load(name)
             except (ValueError, OSError) as error:
-                problems.append(f"{_unreadable(name)}; its last good content stays in use: {error}")
+                problems[name] = (f"{Path(name).name} has changed and cannot be read; its last good content stays in "
+                                  f"use: {error}")
             else:
                 found.append(name)
         return found, problems
-
-
-def _unreadable(name: str) -> str:
-    return f"{Path(name).name} has changed and cannot be read"
-
-
-def is_about(notice: Notice, name: str) -> bool:
-    """Whether a notice says that this file cannot be read."""
-    return notice.text.startswith(_unreadable(name))
 
 
 def forget_derived() -> None:

@@ -11,7 +11,6 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
@@ -35,7 +34,7 @@ from lensbench.app.window.commands import NOTHING_PINNED, Keyboard, shortcuts
 from lensbench.app.window.comparing import Comparing
 from lensbench.app.window.docking import Panels
 from lensbench.app.window.file_actions import QUESTIONS, Files
-from lensbench.app.window.file_watch import forget_derived, is_about
+from lensbench.app.window.file_watch import forget_derived
 from lensbench.app.window.folding import MINIMUM, Folding
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.lens_browsing import LensBrowsing
@@ -294,15 +293,15 @@ class Session(WindowState):
         """Render again after a change on disk; a file that cannot be read keeps its last good content."""
         present = self.history.present
         changed, problems = self.watch.changed(present, monotonic())
-        for problem in problems:
-            self.view.say(problem)
+        for name, problem in problems.items():
+            self.view.say(problem, file=name)
         if not changed:
             return
         forget_derived()
         if present.edited and present.lens in changed:
             self.editing.file_changed(present.lens)     # the edits stay until the user has answered
         for name in changed:
-            self.view.notices.forget(partial(is_about, name=name))
+            self.view.notices.read(name)
             self.view.say(f"Reloaded {Path(name).name}", done=True)
         with suppress(ValueError, OSError, NotCompiledError):
             self.history.correct(constrained(present))

@@ -13,7 +13,6 @@ from lensbench.app.state.analysis.rims import with_rims
 from lensbench.kernels.figures import f_number_text, fixed, significant
 
 FREQUENCY = 30.0                # lp/mm, at which the MTF chooses a focus
-STEP = 2.0**0.25                # from one f-number to the next: half a stop
 SLOWEST = 22.0
 
 

@@ -23,7 +23,7 @@ SAMPLES = 700                   # rays aimed at the box about the beam
 MARGIN = 1.15                   # of that box; it grows while light passes near its edges
 EDGE = 0.92                     # of the half box: light farther out may be cut
 GROWN, TRIALS = 1.6, 4
-FEWEST = 3                      # rays of a spot with a size
+EVEN = 0.7548776662466927, 0.5698402909980532       # steps of an even sequence of points (Roberts' R2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ def spot_of(lens: lb.Lens, film_distance: float, film_xy: Place, target: tuple[f
     half = max(half, 1e-6 * lens.surfaces[0].semi_diameter)
 
     k = np.arange(1, SAMPLES + 1)
-    uv = 2.0 * (np.stack([k * 0.7548776662466927, k * 0.5698402909980532], axis=1) % 1.0) - 1.0
+    uv = 2.0 * (np.outer(k, EVEN) % 1.0) - 1.0
     for _ in range(TRIALS):
         points = start + (centre + half * uv) @ plane
         ways = points - target if target is not None else np.broadcast_to(-toward, points.shape)

@@ -32,7 +32,7 @@ def light_fields() -> Iterator[tuple[str, float, str]]:
         for distance in DISTANCES:
             direct = lb.render(camera(distance), scene, 1024)
             inner = slice(EDGE, -EDGE), slice(EDGE, -EDGE)
-            yield f"focused at {significant(distance / 1000.0)} m against a camera that is, {model}", decibels(
+            yield f"focused at {significant(distance / 1000.0)} m against a camera focused there, {model}", decibels(
                 field.refocus(distance)[inner], direct[inner]), "dB"
 
 

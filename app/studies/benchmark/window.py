@@ -32,13 +32,12 @@ LENSES = tuple(lenses.names()[::17])     # of the library, each opened for the f
 MOVES = 16                      # moves of each dial
 REST = 8                        # frames between two moves
 DRAGGED = 30                    # pictures of a drag that does not rest
-JUDGED = (10, 18, 26)           # of these, compared with a picture of
-TRUE_SAMPLES = 256              # samples
+JUDGED = (10, 18, 26)           # those of them whose error is measured
+TRUE_SAMPLES = 256              # of the picture that they are compared with
 FRAMES = 160                    # frames timed during the render, and of the lens browser
 PICTURES = 80                   # pictures timed of a light field
 BROWSED = (1920, 1080)          # pixels of the window in which the lens browser is scrolled
 START_LIMIT = 300.0             # s
-
 
 # By name: scene, and the settings after so many moves
 DIALS: dict[str, tuple[str, Callable[[Settings, int], Settings]]] = {

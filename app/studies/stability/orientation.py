@@ -14,7 +14,7 @@ from lensbench.kernels.program import Program
 
 Turned = Callable[[np.ndarray, np.ndarray], np.ndarray]         # two rotations (3, 3) → the one half-way (3, 3)
 
-AXIS = np.array([2.0, 3.0, 6.0]) / 7.0          # length 1 to rounding
+AXIS = np.array([2.0, 3.0, 6.0])                # × 1/7: of length 1
 FIRST = np.array([[6.0, 2.0, 3.0], [-3.0, 6.0, 2.0], [-2.0, -3.0, 6.0]]) / 7.0          # rotation at the first keyframe
 WIDE = 8192                     # pixels across a panorama
 
@@ -24,7 +24,7 @@ WIDE = 8192                     # pixels across a panorama
 
 def turn(angle) -> np.ndarray:
     """Exact rotation (3, 3): FIRST, then a rotation about AXIS by an exact angle (radians)."""
-    x, y, z = exact(np.array([2.0, 3.0, 6.0])) / 7
+    x, y, z = exact(AXIS) / 7
     sine, cosine = sine_cosine(np.array(angle, dtype=object))
     across = np.array([[x * 0, -z, y], [z, x * 0, -x], [-y, x, x * 0]], dtype=object)
     rotation = exact(np.eye(3)) + sine * across + (1 - cosine) * (across @ across)

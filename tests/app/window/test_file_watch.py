@@ -26,11 +26,11 @@ def test_a_change_is_noticed_once_and_at_most_once_a_second(tmp_path):
     path = tmp_path / "scene.toml"
     write(path, SCENE.format(height=-1))
     settings, watch = replace(Settings(), scene=str(path)), FileWatch()
-    assert watch.changed(settings, 0.0) == ([], [])             # seen for the first time
+    assert watch.changed(settings, 0.0) == ([], {})             # seen for the first time
     write(path, SCENE.format(height=-2) + "\n")
-    assert watch.changed(settings, 0.5) == ([], [])
-    assert watch.changed(settings, 1.0) == ([str(path)], [])
-    assert watch.changed(settings, 2.0) == ([], [])
+    assert watch.changed(settings, 0.5) == ([], {})
+    assert watch.changed(settings, 1.0) == ([str(path)], {})
+    assert watch.changed(settings, 2.0) == ([], {})
 
 
 @pytest.mark.parametrize("broken", ["[floor\n", None])
@@ -41,10 +41,10 @@ def test_an_unreadable_or_missing_file_is_said_once_until_it_can_be_read(tmp_pat
     watch.changed(settings, 0.0)
     path.unlink() if broken is None else write(path, broken)
     changed, problems = watch.changed(settings, 1.0)
-    assert changed == [] and len(problems) == 1 and "scene.toml has changed and cannot be read" in problems[0]
-    assert watch.changed(settings, 2.0) == ([], [])
+    assert changed == [] and "scene.toml has changed and cannot be read" in problems[str(path)]
+    assert watch.changed(settings, 2.0) == ([], {})
     write(path, SCENE.format(height=-3) + "\n\n")
-    assert watch.changed(settings, 3.0) == ([str(path)], [])
+    assert watch.changed(settings, 3.0) == ([str(path)], {})
 
 
 @pytest.mark.slow
