@@ -30,7 +30,7 @@ from lensbench.app.workers.render_update import RenderUpdate
 
 LENSES = tuple(lenses.names()[::17])     # of the library, each opened for the first time
 MOVES = 16                      # moves of each dial
-REST = 8                        # frames between two moves
+REST = 12                       # frames between two moves
 DRAGGED = 30                    # pictures of a drag that does not rest
 JUDGED = (10, 18, 26)           # those of them whose error is measured
 TRUE_SAMPLES = 256              # of the picture that they are compared with
