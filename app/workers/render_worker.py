@@ -338,13 +338,13 @@ class RenderWorker:
         job.timed(count, seconds)
         if wanted() or first:
             update = self._show(job)
-            if first:                                   # the next pass must not slow the frame down
-                if rendering.is_borrowing:
-                    self._trace_lights(job)
-                else:
+            if first:                                   # neither the next pass nor the light must slow the frame down
+                if not rendering.is_borrowing:
                     self._before.lend(job.scene, rendering.layer())
                 with self._change:
                     self._change.wait_for(lambda: self._shown is update or not wanted(), HOLD_SECONDS)
+                if rendering.is_borrowing:
+                    self._trace_lights(job)
 
     def _show(self, job: RenderJob) -> RenderUpdate:
         """Hand the picture so far to the window, its first samples with those of the picture before."""
