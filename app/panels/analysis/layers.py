@@ -97,7 +97,9 @@ def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, mem
             size = imgui.calc_text_size(value)
             for part in VALUE_PLACES:
                 at = stroke[int(part * (len(stroke) - 1))]
-                if all(abs(at.x - x) > 0.5 * (size.x + wide) + 4.0 or abs(at.y - y) > size.y for x, y, wide in taken):
+                inside = (shown.left <= at.x <= shown.right - size.x) and (shown.top <= at.y <= shown.bottom - size.y)
+                if inside and all(abs(at.x - x) > 0.5 * (size.x + wide) + 4.0 or abs(at.y - y) > size.y
+                                  for x, y, wide in taken):
                     text(draw, ImVec2(at.x, at.y), theme.colours().text, value, plate=True)
                     taken.append((at.x, at.y, size.x))
                     break

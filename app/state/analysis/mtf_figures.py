@@ -1,6 +1,7 @@
 """MTF figures: against frequency, against the field as makers print it, and the map over field and focus."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -62,11 +63,14 @@ def mtf_field_figure(query: Query, points: int, method: str = "diffraction",
                                    _remarks(query, found)))
 
 
-def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str = "both") -> Figure:
+def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str = "both",
+                   line: float | None = None) -> Figure:
     """The map of the MTF over focus and field at one frequency (lp/mm), and the surfaces of best focus.
 
-    way: "sagittal", "tangential", or "both" for their mean. The film lies at 0.
+    way: "sagittal", "tangential", or "both" for their mean. line: one wavelength (µm) alone; None for all of the query.
+    The film lies at 0.
     """
+    query = query if line is None else replace(query, wavelengths=((line, 1.0),))
     reachable = focus_range(query)
     shifts = np.linspace(-reachable, reachable, 2 * points + 1)
     found = mtf_map(query.lens, query.setup.film_distance, query.conditions(), frequency, shifts, points + 1,

@@ -15,7 +15,12 @@ from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
 from lensbench.app.state.analysis.figure import Bars, Curve, Map
 from lensbench.app.state.analysis.film_drag import focus_at
-from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
+from lensbench.app.state.analysis.mtf_figures import (
+    focus_range,
+    mtf_field_figure,
+    mtf_frequency_figure,
+    mtf_map_figure,
+)
 from lensbench.app.state.analysis.point_figures import encircled_figure, line_spread_figure, psf_figure
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.analysis.seidel_figure import seidel_figure
@@ -92,6 +97,19 @@ def test_the_film_dragged_to_a_shift_of_the_map_is_focused_there():
     moved = query(replace(Settings(), focus_distance=near, focus_position="paraxial"))
     still = query(replace(Settings(), focus_position="paraxial"))
     assert moved.setup.film_distance - still.setup.film_distance == pytest.approx(0.1, abs=1e-3)
+
+
+def test_the_map_of_one_colour_is_that_of_this_wavelength_alone():
+    asked = query(replace(Settings(), lens="lib-tronnier-1953"))
+    lines = asked.conditions().wavelengths
+    maps = [mtf_map_figure(asked, 8, line=line).rows[0][0].layers[0].values for line in (None, *lines)]
+    for line, shades in zip(lines, maps[1:], strict=True):
+        alone = lb.analysis.conditions(asked.lens, asked.setup.film, asked.conditions().fields, [line],
+                                       asked.object_distance)
+        shifts = np.linspace(-focus_range(asked), focus_range(asked), 17)
+        found = lb.analysis.mtf_map(asked.lens, asked.setup.film_distance, alone, 30.0, shifts, 9, 8)
+        np.testing.assert_allclose(shades, found.white.mean(1), atol=1e-12)
+    assert np.abs(maps[0] - maps[2]).max() > 0.01
 
 
 def test_seidel_bars_add_up_to_those_of_the_lens():
