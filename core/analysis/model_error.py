@@ -291,7 +291,7 @@ class ModelErrors:
         if math.isnan(worst_px) or math.isnan(worst_stops):
             return Rung(model, degree, math.inf, math.inf, "some rays are lost")
         if worst_px <= 10.0 * worst_stops:
-            said = f"brightness off by {significant(worst_stops, 2)} stops {self._place(int(np.argmax(stops)))}"
+            said = f"brightness off by {fixed(worst_stops, 2)} stops {self._place(int(np.argmax(stops)))}"
         return Rung(model, degree, worst_px, worst_stops, said)
 
     def _stretched(self, shift: np.ndarray) -> np.ndarray:
