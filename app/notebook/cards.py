@@ -1,5 +1,6 @@
-"""Cards of lenses and cameras in HTML: the section of the lens with rays, and the figures that people ask for."""
+"""Cards of lenses, cameras and scenes in HTML: a section or a picture, and the figures that people ask for."""
 
+import base64
 import html
 import math
 from dataclasses import fields
@@ -7,10 +8,14 @@ from dataclasses import fields
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.notebook.picture import png
+from lensbench.app.notebook.render import render
 from lensbench.app.state.geometry.elements import elements, surface_curves
 from lensbench.kernels.figures import fixed, significant
 
 WIDTH = 460                     # of a section, in pixels
+PREVIEW, PREVIEW_SAMPLES = (300, 200), 8    # pixels of the picture of a scene
+FOV = 0.45                      # of it (radians, up and down), where the scene states no subject
 RAYS, TRIED = 7, 201            # of the axial fan, and heights on the first surface from which they are chosen
 BEFORE = 0.25                   # of the section's length that is shown of the rays before the lens
 GLASS, LINE, RAY, STOP, FILM = "#cfe3f3", "#4a6a85", "#d08a2c", "#222222", "#7a7a7a"
@@ -126,6 +131,28 @@ def camera_card(camera: lb.Camera) -> str:
                 rows.append((name.replace("_", " ").capitalize(), text))
     rows.append(("Shutter", f"{significant(camera.exposure_time)} s, weights {camera.weights}"))
     return _card(title, picture, rows)
+
+
+def scene_card(scene: lb.Scene) -> str:
+    """Picture of a scene by a pinhole at the origin, framed on its subject, and its figures, as HTML."""
+    fov = FOV if scene.subject is None else 2.0 * math.atan(0.5 * scene.subject[1] / scene.subject[0])
+    film = lb.Film(pixels_x=PREVIEW[0], pixels_y=PREVIEW[1])
+    picture = picture_element(png(render(lb.PerspectiveCamera(film, fov), scene, PREVIEW_SAMPLES, progress=False)))
+    triangles = sum(len(mesh.triangles) for mesh in scene.meshes)
+    lit = sum(shape.material.kind in ("light", "lamp") for shape in scene.objects)
+    rows = [("Spheres", f"{len(scene.spheres)}"), ("Rectangles and disks", f"{len(scene.plates)}"),
+            ("Meshes", f"{len(scene.meshes)}, {triangles} triangles"), ("Of these shine", f"{lit}"),
+            ("Around them", ", ".join([*["floor"][:scene.floor is not None], *["sun"][:scene.sun is not None],
+                                       "sky with a picture" if isinstance(scene.sky, lb.ImageSky) else "sky"]))]
+    if scene.subject is not None:
+        away, high = (significant(value / 1000.0) for value in scene.subject)
+        rows.append(("Subject", f"at {away} m, {high} m high"))
+    return _card(scene.name, picture, rows)
+
+
+def picture_element(data: bytes) -> str:
+    """An element `img` that holds a PNG."""
+    return f'<img src="data:image/png;base64,{base64.b64encode(data).decode("ascii")}" alt="picture">'
 
 
 def _length(value: float) -> str:

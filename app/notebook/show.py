@@ -1,6 +1,5 @@
-"""`lb.show`: lenses, cameras and pictures side by side, in a notebook or in the browser."""
+"""`lb.show`: lenses, cameras, scenes and pictures side by side, in a notebook or in the browser."""
 
-import base64
 import html
 import tempfile
 import webbrowser
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.notebook.cards import camera_card, lens_card
+from lensbench.app.notebook.cards import camera_card, lens_card, picture_element, scene_card
 from lensbench.app.notebook.picture import DEVELOPED, checked, png
 from lensbench.app.notebook.progress import notebook_display
 
@@ -38,12 +37,13 @@ class Page:
 
 
 def show(*things: Any, exposure: float = 0.0, tone: str = "filmic", open_browser: bool | None = None) -> Page:
-    """Show lenses, cameras and pictures side by side.
+    """Show lenses, cameras, scenes and pictures side by side.
 
     Parameters
     ----------
-    *things : Lens, Camera, array or str
-        Lenses and cameras as a section with figures, pictures (h, w, 3) developed, text as a caption.
+    *things : Lens, Camera, Scene, array or str
+        Lenses and cameras as a section with figures, scenes as a small picture with figures, pictures (h, w, 3)
+        developed, text as a caption.
     exposure : float
         Stops, for the pictures in linear light.
     tone : str
@@ -62,7 +62,7 @@ def show(*things: Any, exposure: float = 0.0, tone: str = "filmic", open_browser
         For things of other kinds.
     """
     if not things:
-        raise TypeError("show what? Give a lens, a camera or a picture")
+        raise TypeError("show what? Give a lens, a camera, a scene or a picture")
     page = Page([_part(thing, exposure, tone) for thing in things])
     in_notebook = notebook_display() is not None
     if open_browser or (open_browser is None and not in_notebook):
@@ -83,5 +83,7 @@ def _part(thing: Any, exposure: float, tone: str) -> str:
     if isinstance(thing, np.ndarray):
         data = png(checked(thing), exposure, tone) if getattr(thing, "tone", "") != DEVELOPED else png(
             thing, 0.0, DEVELOPED)
-        return f'<img src="data:image/png;base64,{base64.b64encode(data).decode("ascii")}" alt="picture">'
-    raise TypeError(f"{type(thing).__name__} cannot be shown: give a lens, a camera or a picture (h, w, 3)")
+        return picture_element(data)
+    if isinstance(thing, lb.Scene):
+        return scene_card(thing)
+    raise TypeError(f"{type(thing).__name__} cannot be shown: give a lens, a camera, a scene or a picture (h, w, 3)")

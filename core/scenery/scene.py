@@ -14,6 +14,7 @@ import numpy as np
 
 from lensbench.kernels.block import BLUE, GREEN, RED, TIME, V0, V1, WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.hashed import hashed_once
+from lensbench.kernels.lazy_names import called
 from lensbench.kernels.program import Program
 from lensbench.scenery import scene_steps
 from lensbench.scenery.families import FAMILIES
@@ -87,6 +88,10 @@ class Scene:
         check(self)
         if self.subject is not None and not min(self.subject) > 0.0:
             raise SceneError("the distance and the height of the subject must be positive")
+
+    def _repr_html_(self) -> str:
+        """A small picture from the origin and figures, for a notebook."""
+        return called("app.notebook.cards", "scene_card", self)
 
     @property
     def objects(self) -> tuple[Shape, ...]:

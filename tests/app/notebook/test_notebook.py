@@ -1,5 +1,6 @@
 """What the library offers at a prompt: pictures, names in place of objects, cards."""
 
+import base64
 import io
 import math
 import re
@@ -96,10 +97,15 @@ def test_cards_draw_the_lens_and_state_its_figures(tmp_path):
     ends = [ray.split()[-1].split(",")[1] for ray in rays]
     assert len(ends) == 7 and np.ptp(np.array(ends, float)) < 2.0
     assert "fov" in CAMERA._repr_html_().lower()
-    page = lb.show("a <caption>", lens, camera, RAMP, lb.develop(RAMP), open_browser=False)
+    scene = lb.Scene("two <balls>", spheres=[lb.Sphere((0.0, 0.0, -900.0), 150.0)], subject=(900.0, 400.0))
+    shown = scene._repr_html_()
+    assert "two &lt;balls&gt;" in shown and "at 0.9 m, 0.4 m high" in shown
+    drawn = Image.open(io.BytesIO(base64.b64decode(re.findall(r"base64,([^\"]*)", shown)[0])))
+    assert drawn.size == (300, 200)
+    page = lb.show("a <caption>", lens, camera, RAMP, lb.develop(RAMP), scene, open_browser=False)
     page.save(tmp_path / "page.html")
     text = (tmp_path / "page.html").read_text(encoding="utf-8")
-    assert text.count("<svg") == 2 and text.count("<img") == 2 and "a &lt;caption&gt;" in text
+    assert text.count("<svg") == 2 and text.count("<img") == 3 and "a &lt;caption&gt;" in text
 
 
 def test_a_notebook_shows_a_bar_for_what_takes_long_and_takes_it_away(monkeypatch):
