@@ -105,7 +105,9 @@ class Session(WindowState):
             if layout in LAYOUTS:
                 self.layout = layout
         theme.choose(self.dark)
-        imgui.get_io().config_error_recovery_enable_tooltip = False     # a message above the picture says it
+        io = imgui.get_io()
+        io.config_error_recovery_enable_tooltip = False     # a message above the picture says it
+        io.mouse_double_click_time = 0.45       # s, about as usual: 0.3 s pass in one slow frame
         glfw.set_drop_callback(glfw_window_hello_imgui(), self.dropped)
         if glfw.get_platform() != glfw.PLATFORM_NULL:   # which takes the least height for the greatest
             glfw.set_window_size_limits(glfw_window_hello_imgui(), *(round(side * theme.scale()) for side in MINIMUM),
