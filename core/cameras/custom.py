@@ -8,6 +8,7 @@ that shall use all cores overrides `Camera.camera_steps` with a compiled stage (
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from inspect import signature
 
 import numpy as np
 
@@ -55,9 +56,9 @@ class CustomCamera(Camera):
     Raises
     ------
     CameraError
-        A function whose results have other shapes, are not finite, or contain a direction of length 0 or a negative
-        weight, here or in a picture; a `back` that is not the inverse of `rays`, here or in a picture, or whose rays
-        have no étendue; weights="physical"; a medium of an index other than 1.
+        A function that takes other arguments, or whose results have other shapes, are not finite, or contain a
+        direction of length 0 or a negative weight, here or in a picture; a `back` that is not the inverse of `rays`,
+        here or in a picture, or whose rays have no étendue; weights="physical"; a medium of an index other than 1.
     """
 
     film: Film
@@ -70,6 +71,7 @@ class CustomCamera(Camera):
         if not callable(self.rays):
             raise CameraError("a custom camera needs a function: CustomCamera(film, rays), with "
                               "rays(raster, uv, time) -> origins, directions, weights")
+        _check_arguments(self.rays, "rays", ("raster", "uv", "time"))
         if self.weights != "relative":
             raise CameraError("the weights of a custom camera are those that its function returns: leave weights out")
         if self.has_port:
@@ -81,6 +83,7 @@ class CustomCamera(Camera):
         if self.back is not None:
             if not callable(self.back):
                 raise CameraError("back is a function of origins and directions that returns raster and uv")
+            _check_arguments(self.back, "back", ("origins", "directions"))
             if self.time_dependent:
                 raise CameraError("a camera with a way back must not depend on time: add time_dependent=False")
             self._way_back      # noqa: B018  (tested here, not in the first picture)
@@ -193,6 +196,17 @@ class CustomCamera(Camera):
     def _seconds_since_open(self, time) -> float:
         """Time (s) since shutter_open of a shutter sample in [0, 1]."""
         return float(Program([self.clock], np.float64).run({TIME: checked_times(time)[None]}, [TIME], 1)[0, 0])
+
+
+def _check_arguments(function: Callable, name: str, arguments: tuple[str, ...]) -> None:
+    """CameraError where a function cannot be called with these arguments."""
+    try:
+        signature(function).bind(*arguments)
+    except TypeError as error:
+        raise CameraError(f"{name} is called with {', '.join(arguments[:-1])} and {arguments[-1]}, "
+                          f"which the function does not take: {error}") from error
+    except ValueError:                          # a function of compiled code, which does not tell its arguments
+        return
 
 
 def _described(value) -> str:

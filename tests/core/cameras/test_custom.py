@@ -189,6 +189,9 @@ def test_blocked_rays_may_hold_anything():
 
 @pytest.mark.parametrize("make, message", [
     (lambda: lb.CustomCamera(FILM), "needs a function"),
+    (lambda: lb.CustomCamera(FILM, lambda raster, uv: None), "rays is called with raster, uv and time"),
+    (lambda: lb.CustomCamera(FILM, pinhole, time_dependent=False, back=lambda rays: None),
+     "back is called with origins and directions"),
     (lambda: lb.CustomCamera(FILM, pinhole, weights="physical"), "leave weights out"),
     (lambda: lb.CustomCamera(FILM, pinhole, medium=lb.Medium.water(5000.0)), "index 1"),
     (lambda: lb.CustomCamera(FILM, pinhole).intrinsics, "come from a function"),
