@@ -162,8 +162,9 @@ def _read_frequencies(text: str) -> tuple[float, ...]:
     values = _numbers(text, 1, 4)
     if not 0.0 < min(values) or max(values) > MOST_LINES:
         from lensbench.app.command.errors import UsageError
+        from lensbench.kernels.figures import significant
 
-        raise UsageError(f"{text!r}: give frequencies above 0 and up to {MOST_LINES:.0f} lp/mm")
+        raise UsageError(f"{text!r}: give frequencies above 0 and up to {significant(MOST_LINES)} lp/mm")
     return values
 
 

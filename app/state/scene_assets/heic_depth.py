@@ -14,6 +14,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.scene_assets.phone_photograph import PhonePhotograph, stated_fov
 from lensbench.app.state.scene_assets.texture import MOST_TEXELS, image_of
+from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
 
 INVERSE_DISTANCE, DISPARITY = 0, 1      # meanings of a map, by depth_representation_type
@@ -66,5 +67,5 @@ def _distances(meaning: dict[str, Any], part: np.ndarray, what: str) -> np.ndarr
         raise lb.SceneError(f"{what}: its depth map does not tell its distances: save it as PNG, and name it as depth "
                             "with near and far")
     if not (math.isfinite(low) and math.isfinite(high) and high > max(low, 1000.0 / FARTHEST)):
-        raise lb.SceneError(f"{what}: its depth map goes from {low:.3g} to {high:.3g} /m")
+        raise lb.SceneError(f"{what}: its depth map goes from {significant(low, 3)} to {significant(high, 3)} /m")
     return 1000.0 / np.maximum(low + part * (high - low), 1000.0 / FARTHEST)
