@@ -129,8 +129,9 @@ def _stated_circle(lens: lb.Lens) -> float | None:
     return None
 
 
+@resumable
 def with_scene(settings: Settings, scene: str, locked: Collection[str] = ()) -> Settings:
-    """The settings with a scene, seen from the origin, for which scenes are laid out, or framed on its stated subject.
+    """The settings with a scene as it opens: seen from the origin, or framed on the subject that it states.
 
     Parameters
     ----------
@@ -144,12 +145,15 @@ def with_scene(settings: Settings, scene: str, locked: Collection[str] = ()) -> 
     Returns
     -------
     Settings
-        Within the range of the lens.
+        Within the range of the lens. A lens that cannot be read stands at the origin: the worker reports it.
     """
     chosen = at_home(replace(settings, scene=scene))
     if FOCUS in locked or not chosen.has_lens or _stated_subject(scene) is None:
         return chosen
-    return constrained(_before_subject(chosen))
+    try:
+        return constrained(_before_subject(chosen))
+    except (ValueError, OSError):
+        return chosen
 
 
 def _stated_subject(scene: str) -> tuple[float, float] | None:

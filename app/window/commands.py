@@ -10,10 +10,10 @@ from imgui_bundle import hello_imgui, imgui
 
 from lensbench.app.panels.image.magnifier import toggle_magnifier
 from lensbench.app.state.constraints import constrained
+from lensbench.app.state.lens_choice import with_scene
 from lensbench.app.state.lens_edit.editing import reverted
 from lensbench.app.state.picture.auto_exposure import METERED, MODES, with_mode
 from lensbench.app.state.picture.look_around import LookAround
-from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.setting_table import VIEWS
 from lensbench.app.state.settings import Settings
@@ -90,8 +90,9 @@ def _whole_pixels(state: WindowState) -> None:
     state.view.zoom = 1.0
 
 
-def _home(state: WindowState) -> None:
-    state.edited = at_home(state.edited)
+def reset_camera(state: WindowState) -> None:
+    """Put the camera where the present scene opens."""
+    state.edited = with_scene(state.edited, state.edited.scene, state.chooser.locked)
 
 
 def _histogram(state: WindowState) -> None:
@@ -168,7 +169,7 @@ COMMANDS: tuple[Command, ...] = (
     Command("Magnifier with pixel values", lambda state: toggle_magnifier(state.view), "M", (KEY.m,), LOOK),
     Command("Pin or unpin the pixel under the mouse", toggle_pin, "I", (KEY.i,), LOOK),
     Command("Look around in the panorama", _look_around),
-    Command("Camera back to its start", _home, "Home", (KEY.home,), LOOK),
+    Command("Camera back to its start", reset_camera, "Home", (KEY.home,), LOOK),
     Command("Pin the picture as A", _asks(Request.PIN), "A", (KEY.a,), COMPARE),
     Command("Compare A and B side by side", _compare("side"), "S", (KEY.s,), COMPARE),
     Command("Compare A and B by a wipe", _compare("wipe"), "W", (KEY.w,), COMPARE),

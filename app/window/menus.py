@@ -7,12 +7,21 @@ from imgui_bundle import ImVec2, hello_imgui, icons_fontawesome_6, imgui
 
 from lensbench.app.panels.image.magnifier import toggle_magnifier
 from lensbench.app.state.lens_edit.editing import reverted
-from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.trials import TRIALS
 from lensbench.app.widgets import theme
 from lensbench.app.window.analyses import PANELS
-from lensbench.app.window.commands import COMMANDS, GESTURES, quit_window, redo, reset_all, toggle_pin, try_this, undo
+from lensbench.app.window.commands import (
+    COMMANDS,
+    GESTURES,
+    quit_window,
+    redo,
+    reset_all,
+    reset_camera,
+    toggle_pin,
+    try_this,
+    undo,
+)
 from lensbench.app.window.dialogs import centre_next
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.state import WindowState
@@ -110,7 +119,8 @@ def _view_menu(state: WindowState) -> None:
         toggle_magnifier(state.view)
     imgui.set_item_tooltip("Magnify the pixels at the mouse, with their values; Alt + wheel sets the magnification")
     if _item("Reset camera", "Home"):
-        state.edited = at_home(state.edited)
+        reset_camera(state)
+    imgui.set_item_tooltip("To where the scene opens: framed and focused on its subject, where it states one")
     imgui.separator()
     if _item("Dark theme", "", True, state.dark):
         state.choose_theme(True)

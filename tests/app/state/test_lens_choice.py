@@ -85,6 +85,11 @@ def test_a_camera_without_a_lens_becomes_one_with_a_lens():
     assert with_lens(replace(HAND, camera="perspective"), LENS).camera == "lens"
 
 
+def test_a_scene_opens_beside_a_lens_that_cannot_be_read():
+    gone = replace(Settings(), lens="/no-such-folder/gone.zmx")
+    assert with_scene(gone, "dusk-street") == replace(gone, scene="dusk-street")
+
+
 def test_nothing_stands_between_the_camera_and_the_subject_in_a_room():
     got = with_lens(replace(Settings(), scene="room"), FAR)
     eye = np.asarray(got.position)

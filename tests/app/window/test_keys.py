@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,10 @@ from imgui_bundle import imgui
 
 import lensbench as lb
 from lensbench.app.display.presenter import _first_mark
+from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.panels.image.overlays import Mark
+from lensbench.app.state.lens_choice import with_scene
+from lensbench.app.window.commands import reset_camera
 from lensbench.app.workers.render_update import RenderUpdate
 from tests.app.conftest import SMALL
 
@@ -46,6 +50,14 @@ def test_home_brings_the_camera_back_and_leaves_the_rest(drive):
         assert hand.settings == moved
 
     assert drive(use, moved).view.messages == []
+
+
+def test_the_camera_goes_back_to_where_a_scene_with_a_stated_subject_opens():
+    opened = with_scene(SMALL, "dusk-street")
+    moved = replace(opened, position=(100.0, 50.0, -200.0), yaw=0.3, focus_distance=9000.0)
+    state = SimpleNamespace(edited=moved, chooser=Chooser())
+    reset_camera(state)
+    assert state.edited == opened
 
 
 @pytest.mark.slow
