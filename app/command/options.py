@@ -151,9 +151,9 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         settings = with_layout(settings, settings.layout)
     settings = _shaped(settings, arguments.film, arguments.size)
     framed = _framed(_zoomed(settings, arguments.zoom), arguments.fov, arguments.zoom is not None)
-    if framed.zoom != settings.zoom:                # limit the aperture and the focus that no option names
-        framed = replace(constrained(framed), **{name: asked[name] for name in ("f_number", "focus_distance")
-                                                 if name in asked})
+    if framed.zoom != settings.zoom:                # limit what no option names
+        limited = ("f_number", "focus_distance", "film_radius")
+        framed = replace(constrained(framed), **{name: asked[name] for name in limited if name in asked})
     settings = framed
     if arguments.dispersion == "on" and not colours(settings).possible:
         raise SettingsError(f"dispersion on: {colours(settings).why}")

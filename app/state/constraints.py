@@ -11,6 +11,7 @@ from lensbench.app.state.build import design
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.zoom import focal_length, zoom_of
+from lensbench.imaging.film_pose import least_radius
 from lensbench.kernels.cache import resumable
 from lensbench.lenses.paraxial import reference_wavelength
 
@@ -24,7 +25,9 @@ MARGIN = 1.0 + 1e-4             # of a clamped focus distance over the nearest, 
 
 @resumable
 def constrained(settings: Settings) -> Settings:
-    """The settings with a zoom, an aperture and a focus distance that the camera has; the rest is kept.
+    """The settings with a zoom, an aperture, a focus distance and a film curvature that the camera has.
+
+    The rest is kept.
 
     Raises what loading the lens raises where there is none.
     """
@@ -34,6 +37,7 @@ def constrained(settings: Settings) -> Settings:
         settings = replace(settings, zoom=0.0)
     if not (design(settings).is_rotationally_symmetric or settings.film_pose.is_upright):
         settings = settings.plain("tilt", "swing", "rise", "shift", "film_radius")
+    settings = _not_tighter(settings)
     if settings.f_number is not None and settings.f_number < _widest_f_number(settings) * (1.0 - 1e-6):
         settings = replace(settings, f_number=None)
     settings = _not_nearer(settings)
@@ -46,6 +50,15 @@ def _not_nearer(settings: Settings) -> Settings:
     """The settings focused no nearer than the camera can focus."""
     nearest = _nearest_focus(settings) * MARGIN
     return replace(settings, focus_distance=nearest) if settings.focus_distance < nearest else settings
+
+
+def _not_tighter(settings: Settings) -> Settings:
+    """The settings with a film curved no tighter than its size allows."""
+    if settings.film_radius is None:
+        return settings
+    least = least_radius(settings.film.width, settings.film.height) * MARGIN
+    tight = abs(settings.film_radius) < least
+    return replace(settings, film_radius=math.copysign(least, settings.film_radius)) if tight else settings
 
 
 def _widest_f_number(settings: Settings) -> float:

@@ -208,8 +208,10 @@ def move_scale(most: float) -> Scale:
 
 @lru_cache(maxsize=16)
 def curvature_scale(least: float) -> Scale:
-    """Curvature of a film (1/mm) about a flat one, engraved with its radius (mm); least: its smallest radius."""
-    radii = [float(significant(least * times, 2)) for times in (1.0, 2.0, 6.0, 40.0)]
+    """Curvature of a film (1/mm) about a flat one, engraved with its radius (mm), from just above the `least`."""
+    step = 10.0 ** (math.floor(math.log10(least)) - 1)
+    tightest = math.ceil(1.02 * least / step) * step        # a rounded figure that is no tighter
+    radii = [float(significant(tightest * times, 2)) for times in (1.0, 2.0, 6.0, 40.0)]
     figures = tuple((1.0 / (sign * r), true_minus(significant(sign * r, 2))) for sign in (-1.0, 1.0) for r in radii)
     return _about_zero(1.0 / radii[0], format_film_curvature, read_film_curvature,
                        tuple(sorted((*figures, (0.0, "flat")))), ())

@@ -24,6 +24,11 @@ STEEPEST_SIDE = 0.9             # of the radius of a curved film, that its corne
 ACROSS = 17                     # points along each side, where the extent of a curved film is found
 
 
+def least_radius(width: float, height: float) -> float:
+    """The smallest radius (mm) to which a film of this width and height (mm) can be curved."""
+    return 0.5 * float(np.hypot(width, height)) / STEEPEST_SIDE
+
+
 @dataclass(frozen=True)
 class FilmPose:
     """Where a film lies behind a lens.
@@ -204,10 +209,11 @@ class FilmPose:
         corners = self.corners(width, height)
         if not self.is_curved:
             return corners
-        half = 0.5 * float(np.hypot(width, height))
-        if half > STEEPEST_SIDE * abs(self.radius):
-            raise FilmError(f"radius {significant(self.radius)} mm of the film: the corners lie {significant(half, 3)} "
-                            f"mm from its middle, which needs at least {significant(half / STEEPEST_SIDE, 3)} mm")
+        least = least_radius(width, height)
+        if abs(self.radius) < least:
+            raise FilmError(f"radius {significant(self.radius)} mm of the film: the corners lie "
+                            f"{significant(STEEPEST_SIDE * least, 3)} mm from its middle, which needs at least "
+                            f"{significant(least, 3)} mm")
         part = np.linspace(-0.5, 0.5, ACROSS)
         over = np.stack(np.meshgrid(part * width, part * height), -1).reshape(-1, 2)
         return np.concatenate([corners, self.points(over)])

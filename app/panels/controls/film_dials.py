@@ -12,7 +12,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import sentence
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.paragraph import small_note
-from lensbench.imaging.film_pose import STEEPEST_SIDE
+from lensbench.imaging.film_pose import least_radius
 from lensbench.kernels.figures import significant, true_minus
 
 
@@ -57,13 +57,13 @@ def film_dials(settings: Settings) -> Settings:
 
 def _least(settings: Settings) -> float:
     """The smallest radius (mm) to which this film can be curved."""
-    return 0.5 * math.hypot(settings.film_width, settings.film_height) * settings.crop / STEEPEST_SIDE
+    return least_radius(settings.film.width, settings.film.height)
 
 
 def _curvature(settings: Settings) -> Settings:
     """The dial of the film's curvature."""
     before = settings.film_pose.curvature
-    scale = dial_scales.curvature_scale(float(significant(1.02 * _least(settings), 2)))
+    scale = dial_scales.curvature_scale(_least(settings))
     after = dial("Curvature", before, scale, "Radius of a film that is curved as a sphere; with a minus its sides come "
                                              "nearer to the lens,\nas the sharp image of most lenses does. "
                                              "Overlays and a click take the film as flat")

@@ -33,6 +33,20 @@ def test_every_lens_of_the_library_takes_the_settings_of_another(name):
     assert constraints.constrained(settings) == settings
 
 
+@pytest.mark.parametrize("radius", [-30.0, 30.0])
+def test_a_larger_film_is_curved_as_tightly_as_its_corners_allow(radius):
+    curved = replace(START, film_radius=radius)
+    assert constraints.constrained(curved) == curved
+    wanted = constraints.with_film(curved, 56.0, 42.0)
+    with pytest.raises(lb.FilmError):
+        camera(wanted)
+    got = constraints.constrained(wanted)
+    camera(got)
+    assert got == replace(wanted, film_radius=got.film_radius)
+    assert got.film_radius == pytest.approx(math.copysign(35.0 / 0.9, radius), rel=2e-4)   # half the diagonal is 35 mm
+    assert constraints.constrained(got) == got
+
+
 def test_what_the_lens_can_do_is_left_alone():
     assert constraints.constrained(START) == START
 

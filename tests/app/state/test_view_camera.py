@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import lensbench as lb
 from lensbench.app.command.ignored_options import remarks
 from lensbench.app.files.settings_file import load_settings, save_settings
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
@@ -34,6 +35,13 @@ def test_settings_pose_the_film_and_are_kept(tmp_path):
     assert replace(POSED, camera="fisheye").film_pose.is_upright
     said = remarks(replace(POSED, camera="fisheye"), {"tilt"}, {"tilt": "tilt"}, None)
     assert "--tilt has no effect on the camera fisheye" in " ".join(said)
+
+
+@pytest.mark.parametrize("film", lb.FORMATS.values())
+def test_the_dial_of_curvature_ends_before_the_film_cannot_be_curved(film):
+    scale = curvature_scale(0.5 * math.hypot(*film) / 0.9)
+    for end in (scale.low, scale.high):
+        FilmPose(radius=1.0 / end).extent(*film)                # raises where it cannot be
 
 
 def test_settings_curve_the_film_and_the_section_shows_it(tmp_path):
