@@ -182,11 +182,15 @@ def _loading() -> Iterator[None]:
 
 def _view(arguments: argparse.Namespace) -> int:
     with _loading():
+        from lensbench.app.command.lens_options import say
         from lensbench.app.command.options import settings_from
         from lensbench.app.files.state_text import PREFIX as STATE
         from lensbench.app.state.settings import PICTURES
+        from lensbench.app.state.stop_picture import with_readable_stop
 
         settings = settings_from(arguments)
+        if arguments.stop_image is None:                # of a file or a text
+            settings = with_readable_stop(settings, say)
         asked = {name for name, value in vars(arguments).items() if value is not None} - {"command"}
         if not asked and _has_display():
             settings = _last_session(settings)
@@ -217,12 +221,14 @@ def _view(arguments: argparse.Namespace) -> int:
 
 def _last_session(otherwise: "Settings") -> "Settings":
     """The settings of the last session, if its lens and scene are still there."""
+    from lensbench.app.command.lens_options import say
     from lensbench.app.files.session_file import last_session
     from lensbench.app.state.constraints import constrained
+    from lensbench.app.state.stop_picture import with_readable_stop
 
     last = last_session()
     try:
-        return otherwise if last is None else constrained(last)
+        return otherwise if last is None else constrained(with_readable_stop(last, say))
     except (ValueError, OSError) as error:
         print(f"lensbench: the last session is not opened again: {escaped(str(error))}", file=sys.stderr)
         return otherwise

@@ -29,6 +29,7 @@ from lensbench.app.state.lens_choice import APERTURE, FILM, FOCUS, with_lens, wi
 from lensbench.app.state.lens_settings import LensSettings
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import PICTURES, Settings, SettingsError
+from lensbench.app.state.stop_picture import stop_picture
 from lensbench.app.state.text_values import read_angle
 from lensbench.app.state.zoom import asked_zoom
 from lensbench.kernels.figures import fixed
@@ -140,8 +141,9 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
              if spec(field).help and getattr(arguments, dest(field)) is not None}
     if arguments.scene is not None:
         asked["scene"] = _name_or_file(arguments.scene)
-    if "stop_image" in asked:
-        asked["stop_image"] = str(Path(asked["stop_image"]).resolve()) if asked["stop_image"] else ""
+    if asked.get("stop_image"):
+        asked["stop_image"] = str(Path(asked["stop_image"]).resolve())
+        stop_picture(asked["stop_image"])               # raises if it cannot be read
     if "f_number" in arguments:
         asked["f_number"] = arguments.f_number
     asked.pop("camera", None)

@@ -1,8 +1,10 @@
 """Picture files for the stop: the part of the light that passes, as linear light."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +13,9 @@ from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.picture.tone import linear
 from lensbench.app.state.setting import SettingsError
 from lensbench.kernels.quotation import excerpt
+
+if TYPE_CHECKING:
+    from lensbench.app.state.settings import Settings
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp")
 FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP")
@@ -24,6 +29,17 @@ def stop_picture(path: str) -> lb.StopImage:
     SettingsError where it cannot be read, is larger than MOST_PIXELS, or passes no light.
     """
     return _read(path, file_stamp(path))
+
+
+def with_readable_stop(settings: "Settings", say: Callable[[str], object]) -> "Settings":
+    """The settings without a picture in the stop that cannot be read; `say` receives a sentence on it."""
+    if settings.stop_image:
+        try:
+            stop_picture(settings.stop_image)
+        except SettingsError as error:
+            say(f"{error}; the stop opens without it")
+            return replace(settings, stop_image="")
+    return settings
 
 
 @keeps_last_good(8)

@@ -19,7 +19,7 @@ from lensbench.app.state.lens_choice import with_lens, with_scene
 from lensbench.app.state.lens_edit.editing import can_save_in_place
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.stop_picture import SUFFIXES, stop_picture
+from lensbench.app.state.stop_picture import SUFFIXES, stop_picture, with_readable_stop
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
 from lensbench.app.window.state import WindowState
@@ -156,6 +156,7 @@ class Files:
 
             say = self._state.view.say
             settings = read_settings(path, say) if kind == "picture" else load_settings(path, say)
+            settings = with_readable_stop(settings, say)
             constrained(settings)              # raises if the lens file is gone
             return settings
         if kind == "scene":

@@ -20,6 +20,7 @@ from lensbench.app.state.constraints import constrained
 from lensbench.app.state.figures import readings
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.stop_picture import with_readable_stop
 from lensbench.app.state.text_values import format_f_number
 from lensbench.app.window.comparing import Comparing
 from lensbench.app.window.state import WindowState
@@ -132,6 +133,7 @@ class Moments:
     def _take(self, settings: Settings) -> None:
         """The settings of a moment; their pixels only where the picture does not follow the window."""
         window = self._window
+        settings = with_readable_stop(settings, window.view.say)
         if window.view.follows:
             settings = replace(settings, pixels_x=window.history.present.pixels_x,
                                pixels_y=window.history.present.pixels_y)

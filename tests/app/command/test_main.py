@@ -123,6 +123,19 @@ def test_the_bench_opens_as_it_was_closed_unless_something_is_asked_for(viewed, 
     assert main([]) == 0 and viewed[2][0] == Settings()
 
 
+def test_the_bench_opens_without_a_picture_in_the_stop_that_is_gone(viewed, capsys, tmp_path):
+    last = replace(Settings(), f_number=8.0, stop_image=str(tmp_path / "gone.png"))
+    save_session(last)
+    assert main([]) == 0
+    assert viewed[0][0] == replace(last, stop_image="")
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "gone.png" in said and "opens without it" in said
+    assert main(["view", "--settings", str(session_path())]) == 0 and viewed[1] == viewed[0]
+    assert "opens without it" in capsys.readouterr().err
+    assert main(["view", LENS, "--stop-image", last.stop_image]) == 2
+    assert "No such file" in capsys.readouterr().err and len(viewed) == 2
+
+
 def test_a_state_text_opens_the_bench(viewed, capsys):
     state = replace(Settings(), f_number=4.0, scene="room", pixels_x=300, pixels_y=200)
     assert settings_of(viewed, state_text(state)) == state

@@ -12,7 +12,7 @@ from lensbench.app.state.build import design
 from lensbench.app.state.ideal_cameras import _stop
 from lensbench.app.state.setting import SettingsError
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.stop_picture import stop_picture
+from lensbench.app.state.stop_picture import stop_picture, with_readable_stop
 
 
 def saved(folder, name, pixels, mode=None):
@@ -44,6 +44,15 @@ def test_pictures_that_cannot_be_are_one_clear_line(tmp_path, monkeypatch):
     monkeypatch.setattr("lensbench.app.state.stop_picture.MOST_PIXELS", 63)
     with pytest.raises(SettingsError, match="million pixels"):
         stop_picture(large)
+
+
+def test_settings_open_without_a_picture_that_cannot_be_read(tmp_path):
+    said = []
+    gone = replace(Settings(), f_number=4.0, stop_image=str(tmp_path / "gone.png"))
+    assert with_readable_stop(gone, said.append) == replace(gone, stop_image="")
+    assert len(said) == 1 and said[0].endswith("No such file or directory; the stop opens without it")
+    there = replace(gone, stop_image=saved(tmp_path, "there.png", np.full((2, 2), 255, np.uint8)))
+    assert with_readable_stop(there, said.append) == there and len(said) == 1
 
 
 def test_settings_carry_the_picture_in_place_of_blades_and_find_it_beside_their_file(tmp_path):

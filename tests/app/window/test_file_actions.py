@@ -10,6 +10,8 @@ from PIL.PngImagePlugin import PngInfo
 
 from lensbench import lenses
 from lensbench.app.files.export import read_settings
+from lensbench.app.files.settings_file import save_settings
+from lensbench.app.files.state_text import state_text
 from lensbench.app.state.build import design
 from lensbench.app.state.request import Request
 from lensbench.app.window.file_actions import QUESTIONS
@@ -229,6 +231,24 @@ def test_an_export_that_cannot_be_written_says_why(drive, tmp_path):
         assert "there is no folder" in hand.session.view.messages[0]
         hand.ctx.yield_(5)
         assert len(hand.session.view.messages) == 1 and hand.settings == SMALL
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_settings_and_states_open_without_a_picture_in_the_stop_that_is_gone(drive, tmp_path):
+    gone = replace(SMALL, f_number=4.0, stop_image=str(tmp_path / "gone.png"))
+    save_settings(tmp_path / "gone.toml", gone)
+
+    def use(hand):
+        hand.picture()
+        for f_number, take in ((4.0, lambda: hand.session.files.open(tmp_path / "gone.toml")),
+                               (8.0, lambda: hand.session.moments.paste(state_text(replace(gone, f_number=8.0))))):
+            hand.session.view.notices.forget()
+            take()
+            hand.picture()
+            assert (hand.settings.f_number, hand.settings.stop_image) == (f_number, "")
+            assert len(hand.session.view.messages) == 1 and "gone.png" in hand.session.view.messages[0]
 
     drive(use)
 
