@@ -8,6 +8,7 @@ import math
 from collections.abc import Collection
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.settings import Settings, placed
+from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.cache import resumable
 from lensbench.optics.system import FieldKind
 
@@ -28,6 +30,7 @@ LOCKS = (FILM, APERTURE, FOCUS)
 SUBJECT_DISTANCE = 1200.0       # from the home of the camera, of scenes that state no subject
 FRAME = 520.0                   # of the scene at the subject, along the shorter side of the film
 NEAREST = 250.0                 # a shorter distance would put a wide lens into the subject
+CLOSE = 0.99                    # of the wanted distance: a nearer camera is said
 ROOM = 150.0                    # kept free behind the camera
 COVERED = 0.92                  # of a film's diagonal that an image circle must reach: corners may be dark
 USUAL = (36.0, 24.0)
@@ -189,13 +192,42 @@ def subject_height(scene: str) -> float:
 
 def _before_subject(settings: Settings) -> Settings:
     """The camera moved along its direction until the subject stands framed before it, and focused there."""
+    place = _place(settings)
+    return settings if place is None else replace(settings, position=place.position, focus_distance=place.distance)
+
+
+def in_the_way(settings: Settings) -> str:
+    """What keeps a camera that was placed before the subject from framing it, in a sentence; "" where nothing does."""
+    try:
+        place = _place(settings) if settings.has_lens else None
+    except (ValueError, OSError):                   # the worker reports it
+        return ""
+    if place is None or settings.position != place.position or not place.distance < CLOSE * place.wanted:
+        return ""
+    return (f"An object of the scene stands in the way: the camera is {format_distance(place.distance)} from the "
+            f"subject, which this lens would frame from {format_distance(place.wanted)}")
+
+
+class _Place(NamedTuple):
+    """A place of the camera before the subject: its distances there, and where it would frame the subject (mm)."""
+
+    position: tuple[float, float, float]
+    distance: float
+    wanted: float
+
+
+def _place(settings: Settings) -> _Place | None:
+    """The place for the camera's direction; None for a lens that cannot focus.
+
+    LensFileError or OSError if the lens cannot be read.
+    """
     try:
         lens = design(settings)
         fo, nearest = lb.first_order(lens), lb.nearest_focus(lens)
     except lb.LensError:
-        return settings
+        return None
     if not (math.isfinite(fo.efl) and fo.efl > 0.0 and math.isfinite(nearest)):
-        return settings
+        return None
     subject = subject_distance(settings.scene)
     magnification = min(settings.film.width, settings.film.height) / subject_height(settings.scene)
     framed = _framed(fo, lens.length, magnification)
@@ -204,9 +236,10 @@ def _before_subject(settings: Settings) -> Settings:
         framed = _framed(lb.first_order(near), near.length, magnification)
     back = placed((0.0, 0.0, 0.0), settings.yaw, settings.pitch)[:3, 2]
     point = np.array([0.0, 0.0, -subject])
-    distance = max(min(max(framed, NEAREST), _free(settings.scene, point, back)), nearest * MARGIN)
+    wanted, nearest = max(framed, NEAREST), nearest * MARGIN
+    distance = max(min(wanted, _free(settings.scene, point, back)), nearest)
     x, y, z = (float(value) for value in point + distance * back)
-    return replace(settings, position=(x, y, z), focus_distance=distance)
+    return _Place((x, y, z), distance, wanted)
 
 
 def _framed(fo: lb.FirstOrder, length: float, magnification: float) -> float:

@@ -200,6 +200,7 @@ class Session(WindowState):
         self.apply()
         self.comparing.advance(busy)
         self.say_of_scene()
+        self.say_of_place()
         self.editing.advance(held)
         self._heap.advance(monotonic())
 

@@ -24,6 +24,7 @@ from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.panels.light_field.controller import LightFieldController
 from lensbench.app.state.build import published, wavelength_remark
 from lensbench.app.state.constraints import coarser, longer_side_within, showable, with_longer_side
+from lensbench.app.state.lens_choice import in_the_way
 from lensbench.app.state.request import Request
 from lensbench.app.state.scene_assets.scene_findings import scene_findings
 from lensbench.app.state.scene_file import cached_scene
@@ -63,6 +64,8 @@ class WindowState:
         self.light_field = LightFieldController(self.view, self.presenter, settings, self.requests, self.wake)
         self.watch = FileWatch()
         self._scene_said, self._of_scene = "", list[str]()      # the scene of the picture, and the notes on it
+        self._placed: tuple | None = None      # lens, scene and place of the camera,
+        self._of_place = ""                             # and the note on them
         self.remember = remember                        # layout, theme and recent files, beyond this session
         self.export = ExportDialog(self.wake)
         self.dark = True
@@ -211,6 +214,21 @@ class WindowState:
             self._of_scene = [f"{Path(name).name}: {finding}" for finding in scene_findings(cached_scene(name))]
             for text in self._of_scene:
                 self.view.say(text, note=True)
+
+    def say_of_place(self) -> None:
+        """Show what keeps the camera nearer to the subject than its lens would frame it, as long as it stands there."""
+        present = self.history.present
+        place = present.lens, present.scene, present.position
+        if place == self._placed:
+            return
+        try:
+            found = in_the_way(present)
+        except NotCompiledError:                        # asked for again in the next frame
+            return
+        self.view.notices.forget(lambda notice: notice.text == self._of_place)
+        self._placed, self._of_place = place, found
+        if found:
+            self.view.say(self._of_place, lens=present.lens)
 
     # The window
 

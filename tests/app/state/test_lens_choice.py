@@ -15,6 +15,7 @@ from lensbench.app.state.lens_choice import (
     FRAME,
     LOCKS,
     image_circle,
+    in_the_way,
     own_film,
     subject_distance,
     with_lens,
@@ -83,6 +84,16 @@ def test_a_camera_between_keyframes_keeps_its_place():
 
 def test_a_camera_without_a_lens_becomes_one_with_a_lens():
     assert with_lens(replace(HAND, camera="perspective"), LENS).camera == "lens"
+
+
+def test_what_stands_between_the_subject_and_its_camera_is_said():
+    held = with_lens(replace(Settings(), scene="room"), FAR)
+    assert in_the_way(held).endswith("the camera is 2.55 m from the subject, which this lens would frame from 5.96 m")
+    free = with_lens(Settings(), FAR)
+    locked = with_lens(replace(Settings(), scene="room"), FAR, {"focus"})
+    moved = replace(held, position=(0.0, 0.0, 900.0))
+    gone = replace(held, lens="/no-such-folder/gone.zmx")
+    assert [in_the_way(each) for each in (free, locked, moved, gone, replace(held, camera="perspective"))] == [""] * 5
 
 
 def test_a_scene_opens_beside_a_lens_that_cannot_be_read():

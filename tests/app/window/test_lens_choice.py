@@ -1,5 +1,7 @@
 """Choosing a lens in the window: at its best, one step of undo, and what the padlocks keep."""
 
+from dataclasses import replace
+
 import pytest
 from imgui_bundle import imgui
 
@@ -9,6 +11,29 @@ from tests.app.conftest import SMALL
 
 UNDO = imgui.Key.mod_ctrl | imgui.Key.z
 FILE = str(catalogue.path_of("pbrt-telephoto-250mm"))
+
+
+@pytest.mark.slow
+def test_a_camera_that_something_keeps_near_the_subject_says_so_while_it_stands_there(drive):
+    def use(hand):
+        hand.picture()
+        hand.session.dropped(None, [FILE])
+        hand.ctx.yield_(3)
+        said = "stands in the way"
+        assert not any(said in message for message in hand.session.view.messages)
+        hand.ctx.item_click("//Controls/##Scene")
+        hand.ctx.item_click("**/Room")
+        hand.session.dropped(None, [FILE])
+        hand.ctx.yield_(3)
+        assert hand.settings == with_lens(replace(SMALL, scene="room"), FILE)
+        assert sum(said in message for message in hand.session.view.messages) == 1
+        hand.press(imgui.Key.home)
+        assert hand.settings.position == (0.0, 0.0, 0.0)
+        assert not any(said in message for message in hand.session.view.messages)
+        hand.press(UNDO)
+        assert sum(said in message for message in hand.session.view.messages) == 1
+
+    drive(use)
 
 
 @pytest.mark.slow
