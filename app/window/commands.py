@@ -54,11 +54,11 @@ def redo(state: WindowState) -> None:
 
 
 def reset_all(state: WindowState) -> None:
-    """All settings at their defaults, but lens and scene."""
+    """All settings at their defaults, but lens and scene, which is seen as it opens."""
     present = state.history.present
     try:
-        state.edited = constrained(replace(Settings(), lens=present.lens, edited=present.edited,
-                                           scene=present.scene))
+        plain = constrained(replace(Settings(), lens=present.lens, edited=present.edited))
+        state.edited = with_scene(plain, present.scene)
     except (ValueError, OSError):
         state.edited = Settings()
     state.history.edit(state.edited, False, 0.0)

@@ -13,7 +13,9 @@ from lensbench.app.display.presenter import _first_mark
 from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.panels.image.overlays import Mark
 from lensbench.app.state.lens_choice import with_scene
-from lensbench.app.window.commands import reset_camera
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.undo import History
+from lensbench.app.window.commands import reset_all, reset_camera
 from lensbench.app.workers.render_update import RenderUpdate
 from tests.app.conftest import SMALL
 
@@ -58,6 +60,9 @@ def test_the_camera_goes_back_to_where_a_scene_with_a_stated_subject_opens():
     state = SimpleNamespace(edited=moved, chooser=Chooser())
     reset_camera(state)
     assert state.edited == opened
+    state.history = History(replace(moved, tilt=0.1, exposure=2.0))
+    reset_all(state)
+    assert state.edited == with_scene(Settings(), "dusk-street") == state.history.present
 
 
 @pytest.mark.slow
