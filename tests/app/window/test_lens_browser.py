@@ -9,6 +9,7 @@ from imgui_bundle import imgui
 from PIL import Image
 
 from lensbench.app.state.lens_choice import with_lens
+from lensbench.app.state.request import Request
 from lensbench.app.window import lens_browsing
 from tests.app.conftest import SMALL
 
@@ -61,6 +62,33 @@ def test_escape_returns_to_the_lens_before_and_arrows_try(drive):
         hand.press(Key.escape)
         assert hand.settings == SMALL and not hand.session.browsing.is_open
         assert not hand.session.history.can_undo
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("close", ["escape", "enter", "button", "other lens"])
+def test_the_render_goes_on_after_the_grid_has_scrolled_however_the_browser_is_closed(drive, monkeypatch, close):
+    """The grid counts as scrolling for ever here: the render, which is held meanwhile, goes on by the closing alone."""
+    def use(hand):
+        opened(hand)
+        browsing, worker = hand.session.browsing, hand.session.worker
+        if close == "other lens":
+            hand.press(Key.down_arrow)
+        hand.wait(lambda: browsing._picture_is_ready, "a picture")
+        monkeypatch.setattr(lens_browsing, "REST", 1e9)
+        browsing._scrolled = lens_browsing.perf_counter()
+        hand.ctx.yield_(3)
+        assert browsing.occupies_processor and worker._held
+        if close == "button":
+            hand.session.requests.add(Request.BROWSE_LENSES)
+        else:
+            hand.press(Key.enter if close == "enter" else Key.escape)
+        hand.ctx.yield_(3)
+        assert not browsing.is_open and not worker._held
+        hand.session.take(replace(hand.settings, f_number=8.0))
+        hand.picture()
+        assert hand.session.presenter.update.samples == SMALL.samples
 
     assert drive(use).view.messages == []
 
