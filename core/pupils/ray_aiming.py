@@ -159,8 +159,8 @@ class Aim:
                  N: -self.film_distance * size}
         on_stop = self._to_stop.run(given, [X, Y], 3 * n).T - self.lens.vertex(self.lens.stop_index)[:2]
         here, beside, above = (on_stop / radius).reshape(3, n, 2)
-        (a, c), (b, d) = ((beside - here) / small).T, ((above - here) / small).T
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):        # the point of a lost ray is not finite
+            (a, c), (b, d) = ((beside - here) / small).T, ((above - here) / small).T
             inverse = np.array([[d, -b], [-c, a]]) / (a * d - b * c)
         return here, inverse.transpose(2, 0, 1)
 
