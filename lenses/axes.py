@@ -1,7 +1,7 @@
 """Places of surfaces along axes that break: decentres and tilts of a design file as poses of the surfaces of a lens.
 
-A file walks along a local axis, which decentres and tilts move; a lens has one axis, and poses. Lengths are in the
-file's unit, angles in radians.
+A file places surfaces along a local axis, which decentres and tilts move; a lens has one axis, and poses. Lengths are
+in the unit of the file, angles in radians.
 """
 
 from collections.abc import Sequence
@@ -33,7 +33,8 @@ class AxesError(ValueError):
 class Break:
     """A decentre and a tilt (3, 3) of the axis, then a way along it.
 
-    tilt_first: the decentre is along the new axes. line: of the file, from 1.
+    tilt_first: the decentre is along the new axes. line: of the file, from 1. number: of the break, by which the
+    configurations of the file name it.
     """
 
     decentre: tuple[float, float, float]
@@ -41,6 +42,7 @@ class Break:
     tilt_first: bool = False
     distance: float = 0.0
     line: int | None = None
+    number: int = -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +131,16 @@ def in_one_line(places: Sequence[Place], image: Place, round_: Sequence[bool]) -
     return heights[0], [end - start for start, end in zip(heights, ends, strict=True)], poses
 
 
+def alike(poses: Sequence[SurfacePose | None], others: Sequence[SurfacePose | None]) -> bool:
+    """Whether the poses of surfaces are the same but for rounding."""
+    def numbers(pose: SurfacePose | None) -> np.ndarray:
+        return np.zeros(5) if pose is None else np.array([pose.decentre_x, pose.decentre_y, pose.tilt_x, pose.tilt_y,
+                                                          pose.pivot])
+
+    one, two = (np.array([numbers(pose) for pose in each]) for each in (poses, others))
+    return bool(np.abs(one - two).max(initial=0.0) <= 1e2 * ROUNDING * max(1.0, np.abs(one[:, :2]).max(initial=0.0)))
+
+
 def _tilts(place: Place) -> tuple[float, float]:
     """Tilts about x and y of the pose with the axis of a place."""
     x, y, z = place.axes[:, 2].tolist()
@@ -161,7 +173,7 @@ def body(lens: Lens, i: int) -> tuple[int, int] | None:
 
 
 def lead(lens: Lens, i: int) -> float:
-    """How far (mm) the vertex of surface i, if it begins a body, stands behind its place in line; else 0."""
+    """Distance (mm) of the vertex of surface i behind its place in line, if the surface begins a body; else 0."""
     moved = body(lens, i) if i < len(lens.surfaces) else None
     return float(lens.vertex(i)[2]) - lens.vertices[i] if moved and moved[0] == i else 0.0
 

@@ -39,7 +39,7 @@ class Configurations:
         return self.values.get((quantity, surface), {}).get(1)
 
     def stations(self, row_of: Callable[[int], int | None], stop: int | None, distance: float) -> list[Station]:
-        """The configurations, with gaps by the row of their surface; empty if there is only one.
+        """The configurations, with gaps by the row of their surface, or by the coordinate break; empty if there is one.
 
         distance: of the object, if it is the same in all.
         """
@@ -52,9 +52,12 @@ class Configurations:
                     station.aperture = value
                     continue
                 row = row_of(surface)
-                if value is None or row is None:
+                if value is None:
                     continue
-                if quantity == "gap" and surface == 0:
+                if row is None:                         # a coordinate break
+                    if quantity == "gap":
+                        station.ways[surface] = value
+                elif quantity == "gap" and surface == 0:
                     station.distance = inf if abs(value) >= FAR else value
                 elif quantity == "gap":
                     station.gaps[row] = value

@@ -7,12 +7,12 @@ is kept in `Lens.system`, and the gap before the image is the back focus.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import inf, isfinite, isinf
+from math import inf, isclose, isfinite, isinf
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses import toroids
 from lensbench.lenses.aperture import axial_ray, with_stated_aperture
-from lensbench.lenses.axes import START, AxesError, Break, in_one_line
+from lensbench.lenses.axes import START, AxesError, Break, alike, in_one_line
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.paraxial import FAR, focal_length, reference_wavelength
 from lensbench.lenses.rims import estimate_rims
@@ -204,28 +204,48 @@ class Design:
         """Give the surfaces of a broken axis their poses along one line; LensFileError where none has their place."""
         if not any(row.breaks or row.aside or row.behind for row in self.rows):
             return
+        lead, thicknesses, poses, line = self._in_one_line(Station())
+        followed, rounding = {solve.surface for solve in self.solves}, 1e-9 * sum(map(abs, thicknesses[:-1]))
+        if any(solve.kind != "image" for solve in self.solves):
+            self.found(Kind.POSITION, "gaps that follow from others are those of the first position: the axis breaks",
+                       severity=Severity.WARNING)
+            self.solves = [solve for solve in self.solves if solve.kind == "image"]
+        for k, station in enumerate(self.stations, start=1):
+            lead_here, gaps, others = self._in_one_line(station)[:3]
+            if not alike(poses, others):
+                raise LensFileError(self.path, line, f"position {k} has other tilts or decentres than the first: a "
+                                                     "lens has the same in all positions")
+            gaps = [gap if not isclose(gap, kept, abs_tol=rounding) else kept
+                    for gap, kept in zip(gaps, thicknesses, strict=True)]
+            station.gaps = {row: gap for row, gap in enumerate(gaps, start=1) if row in station.gaps or (
+                row not in followed and gap != thicknesses[row - 1])}
+            station.distance += lead_here
+        self.rows[0].thickness += lead
+        for row, gap, pose in zip(self.rows[1:-1], thicknesses, poses, strict=True):
+            row.thickness, row.pose = gap, pose
+
+    def _in_one_line(self, station: Station) -> tuple[float, list[float], list[SurfacePose | None], int | None]:
+        """Z of the first vertex in line, thicknesses and poses in a position, and the line of the last break."""
         place, places, lines = START, [], []            # of the last break up to each surface
         line = None
-        for row in self.rows[1:]:
+        for i, row in enumerate(self.rows[1:], start=1):
             for each in row.breaks:
-                place, line = place.broken(each), each.line
+                line, way = each.line, station.ways.get(each.number, each.distance)
+                place = place.broken(replace(each, distance=way))
             line = line if row.aside is None else row.aside.line
             places.append(place if row.aside is None else place.broken(row.aside))
             lines.append(line)
             if row.behind is not None:
                 place, line = place.broken(row.behind), row.behind.line
-            place = place.along(row.thickness if isfinite(row.thickness) else 0.0)
-        if self.stations:
-            raise LensFileError(self.path, lines[-1], "tilts and decentres are not read from a file with several "
-                                                      "positions")
+            way = station.gaps.get(i, row.thickness)
+            place = place.along(way if isfinite(way) else 0.0)
         try:
-            first, gaps, poses = in_one_line(places[:-1], places[-1],
-                                             [row.curvature_x is None for row in self.rows[1:-1]])
+            lead, gaps, poses = in_one_line(places[:-1], places[-1],
+                                            [row.curvature_x is None for row in self.rows[1:-1]])
         except AxesError as error:
             raise LensFileError(self.path, lines[error.place], str(error)) from None
-        self.rows[0].thickness += first
-        for row, gap, pose in zip(self.rows[1:-1], gaps, poses, strict=True):
-            row.thickness, row.pose = gap if isfinite(row.thickness) else row.thickness, pose
+        return lead, [gap if isfinite(row.thickness) else row.thickness
+                      for row, gap in zip(self.rows[1:-1], gaps, strict=True)], poses, lines[-1]
 
     def _wavelength(self, surfaces: list[Row]) -> float:
         """Wavelength (µm) of the paraxial rays: the primary one if all glasses are known there."""

@@ -10,6 +10,7 @@ from lensbench.lenses import catalogue
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats.table import READERS, UTF8_SUFFIXES, WRITERS
+from lensbench.lenses.stop_picture import with_picture_beside
 from lensbench.optics.finding import Finding
 from lensbench.optics.prescription import Lens
 
@@ -59,7 +60,8 @@ def load(name_or_path: str | os.PathLike[str], zoom: float | None = None, close:
 def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
     """Write a lens in the format of the suffix.
 
-    The file is written beside its place and then moved there: an old one survives whatever goes wrong.
+    The file is written beside its place and then moved there: an old one survives whatever goes wrong. A picture in the
+    stop is kept as a file in the same folder, which a .toml file names; it is copied there if it lies elsewhere.
 
     Parameters
     ----------
@@ -83,6 +85,7 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
     if writer is None:
         raise LensFileError(path, None, f"lens files of type {path.suffix or 'none'} cannot be written; "
                                         f"supported are {', '.join(WRITERS)}")
+    lens, placed = with_picture_beside(lens, path) if path.suffix.lower() == ".toml" else (lens, [])
     text, remarks = writer(lens)
     beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
     try:
@@ -97,7 +100,7 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
     finally:
         with suppress(OSError, ValueError):
             beside.unlink()
-    return remarks
+    return (*remarks, *placed)
 
 
 def _is_path(text: str) -> bool:

@@ -225,7 +225,7 @@ def glass_loss(glass: Glass, i: int, with_maker: bool = False,
 
 
 def without_picture(lens: Lens) -> Finding:
-    """The finding about a picture in the stop, which no lens file holds."""
+    """The finding about a picture in the stop, which no other format holds."""
     return note(Kind.STOP, "the picture in the stop is left out: it is written as the circle about it", lens.stop_index)
 
 

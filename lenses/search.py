@@ -19,6 +19,7 @@ from lensbench.lenses.catalogue import Card
 WEIGHTS = (("title", 8.0), ("kind", 5.0), ("maker", 4.0), ("designer", 4.0), ("patent", 3.0), ("year", 3.0),
            ("name", 2.0), ("source", 1.5), ("notes", 0.5))
 INSIDE, AT_START, WHOLE = 1.0, 2.0, 4.0         # weight of a text within a word, at its start, and of a whole word
+PRIME, NOMINAL = 12.0, 0.05                     # of the focal length of a prime lens; an “85 mm” may have 82.45 mm
 NEAR_YEARS = 10                                 # a year also finds lenses this many years before and after it
 ROUNDED = 1.02                                  # an engraved f/2 may be f/2.03
 ALIKE = 0.75                                    # of a word that no card has, to the one that it is read as
@@ -54,8 +55,9 @@ def searched(cards: Sequence[Card], text: str) -> tuple[Card, ...]:
         In the order in which equally relevant ones are to stand.
     text : str
         Words, or beginnings of words, of title, kind, maker, designer, patent, year, name, source and notes, in any
-        order. Case, accents and commas do not count. A year also finds lenses of the ten years around it. A word
-        without digits that occurs nowhere is read as the word most like it.
+        order. Case, accents and commas do not count. A year also finds lenses of the ten years around it; a focal
+        length puts prime lenses before zooms whose range ends there. A word without digits that occurs nowhere is
+        read as the word most like it.
 
     Returns
     -------
@@ -95,6 +97,9 @@ def _score(card: Card, word: str) -> float:
             words = text.split()
             place = WHOLE if word in words else AT_START if any(each.startswith(word) for each in words) else INSIDE
             best = max(best, weight * place)
+    if best and not card.zooms and card.efl and re.fullmatch("[0-9]{1,4}", word) and (
+            abs(card.efl - int(word)) <= NOMINAL * int(word)):
+        best += PRIME                               # before zooms whose range ends there
     if card.year is not None and re.fullmatch("1[89][0-9]{2}|20[0-9]{2}", word):
         best = max(best, 12.0 * max(0.0, 1.0 - abs(card.year - int(word)) / (NEAR_YEARS + 1.0)))
     return best

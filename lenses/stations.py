@@ -25,7 +25,8 @@ SAME = 1e-6             # share of a gap: the solve of another program differs f
 class Station:
     """One configuration: gaps by surface, object distance before the first vertex, and stated figures.
 
-    aperture: value of the lens's stated aperture in this configuration; None: that of the lens.
+    aperture: value of the lens's stated aperture in this configuration; None: that of the lens. ways: along the axes
+    behind the coordinate breaks of a file, by their numbers.
     """
 
     gaps: dict[int, float] = field(default_factory=dict)
@@ -35,6 +36,7 @@ class Station:
     f_number: float | None = None
     name: str = ""
     aperture: float | None = None
+    ways: dict[int, float] = field(default_factory=dict)
 
     @property
     def is_far(self) -> bool:

@@ -7,7 +7,7 @@
 //      headroom  of a picture that a sensor recorded, whose values end at 1: stops from there to the curve's white; else 0
 // out  sRGB in [0, 1]
 //
-// The constants of the curves stand in app/state/tone.py, with their meaning; they are inserted after #version, and so are
+// app/state/tone.py has the constants of the curves, with their meaning; they are inserted after #version, and so are
 // TONE and OVERLAY: software renderers compute both sides of every branch, so that a program holds only what it shows.
 
 #define FILMIC 1
@@ -27,6 +27,7 @@ uniform float coc_focus;                // 1/mm
 uniform float coc_offset;               // mm
 uniform float coc_power;                // 1/mm, of the lens: a tilted film adds lean · (coc_power − 1/(…)) to the difference
 uniform vec3 coc_leans;                 // lean = x + y · across + z · down, for parts of the picture
+uniform vec4 coc_curve;                 // of a curved film: curvature (1/mm), width, height (mm), and lean per mm of its depth
 uniform float sharp;                    // diameter in pixels below which a thing counts as in focus
 uniform float stripe;                   // width of a zebra stripe, pixels of the picture
 uniform vec3 amber, nearer, farther;    // colours of what is in focus, before and behind it, sRGB
@@ -76,8 +77,10 @@ vec3 developed(ivec2 at) {
 // The circle of confusion in pixels, negative for what lies before the focus; nearer than 1 mm counts as 1 mm.
 float circle(ivec2 at) {
     float nearness = 1.0 / max(texelFetch(picture, at, 0).a - coc_offset, 1.0);
-    vec2 part = (vec2(at) + 0.5) / vec2(textureSize(picture, 0));
-    return coc_gain * (coc_focus - nearness + dot(coc_leans, vec3(1.0, part)) * (coc_power - nearness));
+    vec2 part = (vec2(at) + 0.5) / vec2(textureSize(picture, 0)), film = (part - 0.5) * coc_curve.yz;
+    float r2 = dot(film, film), c = coc_curve.x;
+    float lean = dot(coc_leans, vec3(1.0, part)) + coc_curve.w * c * r2 / (1.0 + sqrt(max(1.0 - c * c * r2, 0.0)));
+    return coc_gain * (coc_focus - nearness + lean * (coc_power - nearness));
 }
 
 void main() {

@@ -16,8 +16,9 @@ uniform sampler2D picture;
 uniform float coc_gain;                 // pixels · mm:  CoC = coc_gain |1/(distance − coc_offset) − coc_focus|
 uniform float coc_focus;                // 1/mm
 uniform float coc_offset;               // mm
-uniform float coc_power;                // 1/mm, of the lens; with coc_leans for a tilted film, as in develop.frag
+uniform float coc_power;                // 1/mm, of the lens; with coc_leans and coc_curve for a film out of line, as in develop.frag
 uniform vec3 coc_leans;
+uniform vec4 coc_curve;
 uniform float share;
 
 out vec4 light;
@@ -25,8 +26,9 @@ out vec4 light;
 // The radius of the softening where what is seen is so far away; nearer than 1 mm counts as 1 mm.
 float reach(float distance, ivec2 at) {
     float nearness = 1.0 / max(distance - coc_offset, 1.0);
-    vec2 part = (vec2(at) + 0.5) / vec2(textureSize(picture, 0));
-    float lean = dot(coc_leans, vec3(1.0, part));
+    vec2 part = (vec2(at) + 0.5) / vec2(textureSize(picture, 0)), film = (part - 0.5) * coc_curve.yz;
+    float r2 = dot(film, film), c = coc_curve.x;
+    float lean = dot(coc_leans, vec3(1.0, part)) + coc_curve.w * c * r2 / (1.0 + sqrt(max(1.0 - c * c * r2, 0.0)));
     return min(share * coc_gain * abs(nearness - coc_focus - lean * (coc_power - nearness)), LARGEST);
 }
 

@@ -14,11 +14,12 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.cameras.base import Camera
-from lensbench.cameras.protocol import CameraProtocol
 from lensbench.lenses import editing
 from lensbench.scenery.objects.shape import Shape
 
-CONTRACTS = {"lensbench.scenery.objects": Shape, "lensbench.cameras.protocol": Camera}    # where members are documented
+# Classes that document members of others, by the modules of the others
+CONTRACTS = {"lensbench.scenery.objects": Shape, **dict.fromkeys((
+    f"lensbench.cameras.{part}" for part in ("camera_stages", "ray_generation", "film_projection")), Camera)}
 
 
 def sections(text):
@@ -71,8 +72,8 @@ def class_faults(cls):
     fields = set().union(*(described(sections(each.__doc__)) for each in contract))
     if not inspect.getdoc(cls):
         yield name, "no docstring"
-    if not issubclass(cls, enum.Enum | BaseException) and cls is not CameraProtocol:
-        found = [sections(each.__doc__) for each in cls.__mro__ if each.__doc__ and each is not object]
+    if not issubclass(cls, enum.Enum | BaseException):
+        found = [sections(each.__doc__) for each in [*cls.__mro__, *contract] if each.__doc__ and each is not object]
         known = set().union(*map(described, found))
         for argument in inspect.signature(cls).parameters:
             if argument not in known:
@@ -105,7 +106,10 @@ def faults():
         room = importlib.import_module(found.name)
         offered |= {f"{found.name}.{name}": value for name, value in vars(room).items()
                     if not name.startswith("_") and getattr(value, "__module__", None) == found.name}
-    for name, value in {**offered, "CameraProtocol": CameraProtocol}.items():
+    for base in {base for value in offered.values() if inspect.isclass(value) for base in value.__mro__[1:]}:
+        if base.__module__.startswith("lensbench") and base not in offered.values():
+            offered[f"{base.__module__}.{base.__name__}"] = base        # its members are members of what is offered
+    for name, value in offered.items():
         if inspect.isclass(value):
             yield from class_faults(value)
         elif inspect.isfunction(value) and value.__module__.startswith("lensbench") and name != "analysis.lazy_names":

@@ -176,7 +176,7 @@ def soak(minutes: float, seed: int) -> tuple[list[tuple[float, float]], list[str
 
     failures: list[str] = []
 
-    def failed(*error: Any) -> None:
+    def failed(*error: Any, **ignored: Any) -> None:
         failures.append("".join(traceback.format_exception(*error[-3:] if len(error) > 1 else error)))
         print(failures[-1], flush=True)
 

@@ -13,7 +13,7 @@ MOST_VIEWS = 999
 
 
 def read_views(text: str) -> tuple[int, int]:
-    """“9x9”: views across and down."""
+    """Views across and down, from a text such as “9x9”; ValueError for other texts."""
     match = re.fullmatch(r"\s*(\d{1,3})\s*[x×]\s*(\d{1,3})\s*", text.lower())
     if match is None or not (int(match[1]) and int(match[2])):
         raise ValueError(f"“{text}”: type views across and down, 1 to {MOST_VIEWS}, such as 9x9")

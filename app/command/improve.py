@@ -93,9 +93,11 @@ def improve(arguments: argparse.Namespace) -> int:
             print(f"surface {i:2}  {name:14}  {whole(document.surfaces[i], quantity)[:12]} -> "
                   f"{whole(after.surfaces[i], quantity)[:12]}")
     if arguments.output is not None:
+        from lensbench.lenses import Kind
+
         path = Path(arguments.output)
         for remark in write_document(after, path):
-            print(f"Not kept: {remark}", file=sys.stderr)
+            print(f"{'Also' if remark.kind is Kind.BESIDE else 'Not kept'}: {remark}", file=sys.stderr)
     return 0
 
 

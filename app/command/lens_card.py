@@ -26,13 +26,16 @@ def lens_card(lens: Lens) -> dict[str, Any]:
     -------
     dict
         Lengths in mm. `glasses` has a row for each medium that is no air, with the surface before it; `estimated` the
-        keys of the figures that follow from `estimates`; `check` the findings of `lenses.check`.
+        keys of the figures that follow from `estimates`; `system` the system data, `designed` the same in words;
+        `check` the findings of `lenses.check`.
     """
     from lensbench import lenses
     from lensbench.lenses.counts import counts
+    from lensbench.lenses.system_text import system_rows
 
     return {"maker": lens.maker, "designer": lens.designer, "patent": lens.patent, "film_size": lens.film_size,
             "notes": lens.notes, **asdict(counts(lens)), "estimates": lens.estimates,
+            "system": asdict(lens.system), "designed": dict(system_rows(lens.system)),
             "estimated": [key for word, keys in ESTIMATED.items() if word in lens.estimates for key in keys],
             "glasses": [{"surface": i, "name": front.glass.name, "n_d": front.glass.n_d, "v_d": front.glass.v_d,
                          "thickness": front.thickness, "semi_diameter": max(front.semi_diameter, back.semi_diameter)}
@@ -46,8 +49,8 @@ def card_lines(card: dict[str, Any], source: str) -> list[str]:
     rows = [("Maker", card["maker"]), ("Designer", card["designer"]), ("Patent", card["patent"]),
             ("Source", source if source != card["patent"] else ""),
             ("Made for", f"{significant(film[0])} × {significant(film[1])} mm" if film else ""),
-            ("Elements", _elements(card)), ("Estimated (marked *)", card["estimates"]), ("Notes", card["notes"]),
-            ("Check", _check(card["check"]))]
+            *card["designed"].items(), ("Elements", _elements(card)),
+            ("Estimated (marked *)", card["estimates"]), ("Notes", card["notes"]), ("Check", _check(card["check"]))]
     return [f"{label:{WIDTH}}{text}" for label, text in rows if text]
 
 

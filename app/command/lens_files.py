@@ -59,7 +59,8 @@ def convert(arguments: argparse.Namespace) -> int:
     remarks = lenses.save(lens, target)
     print(f"{target}: {len(lens.surfaces)} surfaces, the stop at surface {lens.stop_index}")
     print("".join(f"Found: {finding}\n" for finding in lens.findings), end="")
-    print("".join(f"Not kept: {remark}\n" for remark in remarks), end="")
+    print("".join(f"{'Also' if remark.kind is lenses.Kind.BESIDE else 'Not kept'}: {remark}\n" for remark in remarks),
+          end="")
     return 0
 
 
@@ -115,8 +116,8 @@ def trace(arguments: argparse.Namespace) -> int:
 def read_rays(path: str) -> list[list[float]]:
     """The rays of a table, six numbers each: x y z l m n.
 
-    Columns stand between commas, semicolons, tabs or blanks, in that order or as a
-    heading names them; empty lines and what follows a # are left out. RaysError:
+    Commas, semicolons, tabs or blanks separate the columns, which are in that order or as
+    a heading names them; empty lines and what follows a # are left out. RaysError:
     the line, and what is wrong in it.
     """
     try:

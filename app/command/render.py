@@ -180,7 +180,7 @@ def _stop_signals(kept: bool) -> Iterator[list[int]]:
 def _figures(path: Path, found: "Rendered", wanted: float | None, seconds: float) -> dict[str, Any]:
     from lensbench.app.state.auto_model import record
 
-    down, across = found.image.shape[:2]
+    down, across = found.shape
     return {"path": str(path), "pixels": [across, down], "samples": found.samples, "seconds": seconds,
             "samples_per_second": across * down * found.samples / seconds, "noise": found.noise,
             "noise_reached": None if wanted is None else found.noise is not None and found.noise <= wanted,

@@ -1,8 +1,8 @@
 """The picture on the graphics card: a linear film goes in, a texture ready for the screen comes out.
 
-Knows moderngl and nothing of the window. Textures hold the picture's first row
-first, so that imgui shows them upright without turning. The picture's alpha is how far what a pixel sees lies
-before the film, mm: the shaders tell from it how far it is out of focus.
+Uses moderngl, and no part of the window. Textures hold the picture's first row first, so that imgui shows them
+upright. The picture's alpha is the distance (mm) before the film of the object that a pixel sees; the shaders derive
+from it how far the object is out of focus.
 """
 
 from dataclasses import dataclass, replace
@@ -46,8 +46,9 @@ class Development:
     farther: Rgb = (0.80, 0.47, 0.65)
     sensor: bool = False        # a sensor recorded it: 1 is saturated, and white
     share: float = 0.0          # of the softening, see `softening`
-    coc_power: float = 0.0      # 1/mm, and leans of a tilted film: see `Blur`
+    coc_power: float = 0.0      # 1/mm, with leans and curve of a film out of line: see `Blur`
     coc_leans: Rgb = (0.0, 0.0, 0.0)
+    coc_curve: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
 def softening(samples: int) -> float:
@@ -120,7 +121,7 @@ class Screen:
                 self._draw(self._program("soften.frag"), self._soft, source, coc_gain=development.coc_gain,
                            coc_focus=development.coc_focus, coc_offset=development.coc_offset,
                            coc_power=development.coc_power, coc_leans=development.coc_leans,
-                           share=development.share)
+                           coc_curve=development.coc_curve, share=development.share)
                 source = self._soft.texture
             develop = self._program("develop.frag", f"#define TONE {TONES[development.tone]}\n",
                                     f"#define OVERLAY {OVERLAYS[development.overlay]}\n", tone.glsl_constants())
@@ -128,7 +129,8 @@ class Screen:
                        headroom=tone.HEADROOM[development.tone] if development.sensor else 0.0,
                        coc_gain=development.coc_gain, coc_focus=development.coc_focus,
                        coc_offset=development.coc_offset, coc_power=development.coc_power,
-                       coc_leans=development.coc_leans, sharp=development.sharp, stripe=development.stripe,
+                       coc_leans=development.coc_leans, coc_curve=development.coc_curve, sharp=development.sharp,
+                       stripe=development.stripe,
                        amber=development.amber, nearer=development.nearer, farther=development.farther)
             before.use()
             self._done = replace(development)

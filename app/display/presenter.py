@@ -255,7 +255,7 @@ class Presenter:
         amber, nearer, farther = ((c[0], c[1], c[2]) for c in (theme.DARK.amber, theme.NEARER, theme.FARTHER))
         return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus, blur.offset,
                            max(blur.sharp, 1.0), _stripe(view), amber, nearer, farther, settings.noise,
-                           self._softening(update) if deep else 0.0, blur.power, blur.leans)
+                           self._softening(update) if deep else 0.0, blur.power, blur.leans, blur.curve)
 
     def _softening(self, update: RenderUpdate) -> float:
         """The share of the softening; 0 where a processor draws, which takes longer for it than for a picture."""

@@ -1,6 +1,6 @@
 """The 3-D view on the graphics card: solid parts with a depth test, translucent ones over them, lines of any width.
 
-Knows moderngl and nothing of the window. The texture's first row is the lowest, as OpenGL has it.
+Uses moderngl, and no part of the window. The texture's first row is the lowest, as OpenGL has it.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from lensbench.app.state.solid.turntable import Eye
 
 Rgba = tuple[float, float, float, float]
 SAMPLES = 4                     # of each pixel, against jagged edges
-LIGHT = np.array([0.35, 0.55, 0.76]) / np.linalg.norm([0.35, 0.55, 0.76])     # beside the eye: right, up, back
+LIGHT = np.array([0.35, 0.55, 0.76]) / np.linalg.norm([0.35, 0.55, 0.76])     # towards the light: right, up, back
 SLACK = 64                      # buffers that are kept beyond those that are drawn
 
 
@@ -22,7 +22,7 @@ SLACK = 64                      # buffers that are kept beyond those that are dr
 class Solid:
     """A part with its colour on the screen.
 
-    rim: how much more opaque it is where it is seen along itself. of_world: its points are in the world's frame.
+    rim: opacity added where the surface is seen at a grazing angle. of_world: its points are in the world's frame.
     """
 
     part: Part
@@ -133,7 +133,7 @@ class SolidView:
         self._forget(drawing)
 
     def _away(self, solid: Solid) -> float:
-        """How far the middle of a part is from the eye, for the order of translucent parts."""
+        """Distance (mm) from the eye to the middle of a part, which orders translucent parts."""
         points = solid.part.points
         return float(np.linalg.norm(points.mean(0) - self._frames[solid.of_world][1])) if len(points) else 0.0
 
@@ -164,7 +164,7 @@ class SolidView:
         self._arrays[line.strokes][0].render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(pieces))
 
     def _forget(self, drawing: Drawing) -> None:
-        """Release the buffers of parts that have gone by."""
+        """Release buffers of parts that are no longer drawn, once there are more than SLACK."""
         if len(self._arrays) <= len(drawing.solids) + len(drawing.lines) + SLACK:
             return
         kept = {solid.part for solid in drawing.solids} | {line.strokes for line in drawing.lines}

@@ -10,6 +10,7 @@ from lensbench.app.state.lens_edit.editing import document_of, original
 from lensbench.app.state.settings import Settings
 from lensbench.lenses.editing.document import LensDocument
 from lensbench.lenses.editing.document_text import lost_edits, to_text
+from lensbench.lenses.stop_picture import with_picture_beside
 from lensbench.optics.finding import Finding, Kind
 
 
@@ -17,9 +18,10 @@ def write_document(document: LensDocument, path: Path) -> tuple[Finding, ...]:
     """Write a document in the format of the suffix; what the format could not hold. LensFileError, ExportError."""
     if path.suffix.lower() != ".toml":
         return (*lenses.save(document.lens, path), *lost_edits(document))
+    lens, placed = with_picture_beside(document.lens, path)
     with replacing(path) as part:
-        part.write_text(to_text(document), encoding="utf-8")
-    return ()
+        part.write_text(to_text(replace(document, lens=lens)), encoding="utf-8")
+    return tuple(placed)
 
 
 def save_document(settings: Settings, path: Path) -> tuple[Settings, tuple[Finding, ...]]:

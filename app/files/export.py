@@ -13,9 +13,10 @@ import os
 import secrets
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 from time import time
 from typing import BinaryIO
@@ -26,9 +27,10 @@ import lensbench as lb
 from lensbench.app.files import netpbm
 from lensbench.app.files.exr_header import SIGNATURE as EXR_SIGNATURE
 from lensbench.app.files.exr_header import HeaderError, exr_attribute
+from lensbench.app.files.exr_picture import write_exr
 from lensbench.app.state.auto_model import record
 from lensbench.app.state.picture import tone
-from lensbench.app.state.picture.exposure import exposed
+from lensbench.app.state.picture.exposure import applied_exposure, recorded
 from lensbench.app.state.picture.false_colours import aov_codes
 from lensbench.app.state.settings import CHOSEN, Settings
 from lensbench.kernels.quotation import MOST, cut, escaped
@@ -39,8 +41,8 @@ BITS = (8, 16)
 KEY = "lensbench"                       # of the settings in a picture's metadata
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 MAX_TEXT = 1 << 20                      # bytes of settings that a picture may carry
-DAY = 86400.0                           # seconds
-BAND = 64                               # rows that are tone-mapped at once
+OLDEST = 30 * 86400.0                   # seconds; a large picture may be written for days
+DEVELOPED = 1 << 17                     # pixels that are tone-mapped at once
 
 
 class ExportError(ValueError):
@@ -70,24 +72,56 @@ def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: 
     ExportError for another suffix or depth, for text in another kind of file, and for errors of the disk; an older
     file is then unchanged.
     """
+    save_bands(path, (image.shape[0], image.shape[1]), [image], settings, bits, text, choice, described)
+
+
+def save_bands(path: str | Path, shape: tuple[int, int], bands: Iterable[np.ndarray], settings: Settings,
+               bits: int = 8, text: bool = False, choice: lb.Choice | None = None, described: bool = True) -> None:
+    """`save_picture` of a picture (h, w) of which only a band of lines is in memory at a time.
+
+    bands: linear light (lines, w, 3) from the top down, written while they are made. An exposure that is metered needs
+    the whole picture: it is then put together first.
+    """
     path = Path(path)
     suffix = checked_place(path, text)
     if bits not in BITS:
         raise ExportError(f"{bits} bits: choose 8 or 16")
     if suffix in (".png", ".ppm") and not settings.sample_view:
-        image = exposed(settings, image)
+        bands = _exposed(settings, shape, bands)
     note = _note(settings, choice) if described else ""
-    with replacing(path) as part:
+    with replacing(path) as part, part.open("wb") as file:
         if suffix == ".png":
-            with part.open("wb") as file:
-                write_png(file, image, settings, bits, note)
+            write_png(file, shape, bands, settings, bits, note)
         elif suffix == ".ppm":
-            _write_ppm(part, image, settings, bits, text, note)
+            _write_ppm(file, shape, bands, settings, bits, text, note)
         elif suffix == ".exr":
-            _write_exr(part, image, note)
+            write_exr(file, shape, bands, {KEY: note} if note else {})
         else:
-            with part.open("wb") as file:
-                netpbm.write_pfm(file, image)
+            netpbm.write_pfm(file, shape, bands)
+
+
+def _exposed(settings: Settings, shape: tuple[int, int], bands: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
+    """The bands as the sensor records them."""
+    if settings.exposing == "plain" and not settings.noise:
+        yield from bands
+        return
+    found, top = None, 0
+    if settings.exposing == "automatic":
+        image = _joined(shape, bands)
+        found, bands = applied_exposure(settings, image), parts(image)
+    for band in bands:
+        found = found or applied_exposure(settings, band)       # not metered: the same for every band
+        yield recorded(settings, found, band, top)
+        top += len(band)
+
+
+def _joined(shape: tuple[int, int], bands: Iterable[np.ndarray]) -> np.ndarray:
+    """The whole picture."""
+    image, top = np.empty((*shape, 3), np.float32), 0
+    for band in bands:
+        image[top:top + len(band)] = band
+        top += len(band)
+    return image
 
 
 def read_settings(path: str | Path, say: Callable[[str], object] = lambda text: None) -> Settings:
@@ -175,10 +209,10 @@ def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
 
 
 def _clear(folder: Path) -> None:
-    """Remove the temporary files of processes that have ended, or that are a day old."""
+    """Remove the temporary files of processes that have ended, or that are a month old: their number may come again."""
     for part in folder.glob(".lensbench-*.part"):
         with suppress(OSError, ValueError):     # another process has removed it; a name of an earlier version
-            if time() - part.lstat().st_mtime > DAY or not runs(int(part.name.split("-")[1])):
+            if time() - part.lstat().st_mtime > OLDEST or not runs(int(part.name.split("-")[1])):
                 part.unlink()
 
 
@@ -216,26 +250,34 @@ def _note(settings: Settings, choice: lb.Choice | None) -> str:
     return json.dumps({**settings.to_dict(), **chosen}, ensure_ascii=True, allow_nan=False)
 
 
-def _codes(image: np.ndarray, settings: Settings, deepest: int) -> Iterator[np.ndarray]:
+def parts(image: np.ndarray) -> Iterator[np.ndarray]:
+    """Views of some lines of a picture (h, w, 3) at a time, so few that their development takes little memory."""
+    lines = max(DEVELOPED // image.shape[1], 1)
+    return (image[first:first + lines] for first in range(0, len(image), lines))
+
+
+def _codes(bands: Iterable[np.ndarray], settings: Settings, deepest: int) -> Iterator[np.ndarray]:
     """The developed picture in bands of rows, as whole numbers from 0 to `deepest`."""
     kind = np.uint8 if deepest < 256 else np.uint16
-    for first in range(0, len(image), BAND):
-        yield np.rint(develop(image[first:first + BAND], settings) * deepest).astype(kind)
+    for part in chain.from_iterable(map(parts, bands)):
+        yield np.rint(develop(part, settings) * deepest).astype(kind)
 
 
-def _write_ppm(path: Path, image: np.ndarray, settings: Settings, bits: int, text: bool, note: str) -> None:
+def _write_ppm(file: BinaryIO, shape: tuple[int, int], bands: Iterable[np.ndarray], settings: Settings, bits: int,
+               text: bool, note: str) -> None:
     deepest = 2**bits - 1
-    with path.open("wb") as file:
-        netpbm.write_ppm(file, _codes(image, settings, deepest), (image.shape[1], image.shape[0]), deepest,
-                         f"{KEY} {note}" if note else "made by lensbench", text)
+    netpbm.write_ppm(file, _codes(bands, settings, deepest), (shape[1], shape[0]), deepest,
+                     f"{KEY} {note}" if note else "made by lensbench", text)
 
 
-def write_png(file: BinaryIO, image: np.ndarray, settings: Settings, bits: int = 8, note: str = "") -> None:
+def write_png(file: BinaryIO, shape: tuple[int, int], bands: Iterable[np.ndarray], settings: Settings, bits: int = 8,
+              note: str = "") -> None:
     """PNG (ISO/IEC 15948): RGB, sRGB, every row filtered as its difference from the row above.
 
-    image: linear light, exposed, or the screen codes of the tone "raw". note: the settings as JSON, or nothing.
+    shape: (h, w). bands: linear light (lines, w, 3), exposed, or the screen codes of the tone "raw". note: the settings
+    as JSON, or nothing.
     """
-    height, width = image.shape[:2]
+    height, width = shape
     packer = zlib.compressobj(6)
     above = np.zeros((1, 3 * width * bits // 8), np.uint8)
     file.write(PNG_SIGNATURE)
@@ -244,7 +286,7 @@ def write_png(file: BinaryIO, image: np.ndarray, settings: Settings, bits: int =
     _write_chunk(file, b"tEXt", b"Software\0lensbench " + version("lensbench").encode("latin-1"))
     if note:
         _write_chunk(file, b"iTXt", KEY.encode() + b"\0\0\0\0\0" + note.encode())
-    for codes in _codes(image, settings, 2**bits - 1):
+    for codes in _codes(bands, settings, 2**bits - 1):
         rows = codes.astype(f">u{bits // 8}").view(np.uint8).reshape(len(codes), -1)
         lines = np.empty((len(rows), rows.shape[1] + 1), np.uint8)
         lines[:, 0] = 2             # the filter "Up"
@@ -277,15 +319,3 @@ def _png_text(file: BinaryIO, path: Path) -> str | None:
                     raise ExportError(f"{path}: the settings in this PNG are damaged")
                 text = data[len(KEY) + 5:].decode("utf-8", "replace")
         file.seek(end)
-
-
-def _write_exr(path: Path, image: np.ndarray, note: str) -> None:
-    """OpenEXR: scan lines of linear RGB in float32."""
-    import OpenEXR
-
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage} | ({KEY: note} if note else {})
-    pixels = np.ascontiguousarray(image, np.float32)        # the library takes strides for granted
-    try:
-        OpenEXR.File(header, {"RGB": pixels}).write(str(path))
-    except RuntimeError as error:
-        raise OSError(0, str(error).rstrip(".").rpartition(". ")[2]) from error

@@ -33,11 +33,15 @@ def write_ppm(file: BinaryIO, bands: Iterable[NDArray[np.unsignedinteger]], size
             file.write(np.ascontiguousarray(codes, ">u1" if deepest < 256 else ">u2").tobytes())
 
 
-def write_pfm(file: BinaryIO, image: NDArray[np.floating]) -> None:
-    """Write a linear picture (h, w, 3) in float32."""
-    height, width = image.shape[:2]
+def write_pfm(file: BinaryIO, shape: tuple[int, int], bands: Iterable[NDArray[np.floating]]) -> None:
+    """Write linear light in float32: a picture (h, w) as bands (lines, w, 3) from the top down, each to its place."""
+    height, width = shape
     file.write(f"PF\n{width} {height}\n-1.0\n".encode("ascii"))
-    file.write(np.ascontiguousarray(image[::-1], "<f4").tobytes())
+    start, below = file.tell(), height
+    for band in bands:
+        below -= len(band)
+        file.seek(start + 12 * width * below)
+        file.write(np.ascontiguousarray(band[::-1], "<f4").data)
 
 
 def read_comment(file: BinaryIO, key: str) -> str | None:

@@ -16,6 +16,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import BinaryIO, NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ TEXTS = (SETTINGS, CHECKSUM)            # members of text beside the arrays
 MOST_MEMBERS = 32
 LARGEST = 1_000_000_000                 # bytes of arrays that a file shorter than that may expand to
 BLOCK = 1 << 22                         # bytes that are read at once
+ZEROS = bytes(1 << 12)                  # a page of memory
 FLOATS = {"<f2": (np.uint16, 0x7C00), "<f4": (np.uint32, 0x7F800000), "<f8": (np.uint64, 0x7FF0000000000000)}
 NPY = b"\x93NUMPY\x01\x00"
 HEADER = re.compile(r"\{'descr': '([<|][a-zA-Z]\d{1,8})', 'fortran_order': (True|False), "
@@ -76,13 +78,15 @@ def save_arrays(path: str | Path, settings: Settings, **arrays) -> None:
 
 def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], set[str]],
                 fits: Callable[[Mapping[str, ArrayHeader], Settings], bool], say: Callable[[str], object],
-                light: bool = True) -> tuple[dict[str, np.ndarray], Settings]:
+                light: bool = True, into: Mapping[str, np.ndarray] = MappingProxyType({}),
+                ) -> tuple[dict[str, np.ndarray], Settings]:
     """The arrays of a file, by name, and its settings.
 
     what: the kind of file, in words. maker: the command that records one. wanted: maps the names in the file to those
     that such a file holds; to none for another kind of file. fits: whether arrays of these headers are those of the
     settings. `say` receives a sentence if names of an earlier version occur. light: whether the numbers must be finite
-    and not negative. ExportError if the file is missing, of another kind, incomplete, damaged, too large, or has
+    and not negative. into: arrays of zeros by name, which take the values of those of their kind and shape; on an error
+    they hold anything. ExportError if the file is missing, of another kind, incomplete, damaged, too large, or has
     invalid settings.
     """
     try:
@@ -107,7 +111,8 @@ def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], 
                 if size > max(LARGEST, os.fstat(file.fileno()).st_size):
                     raise ExportError(f"{path}: its arrays take {significant(size / 1e9, 3)} GB, more than the file: "
                                       f"at most {significant(LARGEST / 1e9)} GB are unpacked")
-                return {name: _array(archive, members[name], headers[name], light) for name in known}, settings
+                return {name: _array(archive, members[name], headers[name], light, into.get(name)) for name in known
+                        }, settings
     except ExportError:
         raise
     except OSError as error:
@@ -183,9 +188,16 @@ def _text(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> str:
     return data[header.begins:].decode("utf-32-le").rstrip("\0")
 
 
-def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeader, light: bool) -> np.ndarray:
-    """The array of a member; DamagedError for other numbers than finite ones from 0 where they are of light."""
-    values = np.empty(header.shape[::-1] if header.transposed else header.shape, header.kind)
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeader, light: bool,
+           place: np.ndarray | None = None) -> np.ndarray:
+    """The array of a member; DamagedError for other numbers than finite ones from 0 where they are of light.
+
+    place: an array of zeros to read it into, if it is one like that; memory where it stays 0 is not touched.
+    """
+    if place is not None and ((place.dtype.str, place.shape) != (header.kind, header.shape) or header.transposed):
+        place = None
+    shape = header.shape[::-1] if header.transposed else header.shape
+    values = np.empty(shape, header.kind) if place is None else place
     into = values.reshape(-1).view(np.uint8).data
     with archive.open(member) as file:
         assert isinstance(file, zipfile.ZipExtFile)
@@ -195,7 +207,11 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeade
             part = file.read(min(BLOCK, len(into) - at))
             if not part:
                 raise DamagedError(f"{excerpt(member.filename)} ends early")
-            into[at:at + len(part)] = part
+            step = len(part) if place is None else len(ZEROS)
+            for first in range(0, len(part), step):
+                page = part[first:first + step]
+                if place is None or page != ZEROS[:len(page)]:
+                    into[at + first:at + first + len(page)] = page
             at += len(part)
         if file.read(1):                # at the end, where the CRC is checked
             raise DamagedError(f"{excerpt(member.filename)} is too long")

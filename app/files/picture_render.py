@@ -6,10 +6,11 @@ finished picture is that of a render without a stop, bit for bit.
 
 import os
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 from threading import Event
 from time import perf_counter
@@ -17,7 +18,7 @@ from time import perf_counter
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.files.export import ExportError, check_writable, checked_place, develop, save_picture
+from lensbench.app.files.export import ExportError, check_writable, checked_place, develop, parts, save_bands
 from lensbench.app.files.npz import TEXTS, load_arrays, save_arrays
 from lensbench.app.state.auto_model import is_automatic
 from lensbench.app.state.build import camera
@@ -30,6 +31,7 @@ from lensbench.optics.finding import Finding
 PASS_SECONDS = 0.2              # of rendering between two steps of the progress
 KEEP_SECONDS = 60.0             # between two writings of the kept samples
 FIRST_LOOK = 8                  # samples at the first estimate of the noise
+LOOKED = 1 << 20                # pixels by which the noise is estimated
 LEAST_STEP, MOST_STEP = 1.1, 2.0        # growth of the samples between two estimates
 
 
@@ -39,12 +41,12 @@ def _never() -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Rendered:
-    """A rendered picture.
+    """A picture that has been rendered.
 
     Parameters
     ----------
-    image
-        (h, w, 3) float32, linear.
+    shape
+        (h, w) pixels.
     samples
         Samples per pixel.
     noise
@@ -55,19 +57,19 @@ class Rendered:
         What the picture leaves out, as `Rendering.findings`.
     """
 
-    image: np.ndarray
+    shape: tuple[int, int]
     samples: int
-    noise: float | None
-    choice: lb.Choice | None
+    noise: float | None = None
+    choice: lb.Choice | None = None
     findings: tuple[Finding, ...] = ()
 
 
 class Noise:
     """Noise of a picture while it is rendered: the root mean square error of its sRGB values, black 0 and white 1.
 
-    The samples before and after an earlier estimate are two pictures of the same scene, whose difference tells the
-    noise of their mean. Samples of a net are spread more evenly all together than in parts: the estimate is rather too
-    high.
+    The samples before and after an earlier estimate are two pictures of the same scene, whose difference gives the
+    noise of their mean. Samples of a net are spread more evenly all together than in parts, so the estimate tends to be
+    too high. Of a picture of more than LOOKED pixels, lines at even distances are looked at.
 
     Parameters
     ----------
@@ -90,7 +92,7 @@ class Noise:
 
     def look(self, rendering: lb.Rendering) -> None:
         """Estimate the noise from the samples since the last look, and say when to look again."""
-        samples, image = rendering.samples, rendering.image()
+        samples, image = rendering.samples, _looked(rendering)
         grown = MOST_STEP
         if self._earlier is not None:
             before, earlier = self._earlier
@@ -103,7 +105,92 @@ class Noise:
         self.next_look = int(np.ceil(grown * samples))
 
     def _codes(self, image: np.ndarray) -> np.ndarray:
-        return develop(exposed(self._settings, image), self._settings).astype(np.float32)
+        codes = np.empty(image.shape, np.float32)
+        for lines, found in zip(parts(codes), parts(exposed(self._settings, image)), strict=True):
+            lines[:] = develop(found, self._settings)
+        return codes
+
+
+def _looked(rendering: lb.Rendering) -> np.ndarray:
+    """The lines of a picture by which its noise is estimated."""
+    h, w = rendering.shape
+    every, top, found = -(-h * w // LOOKED), 0, []
+    for band in rendering.bands():
+        found.append(band[-top % every::every].copy())
+        top += len(band)
+    return np.concatenate(found)
+
+
+class _StoppedError(Exception):
+    """The render was cancelled or stopped."""
+
+
+class _Render:
+    """The render of some settings: the model is chosen, nothing is traced yet.
+
+    whole: whether all lines are held until the end, and not a band at a time.
+    """
+
+    def __init__(self, settings: Settings, whole: bool):
+        self.settings = settings
+        view, scene, self.choice = camera(settings), find_scene(settings.scene), None
+        if is_automatic(settings):
+            assert isinstance(view, lb.LensCamera)
+            self.choice = lb.choose_model(view, scene)
+            view = self.choice.applied(view)
+        self.rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view,
+                                      light_tracing=settings.light_tracing, flare=flare(settings), in_bands=not whole)
+        self._whole = whole
+
+    def done(self, meter: Noise | None = None) -> Rendered:
+        """What has been rendered."""
+        rendering = self.rendering
+        return Rendered(rendering.shape, rendering.samples, meter.noise if meter is not None else None, self.choice,
+                        rendering.findings)
+
+    def bands(self, progress: Callable[[float], object], cancelled: Callable[[], bool], threads: int | None,
+              meter: Noise | None = None, kept: Path | None = None, stopping: Callable[[], bool] = _never,
+              ) -> Iterator[np.ndarray]:
+        """Render, and give the lines in bands from the top down; `_StoppedError` after a cancellation or a stop.
+
+        As `export_render`; where the samples are kept, and a meter of the noise, need a whole render.
+        """
+        rendering, settings, (h, _) = self.rendering, self.settings, self.rendering.shape
+        made_by = _maker(self.choice)
+        if kept is not None and kept.exists():
+            _restore(rendering, kept, settings, made_by)
+        threads = threads or os.cpu_count() or 1
+        stopped = Event()
+        batch, since = 1, perf_counter()
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                while True:
+                    while rendering.samples < settings.samples and not (meter and meter.is_enough):
+                        before, held = rendering.lines.start, len(rendering.lines)
+                        progress((before + held * rendering.samples / settings.samples) / h)
+                        started = perf_counter()
+                        step = min(batch, settings.samples - rendering.samples)
+                        if meter and rendering.samples < meter.next_look:
+                            step = min(step, meter.next_look - rendering.samples)
+                        if not rendering.add(step, pool, lambda: not (stopped.is_set() or cancelled()), threads):
+                            raise _StoppedError
+                        now = perf_counter()
+                        if now - started < 0.5 * PASS_SECONDS:
+                            batch = 2 * step
+                        if meter and rendering.samples >= meter.next_look:
+                            meter.look(rendering)
+                        stop = stopping()
+                        if kept is not None and (stop or now - since > KEEP_SECONDS):
+                            save_arrays(kept, settings, made_by=made_by, **rendering.state)
+                            since = perf_counter()
+                        if stop:
+                            raise _StoppedError
+                    yield from rendering.bands()
+                    if not rendering.next_band():
+                        break
+            finally:
+                stopped.set()               # so that the threads end soon after Ctrl-C
+        progress(1.0)
 
 
 def export_render(settings: Settings, path: str | Path, bits: int = 8,
@@ -112,6 +199,8 @@ def export_render(settings: Settings, path: str | Path, bits: int = 8,
                   noise: float | None = None, resume: bool = False,
                   stopping: Callable[[], bool] = _never) -> Rendered | None:
     """Render the settings and save the picture. The path is tried before the work begins.
+
+    The picture is rendered and written band by band, unless noise or resume need all of it at a time.
 
     Parameters
     ----------
@@ -149,10 +238,16 @@ def export_render(settings: Settings, path: str | Path, bits: int = 8,
     check_writable(path)
     settings = settings.checked()
     kept = kept_path(path) if resume else None
-    rendered = render(settings, progress, cancelled, threads, noise, kept, stopping)
-    if rendered is None:
+    meter = None if noise is None else Noise(settings, noise)
+    made = _Render(settings, whole=meter is not None or kept is not None)
+    bands = made.bands(progress, cancelled, threads, meter, kept, stopping)
+    try:
+        first = next(bands)                 # of a whole render, all samples are there with the first band
+        rendered = made.done(meter)
+        save_bands(path, rendered.shape, chain([first], bands), replace(settings, samples=rendered.samples), bits, text,
+                   rendered.choice)
+    except _StoppedError:
         return None
-    save_picture(path, rendered.image, replace(settings, samples=rendered.samples), bits, text, rendered.choice)
     if kept is not None:
         kept.unlink(missing_ok=True)
     return rendered
@@ -160,51 +255,18 @@ def export_render(settings: Settings, path: str | Path, bits: int = 8,
 
 def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
            cancelled: Callable[[], bool] = _never, threads: int | None = None, noise: float | None = None,
-           kept: Path | None = None, stopping: Callable[[], bool] = _never) -> Rendered | None:
-    """Render all samples of the settings, as `export_render`; None after a cancellation or a stop.
+           ) -> tuple[np.ndarray, Rendered] | None:
+    """Render all samples of the settings, as `export_render`, to an image: float32 (h, w, 3), linear.
 
-    kept: where samples are kept on the way.
+    None after a cancellation.
     """
-    view, scene, choice = camera(settings), find_scene(settings.scene), None
-    if is_automatic(settings):
-        assert isinstance(view, lb.LensCamera)
-        choice = lb.choose_model(view, scene)
-        view = choice.applied(view)
-    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view,
-                             light_tracing=settings.light_tracing, flare=flare(settings))
-    made_by = _maker(choice)
-    if kept is not None and kept.exists():
-        _restore(rendering, kept, settings, made_by)
     meter = None if noise is None else Noise(settings, noise)
-    threads = threads or os.cpu_count() or 1
-    stopped = Event()
-    batch, since = 1, perf_counter()
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            while rendering.samples < settings.samples and not (meter and meter.is_enough):
-                progress(rendering.samples / settings.samples)
-                started = perf_counter()
-                batch = min(batch, settings.samples - rendering.samples)
-                if meter and rendering.samples < meter.next_look:
-                    batch = min(batch, meter.next_look - rendering.samples)
-                if not rendering.add(batch, pool, lambda: not (stopped.is_set() or cancelled()), threads):
-                    return None
-                now = perf_counter()
-                if now - started < 0.5 * PASS_SECONDS:
-                    batch *= 2
-                if meter and rendering.samples >= meter.next_look:
-                    meter.look(rendering)
-                stop = stopping()
-                if kept is not None and (stop or now - since > KEEP_SECONDS):
-                    save_arrays(kept, settings, made_by=made_by, **rendering.state)
-                    since = perf_counter()
-                if stop:
-                    return None
-        finally:
-            stopped.set()               # so that the threads end soon after Ctrl-C
-    progress(1.0)
-    return Rendered(rendering.image(), rendering.samples, meter.noise if meter is not None else None, choice,
-                    rendering.findings)
+    made = _Render(settings, whole=True)
+    try:
+        image = np.concatenate([*made.bands(progress, cancelled, threads, meter)])
+    except _StoppedError:
+        return None
+    return image, made.done(meter)
 
 
 def kept_path(path: Path) -> Path:
@@ -221,7 +283,7 @@ def _restore(rendering: lb.Rendering, kept: Path, settings: Settings, made_by: n
     """Begin with the kept samples; ExportError where they are not of this picture."""
     arrays, former = load_arrays(kept, "render that was stopped", "render --resume",
                                  lambda names: names - set(TEXTS) if "made_by" in names else set(),
-                                 lambda headers, former: True, lambda note: None, light=False)
+                                 lambda headers, former: True, lambda note: None, light=False, into=rendering.state)
     if replace(former, samples=settings.samples) != settings or int(arrays.pop("made_by")) != made_by:
         raise ExportError(f"{kept}: these are samples of other settings or of another version: remove the file, or "
                           "render without --resume")

@@ -118,8 +118,8 @@ def save(image, path: str | os.PathLike[str], exposure: float = 0.0, tone: str =
 
 def png(image, exposure: float = 0.0, tone: str = "filmic") -> bytes:
     """PNG of 8 bits of a picture (h, w, 3); tone "raw" for one that is developed."""
-    file = io.BytesIO()
-    write_png(file, checked(image), _settings(exposure, tone))
+    file, picture = io.BytesIO(), checked(image)
+    write_png(file, (picture.shape[0], picture.shape[1]), [picture], _settings(exposure, tone))
     return file.getvalue()
 
 
@@ -139,7 +139,7 @@ def _developed(image: np.ndarray, exposure: float, tone: str) -> np.ndarray:
 
 
 def _settings(exposure: float, tone: str) -> Settings:
-    """Settings that develop so; ValueError for those that cannot be."""
+    """Settings with this exposure (stops) and tone curve; ValueError for invalid ones."""
     if tone == DEVELOPED:
         return Settings(tone=DEVELOPED)
     if tone not in TONES:

@@ -31,7 +31,7 @@ class _Html:
 
 @contextmanager
 def shown_progress(wanted: bool | Callable[[float], object] | None) -> Iterator[Callable[[float], object] | None]:
-    """What to call with the part that is done, 0 to 1; None where nobody is told.
+    """Function to call with the share that is done, 0 to 1; None where no progress is shown.
 
     wanted: a function of the caller; True or False for a bar; None: a bar in a notebook alone.
     """
@@ -42,11 +42,11 @@ def shown_progress(wanted: bool | Callable[[float], object] | None) -> Iterator[
     if wanted is False or display is None:
         yield None
         return
-    begun, handle = perf_counter(), None
+    started, handle = perf_counter(), None
 
     def show(part: float) -> None:
         nonlocal handle
-        passed = perf_counter() - begun
+        passed = perf_counter() - started
         if handle is None and passed > SILENT:
             handle = display(_Html(_bar(part, passed)), display_id=True)
         elif handle is not None:

@@ -20,6 +20,7 @@ from lensbench.app.workers.measurements import Measurements
 from lensbench.app.workers.task import Task
 from lensbench.kernels.figures import f_number_text, fixed, significant
 from lensbench.lenses.counts import counts
+from lensbench.lenses.system_text import system_rows
 
 LABEL = 5.6                     # em, the column of labels
 MAP = 11.0                      # em, the height of the map of glasses
@@ -90,6 +91,7 @@ def provenance(lens: lb.Lens) -> list[tuple[str, str]]:
             ("Patent", lens.patent), ("Source", lens.source if lens.source != lens.patent else ""),
             ("Published", "  ".join(text for text in stated if text)),
             ("Made for", film_name(lens.film_size) if lens.film_size else ""),
+            *((label.removeprefix("Designed ").capitalize(), text) for label, text in system_rows(lens.system)),
             ("Elements", groups + aspheres + moving), ("Estimated *", lens.estimates), ("Notes", lens.notes)]
     return [(label, text) for label, text in rows if text]
 

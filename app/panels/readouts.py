@@ -59,7 +59,7 @@ def readouts_panel(settings: Settings, status: Status, other: Settings | None = 
                    other_status: Status | None = None) -> None:
     """Draw the table in the rest of the window.
 
-    other: the settings A, while they are compared: their figures then stand before those of the present settings.
+    other: the settings A while they are compared; their figures are shown before those of the present settings.
     """
     width = imgui.get_content_region_avail().x
     if width < 24.0:
@@ -250,7 +250,7 @@ def _t_stop(settings: Settings, got: Readings) -> Row:
     if got.t_number is None:
         return Row("T-stop", NONE, "", meaning)
     of = coating(settings, design(settings))
-    return Row(f"T-stop, {of.name}", f"T {fixed(got.t_number, 1)}", "",
+    return Row(f"T-stop, {of.name}", _f_number(got.t_number, "T "), "",
                f"{meaning}. Assumes {of.name} glass: {of.why}. The popup “Stop” sets the coating")
 
 
@@ -322,9 +322,9 @@ def _exposure_value(settings: Settings, got: Readings) -> str:
     return NONE if f_number is None else fixed(lb.Exposure(f_number, settings.shutter, settings.iso).ev100, 1)
 
 
-def _f_number(f_number: float | None) -> str:
-    """Two digits after the point, so that f-numbers can be compared."""
-    return NONE if f_number is None else f_number_text(f_number, 2 if f_number < 9.995 else 1)
+def _f_number(f_number: float | None, sign: str = "f/") -> str:
+    """Two digits after the point, so that f-numbers and T-numbers can be compared."""
+    return NONE if f_number is None else f_number_text(f_number, 2 if f_number < 9.995 else 1, sign)
 
 
 def _magnification(magnification: float | None) -> str:

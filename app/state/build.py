@@ -10,11 +10,13 @@ focus, the limit of small stops, unless it blurs a point in focus by half a pixe
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.app.state.setting import SettingsError
 from lensbench.app.state.stop_picture import stop_picture
 from lensbench.cameras.dispersion import has_dispersion
 from lensbench.imaging.spectrum import WAVELENGTHS
@@ -89,7 +91,7 @@ def _edited(text: str, name: str, stamp: Stamp) -> lb.Lens:
     """The lens of a document's text, with what the reader of its file assumed: the text does not hold that."""
     from lensbench.lenses.editing.document_text import from_text
 
-    lens = from_text(text).lens.at(zoom=0.0, close=0.0)
+    lens = from_text(text, folder=Path(name).parent if Path(name).suffix else None).lens.at(zoom=0.0, close=0.0)
     try:
         assumed = _load(name, stamp).findings
     except (ValueError, OSError):                       # the edits outlive their file
@@ -100,7 +102,36 @@ def _edited(text: str, name: str, stamp: Stamp) -> lb.Lens:
 def prescription(settings: "Settings") -> lb.Lens:
     """The lens as its file, or the user's edits of it, state it: wide open, in its first positions, not scaled."""
     stamp = file_stamp(settings.lens)
-    return _edited(settings.edited, settings.lens, stamp) if settings.edited else _load(settings.lens, stamp)
+    lens = _edited(settings.edited, settings.lens, stamp) if settings.edited else _load(settings.lens, stamp)
+    return lens if lens.stop_image is None else _with_present_picture(lens)
+
+
+def own_picture(settings: "Settings") -> str:
+    """The file of the picture that the lens itself has in its stop; "" for none."""
+    if not settings.has_lens:
+        return ""
+    try:
+        image = prescription(settings).stop_image
+    except (ValueError, OSError):
+        return ""
+    return "" if image is None else image.file
+
+
+def _with_present_picture(lens: lb.Lens) -> lb.Lens:
+    """The lens with the picture in its stop as its file is now; as it was read where it cannot be read any more."""
+    image = lens.stop_image
+    if image is None or not image.file:
+        return lens
+    try:
+        now = stop_picture(image.file)
+    except SettingsError:
+        return lens
+    return lens if now == image else _pictured(lens, replace(now, name=image.name))
+
+
+@lru_cache(maxsize=8)
+def _pictured(lens: lb.Lens, image: lb.StopImage) -> lb.Lens:
+    return replace(lens, stop_image=image)
 
 
 def design(settings: "Settings") -> lb.Lens:
@@ -142,7 +173,7 @@ def published(settings: "Settings") -> lb.Lens:
         lens = replace(lens, blades=0, stop_image=stop_picture(settings.stop_image))
     elif settings.blades is not None:
         lens = replace(lens, blades=settings.blades, blade_rotation=settings.blade_rotation,
-                       roundness=settings.roundness)
+                       roundness=settings.roundness, stop_image=None)
     if settings.medium == "water" and settings.immersed:
         lens = replace(lens, front_index=WATER_INDEX)
     if settings.focal_length is not None:

@@ -55,6 +55,20 @@ def flare(settings: "Settings") -> "Flare | None":
                  stars=settings.star_strength if settings.stars else 0.0)
 
 
+def missing_ghost(settings: "Settings") -> str:
+    """Why the ghost that is shown alone does not exist in the present lens, in a sentence; "" where it does."""
+    if not (settings.ghosts and settings.ghost_pair and settings.has_lens):
+        return ""
+    from lensbench.app.state.build import design
+    from lensbench.optics.ghost_pairs import no_such_pair
+
+    first, _, second = read_ghost_pair(settings.ghost_pair).partition("-")
+    try:
+        return no_such_pair(design(settings), ((int(first), int(second)),))
+    except (ValueError, OSError):                   # the worker reports a lens that cannot be
+        return ""
+
+
 def _loss(name: str) -> str:
     return {"uncoated": "the reflection of bare glass", "single-layer": "a quarter wave of MgF₂",
             "multi-layer": "three layers on every surface to air"}[name]

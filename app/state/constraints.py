@@ -35,8 +35,6 @@ def constrained(settings: Settings) -> Settings:
         return _not_nearer(settings)
     if settings.zoom and not zooms(settings):
         settings = replace(settings, zoom=0.0)
-    if not (design(settings).is_rotationally_symmetric or settings.film_pose.is_upright):
-        settings = settings.plain("tilt", "swing", "rise", "shift", "film_radius")
     settings = _not_tighter(settings)
     if settings.f_number is not None and settings.f_number < _widest_f_number(settings) * (1.0 - 1e-6):
         settings = replace(settings, f_number=None)

@@ -28,6 +28,7 @@ from lensbench.app.state.text_values import (
     read_distance,
     read_electrons,
     read_exposure,
+    read_film_radius,
     read_ghost_pair,
     read_iso,
     read_length,
@@ -47,7 +48,7 @@ from lensbench.optics.iris import MOST_BLADES
 LARGEST_SEED = (1 << 32) - 1
 LEAN = Interval(-STEEPEST, STEEPEST)
 MOVED = Interval(-1000.0, 1000.0)   # mm
-CURVED = Interval(-1e6, 1e6)    # mm
+CURVED = Interval(-1e6, 1e6, infinite=True)    # mm
 NARROWEST = math.radians(0.001)  # field of view
 PROJECTIONS = {                 # of the ideal fisheye: from the angle to the axis to the radius on the film
     "equidistant": "Equidistant, r = f θ",
@@ -151,9 +152,9 @@ class SettingTable(LensSettings):
     shift: float = setting(0.0, unit="mm", bounds=MOVED, read=read_signed_length, metavar="LENGTH",
                            help="of the lens to the right of the film's centre: the picture shows more of the right")
     film_radius: float | None = setting(
-        None, "radius of the film", "mm", CURVED, none="flat", read=read_signed_length, metavar="LENGTH",
+        None, "radius of the film", "mm", CURVED, none="flat", read=read_film_radius, metavar="LENGTH",
         help="of a film that is curved as a sphere; with a minus, as in --film-radius=-90mm, its sides come nearer to "
-        "the lens")
+        "the lens; flat by default")
     pixels_x: int = setting(960, unit="pixels", bounds=Interval(1, MAX_SIDE))
     pixels_y: int = setting(640, unit="pixels", bounds=Interval(1, MAX_SIDE))
     f_number: float | None = setting(2.8, "f-number", bounds=Interval(0.01, 1e4), none="open")     # None: wide open
@@ -174,7 +175,7 @@ class SettingTable(LensSettings):
         1200.0, unit="mm", bounds=DISTANCE._replace(infinite=True), read=read_distance, metavar="DISTANCE",
         option="focus",
         help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given. Without it and "
-        "without a place of the camera, the camera stands where the scene's subject is framed and in focus")
+        "without a position of the camera, the camera is placed where it frames the scene's subject in focus")
     focus_position: str = setting(
         "auto", choices=FOCUS_POSITIONS, former="focusing",
         help="position of the film behind a real lens: the paraxial focus (paraxial), the position of least blur of "

@@ -33,6 +33,10 @@ CHOSEN = "chosen"               # key of the automatic model's choice there: a r
 class Settings(SettingTable):
     """All settings of a user, as one frozen value. Lengths in mm, angles in radians, times in seconds."""
 
+    def __post_init__(self) -> None:
+        if self.film_radius == math.inf:
+            object.__setattr__(self, "film_radius", None)       # a flat film
+
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words, with the version; infinity becomes "inf"."""
         plain = {name: "inf" if value == math.inf else value for name, value in asdict(self).items()}

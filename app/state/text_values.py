@@ -150,6 +150,11 @@ def read_signed_length(text: str) -> float:
     return number * (10.0 if unit == "cm" else 1.0)
 
 
+def read_film_radius(text: str) -> float:
+    """“-90 mm”: the radius of a film that is curved as a sphere; “flat” or “inf”: infinite."""
+    return math.inf if text.strip().lower() in ("flat", "inf", "∞") else read_signed_length(text)
+
+
 def read_film_curvature(text: str) -> float:
     """“-90 mm”: the curvature of that radius, in 1/mm; “flat” or “inf”: 0."""
     if text.strip().lower() in ("flat", "inf", "∞", "0"):

@@ -1,4 +1,4 @@
-"""A film out of line: what it brings into focus, the place of each of its points, and the focus at a click.
+"""A film or a lens out of line: what it brings into focus, the place of each of its points, and the focus at a click.
 
 Lengths in mm, camera frame unless said otherwise.
 """
@@ -37,7 +37,7 @@ def focused_at(settings: Settings, part: Place, depth: float) -> float:
 
     part: of its width and height, from the top left. inf for a lens that then focuses beyond infinity.
     """
-    if not settings.film_pose.is_tilted:
+    if not (settings.film_pose.is_tilted or settings.film_pose.is_curved):
         return depth
     built, _ = seen_from(settings, (part[0] * settings.film.pixels_x, part[1] * settings.film.pixels_y))
     in_line = setup(settings)
@@ -48,9 +48,42 @@ def focused_at(settings: Settings, part: Place, depth: float) -> float:
         return math.inf
 
 
+def leans(settings: Settings) -> bool:
+    """Whether the plane of sharp focus may lie askew to the axis: of a tilted film, or a lens out of line."""
+    return settings.film_pose.is_tilted or _lens_leans(settings)
+
+
+def _lens_leans(settings: Settings) -> bool:
+    try:
+        return settings.has_lens and not setup(settings).lens.is_in_line
+    except (ValueError, OSError):
+        return False
+
+
+def lean_at(settings: Settings, parts: np.ndarray) -> np.ndarray:
+    """Leans (n,) of a flat film in this pose at parts (n, 2) of the picture: see `Blur`.
+
+    Behind a lens out of line, those of the film before which the lens in line has the same plane of sharp focus.
+    """
+    built, film = setup(settings), settings.film
+    pose = replace(settings.film_pose, radius=math.inf)
+    at = pose.points((np.asarray(parts) - 0.5) * [-film.width, film.height])
+    behind = built.film_distance - built.first_order.rear_principal
+    found = sharp_focus(settings) if _lens_leans(settings) else None
+    if found is None:
+        return np.asarray(at[:, 2] / behind)
+    focus = 1.0 / (settings.focus_distance - built.principal_offset) if math.isfinite(settings.focus_distance) else 0.0
+    nearness, power = np.zeros(len(at)), 1.0 / built.first_order.efl
+    if found.plane is not None:                     # where the rays through the principal points meet the plane
+        aside, along = found.plane.normal[:2], found.plane.normal[2]
+        nearness = (along + at[:, :2] @ aside / (behind + at[:, 2])) / (
+            -along * built.principal_offset - found.plane.offset)
+    return np.asarray((nearness - focus) / (power - nearness))
+
+
 def sharp_focus(settings: Settings) -> "lb.analysis.SharpFocus | None":
-    """The plane of sharp focus, its wedge and its lines; None for a film in line, or a camera without a focus."""
-    if settings.film_pose.is_upright or not settings.focuses:
+    """The plane of sharp focus, its wedge and its lines; None where all is in line, or nothing is in focus."""
+    if settings.film_pose.is_upright and not _lens_leans(settings) or not settings.focuses:
         return None
     try:
         return _sharp(settings.optics, file_stamp(settings.lens))
@@ -67,7 +100,7 @@ def _sharp(settings: Settings, lens: Stamp) -> "lb.analysis.SharpFocus":
 
 @dataclass(frozen=True)
 class InSection:
-    """What the section y–z shows of a film out of line. Lens frame (z, y), mm.
+    """What the section y–z shows of a film, or a lens, out of line. Lens frame (z, y), mm.
 
     film: points along it (n, 2). planes: by name, a point and a unit direction. points: by name, where a line crosses
     the section.
@@ -80,7 +113,7 @@ class InSection:
 
 def in_section(settings: Settings) -> InSection | None:
     """The film, the plane of sharp focus, its wedge, hinge and Scheimpflug line in the section; None in line."""
-    if settings.film_pose.is_upright or not settings.has_lens:
+    if not settings.has_lens or settings.film_pose.is_upright and not _lens_leans(settings):
         return None
     return _in_section(settings.optics, file_stamp(settings.lens))
 
@@ -108,19 +141,20 @@ def _in_section(settings: Settings, lens: Stamp) -> InSection:
 
 def sentence(settings: Settings) -> str:
     """What the film brings into focus, in a sentence or two."""
-    if settings.film_pose == UPRIGHT:
+    if settings.film_pose == UPRIGHT and not _lens_leans(settings):
         return "The film is in line: flat, centred, and perpendicular to the axis of the lens"
     if settings.film_pose.is_curved:
         towards = "towards the lens" if settings.film_pose.radius < 0.0 else "away from the lens"
         curved = f"The sides of the film are curved {towards}"
         flat = replace(settings, film_radius=None)
-        return f"{curved}. {sentence(flat)}" if not flat.film_pose.is_upright else curved
+        return curved if flat.film_pose.is_upright and not _lens_leans(settings) else f"{curved}. {sentence(flat)}"
     try:
         found = sharp_focus(settings)
     except (ValueError, OSError) as error:
         return str(error)
     if found is None or found.hinge is None:
-        return "The film is shifted: what is in focus is a plane across the axis"
+        shifted = "The film is shifted: what" if settings.rise or settings.shift else "What"
+        return f"{shifted} is in focus is a plane across the axis"
     if found.plane is None:
         return "The plane of sharp focus lies at infinity"
     lean = math.acos(min(abs(float(found.plane.normal[2])), 1.0))

@@ -127,12 +127,16 @@ def colour(tint: Tint) -> str:
 
 
 def _axes(axes: "Axes", each: Plot) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     plot(axes, each.x.label or "", each.y.label or "", each.title, (each.x.log, each.y.log))
     axes.set_xlim(each.x.low, each.x.high)
     axes.set_ylim(each.y.low, each.y.high)
     for axis, drawn in ((each.x, axes.xaxis), (each.y, axes.yaxis)):
         if axis.log:
             tick_finely(drawn)
+        elif axis.whole:
+            drawn.set_major_locator(MaxNLocator("auto", integer=True))
     if each.equal:
         axes.set_aspect("equal")
     if each.x.label is None:
@@ -150,7 +154,7 @@ def _axes(axes: "Axes", each: Plot) -> None:
             axes.bar(layer.x, layer.y, layer.width, color=colour(layer.tint), alpha=_alpha(layer))
         elif isinstance(layer, Map) and not layer.ghost:
             axes.imshow(np.where(np.isnan(layer.values), np.nan, layer.shades), cmap="bone", vmin=0.0, vmax=1.0,
-                        origin="lower", aspect="auto", extent=(*layer.x, *layer.y), interpolation="nearest")
+                        origin="lower", aspect=axes.get_aspect(), extent=(*layer.x, *layer.y), interpolation="nearest")
             x, y = (low + (np.arange(n) + 0.5) / n * (high - low) for n, (low, high)
                     in zip(layer.values.shape[::-1], (layer.x, layer.y), strict=True))
             if layer.levels:

@@ -126,9 +126,14 @@ def text(draw: imgui.ImDrawList, at: ImVec2, colour: theme.Colour, words: str, r
     draw.add_text(ImVec2(x, y), theme.packed(colour), words)
 
 
-def linear_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:
-    """Ticks of a linear axis from low to high of a length in pixels, each needing `room` pixels: by 1, 2 or 5 × 10ⁿ."""
-    least = abs(high - low) * max(room / max(pixels, 1.0), 0.02)
+@lru_cache(maxsize=256)
+def linear_ticks(low: float, high: float, pixels: float, room: float,
+                 whole: bool = False) -> tuple[list[float], list[str]]:
+    """Ticks of a linear axis from low to high of a length in pixels, each needing `room` pixels: by 1, 2 or 5 × 10ⁿ.
+
+    whole: at whole numbers alone.
+    """
+    least = max(abs(high - low) * max(room / max(pixels, 1.0), 0.02), 1.0 if whole else 0.0)
     decade = 10.0 ** floor(np.log10(max(least, 1e-300)))
     step = next(decade * part for part in (1.0, 2.0, 5.0, 10.0) if decade * part >= least)
     values = [step * k for k in range(-floor(-min(low, high) / step), floor(max(low, high) / step) + 1)]

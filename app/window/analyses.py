@@ -1,6 +1,7 @@
 """The analysis panels of a window: their table, what they share, and the saving of their figures."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -9,8 +10,9 @@ from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
 from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
 from lensbench.app.window.state import WindowState
-from lensbench.app.workers.analysis_worker import AnalysisWorker
+from lensbench.app.workers.analysis_worker import NO_JOBS, AnalysisWorker, Job
 from lensbench.app.workers.task import Task
+from lensbench.kernels.cache import NotCompiledError
 
 # Panels by name: the file of `panels.analysis` that draws each. It is loaded when the panel is first shown
 PANELS = {
@@ -34,19 +36,22 @@ class Analyses:
 
     def __init__(self, window: WindowState):
         self._window = window
-        self.worker = AnalysisWorker(window.wake, lambda: window.worker.waiting > 0.0)
+        self._handed = 0                # the generation of the newest picture in a frame that is built
+        self.worker = AnalysisWorker(window.wake, self._picture_waits)
         self.sheet = Sheet(self.worker, window.requests, window.view.links)
         self.states = {name: AnalysisState() for name in PANELS}
         self._saving: Task[None] | None = None
         self._path = Path()
+        self._asked_of: Settings | None = None          # the settings at the beginning of the frame before
 
     def panel(self, name: str) -> Callable[[Settings], Settings]:
         """Draws the panel of this name: settings to settings."""
         return lambda settings: _drawing(name)(settings, self.states[name], self.sheet) or settings
 
-    def begin(self) -> None:
-        """Call it at the beginning of each frame."""
-        self.worker.advance()
+    def begin(self, settings: Settings) -> None:
+        """Call it at the beginning of each frame, with the settings that the panels will show."""
+        self.worker.advance(self._jobs(settings) if settings is not self._asked_of else NO_JOBS)
+        self._asked_of = settings
         window = self._window
         self.sheet.other = window.view.pinned if window.history.present.compare != "off" else None
         if self._saving is not None and self._saving.done:
@@ -55,6 +60,26 @@ class Analyses:
                 self._window.view.say(f"The figure was saved as {self._path.name}", done=True)
             else:
                 self._window.view.say(task.message)
+
+    def _jobs(self, settings: Settings) -> dict[str, Job]:
+        """What the panels drawn last will ask for."""
+        found = {}
+        for name, state in self.states.items():
+            if state.job is not None and self.worker.wants(name):
+                with suppress(ValueError, OSError, NotCompiledError):       # the panel says so
+                    found[name] = state.job(settings)
+        return found
+
+    def handed_over(self) -> None:
+        """A frame is built, and its drawing need not wait for the interpreter."""
+        update = self._window.presenter.update
+        if update is not None:
+            self._handed = update.generation
+
+    def _picture_waits(self) -> bool:
+        """Whether no frame holds a picture of the present settings: it comes before the figures."""
+        worker = self._window.worker
+        return worker.generation != self._handed and worker.error is None
 
     def save(self, path: Path) -> None:
         """Write the figure whose saving was asked for, in the format of the suffix."""

@@ -10,7 +10,7 @@ from imgui_bundle import hello_imgui, imgui
 
 from lensbench.app.panels.image.magnifier import toggle_magnifier
 from lensbench.app.state.constraints import constrained
-from lensbench.app.state.lens_choice import with_scene
+from lensbench.app.state.lens_choice import FOCUS, with_scene
 from lensbench.app.state.lens_edit.editing import reverted
 from lensbench.app.state.picture.auto_exposure import METERED, MODES, with_mode
 from lensbench.app.state.picture.look_around import LookAround
@@ -91,8 +91,11 @@ def _whole_pixels(state: WindowState) -> None:
 
 
 def reset_camera(state: WindowState) -> None:
-    """Put the camera where the present scene opens."""
-    state.edited = with_scene(state.edited, state.edited.scene, state.chooser.locked)
+    """Put the camera where the present scene opens; with the padlock of the focus closed, the focus stays as it is."""
+    before = state.edited
+    home = with_scene(before, before.scene, state.chooser.locked - {FOCUS})
+    state.edited = constrained(replace(home, focus_distance=before.focus_distance)) if FOCUS in state.chooser.locked \
+        else home
 
 
 def _histogram(state: WindowState) -> None:

@@ -47,7 +47,7 @@ def has_native_dialog() -> bool:
 
 @dataclass(frozen=True)
 class Question:
-    """The file that is asked for."""
+    """What a file dialog asks for."""
 
     title: str
     kind: str                               # of the files, in words
@@ -57,7 +57,7 @@ class Question:
 
 
 class FilePrompt:
-    """Asks for one file at a time."""
+    """Dialog that asks for one file at a time: the system's own, or one in the window."""
 
     def __init__(self, use_native: bool | None = None):
         self._native = has_native_dialog() if use_native is None else use_native
@@ -203,12 +203,12 @@ def centre_next(width: float) -> None:
 
 
 class ExportDialog:
-    """Export: the picture as it stands at once, or any size and number of samples rendered in the background."""
+    """Export: the present picture at once, or any size and number of samples rendered in the background."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None):
         self.path = Path("lensbench.png").resolve()
         self.wants_path = False                 # Browse was pressed
-        self.wants_present: tuple[Path, int] | None = None      # the picture as it stands is to be saved; bits
+        self.wants_present: tuple[Path, int] | None = None      # path and bits of the present picture, to be saved
         self._settings: Settings | None = None
         self._format = "PNG, 8 bits"
         self._open = False
@@ -268,9 +268,10 @@ class ExportDialog:
         return message
 
     def _form(self, settings: Settings) -> None:
+        """Size, samples, format and file, then the buttons."""
         indent = theme.em(6.0)
 
-        # What
+        # Size, samples, format and file
         _label("Size", indent)
         imgui.set_next_item_width(theme.em(6.0))
         longer = max(settings.pixels_x, settings.pixels_y)

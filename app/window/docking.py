@@ -137,7 +137,7 @@ class Panels:
                 if drawing:
                     _recover(state)
                 self._state.postpone(error)
-                if panel:
+                if panel and name != RENDER:            # which shows its own progress
                     self._compiling()
             except Exception as error:
                 if drawing:
@@ -249,7 +249,7 @@ class Panels:
 
     def _pixel(self) -> None:
         window = self._state
-        pixel_panel(self._behind, window.view.links, self._image, self._pixel_state)
+        pixel_panel(self.behind, window.view.links, self._image, self._pixel_state)
 
     @property
     def _image(self) -> NDArray[np.float32] | None:
@@ -269,13 +269,13 @@ class Panels:
 
         draw: receives the settings that it shows, and returns them with the panel's own changes.
         """
-        window, before = self._state, self._behind
+        window, before = self._state, self.behind
         changed = draw(before)
         if changed is not before:
             window.edited = replace(window.edited, **differences(changed, before))
 
     @property
-    def _behind(self) -> Settings:
+    def behind(self) -> Settings:
         """The settings of panels whose geometry takes time."""
         return self._followed.now(self._state.history.present, self._state.worker)
 
@@ -306,14 +306,14 @@ class Panels:
     def _view_3d(self) -> None:
         window = self._state
         self._beside_browser()
-        view_3d_panel(self._behind, window.view.links, self._view_3d_state, window.presenter.solid_picture)
+        view_3d_panel(self.behind, window.view.links, self._view_3d_state, window.presenter.solid_picture)
 
     def _confusion(self) -> None:
         self._following(lambda before: circle_of_confusion_panel(before, self._coc_state, self._state.view.links,
                                                                  self._other))
 
     def _pupil(self) -> None:
-        settings = self._behind
+        settings = self.behind
         full = lit(settings)
         radius = exit_pupil_panel(settings, self._field * full, self._pupil_state, self._state.view.links,
                                   self._other)
@@ -325,7 +325,7 @@ class Panels:
         return lambda: self._following(draw)
 
     def _falloff(self) -> None:
-        falloff_panel(self._behind, self._falloff_state, self._other)
+        falloff_panel(self.behind, self._falloff_state, self._other)
 
     def _models(self) -> None:
         window, update = self._state, self._state.presenter.update

@@ -19,11 +19,12 @@ from lensbench.app.state.lens_choice import with_lens, with_scene
 from lensbench.app.state.lens_edit.editing import can_save_in_place
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.stop_picture import SUFFIXES, stop_picture, with_readable_stop
+from lensbench.app.state.stop_picture import stop_picture, with_readable_stop
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
 from lensbench.app.window.state import WindowState
 from lensbench.lenses import READERS, WRITERS
+from lensbench.lenses.stop_picture import SUFFIXES
 
 RECENT = 8                      # files that are remembered
 PICTURES = (".png", ".exr", ".ppm")                      # that carry their settings

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 from lensbench import lenses
+from lensbench.app.state.build import own_picture
 from lensbench.app.state.file_cache import file_stamp
 from lensbench.app.state.scene_file import find_scene, scene_stamp
 from lensbench.app.state.settings import Settings
@@ -34,7 +35,8 @@ class FileWatch:
         found, problems = [], dict[str, str]()
         for name, stamp_of, load in ((settings.lens, file_stamp, lenses.load),
                                      (settings.scene, scene_stamp, find_scene),
-                                     (settings.stop_image, file_stamp, stop_picture)):
+                                     (settings.stop_image, file_stamp, stop_picture),
+                                     (own_picture(settings), file_stamp, stop_picture)):
             if not name:
                 continue
             stamp = stamp_of(name)

@@ -20,14 +20,18 @@ from lensbench.app.state.fuzzy import ranked, score
 from lensbench.app.state.lens_choice import with_lens, with_scene
 from lensbench.app.state.setting import spec, titles, words
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.stop_picture import stop_picture_path
 from lensbench.app.state.text_values import read_angle, read_aperture
 from lensbench.app.widgets import theme
 from lensbench.app.window.commands import COMMANDS
 from lensbench.app.window.state import WindowState
 from lensbench.kernels.figures import significant
+from lensbench.kernels.quotation import cut
+from lensbench.lenses.stop_picture import SUFFIXES
 
 NAME = "Command palette"
 ROWS = 11
+MOST_PATH = 60          # characters of the folder of a picture
 WIDTH = 34.0                    # em
 HIDDEN = ("lens", "scene", "film_width", "film_height", "crop", "fov", "fisheye_fov", "pixels_x", "pixels_y", "wipe",
           "zoom", "compare", "overlay", "exposing", "end_position", "end_yaw", "end_pitch")
@@ -185,12 +189,14 @@ def _given(query: str, state: WindowState) -> list[Entry]:
     """A row for a setting whose value is typed after its name, or for what is wrong with it; at most one."""
     parts = query.split()
     best: tuple[float, Entry] | None = None
-    for cut in range(1, len(parts)):
-        head, tail = " ".join(parts[:cut]), " ".join(parts[cut:])
+    for k in range(1, len(parts)):
+        head, tail = " ".join(parts[:k]), " ".join(parts[k:])
         for field in fields(Settings):
             read = READERS.get(field.name) or spec(field).read
             if field.name in HIDDEN or read is None:
                 continue
+            if field.name == "stop_image":             # the folder of the lens file, of a path that is relative
+                read = partial(stop_picture_path, state.edited)
             ranks = [score(head, title) for title in (_title(field), *OTHER_NAMES.get(field.name, ()))]
             rank = max((rank for rank in ranks if rank is not None), default=None)
             if rank is not None and (best is None or rank > best[0]):
@@ -211,10 +217,12 @@ def _value(field: Field, read: Callable[[str], Any], text: str) -> Entry | None:
         value = read(text)
         _changed(field.name, value)(Settings()).checked()
     except ValueError as error:
-        if not any(character.isdigit() for character in text):
+        if not any(character.isdigit() for character in text) and Path(text).suffix.lower() not in SUFFIXES:
             return None                     # a part of a name
         return Entry(f"{_title(field)}: {error}", "")
-    shown = spec(field).shown(value) if isinstance(value, int | float) else text
+    shown = spec(field).shown(value) if isinstance(value, int | float) and math.isfinite(value) else text
+    if field.name == "stop_image":
+        shown = f"{Path(value).name} in {cut(str(Path(value).parent), MOST_PATH)}"
     return Entry(f"{_title(field)}: {shown}", "Enter", _sets(_changed(field.name, value)))
 
 

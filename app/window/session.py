@@ -164,7 +164,7 @@ class Session(WindowState):
         self._meter()
         self.view.links.advance()
         self.panels.follow_improvement()
-        self.analyses.begin()
+        self.analyses.begin(self.panels.behind)
         self._unpin()
         self._steer_lists()
         shortcuts(self, self._keyboard)
@@ -201,6 +201,7 @@ class Session(WindowState):
         self.comparing.advance(busy)
         self.say_of_scene()
         self.say_of_place()
+        self.say_of_ghost()
         self.editing.advance(held)
         self._heap.advance(monotonic())
 
@@ -356,6 +357,7 @@ class Session(WindowState):
         A processor that draws would queue frame upon frame, and a new picture would wait behind them all. The call
         goes by ctypes, which lets the worker's threads go on meanwhile.
         """
+        self.analyses.handed_over()
         if self._finish is not None:
             self._finish()
         self.worker.shown(self.presenter.update)

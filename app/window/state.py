@@ -23,6 +23,7 @@ from lensbench.app.display.presenter import Presenter
 from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.panels.light_field.controller import LightFieldController
 from lensbench.app.state.build import published, wavelength_remark
+from lensbench.app.state.coating import missing_ghost
 from lensbench.app.state.constraints import coarser, longer_side_within, showable, with_longer_side
 from lensbench.app.state.lens_choice import in_the_way
 from lensbench.app.state.request import Request
@@ -66,6 +67,8 @@ class WindowState:
         self._scene_said, self._of_scene = "", list[str]()      # the scene of the picture, and the notes on it
         self._placed: tuple | None = None      # lens, scene and place of the camera,
         self._of_place = ""                             # and the note on them
+        self._shown_ghost: tuple[object, ...] = ()      # lens and ghost of which was last asked whether it exists
+        self._of_ghost = ""                             # and the note on it
         self.remember = remember                        # layout, theme and recent files, beyond this session
         self.export = ExportDialog(self.wake)
         self.dark = True
@@ -216,7 +219,7 @@ class WindowState:
                 self.view.say(text, note=True)
 
     def say_of_place(self) -> None:
-        """Show what keeps the camera nearer to the subject than its lens would frame it, as long as it stands there."""
+        """Show what keeps the camera nearer to the subject than its lens would frame it, until it is moved."""
         present = self.history.present
         place = present.lens, present.scene, present.position
         if place == self._placed:
@@ -229,6 +232,17 @@ class WindowState:
         self._placed, self._of_place = place, found
         if found:
             self.view.say(self._of_place, lens=present.lens)
+
+    def say_of_ghost(self) -> None:
+        """Show that the lens has no such ghost as is shown alone, after an edit of the lens for one."""
+        present = self.history.present
+        shown = present.lens, present.edited, present.ghosts, present.ghost_pair, present.has_lens
+        if shown == self._shown_ghost:
+            return
+        self.view.notices.forget(lambda notice: notice.text == self._of_ghost)
+        self._shown_ghost, self._of_ghost = shown, missing_ghost(present)
+        if self._of_ghost:
+            self.view.say(self._of_ghost, lens=present.lens)
 
     # The window
 

@@ -1,21 +1,30 @@
 """The figures of the analysis panels, computed on a background thread: coarse at once, refined when still.
 
 Panels say in every frame what they show; what no panel shows is not computed. All figures of one lens share its rays.
-None begins while the picture waits for its first pass: it has the processors to itself.
+While the picture waits for its first pass, it has the processors to itself: no figure begins, and one under way pauses
+at the next place where its computation allows it. Coarse figures have the window's priority: with a lower one their
+thread would hold the interpreter's lock without getting a processor. Refined ones make way for coarse ones.
 """
 
 import threading
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
-from time import monotonic, sleep
+from functools import partial
+from time import monotonic
+from types import MappingProxyType
 
 from lensbench.app.state.analysis.figure import Figure
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.workers.task import Task, error_text, report_unforeseen
+from lensbench.kernels.pauses import pause, pausing
 
 STILL = 0.25                    # seconds without a change before a figure is refined
+NO_JOBS: Mapping[str, "Job"] = MappingProxyType({})
 PATIENCE = 0.5                  # seconds in a row that figures leave to first passes, at the most
-LOOK = 0.001                    # seconds between two looks for the picture
+
+
+class _NoLongerWantedError(Exception):
+    """Ends a refined figure whose panel shows something else by now."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +60,7 @@ class AnalysisWorker:
         self._asked: dict[str, tuple[Job, float]] = {}          # of this frame: the job, and since when it is wanted
         self._answers: dict[str, Answer] = {}
         self._task: Task[None] | None = None
+        self._free = 0.0                        # when a figure could go on the last time
 
     @property
     def busy(self) -> bool:
@@ -59,18 +69,22 @@ class AnalysisWorker:
             return any(not self._is_done(name, job, refined=True)
                        for name, (job, _) in (*self._wanted.items(), *self._asked.items()))
 
-    def advance(self) -> None:
-        """Begin a frame: what the panels of the last one did not want is no longer wanted."""
+    def advance(self, jobs: Mapping[str, Job] = NO_JOBS) -> None:
+        """Begin a frame: what the panels of the last one did not want is no longer wanted.
+
+        jobs: what these panels will want now, if they are still there; the work begins before they say so.
+        """
         with self._lock:
             self._wanted, self._asked = self._asked, {}
-            idle = self._task is None or self._task.done
-            if idle and self._next() is not None:
-                self._task = Task("Analysis", self._work, self._wake)
+            for name, (job, _) in self._wanted.items():
+                if jobs.get(name, job) != job:
+                    self._wanted[name] = jobs[name], monotonic()
+            self._begin()
 
     def want(self, name: str, job: Job) -> Answer | None:
         """The newest answer for the panel of this name, and a request for that of this job. None: there is none yet.
 
-        The work begins with the next frame: at the end of this one the picture has begun.
+        The work begins with the next frame, so that the picture, which begins at the end of this one, comes first.
         """
         with self._lock:
             known = self._wanted.get(name)
@@ -81,12 +95,26 @@ class AnalysisWorker:
             self._wake()
         return answer
 
+    def wants(self, name: str) -> bool:
+        """Whether the panel of this name wanted a figure in this frame or the one before."""
+        with self._lock:
+            return name in self._asked or name in self._wanted
+
     def stop(self) -> None:
-        """Compute nothing more; the figure at work is finished."""
+        """Compute nothing more; a coarse figure at work is finished."""
         with self._lock:
             self._wanted, self._asked = {}, {}
         if self._task is not None:
             self._task.cancel()
+
+    def _begin(self) -> None:
+        """Compute on a thread what is wanted, if anything is, unless one is at work."""
+        if self._task is None or self._task.done:
+            found = self._next()
+            if found is not None:
+                refined = found[2]
+                self._free = monotonic()
+                self._task = Task("Analysis", partial(self._work, refined), self._wake, lowered=refined)
 
     def _is_done(self, name: str, job: Job, refined: bool) -> bool:
         answer = self._answers.get(name)
@@ -106,28 +134,46 @@ class AnalysisWorker:
                 return name, job, True
         return None
 
-    def _work(self, task: Task[None]) -> None:
-        free = monotonic()                      # when a figure could begin the last time
+    def _work(self, refined: bool, task: Task[None]) -> None:
+        """Make coarse figures, or refined ones as long as none is coarse; `advance` goes on with the others."""
         while not task.cancelled:
+            pause(self._pauses)
             with self._lock:
                 found = self._next()
-            if found is None:
+            if found is None or found[2] != refined:
                 return
-            name, job, refined = found
-            if self._waits() and monotonic() - free < PATIENCE:
-                sleep(LOOK)
+            name, job, _ = found
+            try:
+                with pausing(partial(self._refined_pauses, name, job) if refined else self._pauses):
+                    answer = _answer(job, refined)
+            except _NoLongerWantedError:
                 continue
-            answer = _answer(job, refined)
-            free = monotonic()
             with self._lock:
                 self._answers[name] = answer
             self._wake()
+
+    def _pauses(self) -> bool:
+        """Whether figures leave the processors to a first pass."""
+        now = monotonic()
+        if not self._waits():
+            self._free = now
+        return now - self._free < PATIENCE and self._waits()
+
+    def _refined_pauses(self, name: str, job: Job) -> bool:
+        """The same of a refined figure, which ends where its panel shows another one."""
+        with self._lock:
+            wanted = self._asked.get(name) or self._wanted.get(name)
+        if wanted is None or wanted[0] != job:
+            raise _NoLongerWantedError
+        return self._pauses()
 
 
 def _answer(job: Job, refined: bool) -> Answer:
     """The figure of a job. An error is final: finer rays would not help."""
     try:
         return Answer(job, refined, job.make(job.query, job.points[refined], *job.options))
+    except _NoLongerWantedError:
+        raise
     except Exception as error:                  # the thread has no caller: the panel shows the message
         report_unforeseen(error)
         return Answer(job, True, None, error_text(error, "This analysis"))

@@ -33,7 +33,7 @@ class ImprovementWorker:
 
     @property
     def message(self) -> str:
-        """Why the latest improvement has ended; "" where it has come to its end, or goes on."""
+        """Reason for which the latest improvement ended early; "" while it runs, and where it completed."""
         return self._task.message if self._task is not None and self._task.done else ""
 
     def start(self, document: LensDocument, cells: Sequence[tuple[int, str]], image_height: float,

@@ -293,7 +293,7 @@ def _compared(task: Task, field_picture: FieldPicture) -> Compared | None:
             recording.of_moment(look), task.report)
     else:
         rendered = render(settings, task.report, lambda: task.cancelled)
-        image = rendered.image if rendered is not None else None
+        image = rendered[0] if rendered is not None else None
     return None if image is None else Compared(field_picture, image, settings, decibels(field_picture.image, image))
 
 

@@ -247,7 +247,7 @@ class RenderWorker:
         return job
 
     def _trace_lights(self, job: RenderJob) -> None:
-        """Begin with the picture's own light, if nothing of it is under way.
+        """Begin with the picture's own light, unless that is under way.
 
         That of settings that have gone by is made to its end, for the next ones: a drag need not rest for it.
         """
@@ -300,7 +300,9 @@ class RenderWorker:
     def _advance(self, job: RenderJob, passes: ThreadPoolExecutor) -> None:
         """One pass: the first of one sample, the next of as many as fit between two pictures; or what follows these."""
         start = perf_counter()
-        patience = start + FIRST_SECONDS if job.rendering.samples == 0 else start
+        first, rendering = job.rendering.samples == 0, job.rendering
+        awaited = first and (self._update is None or self._update.generation != job.generation)     # not a second model
+        patience = start + FIRST_SECONDS if awaited else start
 
         def wanted() -> bool:
             return self.alive and (job.generation == self._generation or perf_counter() < patience)
@@ -326,7 +328,6 @@ class RenderWorker:
             self._amend(job, depth=job.depth)
             return
 
-        first, rendering = job.rendering.samples == 0, job.rendering
         pool = self._first_pool if first else self._pool
         count = max(1, min(job.pass_samples, self._present_target - rendering.samples))
         added = passes.submit(rendering.add, count, pool, wanted)
@@ -336,13 +337,14 @@ class RenderWorker:
             return
         seconds = perf_counter() - start
         job.timed(count, seconds)
-        if wanted() or first:
+        if wanted() or awaited:
             update = self._show(job)
             if first:                                   # neither the next pass nor the light must slow the frame down
                 if not rendering.is_borrowing:
                     self._before.lend(job.scene, rendering.layer())
-                with self._change:
-                    self._change.wait_for(lambda: self._shown is update or not wanted(), HOLD_SECONDS)
+                with self._change:                      # a frame with other settings waits for this thread
+                    self._change.wait_for(lambda: self._shown is update or job.generation != self._generation
+                                          or not self.alive, HOLD_SECONDS)
                 if rendering.is_borrowing:
                     self._trace_lights(job)
 

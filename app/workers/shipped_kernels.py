@@ -30,6 +30,8 @@ from lensbench.kernels import cache
 from lensbench.kernels.figures import fixed
 from lensbench.lens_models.polynomial import DEGREES
 from lensbench.rendering.temporal_reuse import Reusable
+from lensbench.scenery.builtin.benchmark import lamps_scene
+from lensbench.scenery.shading.many_lamps import MANY_LAMPS
 
 LENSES = ("pbrt-dgauss-50mm",                       # spheres
           "pbrt-fisheye-10mm",
@@ -68,7 +70,23 @@ def pictures() -> Iterator[Any]:
     yield replace(plain, blades=7, roundness=0.3)
     yield replace(plain, dispersion="on", lens_model="trace")
     yield replace(plain, light_tracing=False)
+    for model in LENS_MODELS:
+        yield replace(plain, lens_model=model, tilt=0.05)
+    yield replace(with_lens(plain, LENSES[5]), lens_model="trace", tilt=0.05)
     yield replace(plain, scene="night-lights", ghosts=True, stars=True)
+
+
+def cameras() -> Iterator[lb.LensCamera]:
+    """Cameras that no lens of the library gives: with surfaces out of line, and with a picture in the stop."""
+    lens, film = lb.stopped_down(lenses.load(LENSES[0]), 4.0), lb.Film(36.0, 24.0, 48, 32)
+    bent = replace(lens, surfaces=tuple(replace(surface, pose=lb.SurfacePose(tilt_x=0.01)) if i < 2 else surface
+                                        for i, surface in enumerate(lens.surfaces)))
+    pictured = replace(lens, stop_image=lb.StopImage.of(np.eye(8) + 0.5 * np.eye(8)[::-1]))
+    for pose in (lb.FilmPose(), lb.FilmPose(tilt=0.05)):
+        yield lb.LensCamera(bent, film, 1500.0, film_pose=pose)
+        for model in ("trace", "thick"):
+            yield lb.LensCamera(pictured, film, 1500.0, model=model, film_pose=pose)
+    yield lb.LensCamera(replace(bent, stop_image=pictured.stop_image), film, 1500.0)
 
 
 def exercise(progress: Any = print) -> None:
@@ -109,7 +127,18 @@ def exercise(progress: Any = print) -> None:
                 lb.distortion_grid(built.lens, built.film_distance, built.film)
         progress(f"{len(cache.used)} kernels: {settings.camera} {settings.lens_model} {settings.lens} "
                  f"{settings.scene} {settings.view}")
+    for each in cameras():
+        for scene in (lb.builtin_scene("still-life"), lb.builtin_scene("night-lights")):
+            rendering = lb.Rendering(each, scene)
+            rendering.add(1, threads=2)
+            rendering.add(1, threads=2)
+            lb.depth_map(each, scene)
+        each.raster_from_point(np.array([[0.0, 0.0, -1500.0]]))
+    progress(f"{len(cache.used)} kernels with those of lenses out of line and pictures in the stop")
     small, scene = lb.Film(36.0, 24.0, 24, 16), lb.builtin_scene("still-life")
+    many, wall = lamps_scene(2 * MANY_LAMPS), lb.Mesh.of([[0, 0, -900], [90, 0, -900], [0, 90, -900]], [[0, 1, 2]])
+    for lit in (many, replace(many, meshes=(wall,))):
+        lb.Rendering(lb.PerspectiveCamera(small), lit).add(1, threads=2)
     view = lb.LensCamera(lenses.load(LENSES[0]), small, 1200.0, 2.8, model="trace")
     field = lb.capture_light_field(view, scene, views=(3, 3), samples=2)
     field.refocus(2000.0)

@@ -19,6 +19,7 @@ from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.imaging.film import Film
 from lensbench.kernels.figures import f_number_text, significant
+from lensbench.kernels.pauses import pause
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.focus import FocusError, focused, nearest_focus
 from lensbench.optics.focus import film_distance as focus_on
@@ -133,7 +134,6 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
         For an afocal lens, f-numbers that the lens does not reach, a frequency or limit that is not positive, and as
         `ray_grid`.
     """
-    lens = lens.with_open_stop
     widest = first_order(lens.in_air).f_number
     if not widest < inf:
         raise LensError("this lens is afocal: it has no focus to shift")
@@ -146,6 +146,7 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
     shares = np.array(conditions.weights)
     blur, mtf, depth = (np.full(len(numbers), nan) for _ in range(3))
     for i, number in enumerate(numbers):
+        pause()
         stopped = stopped_down(lens, float(number))
         share = stopped.stop.semi_diameter / lens.stop.semi_diameter
         known = wide is not None and wide.pass_within(share)
@@ -217,6 +218,7 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
     angles, focal, magnified = (np.full(len(places), nan) for _ in range(3))
     refused = []
     for i, place in enumerate(places):
+        pause()
         try:
             there = focused(lens, float(place))
             away = focus_on(there, float(place))
@@ -270,5 +272,8 @@ def relative_illumination(lens: Lens, film_distance: float, film: Film, f_number
         raise LensError("this lens is afocal: it has no f-numbers to compare")
     numbers = widest * np.sqrt(2.0) ** np.arange(4) if f_numbers is None else f_numbers
     radii = np.linspace(0.0, 0.5 * film.diagonal, points)
-    return tuple((f_number_text(float(number)), falloff(stopped_down(lens, float(number)), film_distance, radii))
-                 for number in numbers)
+    found = []
+    for number in numbers:
+        pause()
+        found.append((f_number_text(float(number)), falloff(stopped_down(lens, float(number)), film_distance, radii)))
+    return tuple(found)

@@ -84,8 +84,8 @@ class RadialBeam:
     """The beam of a round pupil in one wavelength (µm), at NODES heights from the axis to the rim.
 
     pupil, opd, offset, slope: (n,) as in RayGrid, the offset and the slope along the pupil coordinate. light: (n,)
-    light within this height: the square of the beam's radius, or what Lambert's law makes of it. root: (n,) square root
-    of its light per squared pupil coordinate.
+    light within this height: the square of the beam's radius; for a near object, in proportion to what a Lambertian
+    point sends into it. root: (n,) square root of the derivative of the light by the squared pupil coordinate.
     """
 
     wavelength: float
@@ -134,12 +134,12 @@ def axial_rays(lens: Lens, film_distance: float, conditions: Conditions, heights
     places, _ = beams.towards_scene(np.zeros((1, points)), pupil)
     entries = places[0] @ beams.axes[0, 1]
     of_field = np.zeros(points, int)
-    begun = beams.starts(of_field, places[0])
+    starts = beams.starts(of_field, places[0])
     rows = np.empty((len(axis.wavelengths), LANDED, points))
     victim = np.full((len(rows), points), -2, np.int16)
     known = np.isfinite(entries)
     for c, colour in enumerate(axis.wavelengths):
-        landed, ended = beams.forward(colour, of_field, begun)
+        landed, ended = beams.forward(colour, of_field, starts)
         rows[c], victim[c, known] = np.where(known, landed, nan), ended[known]
     return AxialRays(axis, heights, np.abs(entries), float(beams.reaches[0]), rows, victim)
 

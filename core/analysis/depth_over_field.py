@@ -17,13 +17,14 @@ from lensbench.analysis.grids.field_conditions import Conditions
 from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.analysis.spot_diagram import spots
 from lensbench.kernels.figures import significant
+from lensbench.kernels.pauses import pause
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
 from lensbench.optics.system import FieldKind
 
-PLACES = 9              # of the object, at first
+PLACES = 9              # object distances that are traced at first
 WIDTHS = 2.0            # depths of field to either side of the plane in focus, that these cover
 WIDER = 2.0             # × the range of places, while a limit lies beyond
 TRIALS = 4
@@ -103,16 +104,17 @@ def field_depth(lens: Lens, film_distance: float, conditions: Conditions, limit:
     traced: dict[float, np.ndarray] = {}
 
     def blur_at(nearness: float) -> None:
-        """Trace the object there, if it can be."""
+        """Put the blur (F,) of an object into `traced`, by 1 / distance (1/mm); NaN where no rays can be traced."""
         if nearness not in traced:
+            pause()
             away = inf if nearness == 0.0 else 1.0 / nearness
             try:
-                there = ray_grid(lens, film_distance, replace(conditions, object_distance=away), pupil)
+                grid = ray_grid(lens, film_distance, replace(conditions, object_distance=away), pupil)
             except LensError:                   # too near: within the lens, or no light of it reaches the film
                 traced[nearness] = np.full(len(rays.images), np.nan)
                 return
-            size = spots(there, "centroid").white_rms_radius[:, 0]
-            traced[nearness] = np.where(there.lit, 2.0 * np.sqrt(2.0) * size, np.nan)
+            size = spots(grid, "centroid").white_rms_radius[:, 0]
+            traced[nearness] = np.where(grid.lit, 2.0 * np.sqrt(2.0) * size, np.nan)
 
     half, lit = PLACES // 2, rays.lit
     for _ in range(TRIALS):

@@ -95,13 +95,14 @@ def ray_fans(rays: RayGrid, points: int = 65) -> Fans:
         pupil[a, :, a] = pupil_by_height(beams, a, heights)
         pupil[1 - a, :, a] = beams.chief_pupil[:, 1 - a, None]
     places, _ = beams.towards_scene(*np.ascontiguousarray(pupil))
+    places[beams.beyond_the_plane] = np.nan
     of_field = np.repeat(np.arange(count), 2 * points)
-    begun = beams.starts(of_field, places.reshape(-1, 2))
+    starts = beams.starts(of_field, places.reshape(-1, 2))
     colours = rays.conditions.wavelengths
     offset, slope = np.full((2, len(colours), count, 2, points, 2), np.nan)
     opd, victim = np.full(offset.shape[:-1], np.nan), np.full(offset.shape[:-1], -2, np.int16)
     for c, colour in enumerate(colours):
-        landed, ends = beams.forward(colour, of_field, begun)
+        landed, ends = beams.forward(colour, of_field, starts)
         good = np.isfinite(places).all(-1) & np.isfinite(landed[OPD]).reshape(places.shape[:-1])
         offset[c][good] = landed[[OFFSET_S, OFFSET_T]].T.reshape(offset.shape[1:])[good]
         slope[c][good] = landed[[SLOPE_S, SLOPE_T]].T.reshape(offset.shape[1:])[good]

@@ -132,7 +132,7 @@ def through_focus(rays: RayGrid, frequency: float, shifts: np.ndarray) -> np.nda
     otf = np.full((*rays.opd.shape[:2], 2, len(shifts)), np.nan, complex)
     lines = 1e-3 * np.array(rays.conditions.wavelengths)
 
-    mirrored = rays.beams.mirrored and rays.opd.shape[-1] % 2 == 0
+    mirrored = rays.mirrored and rays.opd.shape[-1] % 2 == 0
 
     def fill(f: int) -> None:
         _through_focus(pupils[:, f], rays.pupil[f], frequency, lines, shifts, mirrored, otf[f])

@@ -1,20 +1,26 @@
-"""The plane of sharp focus behind a lens whose film is out of line, its wedge of depth of field, and their lines.
+"""The plane of sharp focus of a lens or a film out of line, its wedge of depth of field, and their lines.
 
 Camera frame, mm. To first order a lens images planes into planes: that of the film into the plane of sharp focus. Both
 meet in the Scheimpflug line, seen through the principal planes. Films parallel to this one, of any distance, have
 planes in focus that meet in the hinge line, where the front focal plane meets the plane through the front principal
-point that is parallel to the film. (Merklinger, Focusing the View Camera, 1996, ch. 3 and appendix.)
+point that is parallel to the film. (Merklinger, Focusing the View Camera, 1996, ch. 3 and appendix.) Behind a lens
+without rotational symmetry the planes are those of narrow traced beams, and meet in the hinge line.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lensbench.analysis.traced_focus import focused_plane
 from lensbench.cameras.rays import CameraError
 from lensbench.cameras.real_lens import LensCamera
 from lensbench.kernels.figures import significant
 from lensbench.optics.paraxial import first_order
+
+BESIDE = 0.01           # of half the film's sides: from the axis to film points whose beams give a plane
+FARTHEST = 1e-12        # 1/mm: a plane in focus farther than its inverse lies at infinity
+PARALLEL = 1e-9         # radians between two planes
 
 
 @dataclass(frozen=True)
@@ -31,6 +37,13 @@ class Plane:
 
     normal: np.ndarray
     offset: float
+
+    @classmethod
+    def facing(cls, normal: np.ndarray, offset: float) -> "Plane":
+        """The plane normal · p = offset, for a normal (3,) of any length and sign."""
+        size = float(np.linalg.norm(normal))
+        sign = 1.0 if (normal[2] if abs(normal[2]) > 1e-9 * size else normal[1] or normal[0]) > 0.0 else -1.0
+        return cls(sign * normal / size, sign * offset / size)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Distances (n,) in mm of points (n, 3) from the plane, positive on the side of the normal."""
@@ -62,8 +75,8 @@ class SharpFocus:
         Limits of the wedge, whose points are blurred to the circle of confusion at the film's middle; None at
         infinity.
     hinge, scheimpflug : Line or None
-        The two lines; None for a film that is perpendicular to the axis. The Scheimpflug line is that in the front
-        principal plane.
+        The two lines; None for planes in focus that are parallel. The Scheimpflug line is that in the front principal
+        plane; None for a lens without rotational symmetry, which has no such plane.
     """
 
     plane: Plane | None
@@ -110,10 +123,7 @@ def sharp_focus(camera: LensCamera, circle: float) -> SharpFocus:
         normal = np.array([-n * a, -n * b, -(g - e / fo.efl)])      # u = front − z
         offset = -e * n - (g - e / fo.efl) * front
         size = float(np.linalg.norm(normal))
-        if size * abs(fo.efl) < 1e-12 * abs(e):
-            return None
-        sign = 1.0 if (normal[2] if abs(normal[2]) > 1e-9 * size else normal[1] or normal[0]) > 0.0 else -1.0
-        return Plane(sign * normal / size, sign * offset / size)
+        return None if size * abs(fo.efl) < 1e-12 * abs(e) else Plane.facing(normal, offset)
 
     # The film's middle may move along the axis by so much before a point becomes the circle
     if math.isfinite(fo.exit_pupil.z):
@@ -121,6 +131,8 @@ def sharp_focus(camera: LensCamera, circle: float) -> SharpFocus:
     else:
         cone = 1.0 / (n * fo.f_number)
     depth = circle / cone if cone > 0.0 else math.inf
+    if not lens.is_rotationally_symmetric:
+        return _traced(camera, depth)
     planes = [imaged(start + g * shift) for shift in (0.0, depth, -depth)]
     if not camera.film_pose.is_tilted:
         return SharpFocus(planes[0], planes[1], planes[2], None, None)
@@ -129,3 +141,28 @@ def sharp_focus(camera: LensCamera, circle: float) -> SharpFocus:
     hinge = Line(np.array([*aside, front - n * fo.efl]), across)
     meeting = tilted * (start / math.hypot(a, b))
     return SharpFocus(planes[0], planes[1], planes[2], hinge, Line(np.array([*meeting, front]), across))
+
+
+def _traced(camera: LensCamera, depth: float) -> SharpFocus:
+    """What is in focus behind a lens without rotational symmetry; depth: of the film's middle along the axis, mm."""
+    pose = replace(camera.film_pose, radius=math.inf)
+    on_axis = pose.film_points(np.zeros((1, 2)), np.zeros((1, 2)))
+    beside = BESIDE * 0.5 * np.array([camera.film.width, camera.film.height])
+    film = pose.points(on_axis + beside * [[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+
+    def imaged(shift: float) -> Plane | None:
+        found = focused_plane(camera.lens, camera.film_distance, film + [0.0, 0.0, shift])
+        if found is None or np.linalg.norm(found[:3]) < FARTHEST * abs(found[3]):
+            return None
+        return Plane.facing(found[:3], -float(found[3]))
+
+    sharp, near, far = (imaged(shift) for shift in (0.0, depth, -depth))
+    hinge = None
+    if near is not None and far is not None:
+        along = np.cross(near.normal, far.normal)
+        if np.linalg.norm(along) > PARALLEL:
+            at = np.linalg.lstsq(np.stack([near.normal, far.normal]), np.array([near.offset, far.offset]), rcond=None)
+            across = float(along[:2] @ along[:2])       # the point of the line that is nearest to the axis
+            t = -float(at[0][:2] @ along[:2]) / across if across > 0.0 else 0.0
+            hinge = Line(at[0] + t * along, along / np.linalg.norm(along))
+    return SharpFocus(sharp, near, far, hinge, None)

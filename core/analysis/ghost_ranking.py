@@ -14,6 +14,7 @@ from lensbench.analysis.grids.field_conditions import check_wavelength
 from lensbench.cameras.film_landing import landing_step
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import lane_buffer
+from lensbench.kernels.pauses import pause
 from lensbench.optics.coatings import Coating
 from lensbench.optics.ghost_grid import entrance_grid, pair_box
 from lensbench.optics.ghost_pairs import DIRECT, Pair, ghost_order, ghost_pairs, pair_share
@@ -132,6 +133,7 @@ def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelen
     direct = traced_spot(tracer, lanes, source, DIRECT, cells)
     found, symmetric = [], lens.is_rotationally_symmetric
     for pair in ghost_pairs(lens, wavelength):
+        pause()
         estimate = paraxial_ghost(lens, film_distance, pair, wavelength, coating) if symmetric else (math.nan,) * 3
         light_there, x, y, diameter = traced_spot(tracer, lanes, source, pair, cells)
         share = light_there / direct[0] if direct[0] > 0.0 else math.nan if light_there > 0.0 else 0.0

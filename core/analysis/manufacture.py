@@ -32,6 +32,7 @@ from lensbench.analysis.perturbed_copies import (
 )
 from lensbench.imaging.film import Film
 from lensbench.kernels.figures import significant
+from lensbench.kernels.pauses import due, pause
 from lensbench.optics.focus import film_distance
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
@@ -171,6 +172,7 @@ class Judge:
         half = 0.5 * (film.diagonal if film is not None else math.hypot(width, height))
         self.height, rays = _rays(lens, fo.efl, half)
         self.origins, self.directions, self.fields = rays
+        self.image_heights = self._image_heights(given.primary_wavelength)
         self.frequencies = np.asarray((10.0, 20.0, 30.0, 40.0, 60.0) if frequencies is None else frequencies, float)
         if not (self.frequencies.ndim == 1 and self.frequencies.size and np.isfinite(self.frequencies).all()
                 and (self.frequencies > 0.0).all()):
@@ -179,13 +181,23 @@ class Judge:
         self.limits = 2.0 / math.pi * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
         self.ends, self.kinds = bodies(lens), surface_table(lens).kinds
 
+    def _image_heights(self, wavelength: float) -> tuple[float, ...]:
+        """Where the middles of the fields' beams meet the film, mm: a fisheye images them far nearer than f tan θ."""
+        rays = trace(self.lens, self.origins, self.directions, wavelength, clip=False, forward=True)
+        away = (self.film_z - rays.points[:, 2]) / rays.directions[:, 2]
+        y = rays.points[:, 1] + away * rays.directions[:, 1]
+        return 0.0, *(float(np.nanmean(y[self.fields == f])) for f in range(1, len(FIELDS)))
+
     def judged(self, tables: np.ndarray, posed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Focus (copies,), spots (copies, fields) and contrast (copies, fields, n, 2), on two threads."""
         count = len(tables)
         focus, spots = np.empty(count), np.empty((count, len(FIELDS)))
         contrast = np.empty((count, len(FIELDS), len(self.frequencies), 2))
 
+        paused = due()
+
         def part(first: int) -> None:
+            pause(paused)
             here = slice(first, first + CHUNK)
             out = np.empty((len(tables[here]), len(self.wavelengths), len(self.origins), 4))
             trace_copies(self.kinds, posed[here], tables[here], self.film_z, self.origins, self.directions, out)
@@ -198,7 +210,7 @@ class Judge:
 
 
 def _rays(lens: Lens, efl: float, half: float) -> tuple[float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """The largest image height (mm) that light reaches, up to `half`; origins, directions (n, 3) and fields (n,)."""
+    """Image height (mm, f tan θ) up to `half` that light reaches; origins, directions (n, 3) and fields (n,)."""
     for part in range(TRIES):
         height = half * (1.0 - part / TRIES)
         found = [_beam(lens, math.atan(share * height / efl)) for share in FIELDS]
@@ -216,12 +228,12 @@ def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray] | None:
     first = lens.surfaces[0].semi_diameter
     low, high = np.array([-1.2 * first] * 2), np.array([1.2 * first] * 2)
     before = -lens.length - 2.0 * first
-    for count in (WIDE, GRID):
+    for count, least in ((WIDE, 1), (WIDE, 20), (GRID, 20)):    # the beam of a fisheye fills little of its front
         x, y = np.meshgrid(*(np.linspace(a, b, count) for a, b in zip(low, high, strict=True)))
         at = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1)
         origins = at + direction * (before / direction[2])
         passed = trace(lens, origins, direction, forward=True).fate == Fate.PASSED
-        if passed.sum() < 20:
+        if passed.sum() < least:
             return None
         pitch = (high - low) / (count - 1)
         low, high = at[passed, :2].min(0) - 0.5 * pitch, at[passed, :2].max(0) + 0.5 * pitch
@@ -336,6 +348,6 @@ def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | No
     drawn *= 0.5 * np.array([tolerance for _, _, tolerance in errors])
     design, spots, contrast = judge.judged(*_built(judge, errors, np.zeros((1, len(errors)))))
     focus, made, seen = judge.judged(*_built(judge, errors, drawn))
-    return Production(tuple(share * judge.height for share in FIELDS), judge.frequencies, contrast[0], seen, spots[0],
+    return Production(judge.image_heights, judge.frequencies, contrast[0], seen, spots[0],
                       made, judge.film_z + float(design[0]), judge.film_z + focus, drawn,
                       tuple((kind, surface) for kind, surface, _ in errors))

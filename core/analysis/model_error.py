@@ -106,10 +106,11 @@ class ModelErrors:
 
     def _refusal(self, model: str) -> str:
         """Why the model cannot be used at all; "" where it can."""
-        if not self.camera.lens.is_rotationally_symmetric:
-            return f"the lens has {self.camera.lens.asymmetry}"
-        if not self.camera.film_pose.is_upright:
-            return "the film is tilted, shifted or curved"
+        lens = self.camera.lens
+        why = [f"the lens has {lens.asymmetry}"] * (not lens.is_rotationally_symmetric)
+        why += ["the film is tilted, shifted or curved"] * (not self.camera.film_pose.is_upright)
+        if why:
+            return ", and ".join(why)
         if model == "polynomial" and not self.camera.lens.iris.is_round:
             shape = "blades need" if self.camera.lens.stop_image is None else "picture needs"
             return f"a polynomial does not give the place at the stop that its {shape}"

@@ -150,7 +150,7 @@ def psf(rays: RayGrid, samples: int = SAMPLES, window: float | None = None, pixe
         if share[f, c] > 0.0:
             made += share[f, c] * _pattern(pupils[f, c], rays, f, lines[c], centres[f], pitch[f], samples)
         if share[f, c] < 1.0:
-            made += (1.0 - share[f, c]) * _density(rays, f, c, shift, centres[f], pitch[f], samples)
+            made += (1.0 - share[f, c]) * ray_density(rays, f, c, shift, centres[f], pitch[f], samples)
         density[f, c] = _over_pixel(made, pixel / pitch[f]) if pixel else made
 
     work = [(int(f), int(c)) for f in np.flatnonzero(rays.lit)
@@ -230,13 +230,34 @@ def _wave(w, amplitude, out):
             out[i, j] = amplitude[i, j] * (cosine_of_turns(u) + 1j * x * sine_of_turns(u))
 
 
-def _density(rays: RayGrid, f: int, c: int, shift: float, centre: np.ndarray, pitch: float,
-             samples: int) -> np.ndarray:
-    """Density (M, M) of the light by rays alone."""
-    s, t = (rays.light[a, f, c] + shift * rays.light[2 + a, f, c] - centre[a] for a in (0, 1))
+def ray_density(rays: RayGrid, field: int, colour: int, shift: float, centre: np.ndarray, pitch: float,
+                samples: int) -> np.ndarray:
+    """Density of the light of one field and wavelength by rays alone, as the picture of a point has it.
+
+    Parameters
+    ----------
+    rays
+        The ray grid.
+    field, colour
+        Indices of the field and the wavelength.
+    shift
+        Of the film along +z, mm.
+    centre
+        (2,) middle of the samples, sagittal and tangential, mm from the reference point.
+    pitch
+        Spacing of the samples, mm.
+    samples
+        M.
+
+    Returns
+    -------
+    ndarray
+        (M, M) float32, part of the light per mm²; rows tangential, columns sagittal, both rising.
+    """
+    s, t = (rays.light[a, field, colour] + shift * rays.light[2 + a, field, colour] - centre[a] for a in (0, 1))
     out = np.zeros((samples, samples))
-    _splat(s / pitch, t / pitch, rays.weight[f, c], out)
-    return (out / (rays.weight[f, c].sum() * pitch * pitch)).astype(np.float32)
+    _splat(s / pitch, t / pitch, rays.weight[field, colour], out)
+    return (out / (rays.weight[field, colour].sum() * pitch * pitch)).astype(np.float32)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

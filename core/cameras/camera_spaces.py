@@ -3,12 +3,13 @@
 
 import numpy as np
 
-from lensbench.cameras.protocol import CameraProtocol
+from lensbench.cameras.camera_stages import CameraStages
+from lensbench.cameras.ray_generation import RayGeneration
 from lensbench.cameras.rays import CameraError
 from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, film_window, transform_points
 
 
-def intrinsics(camera: CameraProtocol) -> Intrinsics:
+def intrinsics(camera: CameraStages) -> Intrinsics:
     """Focal lengths and principal point in pixels."""
     across, right, down, bottom = camera.film_step.parameters
     lens = camera.gaussian
@@ -20,7 +21,7 @@ def intrinsics(camera: CameraProtocol) -> Intrinsics:
     return Intrinsics(per_slope / across, per_slope / down, right / across, bottom / down)
 
 
-def spaces(camera: CameraProtocol, near: float, far: float, time) -> Spaces:
+def spaces(camera: CameraStages, near: float, far: float, time) -> Spaces:
     """Transforms between the camera's spaces, with depth from `near` to `far` (mm), at a shutter sample."""
     film, lens = camera.film, camera.gaussian
     if not camera.film_pose.is_upright:
@@ -33,7 +34,7 @@ def spaces(camera: CameraProtocol, near: float, far: float, time) -> Spaces:
                   near, far, perspective, eye, camera.placement(time))
 
 
-def places(camera: CameraProtocol, raster_xy, distance, time, object_from_world) -> Places:
+def places(camera: RayGeneration, raster_xy, distance, time, object_from_world) -> Places:
     """Raster points (n, 2) in every space; distance (mm): along the ray through the centre of the pupil."""
     film = camera.film
     raster = np.atleast_2d(np.asarray(raster_xy, float))

@@ -205,7 +205,7 @@ def _check_arguments(function: Callable, name: str, arguments: tuple[str, ...]) 
     except TypeError as error:
         raise CameraError(f"{name} is called with {', '.join(arguments[:-1])} and {arguments[-1]}, "
                           f"which the function does not take: {error}") from error
-    except ValueError:                          # a function of compiled code, which does not tell its arguments
+    except ValueError:                          # a compiled function, whose arguments are not known
         return
 
 

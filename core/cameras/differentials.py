@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.protocol import CameraProtocol
+from lensbench.cameras.camera_stages import CameraStages
 from lensbench.kernels.block import (
     A0,
     PIXEL_SIDE,
@@ -64,7 +64,7 @@ class Differentials(NamedTuple):
 _RAY = [X, Y, Z, L, M, N, WEIGHT]
 
 
-def ray_slopes(camera: CameraProtocol, given: dict[int, np.ndarray], dtype, wavelength: float,
+def ray_slopes(camera: CameraStages, given: dict[int, np.ndarray], dtype, wavelength: float,
                timed: bool) -> np.ndarray:
     """Derivatives (2, n, 6) of origins (mm) and directions of rays in the world, per pixel to the right and down.
 
@@ -76,7 +76,7 @@ def ray_slopes(camera: CameraProtocol, given: dict[int, np.ndarray], dtype, wave
     return _by_differences(camera, given, dtype, wavelength, timed) if found is None else found
 
 
-def _closed_form(camera: CameraProtocol, given: dict[int, np.ndarray], dtype,
+def _closed_form(camera: CameraStages, given: dict[int, np.ndarray], dtype,
                  wavelength: float) -> np.ndarray | None:
     """`ray_slopes` of a camera with `film_slopes`, placed as it is at the time of each ray; else None."""
     if camera.film_slopes(np.zeros((0, 2)), np.zeros((0, 3))) is None:
@@ -109,7 +109,7 @@ def _through_port(slopes: np.ndarray, rays: np.ndarray, window: float, ratio: fl
     return np.concatenate([do + t * dd + dt * d, dbent, dalong[..., None]], -1)
 
 
-def _by_differences(camera: CameraProtocol, given: dict[int, np.ndarray], dtype, wavelength: float,
+def _by_differences(camera: CameraStages, given: dict[int, np.ndarray], dtype, wavelength: float,
                     timed: bool) -> np.ndarray:
     """`ray_slopes` by differences of the camera's own stages.
 
@@ -168,7 +168,7 @@ def _by_differences(camera: CameraProtocol, given: dict[int, np.ndarray], dtype,
     return derivatives
 
 
-def _widths(camera: CameraProtocol, dtype) -> tuple[float, ...]:
+def _widths(camera: CameraStages, dtype) -> tuple[float, ...]:
     """Steps of the differences in pixels: the first, and smaller ones for rays with blocked neighbours.
 
     With a step of h film widths, the error is the sum of a term in h² and of the rounding error divided by h.
@@ -177,7 +177,7 @@ def _widths(camera: CameraProtocol, dtype) -> tuple[float, ...]:
     return wide, wide / 16, wide / 256
 
 
-def spread_step(camera: CameraProtocol, real) -> Step:
+def spread_step(camera: CameraStages, real) -> Step:
     """Step between sampler and camera that gives every sample the size of its pixel in the scene.
 
     The size is that of the rays through the centre of the pupil, in CELLS × CELLS cells of the film, as the root mean

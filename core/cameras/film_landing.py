@@ -80,7 +80,7 @@ def land_on_posed_film(lanes, p, ints, key):
         x[i] = (right - (px * xx + py * xy + pz * xz)) * across
         y[i] = (bottom + (px * yx + py * yy + pz * yz)) * down
         z[i] = real(0)
-        arrives = (across_plane > real(0)) & (slant + facing > real(0)) & (left > real(0)) & (upright > real(0))
+        arrives = (slant + facing > real(0)) & (left > real(0)) & (upright > real(0))
         weight[i] = weight[i] * gain * upright if arrives else real(0)
 
 

@@ -42,7 +42,8 @@ class FilmRegions:
 
     @cached_property
     def _grids(self) -> SpectralPupilGrid:
-        return SpectralPupilGrid(self.lens, self.film_distance, self.film.width / 2.0, self.film.height / 2.0)
+        return SpectralPupilGrid(self.lens, self.film_distance, self.film.width / 2.0, self.film.height / 2.0,
+                                 self.pose)
 
     def stage_uv(self, film_xy: np.ndarray, pupil_uv: np.ndarray) -> np.ndarray:
         """Angle (turns) and squared radius (n, 2) of pupil samples in the regions of film points, both (n, 2).
@@ -51,9 +52,9 @@ class FilmRegions:
         the same point of the pupil for every film point and every model.
         """
         disk = unit_disk(pupil_uv) * self._pupil_side
-        if not self.pose.is_upright:
-            film_xy = self.pose.points(film_xy)[:, :2]
         if self.lens.is_rotationally_symmetric:         # regions rotate with the film point, and halves are mirrored
+            if not self.pose.is_upright:
+                film_xy = self.pose.points(film_xy)[:, :2]
             azimuth = np.where((film_xy * film_xy).sum(1) > 1e-12, np.arctan2(film_xy[:, 1], film_xy[:, 0]), 0.0)
             angle = np.arctan2(disk[:, 1], disk[:, 0]) - azimuth
             turn = np.arctan2(np.sin(angle), np.cos(angle)) / (2.0 * math.pi)

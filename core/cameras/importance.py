@@ -7,16 +7,11 @@ Monte Carlo Methods for Light Transport Simulation, ch. 8; Pharr, Jakob and Hump
 edition, ch. 16, where every weight is 1.)
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.cameras.protocol import CameraProtocol
-from lensbench.cameras.rays import CameraError
-from lensbench.cameras.rolling_shutter import project_onto_open_rows
-from lensbench.imaging.coordinate_spaces import transform_points
 
 HIT = 1e-6              # mm from the one point, or radians from the one direction, of a camera with a single one
 
@@ -63,39 +58,6 @@ class FilmImportance(NamedTuple):
     direction_pdf: np.ndarray
     passes: np.ndarray
     is_point: bool = False      # whether all rays cross one point, so that W has no area
-
-
-def camera_importance(camera: CameraProtocol, origins, directions, time, wavelength: float) -> Importance:
-    """Importance of rays in the world, each at the time when the row of its raster point is open."""
-    if camera.has_port:
-        raise CameraError("importance is known in air, not through the window to a medium of another index")
-    origins, directions = (np.atleast_2d(np.asarray(values, float)) for values in (origins, directions))
-    length = np.linalg.norm(directions, axis=-1)
-    if origins.shape != directions.shape or origins.shape[1:] != (3,) or not (
-            np.isfinite(origins).all() and np.isfinite(directions).all() and (length > 0.0).all()):
-        raise ValueError("rays need origins and directions of the shape (n, 3), finite, and no direction zero")
-    unit_directions = directions / length[:, None]
-
-    def importance_at(row: np.ndarray) -> FilmImportance:
-        """Importance, with the camera where it is while these rows of the film are open."""
-        camera_from_world = np.linalg.inv(camera.placement(time, row))
-        local_origins = transform_points(camera_from_world, origins)
-        local_directions = (camera_from_world[..., :3, :3] @ unit_directions[..., None])[..., 0]
-        local_directions /= np.linalg.norm(local_directions, axis=1)[:, None]
-        return camera.film_importance(local_origins, local_directions, wavelength)
-
-    def project(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        importance = importance_at(row)
-        return camera.raster_from_film(importance.film), importance.passes
-
-    raster, visible = project_onto_open_rows(camera, project, len(unit_directions))
-    raster = np.where(np.isfinite(raster), raster, 0.0)
-    importance = importance_at(raster)
-    we, position_pdf, direction_pdf = (np.where(visible, value, 0.0) for value in importance[1:4])
-    if not importance.is_point:                     # per mm² of the world, to which the placement may scale
-        area = np.abs(np.linalg.det(camera.placement(time, raster)[..., :3, :3])) ** (2.0 / 3.0)
-        we, position_pdf = we / area, position_pdf / area
-    return Importance(we, position_pdf, direction_pdf, np.where(visible[:, None], raster, math.nan), visible)
 
 
 def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: np.ndarray,

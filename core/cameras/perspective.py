@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 from lensbench.cameras.base import Camera
 from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
@@ -82,7 +83,7 @@ class PerspectiveCamera(Camera):
         return Iris(self.blades, self.blade_rotation, self.roundness, self.stop_image)
 
     @cached_property
-    def with_open_stop(self) -> "PerspectiveCamera":
+    def with_open_stop(self) -> Self:
         """The camera without a picture in its lens; see `Camera.with_open_stop`."""
         return self if self.stop_image is None else replace(self, stop_image=None)
 

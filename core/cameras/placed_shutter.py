@@ -1,4 +1,4 @@
-"""Where a camera stands and when its film is exposed: transform to the world, shutter, rolling rows.
+"""Place and exposure of a camera: transform to the world, shutter, rolling rows.
 
 The camera frame has its origin at the camera, x to the right, y up, and the camera looks along −z; mm and seconds.
 """
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lensbench.cameras.rays import CameraError, checked_times
-from lensbench.cameras.rolling_shutter import film_centre
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.imaging.film import Film
 from lensbench.imaging.shutter import DIRECTIONS, shutter_step
@@ -153,3 +152,8 @@ class PlacedShutter:
         """Step from the shutter sample TIME in [0, 1) and raster X, Y to TIME in seconds since shutter_open."""
         return shutter_step(self.exposure_time, self.shutter_ramp, self.readout, self.readout_direction,
                             self.film.pixels_x, self.film.pixels_y)
+
+
+def film_centre(film: Film, n: int) -> np.ndarray:
+    """Raster point of the film's centre, n times: (n, 2) pixels."""
+    return np.tile([film.pixels_x / 2.0, film.pixels_y / 2.0], (n, 1))

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, wraps
+from typing import Self
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
 from lensbench.cameras.film_regions import FilmRegions, Regions
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.importance import FilmImportance
+from lensbench.cameras.lens_settings import FOLLOWING, check_medium, check_room, check_settings, focus_of_film
 from lensbench.cameras.posed_ideal_lens import posed_film_points, posed_steps
 from lensbench.cameras.project import BEYOND, starting_points
 from lensbench.cameras.rays import CameraError
@@ -23,9 +25,9 @@ from lensbench.imaging.film_pose import UPRIGHT, FilmPose
 from lensbench.kernels.block import Step
 from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
-from lensbench.lens_models.polynomial import DEGREES, Polynomial
+from lensbench.lens_models.polynomial import Polynomial
 from lensbench.optics.block_trace import trace_steps
-from lensbench.optics.focus import METHODS, FocusError, film_distance, focused, focused_distance, nearest_focus
+from lensbench.optics.focus import FocusError, film_distance, focused, nearest_focus
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
 from lensbench.optics.prescription import Lens
@@ -33,8 +35,6 @@ from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.posed_sampler import PosedPupil
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.region import axis_irradiance
-
-MODELS = ("auto", "trace", "polynomial", "thick", "thin", "pinhole")
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +77,8 @@ class LensCamera(Camera):
     film_at : float or None
         The same as a field, which `dataclasses.replace` changes; None where a focus distance is given.
     film_pose : FilmPose
-        Tilt, swing, rise, shift and curvature of the film behind a rotationally symmetric lens; flat and in line by
-        default. Focus distance and film distance are those on the axis of the lens, of the plane in which the film's
-        middle lies.
+        Tilt, swing, rise, shift and curvature of the film; flat and in line by default. Focus distance and film
+        distance are those on the axis of the lens, of the plane in which the film's middle lies.
     **placement
         Keyword arguments of `Camera`: transform, shutter, weights and medium.
 
@@ -108,36 +107,21 @@ class LensCamera(Camera):
 
     def __post_init__(self):
         super().__post_init__()
-        if self.film_at is not None and not (math.isfinite(self.film_at) and self.film_at > 0.0):
-            raise FocusError(f"film distance {significant(self.film_at)} mm: it must be a positive number, from the "
-                             "last vertex to the film")
-        if self.model not in MODELS:
-            raise CameraError(f"camera model {self.model!r}: choose one of {', '.join(MODELS)}")
-        if self.weights == "radiance" and self.follows_rays:
-            raise CameraError(f"weights {self.weights!r} are for ideal cameras, whose pupil is the same for every film "
-                              "point: choose relative or physical weights, or the model thick, thin or pinhole")
-        if self.focus_method not in METHODS:
-            raise CameraError(f"focus method {self.focus_method!r}: choose {' or '.join(METHODS)}")
-        if self.model == "polynomial" and self.degree not in DEGREES:
-            raise CameraError(f"polynomial degree {self.degree}: choose one of {', '.join(map(str, DEGREES))}")
-        if not self.lens.is_rotationally_symmetric and self.model not in ("auto", "trace"):
-            raise CameraError(f"the {self.model} model needs a rotationally symmetric lens, and this one has "
-                              f"{self.lens.asymmetry}: choose the full trace")
+        check_settings(self.lens, self.model, self.degree, self.weights, self.focus_method, self.film_at)
         lens = self.lens.at(close=0.0)
         if self.f_number is not None:
             lens = stopped_down(lens, self.f_number)
-        if lens.front_index != 1.0 and self.medium is not None and self.medium.index not in (1.0, lens.front_index):
-            raise CameraError(f"this lens is immersed in a medium of index {significant(lens.front_index)}, and "
-                              f"the camera in one of {significant(self.medium.index)}: give both the same")
+        check_medium(lens, self.medium)
         if self.film_at is None:
             object.__setattr__(self, "lens", focused(lens, self.focus_distance, self.focus_method))
         else:
-            self._focus_by_film(lens)
+            object.__setattr__(self, "lens", lens)
+            object.__setattr__(self, "focus_distance", focus_of_film(lens, self.film_at, self.focus_distance))
         if not self.film_distance > 0.0:            # evaluated here, so that a lens without focus raises
             raise FocusError(f"this lens forms its image {significant(-self.film_distance, 4)} mm before its "
                              f"last vertex, where there is no room for a film")
         if not self.film_pose.is_upright:
-            self._check_pose()
+            check_room(self.film_pose, self.film, self.film_distance)
         if not self.lens.is_in_line and not self.axis_irradiance > 0.0:
             raise CameraError("no light reaches the film's centre through the surfaces out of line: decentre or tilt "
                               "them less, or enlarge their rims")
@@ -146,33 +130,10 @@ class LensCamera(Camera):
         if self.dispersion and not self.disperses and missing_dispersion(self.lens):
             raise CameraError(f"no dispersion: {missing_dispersion(self.lens)}")
 
-    def _check_pose(self) -> None:
-        """CameraError where a film out of line cannot stand behind this lens."""
-        if not self.lens.is_rotationally_symmetric:
-            raise CameraError("the film cannot be tilted, shifted or curved behind a lens with "
-                              f"{self.lens.asymmetry}")
-        nearest = self.film_distance + float(self.film_pose.extent(self.film.width, self.film.height)[:, 2].min())
-        if not nearest > 0.0:
-            raise CameraError(f"the film out of line reaches {significant(-nearest, 3)} mm beyond the last vertex of "
-                              "the lens: tilt or curve it less, or choose a smaller film")
-
-    def _focus_by_film(self, lens: Lens) -> None:
-        """Take the lens as it stands, with the focus distance that its film distance gives."""
-        assert self.film_at is not None
-        try:
-            found = focused_distance(lens, self.film_at)
-        except FocusError:
-            found = math.inf                            # the film lies before the rear focus: nothing is in focus
-        if math.isfinite(self.focus_distance) and not math.isclose(self.focus_distance, found, rel_tol=1e-9):
-            raise FocusError(f"film distance {significant(self.film_at)} mm focuses at {significant(found)} mm, and "
-                             f"not at {significant(self.focus_distance)} mm: give one of the two")
-        object.__setattr__(self, "lens", lens)
-        object.__setattr__(self, "focus_distance", found)
-
     @property
     def follows_rays(self) -> bool:
         """Whether rays follow the real lens, traced or fitted, through its exit-pupil regions."""
-        return self.model in ("auto", "trace", "polynomial")
+        return self.model in FOLLOWING
 
     @cached_property
     def disperses(self) -> bool:
@@ -241,7 +202,7 @@ class LensCamera(Camera):
         return ideal_lens(self.lens, self.film_distance, self.focus_distance, model)
 
     @cached_property
-    def with_open_stop(self) -> "LensCamera":
+    def with_open_stop(self) -> Self:
         """The camera without a picture in its stop; see `Camera.with_open_stop`."""
         if self.lens.stop_image is None:
             return self

@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lensbench.cameras.protocol import CameraProtocol
-from lensbench.imaging.film import Film
+from lensbench.cameras.placed_shutter import PlacedShutter, film_centre
 
 Project = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Raster points (n, 2) → raster points of n objects, with the camera where it is while the rows of the former are open;
@@ -14,12 +13,7 @@ and which objects are visible, (n,) bool."""
 ITERATIONS = 40         # of the secant rule, at most
 
 
-def film_centre(film: Film, n: int) -> np.ndarray:
-    """Raster point of the film's centre, n times: (n, 2) pixels."""
-    return np.tile([film.pixels_x / 2.0, film.pixels_y / 2.0], (n, 1))
-
-
-def project_onto_open_rows(camera: CameraProtocol, project: Project, n: int) -> tuple[np.ndarray, np.ndarray]:
+def project_onto_open_rows(camera: PlacedShutter, project: Project, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Raster points (n, 2) of n objects, each on the row that is open when it falls there; and which are visible."""
     raster, visible = project(film_centre(camera.film, n))
     if camera.moves and camera.readout > 0.0:
@@ -29,7 +23,7 @@ def project_onto_open_rows(camera: CameraProtocol, project: Project, n: int) -> 
     return raster, visible & inside
 
 
-def _solve_rows(camera: CameraProtocol, project: Project, raster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _solve_rows(camera: PlacedShutter, project: Project, raster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Fixed points of `project` along the readout, by the secant rule for each object on its own."""
     axis = 0 if camera.readout_direction in ("left", "right") else 1
     before, open_at = film_centre(camera.film, len(raster)), raster.copy()

@@ -163,14 +163,31 @@ class FilmPose:
             if not self.is_curved:
                 met = start - (start @ normal / (along @ normal))[:, None] * along
                 return np.column_stack([met @ x, met @ y])
-            # c |start + t along|² = 2 normal · (start + t along), at the crossing near the film's middle
+            # c |start + t along|² = 2 normal · (start + t along), where the line meets the side that faces the lens
             c = self.curvature
             facing = along @ normal - c * (start * along).sum(1)
             beyond = c * (start * start).sum(1) - 2.0 * (start @ normal)
             root = np.sqrt(facing**2 - c * (along * along).sum(1) * beyond)
-            met = start + (beyond / (facing + np.copysign(root, along @ normal)))[:, None] * along
+            met = start + (beyond / (facing + root))[:, None] * along
             met[1.0 - c * (met @ normal) <= 0.0] = nan          # on the far half of the sphere
         return np.column_stack([met @ x, met @ y])
+
+    def mirrored(self, across: bool, up: bool) -> "FilmPose":
+        """The pose behind a mirrored lens, whose film points (x, y) are mirrored alike.
+
+        Parameters
+        ----------
+        across : bool
+            Along x.
+        up : bool
+            Along y.
+
+        Returns
+        -------
+        FilmPose
+        """
+        x, y = -1.0 if across else 1.0, -1.0 if up else 1.0
+        return FilmPose(y * self.tilt, x * self.swing, y * self.rise, x * self.shift, self.radius)
 
     def corners(self, width: float, height: float) -> np.ndarray:
         """Corners of a film in this pose.

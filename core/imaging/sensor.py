@@ -163,7 +163,7 @@ class Sensor:
         step = self.full_well / (2**self.bits - 1)
         return math.log2(self.full_well / math.hypot(self.read_noise, step / math.sqrt(12.0)))
 
-    def record(self, image, iso: float, lux_seconds: float = 1.0, seed: int = 0) -> np.ndarray:
+    def record(self, image, iso: float, lux_seconds: float = 1.0, seed: int = 0, top: int = 0) -> np.ndarray:
         """The recorded picture of a linear one. The noise of a pixel depends on the seed and its place alone.
 
         Parameters
@@ -177,6 +177,8 @@ class Sensor:
             for physical ones.
         seed : int
             Seed of the noise.
+        top : int
+            Of some lines of a picture, the place of the first one from above.
 
         Returns
         -------
@@ -188,17 +190,17 @@ class Sensor:
         ExposureError
             For an invalid ISO speed or exposure.
         """
-        top = self.top(iso)
+        most = self.top(iso)
         values = np.ascontiguousarray(image, np.float32)
-        out = np.empty_like(values)
+        out, begin = np.empty_like(values), top * math.prod(values.shape[1:])
         unit = self.electrons * checked_positive("exposure", lux_seconds)
         levels = 2**self.bits - 1
-        numbers = [np.float32(x) for x in (unit, self.full_well, self.read_noise, top / levels, levels)]
+        numbers = [np.float32(x) for x in (unit, self.full_well, self.read_noise, most / levels, levels)]
 
         def work(first: int) -> None:
             part = slice(first, first + PART)
-            _record(values.reshape(-1)[part], out.reshape(-1)[part], first, _normal(), np.uint32(seed & 0xFFFFFFFF),
-                    *numbers)
+            _record(values.reshape(-1)[part], out.reshape(-1)[part], begin + first, _normal(),
+                    np.uint32(seed & 0xFFFFFFFF), *numbers)
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(work, range(0, values.size, PART)))

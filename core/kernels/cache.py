@@ -4,9 +4,9 @@ Kernels are declared with the `njit` of this module, so that it is imported befo
 effects on numba:
 
 - Compiled functions of lensbench, and no others, are kept in $XDG_CACHE_HOME/lensbench/kernels, by default
-  ~/.cache/lensbench/kernels, or in a temporary folder where that is not writable. The name of a file has a hash of the
-  function, of all that it calls and of the constants that it reads. So an edit compiles anew what it changes and
-  nothing else, and several versions of lensbench share what they have in common.
+  ~/.cache/lensbench/kernels, or in a temporary folder where that is not writable. The name of a file contains the
+  version of the function (`kernel_version`). So an edit compiles anew what it changes and nothing else, and several
+  versions of lensbench share what they have in common.
 - All code that this process compiles, other libraries' too, is made for the highest x86-64 level of the processor (v3,
   or v4 with 512-bit registers) in place of its exact model: machine code of one computer then fits another. Numba has
   one setting for the whole process. LENSBENCH_LEVEL names another level, to compile a wheel for. LENSBENCH_NATIVE=1,
@@ -18,36 +18,33 @@ so once. Of each function the files used last are kept.
 """
 
 import atexit
-import hashlib
 import os
 import pickle
 import platform
 import re
 import shutil
-import sys
 import tempfile
 import time
 import warnings
 import zipfile
-from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache, cached_property, partial, wraps
 from pathlib import Path
-from types import CodeType, FunctionType, ModuleType
+from types import FunctionType
 from typing import Any
 
-import llvmlite
 import numba
-import numpy as np
 import numpy.ma  # noqa: F401  numba asks for it at the first array: two threads at once recursed in numpy's late import
 from llvmlite import binding
 from numba import njit
-from numba.core import caching, codegen, compiler, dispatcher, serialize, sigutils
+from numba.core import caching, dispatcher, serialize, sigutils
 from numba.core.runtime import rtsys
-from numba.extending import _Intrinsic
 
-__all__ = ["KernelCache", "NotCompiledError", "folder", "is_compiled", "level", "njit", "resumable", "used", "version"]
+from lensbench.kernels.kernel_version import COMPILERS, digest, version
+from lensbench.kernels.stored_code import CodeReducer
+
+__all__ = ["KernelCache", "NotCompiledError", "folder", "is_compiled", "level", "njit", "resumable", "used"]
 
 KEPT = 200                              # files of one function: signatures, versions, what its closure holds
 DAY = 24 * 3600.0                       # s; a file's time of last use is exact to a day
@@ -57,80 +54,6 @@ LEVELS = {                              # of x86-64: processor features that a l
     "x86-64-v3": ("avx2 bmi bmi2 f16c fma lzcnt movbe", ""),
 }
 _PACKAGE = __name__.split(".")[0]
-_COMPILERS = f"{numba.__version__} {llvmlite.__version__} {sys.implementation.cache_tag}"
-
-
-def version(function: FunctionType) -> str:
-    """16 hex digits that change with the function, its options, what it calls and the constants that it reads."""
-    found: dict[FunctionType, str] = {}
-    own = function.__globals__.get(function.__name__)
-    options = _options(own.targetoptions) if isinstance(own, dispatcher.Dispatcher) else ""
-    waiting = [function]
-    while waiting:
-        each = waiting.pop()
-        if each not in found:
-            found[each], called = _alone(each)
-            waiting += called
-    return _digest(_COMPILERS, options, *sorted(found.values()))
-
-
-@cache
-def _alone(function: FunctionType) -> tuple[str, list[FunctionType]]:
-    """Digest of a function without what it calls, and the functions of lensbench that it calls."""
-    parts, called = [f"{function.__module__}.{function.__qualname__}"], []
-    names: set[str] = set()
-
-    def describe(value: Any) -> None:
-        if isinstance(value, CodeType):
-            names.update(value.co_names)
-            parts.append(f"{value.co_code.hex()} {value.co_names} {value.co_varnames} {value.co_freevars}")
-            for constant in value.co_consts:
-                if constant != function.__doc__ or constant is None:
-                    describe(constant)
-        elif isinstance(value, dispatcher.Dispatcher):
-            parts.append(_options(value.targetoptions))
-            called.append(value.py_func)
-        elif isinstance(value, _Intrinsic):
-            called.append(value._defn)
-        elif isinstance(value, FunctionType | type) and value.__module__.split(".")[0] == _PACKAGE:
-            parts.append(_source(value.__module__))     # its overloads are anywhere in its module
-        elif isinstance(value, FunctionType | type | ModuleType):
-            parts.append(f"{getattr(value, '__module__', '')}.{value.__name__}")
-        elif isinstance(value, np.ndarray):
-            parts.append(f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}")
-        elif isinstance(value, tuple | list):
-            parts.append(f"{type(value).__name__} {len(value)}")
-            for item in value:
-                describe(item)
-        elif isinstance(value, frozenset | set | dict):
-            parts.append(_options(value))
-        else:
-            parts.append(re.sub(r" at 0x[0-9a-f]+", "", f"{type(value).__name__} {value!r}"))
-
-    describe(function.__code__)
-    for cell in function.__closure__ or ():
-        describe(cell.cell_contents)
-    describe(function.__defaults__)
-    for name in sorted(names & function.__globals__.keys()):
-        parts.append(name)
-        describe(function.__globals__[name])
-    return _digest(*parts), called
-
-
-def _options(value: Any) -> str:
-    """Text of a set or dictionary, the same in every process."""
-    items = [f"{key}: {_options(item)}" for key, item in value.items()] if isinstance(value, dict) else \
-        [repr(item) for item in value] if isinstance(value, set | frozenset) else [repr(value)]
-    return ", ".join(sorted(items))
-
-
-@cache
-def _source(module: str) -> str:
-    return _digest(Path(str(sys.modules[module].__file__)).read_text(encoding="utf-8"))
-
-
-def _digest(*parts: str) -> str:
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
 
 
 class NotCompiledError(Exception):
@@ -156,7 +79,7 @@ class KernelCache(caching.FunctionCache):
 
     def __init__(self, function: FunctionType):
         self._name, self._py_func = repr(function), function
-        self._impl = _Reducer()
+        self._impl = CodeReducer()
         self._cache_path = str(folder)
         self._stem = f"{function.__module__.partition('.')[2]}.{function.__qualname__}".replace("<locals>", "")
         self.enable()
@@ -167,7 +90,7 @@ class KernelCache(caching.FunctionCache):
 
     def path(self, signature: Any, codegen: Any) -> Path:
         """The file for a signature and a processor."""
-        return folder / f"{self._stem}-{self._version}-{_digest(str(signature), str(codegen.magic_tuple()))}.kernel"
+        return folder / f"{self._stem}-{self._version}-{digest(str(signature), str(codegen.magic_tuple()))}.kernel"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled kernel, or None; numba's own first fills the tables of its compiler, a quarter of a second."""
@@ -205,63 +128,6 @@ class KernelCache(caching.FunctionCache):
             path.unlink(missing_ok=True)
 
 
-class _StoredLibrary(codegen.JITCodeLibrary):
-    """The code of a stored kernel, whose form for inlining is read only when another kernel is compiled with it.
-
-    Numba's own reads it at once, and looks at each of its symbols: most of the time that it takes to load a kernel.
-    """
-
-    _shared_module: Any                     # the form for inlining, from when it is read
-
-    def __init__(self, generator: Any, name: str, code: bytes, bitcode: bytes, entries: tuple[str, ...]):
-        """entries: names under which other code may call it, of which `code` has some."""
-        super().__init__(generator, name)
-        self._bitcode = bitcode
-        self.enable_object_caching()
-        self._set_compiled_object(code)
-        self._finalize_final_module()
-        generator._engine._defined_symbols.update(entry for entry in entries if entry.encode() in code)
-
-    def _get_module_for_linking(self) -> Any:
-        if self._shared_module is None:
-            self._shared_module = binding.parse_bitcode(self._bitcode)
-            self._codegen._engine._load_defined_symbols(self._shared_module)
-        return self._shared_module
-
-
-class _Reducer(caching.CompileResultCacheImpl):
-    """Numba's conversion of compiled code to and from what can be pickled, without its search for a folder."""
-
-    def __init__(self) -> None:
-        """Numba's own needs the folder of the source."""
-
-    def rebuild(self, target_context: Any, payload: tuple[Any, ...]) -> Any:
-        """The compiled kernel of what `reduce` made of it."""
-        (name, _, codes), described, environment, signature, in_objects, lifted, typed, begin, environments = payload
-        for function in begin:
-            function()
-        generator = target_context.codegen()
-        entries = (described.llvm_func_name, described.llvm_cpython_wrapper_name,
-                   described.llvm_cfunc_wrapper_name)
-        library = _StoredLibrary(generator, name, *codes, entries)      # type: ignore[call-arg]
-        result = compiler.CompileResult(
-            target_context=target_context, typing_context=target_context.typing_context, library=library,
-            environment=environment, entry_point=target_context.get_executable(library, described, environment),
-            fndesc=described, type_annotation=typed, signature=signature, objectmode=in_objects, lifted=lifted,
-            typing_error=None, call_helper=None, metadata=None, reload_init=begin, referenced_envs=environments)
-        for each in environments:
-            generator.set_env(each.env_name, each)
-        return result
-
-    def reduce(self, cres: Any) -> tuple[Any, ...]:
-        """What can be pickled, without the source that numba annotates with types: half of a file, and never read."""
-        return super().reduce(cres._replace(type_annotation=""))
-
-    def check_cachable(self, cres: Any) -> bool:
-        """Whether the code refers to no address of this process."""
-        return not cres.library.has_dynamic_globals and all(lifted.can_cache for lifted in cres.lifted)
-
-
 def _kept(path: Path) -> bytes | None:
     """Content of a file of the folder, which counts as used now; None where there is none."""
     try:
@@ -287,11 +153,11 @@ def _archive() -> zipfile.ZipFile | None:
 
 @cache
 def _shipped_names() -> dict[str, set[str]]:
-    """Names of the shipped kernels by function and version."""
+    """Names of the shipped kernels by function and version; only read, for threads ask without a lock."""
     archive = _archive()
-    names: dict[str, set[str]] = defaultdict(set)
+    names: dict[str, set[str]] = {}
     for name in archive.namelist() if archive else ():
-        names[name.rpartition("-")[0]].add(name)
+        names.setdefault(name.rpartition("-")[0], set()).add(name)
     return names
 
 
@@ -300,12 +166,11 @@ def _shipped(name: str) -> bytes | None:
     archive, kernel = _archive(), name.rpartition("-")[0]
     if archive is None:
         return None
-    if name in _shipped_names()[kernel]:
+    if name in _shipped_names().get(kernel, ()):
         with suppress(OSError, zipfile.BadZipFile):
             return archive.read(name)
-    elif not _shipped_names()[kernel] and any(
-            names and other.rpartition("-")[0] == kernel.rpartition("-")[0]
-            for other, names in _shipped_names().items()):
+    elif kernel not in _shipped_names() and any(
+            other.rpartition("-")[0] == kernel.rpartition("-")[0] for other in _shipped_names()):
         _warn_of_other_versions()
     return None
 
@@ -313,7 +178,7 @@ def _shipped(name: str) -> bytes | None:
 @cache
 def _warn_of_other_versions() -> None:
     warnings.warn(f"the kernels shipped with lensbench were compiled from other sources, or with another numba or "
-                  f"Python than {_COMPILERS}: they are not used, and compiling takes longer", stacklevel=1)
+                  f"Python than {COMPILERS}: they are not used, and compiling takes longer", stacklevel=1)
 
 
 def is_compiled(kernel: Any, signature: Any) -> bool:
@@ -326,10 +191,10 @@ def is_compiled(kernel: Any, signature: Any) -> bool:
 def _is_stored(kernel: Any, signature: Any) -> bool:
     """Whether the folder or the package has a kernel.
 
-    Threads ask without numba's lock, so this calls nothing of numba's that fills its tables.
+    Threads ask without numba's lock, so this calls no function of numba that fills its tables.
     """
     path = kernel._cache.path(signature, kernel.targetctx.codegen())
-    return path.exists() or path.name in _shipped_names()[path.name.rpartition("-")[0]]
+    return path.exists() or path.name in _shipped_names().get(path.name.rpartition("-")[0], ())
 
 
 def _compile(kernel: Any, signature: Any) -> Any:

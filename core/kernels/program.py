@@ -95,9 +95,12 @@ class Program:
                          np.array([np.cumsum([0] + [part.size for part in parts]) for parts in (numbers, integers)]))
 
     def expose(self, film: np.ndarray, lanes: np.ndarray, first: int, last: int,
-               sample: int, samples: int, seed: np.uint32) -> None:
-        """Add samples `sample` … `sample` + `samples` − 1 to the blocks first … last − 1 of the film, (blocks, 3 B)."""
-        _expose(film, lanes, self.code, first, last, sample, samples, seed)
+               sample: int, samples: int, seed: np.uint32, origin: int = 0) -> None:
+        """Add samples `sample` … `sample` + `samples` − 1 to the blocks first … last − 1 of the film, (blocks, 3 B).
+
+        origin: the block that is the first one in `film`.
+        """
+        _expose(film, lanes, self.code, first, last, sample, samples, seed, origin)
         if self._called:
             raise_pending()
 
@@ -146,7 +149,7 @@ def run_steps(lanes, code, key):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _expose(film, lanes, code, first, last, sample, samples, seed):
+def _expose(film, lanes, code, first, last, sample, samples, seed, origin):
     key = np.empty(KEYS, np.uint32)
     key[SEED] = seed
     for block in range(first, last):
@@ -154,7 +157,7 @@ def _expose(film, lanes, code, first, last, sample, samples, seed):
         for k in range(sample, sample + samples):
             key[SAMPLE] = k
             run_steps(lanes, code, key)
-            accumulate(lanes, film[block])
+            accumulate(lanes, film[block - origin])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -36,6 +36,12 @@ class LightFieldError(ValueError):
     """An invalid light field; the message says what to do."""
 
 
+def require_focus(camera: Camera) -> None:
+    """LightFieldError for a camera that does not focus, such as a hole of finite size."""
+    if getattr(camera, "focus_distance", None) is None:
+        raise LightFieldError("this camera has no lens that focuses: record a light field through a lens")
+
+
 @dataclass(frozen=True, eq=False)
 class LightField:
     """A light field, from `capture_light_field` or `RawPicture.decoded`.
@@ -59,6 +65,11 @@ class LightField:
     moments
         (n, views down, views across, 3, h, w) light of equal parts of the exposure in turn, whose mean is `light`;
         None: not kept apart.
+
+    Raises
+    ------
+    LightFieldError
+        For a camera that does not focus.
     """
 
     camera: Camera
@@ -68,6 +79,9 @@ class LightField:
     fill: float = 1.0
     aside: np.ndarray | None = None
     moments: np.ndarray | None = None
+
+    def __post_init__(self):
+        require_focus(self.camera)
 
     @cached_property
     def instants(self) -> "tuple[LightField, ...]":

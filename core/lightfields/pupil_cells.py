@@ -12,7 +12,7 @@ from lensbench.cameras.base import Camera
 from lensbench.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program
-from lensbench.lightfields.light_field import LightFieldError
+from lensbench.lightfields.light_field import LightFieldError, require_focus
 from lensbench.pupils.film_grid import SECTORS
 from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.posed_sampler import PosedPupil
@@ -53,7 +53,8 @@ def lit_cell(reach: float, views: tuple[int, int], place: tuple[int, int]) -> Ce
 def pupil_reach(camera: Camera) -> float:
     """The largest radius from which light comes to any film point, in radii of the paraxial exit pupil.
 
-    LightFieldError for a camera without an aperture, and for an ideal lens whose film points share no bladed pupil.
+    LightFieldError for a camera without an aperture or a focus, and for an ideal lens whose film points share no bladed
+    pupil.
     """
     lens = camera.gaussian
     if not camera.film_pose.is_upright:
@@ -65,6 +66,7 @@ def pupil_reach(camera: Camera) -> float:
             raise LightFieldError("parallel rays see each point from one side alone: give the orthographic camera a "
                                   "lens radius and a finite focus distance")
         raise LightFieldError("a pinhole sees from one place alone: record a light field through a lens")
+    require_focus(camera)
     if not camera.follows_rays:
         if not lens.iris.is_round and lens.origin_film != 0.0:
             raise LightFieldError("without a pupil that all film points share, the ideal models record a light field "

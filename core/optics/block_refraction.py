@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, CLEARANCE, B, L, M, N, X, Y, Z, rows, stage
+from lensbench.kernels.cache import njit
 from lensbench.optics import surfaces
 from lensbench.optics.surfaces import ASPHERE, CONIC, EVEN, HIGHEST_POWER, OUTSIDE, SPHERE, TERMS, TOROID
 
@@ -160,13 +161,23 @@ def _converged(lanes, p, s):
     return moving == 0
 
 
+@njit(inline="always")
+def _newton_step(real, x, y, z, l, m, n, c, r2, root, terms, term_slope):
+    """One step of Newton's method towards an asphere → (distance from the surface along the ray, slope of the sag).
+
+    (x, y, z): the point so far, r2 = x² + y²; (l, m, n): the direction. c: curvature; root = √(1 − (1 + k) c² r²).
+    terms: Σ a_p r^p. Slopes are derivatives by r divided by r, term_slope that of the terms. Height and slope are
+    multiplied by root (1 + root), so that a step has one root and one division.
+    """
+    whole = root * (real(1) + root)
+    height = (z - terms) * whole - c * r2 * root
+    slope = c * (real(1) + root) + term_slope * whole
+    return height / (n * whole - slope * (x * l + y * m)), slope / whole
+
+
 @stage
 def refract_at_even_aspheres(lanes, p, ints, key):
-    """Rays through a run of aspheres of even powers: Newton's method on z = sag(r²), then refraction.
-
-    The height above the surface and its derivative along the ray are both multiplied
-    by √ (1 + √), √ = √(1 − (1 + k) c² r²), so that a step has one root and one division.
-    """
+    """Rays through a run of aspheres of even powers: Newton's method on z = sag(r²), then refraction."""
     real = lanes.dtype.type
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
@@ -184,7 +195,6 @@ def refract_at_even_aspheres(lanes, p, ints, key):
                 x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
                 r2 = x * x + y * y
                 root = math.sqrt(max(real(1) - equator * r2, real(NEAR_EQUATOR)))
-                whole = root * (real(1) + root)
 
                 # Σ a u^j, u = (r / h)², and its derivative, both over u
                 u = r2 * unit
@@ -194,11 +204,8 @@ def refract_at_even_aspheres(lanes, p, ints, key):
                              + real(12) * a12) * u + real(10) * a10
                 sum_slope = (((sum_slope * u + real(8) * a8) * u + real(6) * a6) * u + real(4) * a4) * u + real(2) * a2
 
-                # One step of Newton's method
-                height = (z - sum_ * u) * whole - c * r2 * root
-                slope = c * (real(1) + root) + sum_slope * unit * whole
-                advance = height / (N_[i] * whole - slope * (x * L_[i] + y * M_[i]))
-                slope = slope / whole
+                advance, slope = _newton_step(real, x, y, z, L_[i], M_[i], N_[i], c, r2, root, sum_ * u,
+                                              sum_slope * unit)
                 last[i], SX[i], SY[i] = advance, slope * x, slope * y
                 distance[i] = distance[i] - advance
         _refract(lanes, p, s, equator, equator)
@@ -236,11 +243,8 @@ def refract_at_aspheres(lanes, p, ints, key):
                 x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
                 r2 = x * x + y * y
                 root = math.sqrt(max(real(1) - equator * r2, real(NEAR_EQUATOR)))
-                whole = root * (real(1) + root)
-                height = (z - sums[i] * r2 * unit) * whole - c * r2 * root
-                slope = c * (real(1) + root) + sum_slopes[i] * unit * whole
-                advance = height / (N_[i] * whole - slope * (x * L_[i] + y * M_[i]))
-                slope = slope / whole
+                advance, slope = _newton_step(real, x, y, z, L_[i], M_[i], N_[i], c, r2, root, sums[i] * r2 * unit,
+                                              sum_slopes[i] * unit)
                 last[i], SX[i], SY[i] = advance, slope * x, slope * y
                 distance[i] = distance[i] - advance
         _refract(lanes, p, s, equator, equator)

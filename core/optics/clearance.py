@@ -1,8 +1,8 @@
 """Clearance of rays at the rims of a lens: the greatest r / semi-diameter on the way; a ray passes if it is ≤ 1.
 
-A ray is given by its film point and its point on the plane of the last vertex, mm; the film lies film_distance
-behind that plane. Rays are traced in blocks, in float64 or, where an error of a thousandth is acceptable, in float32,
-which is three times as fast. Lens frame.
+A ray is given by its film point and its point on the plane of the last vertex, mm. The film in line lies film_distance
+behind that plane, and a film point film_z behind the film in line. Rays are traced in blocks, in float64 or, where an
+error of a thousandth is acceptable, in float32, which is three times as fast. Lens frame.
 """
 
 import math
@@ -48,8 +48,8 @@ def _codes(lens: Lens, film_distance: float, wavelength: float) -> tuple[Code, C
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _trace(film_x, film_y, px, py, distance, out, lanes, code, key):
-    """The clearances of the rays from (film_x, film_y) to (px, py), block by block, into out (n,)."""
+def _trace(film_x, film_y, film_z, px, py, distance, out, lanes, code, key):
+    """The clearances of the rays from film points to (px, py), block by block, into out (n,)."""
     n, real = out.size, lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, o, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
@@ -57,9 +57,10 @@ def _trace(film_x, film_y, px, py, distance, out, lanes, code, key):
         count = min(B, n - start)
         for i in range(count):
             dx, dy = px[start + i] - film_x[start + i], py[start + i] - film_y[start + i]
-            size = 1.0 / math.sqrt(dx * dx + dy * dy + distance * distance)
-            x[i], y[i], z[i] = real(film_x[start + i]), real(film_y[start + i]), real(0)
-            l[i], m[i], o[i] = real(dx * size), real(dy * size), real(-distance * size)
+            away = distance + film_z[start + i]
+            size, ahead = 1.0 / math.sqrt(dx * dx + dy * dy + away * away), film_z[start + i] / away
+            x[i], y[i], z[i] = real(film_x[start + i] + ahead * dx), real(film_y[start + i] + ahead * dy), real(0)
+            l[i], m[i], o[i] = real(dx * size), real(dy * size), real(-away * size)
         for i in range(count, B):           # fill the block with copies of the last ray
             x[i], y[i], z[i], l[i], m[i], o[i] = x[i - 1], y[i - 1], z[i - 1], l[i - 1], m[i - 1], o[i - 1]
         run_steps(lanes, code, key)
@@ -68,12 +69,12 @@ def _trace(film_x, film_y, px, py, distance, out, lanes, code, key):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def clearances(film_x, film_y, px, py, distance, out, tracer, accuracy):
-    """Clearances of the rays from (film_x, film_y) to (px, py), mm, into out (n,); inf for rays that do not pass.
+def clearances(film_x, film_y, film_z, px, py, distance, out, tracer, accuracy):
+    """Clearances of the rays from (film_x, film_y, film_z) to (px, py), mm, into out (n,); inf for those that are lost.
 
-    distance: last vertex → film (mm). accuracy: acceptable error; 0 for float64.
+    distance: last vertex → film_z = 0 (mm). accuracy: acceptable error; 0 for float64.
     """
     if tracer.error <= accuracy:
-        _trace(film_x, film_y, px, py, distance, out, *tracer.single)
+        _trace(film_x, film_y, film_z, px, py, distance, out, *tracer.single)
     else:
-        _trace(film_x, film_y, px, py, distance, out, *tracer.double)
+        _trace(film_x, film_y, film_z, px, py, distance, out, *tracer.double)

@@ -58,6 +58,7 @@ class Kind(StrEnum):
     SHAPE = "shape"                         # a surface is replaced by one of another shape
     LEFT_OUT = "left-out"
     TEXT = "text"                           # names and notes are written in another form
+    BESIDE = "beside"                       # a file that is written beside that of the lens: nothing is lost
 
     # Of an edited lens
     UNSOLVED = "unsolved"                   # a solve or pickup that has no solution

@@ -50,7 +50,7 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
         Film → object (mm); math.inf is allowed.
     method : {"paraxial", "real"}
         "paraxial": the thick lens in closed form. "real": least rms blur of the traced bundle over the full pupil.
-        The former knows no decentre or tilt: it focuses the lens in line.
+        The former ignores decentres and tilts: it focuses the lens in line.
         For a lens with a cylinder or toroid both are the best compromise between its two foci; "paraxial" is
         the limit of "real" as the stop closes.
 

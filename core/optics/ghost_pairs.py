@@ -4,7 +4,7 @@ A pair (first, second) has first < second: light is refracted up to `second`, re
 reflected again and leaves the lens towards the film.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
 from lensbench.optics.coatings import Coating
@@ -22,6 +22,16 @@ def ghost_pairs(lens: Lens, wavelength: float = D_LINE) -> tuple[Pair, ...]:
     n = lens.indices(wavelength)
     reflecting = [i for i in range(len(lens.surfaces)) if n[i] != n[i + 1]]
     return tuple((first, second) for k, second in enumerate(reflecting) for first in reflecting[:k])
+
+
+def no_such_pair(lens: Lens, pairs: Iterable[Pair]) -> str:
+    """Why none of these pairs, if any, makes a ghost in this lens; "" where one does, and for no pairs."""
+    asked = tuple(pairs)
+    if not asked or set(asked) & {*ghost_pairs(lens), DIRECT}:
+        return ""
+    first, second = asked[0]
+    return (f"no ghost of surfaces {first} and {second}: ghosts need two surfaces of this lens that reflect, from 0 to "
+            f"{len(lens.surfaces) - 1}")
 
 
 def ghost_order(count: int, pair: Pair) -> Iterator[tuple[int, bool, bool]]:

@@ -161,7 +161,14 @@ class Surface:
         -------
         Surface
             This surface itself if it is rotationally symmetric.
+
+        Raises
+        ------
+        LensError
+            For another axis.
         """
+        if axis not in ("x", "y"):
+            raise LensError(f"section {axis!r}: it is 'x' for x–z or 'y' for y–z")
         if self.curvature_x is None:
             return self
         return replace(self, curvature=self.curvature if axis == "y" else self.curvature_x, curvature_x=None)

@@ -6,7 +6,7 @@ top row of the picture lies at +y, its left side at −x, so that lights behind 
 lights before that plane upside down (the other way round where the exit pupil is an inverted image of the stop).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -36,10 +36,15 @@ class StopImage:
         Texels on a side.
     texels : bytes
         side² float32 numbers from 0 (opaque) to 1, row by row from the top left.
+    file, name : str
+        Where it was read from, "" for nowhere: the path of its file, and that as a lens file names it. They do not
+        count in comparisons.
     """
 
     side: int
     texels: bytes
+    file: str = field(default="", compare=False, repr=False)
+    name: str = field(default="", compare=False, repr=False)
 
     @classmethod
     def of(cls, transmission) -> "StopImage":
@@ -173,7 +178,7 @@ def pass_stop_image(lanes, p, ints, key):
 
 @stage
 def pass_stop_image_at_sample(lanes, p, ints, key):
-    """WEIGHT times the transmission at the point of the unit disk that U0, U1 stand for. p: PER_MM …."""
+    """WEIGHT times the transmission at the point of the unit disk with the pupil sample U0, U1. p: PER_MM …."""
     real = lanes.dtype.type
     row = rows(lanes)
     u, v, weight, texel, passed = row[U0], row[U1], row[WEIGHT], row[A0], row[A1]

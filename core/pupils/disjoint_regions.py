@@ -77,7 +77,7 @@ def split_regions(lens: Lens, film_distance: float, radii: np.ndarray, rims: np.
         step = (right - left) / SCAN_CLOSELY
         along = left[:, None] + step[:, None] * (np.arange(SCAN_CLOSELY) + 0.5)
         film, zero, out = np.repeat(radii[k], SCAN_CLOSELY), np.zeros(along.size), np.empty(along.size)
-        clearances(film, zero, along.ravel(), zero, film_distance, out, by, ROUGH)
+        clearances(film, zero, zero, along.ravel(), zero, film_distance, out, by, ROUGH)
         lit = out.reshape(along.shape) <= 1.0
         any_lit = lit.any(1)
         k, lit, step, start = k[any_lit], lit[any_lit], step[any_lit], left[any_lit]
@@ -128,8 +128,8 @@ def _measured(lens: Lens, film_distance: float, radius: float, left: float, righ
 def _levels(radius: float, x: np.ndarray, y: np.ndarray, film_distance: float, by: ClearanceTracer) -> np.ndarray:
     """Clearances (len(y), len(x)) of rays from a film point to the points of a grid on the rear plane."""
     px, py = (values.ravel() for values in np.meshgrid(x, y))
-    out = np.empty(px.size)
-    clearances(np.full(px.size, radius), np.zeros(px.size), px, py, film_distance, out, by, ROUGH)
+    out, zero = np.empty(px.size), np.zeros(px.size)
+    clearances(np.full(px.size, radius), zero, zero, px, py, film_distance, out, by, ROUGH)
     return out.reshape(len(y), len(x))
 
 
@@ -142,8 +142,8 @@ def _pieces(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.nda
     n, lit = len(radii), rims[:, 0, 0] > rims[:, -1, 0]
     low, step = _search_intervals(centres + rims[:, -1, 0], centres + rims[:, 0, 0], lit)
     along, film = (low[:, None] + step[:, None] * CELL_CENTRES).ravel(), np.repeat(radii, SCAN)
-    clearance = np.empty(n * SCAN)
-    clearances(film, 0.0 * film, along, 0.0 * film, film_distance, clearance, by, ROUGH)
+    clearance, zero = np.empty(n * SCAN), np.zeros(n * SCAN)
+    clearances(film, zero, zero, along, zero, film_distance, clearance, by, ROUGH)
     light = (clearance <= 1.0).reshape(n, SCAN)
     split = (light[:, 1:] & ~light[:, :-1]).sum(1) + light[:, 0] > lit
     # Solve the outermost pieces, each within its own interval

@@ -5,7 +5,8 @@ centre and on columns, which fan out from there at even shares v / (u + v). The 
 at the film's corner; towards an end of the light the rings crowd, for a region shrinks there as a square root. A
 polynomial, the course, first takes up the motion of the regions' centres, for the region of a small stop moves by many
 times its size. A lens with two planes of symmetry needs one quadrant of the film; a lens with surfaces out of line
-needs four, each of which is the first quadrant of the mirrored lens. Lens frame, mm.
+needs four, as does a film out of line, each of which is the first quadrant of the mirrored lens and film. Lens frame,
+mm.
 """
 
 import math
@@ -13,10 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lensbench.imaging.film_pose import STEEPEST_SIDE, UPRIGHT, FilmPose
 from lensbench.kernels.cache import njit
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.equal_areas import equal_areas
-from lensbench.pupils.image_circle import edge_of_light
+from lensbench.pupils.image_circle import Placement, edge_of_light
 from lensbench.pupils.outline_solver import solve_outlines
 from lensbench.pupils.ray_aiming import Aim
 from lensbench.pupils.rim_solver import REACH
@@ -50,34 +52,53 @@ class Nodes(NamedTuple):
     outline: np.ndarray
 
 
-def solve_nodes(lens: Lens, film_distance: float, half_film: np.ndarray, wavelength: float) -> Nodes:
+def solve_nodes(lens: Lens, film_distance: float, half_film: np.ndarray, wavelength: float,
+                pose: FilmPose = UPRIGHT) -> Nodes:
     """Nodes of a film with half sides half_film (2,) mm, enlarged until the regions between them hold all light."""
     tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter)
-    sides = np.array(SIDES[:1] if lens.is_in_line else SIDES)
-    lenses = [lens.mirrored(*(side < 0.0)) for side in sides]
+    sides = np.array(SIDES[:1] if lens.is_in_line and pose.is_upright else SIDES)
+    places = [(lens.mirrored(*(side < 0.0)), pose.mirrored(*(side < 0.0).tolist())) for side in sides]
+    # The rings reach beyond the film: there a posed film comes no nearer to the lens than half as near as within it
+    nearest = film_distance + (0.0 if pose.is_upright else float(pose.extent(*(2.0 * half_film).tolist())[:, 2].min()))
+    placed = {each: _placement(each[1], 0.5 * nearest - film_distance) for each in places}
     share = np.linspace(0.0, 1.0, 2 * COLUMNS - 1)
     directions = np.stack([1.0 - share, share], 1) / np.hypot(1.0 - share, share)[:, None]
-    ends = {each: edge_of_light(Aim(each, film_distance, wavelength), directions * half_film, math.sqrt(2.0))
-            for each in dict.fromkeys(lenses)}
+    ends = {each: edge_of_light(Aim(each[0], film_distance, wavelength), directions * half_film, math.sqrt(2.0),
+                                placed[each]) for each in dict.fromkeys(places)}
     crowding = 1.0 if any(light_ends for _, light_ends in ends.values()) else MILD_CROWDING
     rings = (1.0 - (1.0 - np.linspace(0.0, 1.0, 2 * RINGS - 1) * (1.0 - math.sqrt(1.0 - crowding))) ** 2) / crowding
     # Solve grids twice as fine as the nodes, which show how much larger the nodes' regions must be
     films = {each: (rings[:, None] * edge)[:, :, None] * directions for each, (edge, _) in ends.items()}
-    solved = {each: solve_outlines(each, film_distance, (film * half_film).reshape(-1, 2), POINTS, tolerance,
-                                   wavelength) for each, film in films.items()}
+    solved = {each: solve_outlines(each[0], film_distance, (film * half_film).reshape(-1, 2), POINTS, tolerance,
+                                   wavelength, placed[each]) for each, film in films.items()}
     # Fit the course to the centres of all quadrants
-    shape = films[lens].shape
-    film = np.stack([films[each].reshape(-1, 2) for each in lenses]) * sides[:, None]
-    centres = np.stack([solved[each][0] for each in lenses])
-    rims = np.stack([solved[each][1].reshape(*shape[:2], POINTS, 2) for each in lenses])
+    shape = films[places[0]].shape
+    film = np.stack([films[each].reshape(-1, 2) for each in places]) * sides[:, None]
+    centres = np.stack([solved[each][0] for each in places])
+    rims = np.stack([solved[each][1].reshape(*shape[:2], POINTS, 2) for each in places])
     of_film = course_terms(film.reshape(-1, 2), len(sides) > 1)
     lit, true = np.asarray(rims.any((3, 4))).ravel(), (centres * sides[:, None]).reshape(-1, 2)
     course = np.array([np.linalg.lstsq(power[lit], true[lit, axis], rcond=None)[0]
                        for axis, power in enumerate(of_film)])
     off = (centres - course_at(course, of_film).reshape(centres.shape) * sides[:, None]).reshape(-1, *shape)
     cut = [_cut(*quadrant) for quadrant in zip(off, rims, strict=True)]
-    edges = [_cubic_midpoints(_cubic_midpoints(ends[each][0])) for each in lenses]
+    edges = [_cubic_midpoints(_cubic_midpoints(ends[each][0])) for each in places]
     return Nodes(np.stack(edges), crowding, course, *(np.stack(part) for part in zip(*cut, strict=True)))
+
+
+def _placement(pose: FilmPose, lowest: float) -> Placement:
+    """Camera-frame points of film points, at z (mm) of at least `lowest`; those beside a sphere are as deep as it."""
+    def place(film: np.ndarray) -> np.ndarray:
+        if pose.is_curved:
+            r = np.hypot(*film.T)
+            on_sphere = film * np.minimum(1.0, STEEPEST_SIDE * abs(pose.radius) / np.maximum(r, 1e-30))[:, None]
+            points = pose.points(on_sphere) + (film - on_sphere) @ pose.axes[:2]
+        else:
+            points = pose.points(film)
+        points[:, 2] = np.maximum(points[:, 2], lowest)
+        return points
+
+    return UPRIGHT.points if pose.is_upright else place
 
 
 def _cut(centres: np.ndarray, rims: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -143,40 +164,48 @@ def _corners(outline: np.ndarray) -> np.ndarray:
 
 def _growth(centres: np.ndarray, rims: np.ndarray, at: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Factor (RINGS, COLUMNS, SECTORS + 1) for each corner so that interpolated regions hold the finer grid's."""
-    true = rims + (centres - _midpoints(at))[:, :, None]
-    polygon = _midpoints(corners)
-    # Chord of the polygon in the direction of each rim point, and how far beyond it the point lies
-    turn = np.unwrap(np.arctan2(polygon[..., 1], polygon[..., 0]))
-    angle = turn[..., :1] + (np.arctan2(true[..., 1], true[..., 0]) - turn[..., :1]) % (2.0 * math.pi)
-    chord = _chords(turn, angle)[..., None]
-    a, b = np.take_along_axis(polygon, chord, 2), np.take_along_axis(polygon, chord + 1, 2)
-    doubled = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    beyond = true[..., 0] * (b - a)[..., 1] - true[..., 1] * (b - a)[..., 0]
-    lit = np.asarray(rims.any((2, 3)))[:, :, None]
-    needed = np.divide(beyond, doubled, out=np.ones_like(beyond), where=(doubled > 0.0) & lit)
-    factors = np.ones(polygon.shape[:3])
-    i, j = np.ogrid[:2 * RINGS - 1, :2 * COLUMNS - 1]
-    for end in (0, 1):
-        np.maximum.at(factors, (i[..., None], j[..., None], chord[..., 0] + end), needed)
-    factors[..., 0] = factors[..., -1] = np.maximum(factors[..., 0], factors[..., -1])
+    factors = _needed_growth(_midpoints(corners), rims, centres - _midpoints(at))
     # A node's corner serves all points of the finer grid beside it
     padded = np.pad(factors, ((1, 1), (1, 1), (0, 0)), mode="edge")
     return np.max([padded[i:i + 2 * RINGS - 1:2, j:j + 2 * COLUMNS - 1:2] for i in range(3) for j in range(3)], 0)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _chords(turn, angle):
-    """Indices (rings, columns, points) of chords between corners at angles (…, SECTORS + 1), by angles (…, points)."""
-    rings, columns, points = angle.shape
-    found = np.empty(angle.shape, np.int64)
+def _needed_growth(polygons, rims, offsets):
+    """Factors (rings, columns, SECTORS + 1), at least 1, for the corners of polygons that are to hold rims.
+
+    polygons: (rings, columns, SECTORS + 1, 2) about 0; rims: (rings, columns, points, 2) about offsets (rings, columns,
+    2), all 0 where there is no light.
+    """
+    rings, columns, points, _ = rims.shape
+    corners = polygons.shape[2]
+    factors, turn, whole = np.ones((rings, columns, corners)), np.empty(corners), 2.0 * math.pi
     for i in range(rings):
         for j in range(columns):
+            if not rims[i, j].any():
+                continue
+            polygon = polygons[i, j]
+            turn[0] = math.atan2(polygon[0, 1], polygon[0, 0])
+            for k in range(1, corners):
+                step = math.atan2(polygon[k, 1], polygon[k, 0]) - turn[k - 1]
+                turn[k] = turn[k - 1] + (step + math.pi) % whole - math.pi
             for point in range(points):
+                x, y = rims[i, j, point, 0] + offsets[i, j, 0], rims[i, j, point, 1] + offsets[i, j, 1]
+                angle = turn[0] + (math.atan2(y, x) - turn[0]) % whole
                 before = 0
-                for k in range(SECTORS + 1):
-                    before += turn[i, j, k] <= angle[i, j, point]
-                found[i, j, point] = min(max(before - 1, 0), SECTORS - 1)
-    return found
+                for k in range(corners):
+                    before += turn[k] <= angle
+                # The chord in the direction of the rim point, and how far beyond it the point lies
+                chord = min(max(before - 1, 0), corners - 2)
+                ax, ay = polygon[chord]
+                bx, by = polygon[chord + 1]
+                doubled = ax * by - ay * bx
+                if doubled > 0.0:
+                    needed = (x * (by - ay) - y * (bx - ax)) / doubled
+                    for end in (chord, chord + 1):
+                        factors[i, j, end] = max(factors[i, j, end], needed)
+            factors[i, j, 0] = factors[i, j, -1] = max(factors[i, j, 0], factors[i, j, -1])
+    return factors
 
 
 def _midpoints(nodes: np.ndarray) -> np.ndarray:

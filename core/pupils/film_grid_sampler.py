@@ -1,7 +1,8 @@
 """Sampler on a film grid: exit-pupil regions behind a lens without rotational symmetry, for a camera to sample.
 
 A lens with a cylinder or toroid has two planes of symmetry, so one quadrant of the film serves for all four; a lens
-with surfaces out of line has four of its own, mirrored into the first. The sampler interpolates the regions between the
+with surfaces out of line, or any lens before a film out of line, has four of its own, mirrored into the first. The
+sampler interpolates the regions between the
 nodes of `film_grid`, which are a hair larger than the true ones, so that no light is lost; the trace blocks the rest.
 The weight holds the area of the sampled triangle. Lens frame, mm.
 """
@@ -12,83 +13,61 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    A9,
-    A10,
-    A11,
-    ALIVE,
-    LOST,
-    U0,
-    U1,
-    WEIGHT,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    gather,
-    rows,
-    stage,
-)
+from lensbench.imaging.film_pose import UPRIGHT, FilmPose, film_normal, place_on_film
+from lensbench.kernels.block import ALIVE, LOST, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid import (
     COLUMNS,
-    DEGREE,
     EDGE_POINTS,
-    GENERAL_TERMS,
     RINGS,
     SECTORS,
-    TERMS,
     Nodes,
     course_at,
     course_terms,
     solve_nodes,
 )
-
-ROUNDING = 1e-5                 # share by which rounding may put a point in the film's corner beyond the last ring
-
-# Parameters of `aim_in_quadrant`, then its tables, quadrant by quadrant: distances of the last ring at EDGE_POINTS
-# columns; the corners of all nodes, x, then y; their centres, x, then y
-(FILM_DISTANCE,                 # mm
- INVERSE_WIDTH, INVERSE_HEIGHT, # 1 / half the film's width and height, 1/mm
- CROWDING,                      # of the rings
- RING_SCALE,                    # rings per unit of 1 − √(1 − crowding · distance)
- GAIN,                          # 1 / normaliser
- COURSE) = range(7)             # coefficients of the course, along x, then y
-NODE_CORNERS, NODES = SECTORS + 1, RINGS * COLUMNS
-# Integers: number of quadrants, 1 or 4; offsets of the tables
-QUADRANTS, EDGE, CORNERS_X, CORNERS_Y, CENTRES_X, CENTRES_Y = range(6)
+from lensbench.pupils.film_grid_lookup import (
+    CENTRE_X,
+    CENTRE_Y,
+    CORNER_AX,
+    CORNER_AY,
+    CORNER_BX,
+    CORNER_BY,
+    COURSE,
+    CROWDING,
+    FILM_DISTANCE,
+    GAIN,
+    INVERSE_HEIGHT,
+    INVERSE_WIDTH,
+    POSE,
+    RING_SCALE,
+    ROUNDING,
+    TURN,
+    find_triangle,
+)
 
 
 @dataclass(frozen=True, eq=False)
 class PupilGrid:
-    """Exit-pupil regions over a film of half_width and half_height, film_distance behind the last vertex (mm)."""
+    """Exit-pupil regions over a film of half_width and half_height, film_distance behind the last vertex (mm).
+
+    pose: of the film; film points are those of its own frame.
+    """
 
     film_distance: float
     half_width: float
     half_height: float
     nodes: Nodes
+    pose: FilmPose = UPRIGHT
 
     @classmethod
     def of(cls, lens: Lens, film_distance: float, half_width: float, half_height: float,
-           wavelength: float = D_LINE) -> "PupilGrid":
-        """Grid for film points up to half_width and half_height (mm) from the axis; wavelength in µm."""
+           wavelength: float = D_LINE, pose: FilmPose = UPRIGHT) -> "PupilGrid":
+        """Grid for film points up to half_width and half_height (mm) from the film's middle; wavelength in µm."""
         half_width, half_height = max(half_width, 1e-30), max(half_height, 1e-30)
-        nodes = solve_nodes(lens, film_distance, np.array([half_width, half_height]), wavelength)
-        return cls(film_distance, half_width, half_height, nodes)
+        nodes = solve_nodes(lens, film_distance, np.array([half_width, half_height]), wavelength, pose)
+        return cls(film_distance, half_width, half_height, nodes, pose)
 
     @classmethod
     def interpolated(cls, grids: Sequence["PupilGrid"], shares: Sequence[float]) -> "PupilGrid":
@@ -98,7 +77,7 @@ class PupilGrid:
             np.tensordot(shares, np.stack([getattr(grid.nodes, name) for grid in grids]), 1)
             for name in ("edge", "course", "centres", "outline"))
         return cls(first.film_distance, first.half_width, first.half_height,
-                   Nodes(edge, first.nodes.crowding, course, centres, outline))
+                   Nodes(edge, first.nodes.crowding, course, centres, outline), first.pose)
 
     def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
         """Area (n,) in mm² over which the samples of film points (n, 2) are spread, from their density at rear points.
@@ -139,7 +118,11 @@ class PupilGrid:
         return np.where(within, 0.5 * SECTORS * np.maximum(twice, 0.0), 0.0)
 
     def step(self, normaliser: float) -> Step:
-        """Step that aims from the film into the region; WEIGHT becomes cos⁴θ · area / normaliser."""
+        """Step that aims from the film into the region; WEIGHT becomes cos⁴θ · area / normaliser.
+
+        From a film out of line cos³θ · cos φ · area · (distances)² / normaliser: θ is measured from the axis, φ from
+        the film's normal; the ray then starts at z = 0.
+        """
         nodes = self.nodes
         tables = (nodes.course, nodes.edge, nodes.outline[..., 0], nodes.outline[..., 1], nodes.centres[..., 0],
                   nodes.centres[..., 1])
@@ -149,8 +132,11 @@ class PupilGrid:
         p[INVERSE_WIDTH], p[INVERSE_HEIGHT] = 1.0 / self.half_width, 1.0 / self.half_height
         p[CROWDING], p[RING_SCALE] = nodes.crowding, (RINGS - 1) / (1.0 - math.sqrt(1.0 - nodes.crowding))
         p[GAIN] = 1.0 / normaliser
-        return Step(aim_in_quadrant, np.concatenate([p, *(table.ravel() for table in tables)]),
-                    [len(nodes.edge), *starts[1:].tolist()])
+        packed, ints = [p, *(table.ravel() for table in tables)], [len(nodes.edge), *starts[1:].tolist()]
+        if self.pose.is_upright:
+            return Step(aim_in_quadrant, np.concatenate(packed), ints)
+        return Step(aim_from_posed_grid, np.concatenate([*packed, self.pose.numbers]),
+                    [*ints, sum(map(len, packed))])
 
 
 @stage
@@ -163,40 +149,10 @@ def aim_in_quadrant(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U1], row[WEIGHT]
-    node, right, up, turn, corner, found = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
-    ax, ay, bx, by, centre_x, centre_y = row[A6], row[A7], row[A8], row[A9], row[A10], row[A11]
-    at, share = row[L], row[M]                  # scratch until the direction is known
+    turn, centre_x, centre_y = row[TURN], row[CENTRE_X], row[CENTRE_Y]
+    ax, ay, bx, by = row[CORNER_AX], row[CORNER_AY], row[CORNER_BX], row[CORNER_BY]
     distance, gain = p[FILM_DISTANCE], p[GAIN]
-    corners_x, corners_y = p[ints[CORNERS_X]:], p[ints[CORNERS_Y]:]
-    centres_x, centres_y = p[ints[CENTRES_X]:], p[ints[CENTRES_Y]:]
-    _find_cell(lanes, p, ints)
-    # Add up the triangle's corners and the centre of the four nodes by their shares
-    for k in range(4):
-        beside, above = real(k % 2), real(k // 2)
-        for i in range(B):
-            f, g = right[i], up[i]
-            f, g = beside * f + (real(1) - beside) * (real(1) - f), above * g + (real(1) - above) * (real(1) - g)
-            share[i] = f * g
-            at[i] = node[i] + beside + above * real(COLUMNS)
-            corner[i] = at[i] * real(NODE_CORNERS) + np.floor(turn[i])
-        gather(found, corners_x, corner)
-        for i in range(B):
-            ax[i] += share[i] * found[i]
-        gather(found, corners_x[1:], corner)
-        for i in range(B):
-            bx[i] += share[i] * found[i]
-        gather(found, corners_y, corner)
-        for i in range(B):
-            ay[i] += share[i] * found[i]
-        gather(found, corners_y[1:], corner)
-        for i in range(B):
-            by[i] += share[i] * found[i]
-        gather(found, centres_x, at)
-        for i in range(B):
-            centre_x[i] += share[i] * found[i]
-        gather(found, centres_y, at)
-        for i in range(B):
-            centre_y[i] += share[i] * found[i]
+    find_triangle(lanes, p, ints)
     for i in range(B):
         # Choose a point of the triangle, and mirror the direction to it back
         g = turn[i] - np.floor(turn[i])
@@ -222,93 +178,47 @@ def aim_in_quadrant(lanes, p, ints, key):
 
 
 @stage
-def _find_cell(lanes, p, ints):
-    """Find the grid cell of each film point.
+def aim_from_posed_grid(lanes, p, ints, key):
+    """Aim from a point X, Y of a film out of line into its exit-pupil region: the ray at z = 0, and WEIGHT.
 
-    A0: the node below it; A1, A2: how far it lies towards the next column and ring; A3: triangle, and place in it.
-    WEIGHT: 0 beyond the last ring, else 1. A6 to A9 become 0; A10, A11: the course at the film point.
+    p and ints as in `aim_in_quadrant`, then the pose.
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, u, weight = row[X], row[Y], row[U0], row[WEIGHT]
-    node, right, up, turn, place, near, far = row[A0], row[A1], row[A2], row[A3], row[A4], row[A6], row[A8]
-    ax, ay, bx, by = row[A6], row[A7], row[A8], row[A9]
-    across, along, crowding, apart = p[INVERSE_WIDTH], p[INVERSE_HEIGHT], p[CROWDING], p[RING_SCALE]
-    four, edges = ints[QUADRANTS] > 1, p[ints[EDGE]:]
-    last_edge, last_ring, last_column = real(EDGE_POINTS - 1.001), real(RINGS - 1.001), real(COLUMNS - 1.001)
-    # Distance from the film's centre, and column, of (s, t) = (u, v)
+    x, y, z, l, m, n, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U1], row[WEIGHT]
+    turn, centre_x, centre_y = row[TURN], row[CENTRE_X], row[CENTRE_Y]
+    ax, ay, bx, by = row[CORNER_AX], row[CORNER_AY], row[CORNER_BX], row[CORNER_BY]
+    distance0, gain, pose = p[FILM_DISTANCE], p[GAIN], p[ints[POSE]:]
+    find_triangle(lanes, p, ints)
     for i in range(B):
-        s, t = abs(x[i]) * across, abs(y[i]) * along
-        both = s + t
-        up[i] = t / (both if both > real(0) else real(1))
-        right[i] = math.sqrt(s * s + t * t)
-        t = up[i] * real(EDGE_POINTS - 1)
-        t = t if t < last_edge else last_edge
-        place[i], turn[i] = np.floor(t), t - np.floor(t)
-    # Quadrant of a lens without planes of symmetry
+        # Choose a point (a, b) of the triangle, and mirror it back
+        g = turn[i] - np.floor(turn[i])
+        h = real(1) - g
+        reach = math.sqrt(v[i])
+        a = centre_x[i] + reach * (h * ax[i] + g * bx[i])
+        b = centre_y[i] + reach * (h * ay[i] + g * by[i])
+        a, b = a if x[i] >= real(0) else -a, b if y[i] >= real(0) else -b
+        # Aim at it from the place of the film point
+        x[i], y[i], z[i] = place_on_film(pose, x[i], y[i])
+        distance = distance0 + z[i]
+        dx, dy = a - x[i], b - y[i]
+        size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)
+        l[i], m[i], n[i] = dx * size, dy * size, -distance * size
+        # Weight by the angles to the axis and to the film's normal, and by the area of all triangles
+        fx, fy, fz = film_normal(pose, x[i], y[i], z[i])
+        axial, facing = distance * size, -(l[i] * fx + m[i] * fy + n[i] * fz)
+        nearer = distance0 / distance
+        area = real(0.5) * (ax[i] * by[i] - bx[i] * ay[i])
+        dense = gain * axial * axial * axial * nearer * nearer * real(SECTORS) * (area if area > real(0) else real(0))
+        weight[i] *= dense * (facing if facing > real(0) else real(0))
+        # Start the ray at z = 0
+        back = z[i] / n[i]
+        x[i] -= back * l[i]
+        y[i] -= back * m[i]
+        z[i] = real(0)
+    # Skip all further steps where no lane has any weight
+    alive = np.int32(0)
     for i in range(B):
-        quadrant = (real(1) if x[i] < real(0) else real(0)) + (real(2) if y[i] < real(0) else real(0))
-        ax[i] = quadrant if four else real(0)
-    for i in range(B):
-        node[i], place[i] = ax[i] * real(NODES), place[i] + ax[i] * real(EDGE_POINTS)
-    # Ring, from the distance of the last ring at this column
-    gather(near, edges, place)
-    gather(far, edges[1:], place)
-    for i in range(B):
-        s = right[i] / (near[i] + turn[i] * (far[i] - near[i]))
-        weight[i] = real(1) if s <= real(1 + ROUNDING) else real(0)
-        s = s if s < real(1) else real(1)
-        s, t = (real(1) - math.sqrt(real(1) - crowding * s)) * apart, up[i] * real(COLUMNS - 1)
-        s, t = s if s < last_ring else last_ring, t if t < last_column else last_column
-        node[i] += np.floor(s) * real(COLUMNS) + np.floor(t)
-        right[i], up[i], turn[i] = t - np.floor(t), s - np.floor(s), u[i] * real(SECTORS)
-        ax[i], ay[i], bx[i], by[i] = real(0), real(0), real(0), real(0)
-    if four:
-        _general_course(lanes, p)
-    else:
-        _symmetric_course(lanes, p)
-
-
-@stage
-def _symmetric_course(lanes, p):
-    """A10, A11: the course at the film point, mirrored into the first quadrant, with the terms of `course_terms`."""
-    row = rows(lanes)
-    x, y, centre_x, centre_y = row[X], row[Y], row[A10], row[A11]
-    across, along = p[INVERSE_WIDTH], p[INVERSE_HEIGHT]
-    k = COURSE
-    a0, a1, a2, a3, a4, a5, a6, a7, a8, a9 = (
-        p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8], p[k + 9])
-    k = COURSE + TERMS
-    b0, b1, b2, b3, b4, b5, b6, b7, b8, b9 = (
-        p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8], p[k + 9])
-    for i in range(B):
-        e, f = abs(x[i]) * across, abs(y[i]) * along
-        s, t = e * e, f * f
-        centre_x[i] = e * (a0 + s * (a1 + s * (a3 + s * a6) + t * (a4 + s * a7 + t * a8))
-                           + t * (a2 + t * (a5 + t * a9)))
-        centre_y[i] = f * (b0 + s * (b1 + s * (b3 + s * b6) + t * (b4 + s * b7 + t * b8))
-                           + t * (b2 + t * (b5 + t * b9)))
-
-
-@stage
-def _general_course(lanes, p):
-    """A10, A11: the course at the film point, with all terms u^i v^j, mirrored into the first quadrant."""
-    real = lanes.dtype.type
-    row = rows(lanes)
-    x, y, centre_x, centre_y = row[X], row[Y], row[A10], row[A11]
-    across, along = p[INVERSE_WIDTH], p[INVERSE_HEIGHT]
-    for i in range(B):
-        centre_x[i], centre_y[i] = real(0), real(0)
-    # Horner's rule in u; the coefficients of each u^i are a polynomial in v of degree DEGREE − i
-    k = COURSE + GENERAL_TERMS
-    for power in range(DEGREE, -1, -1):
-        k -= DEGREE + 1 - power
-        for i in range(B):
-            u, v = x[i] * across, y[i] * along
-            a, b = real(0), real(0)
-            for j in range(DEGREE - power, -1, -1):
-                a, b = a * v + p[k + j], b * v + p[k + GENERAL_TERMS + j]
-            centre_x[i], centre_y[i] = centre_x[i] * u + a, centre_y[i] * u + b
-    for i in range(B):
-        centre_x[i] = -centre_x[i] if x[i] < real(0) else centre_x[i]
-        centre_y[i] = -centre_y[i] if y[i] < real(0) else centre_y[i]
+        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
+    if alive == 0:
+        key[ALIVE] = np.uint32(LOST)

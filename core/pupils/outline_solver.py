@@ -8,9 +8,11 @@ import math
 
 import numpy as np
 
+from lensbench.imaging.film_pose import UPRIGHT
 from lensbench.kernels.cache import njit
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
+from lensbench.pupils.image_circle import Placement
 from lensbench.pupils.ray_aiming import Aim
 from lensbench.pupils.rim_solver import REACH, ROUGH, rim_distances
 
@@ -19,14 +21,15 @@ DIRECTIONS = 128        # in which the length of the rough rim is measured
 
 
 def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, tolerance: float,
-                   wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
+                   wavelength: float = D_LINE, place: Placement = UPRIGHT.points) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n, 2), and points (n, points, 2) of each rim from its centre, counter-clockwise from +x, in mm.
 
     The centre is the centroid; the points are evenly spaced along the rim to about a tenth, and 0 for a film point
-    whose region is empty. film_points: (n, 2) mm; tolerance: of the rims (mm); wavelength: µm.
+    whose region is empty. film_points: (n, 2) mm; tolerance: of the rims (mm); wavelength: µm; place: as in
+    `edge_of_light`.
     """
-    film = np.asarray(film_points, float)
-    film_x, film_y = np.ascontiguousarray(film.T)
+    film = place(np.asarray(film_points, float))
+    film_x, film_y, film_z = np.ascontiguousarray(film.T)
     n = len(film)
     aim = Aim(lens, film_distance, wavelength)
     rear = lens.surfaces[-1].semi_diameter
@@ -36,7 +39,7 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
                accuracy: float) -> np.ndarray:
         """Distances (n, directions) to the rims from these centres."""
         rim = np.zeros(cosine.shape)
-        rim_distances(film_x, film_y, *np.ascontiguousarray(centre.T), level, np.ascontiguousarray(cosine),
+        rim_distances(film_x, film_y, film_z, *np.ascontiguousarray(centre.T), level, np.ascontiguousarray(cosine),
              np.ascontiguousarray(sine), guess, film_distance, reach, accuracy, rim, aim.tracer, 0.0)
         return rim
 

@@ -200,7 +200,7 @@ def _dark_beyond(film_radius: float, film_distance: float, rim: tuple[np.ndarray
     corner, zero, level = np.full(B, film_radius), np.zeros(B), np.empty(B)
     low, high = project_rear_rim(corner[:1], *rim)
     heights = low + (high - low) * (np.arange(B) + 0.5) / B         # one block of rays is mostly enough to find light
-    clearances(corner, zero, heights, zero, film_distance, level, by, ROUGH)
+    clearances(corner, zero, zero, heights, zero, film_distance, level, by, ROUGH)
     if (level <= 1.0).any():
         return math.inf
     inner, outer = 0.0, film_radius

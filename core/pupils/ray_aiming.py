@@ -1,9 +1,9 @@
 """Ray aiming: rays from any film point, through lenses of any symmetry, at places where light passes.
 
-A ray is given by its film point and its rear point, where it crosses the plane of the last vertex, both (n, 2) mm. It
-passes where its clearance is at most 1: the greatest share of a rim's radius at which it meets a surface. The map from
-the rear point to the point on the stop is smooth, and Newton's method inverts it: this finds stops of any size. A scan
-of the stop then finds what other rims leave open. Lens frame, float64.
+A ray is given by its film point (n, 3), camera frame, and its rear point (n, 2), where it crosses the plane of the last
+vertex, mm. It passes where its clearance is at most 1: the greatest share of a rim's radius at which it meets a
+surface. The map from the rear point to the point on the stop is smooth, and Newton's method inverts it: this finds
+stops of any size. A scan of the stop then finds what other rims leave open. Float64.
 """
 
 from dataclasses import dataclass, field
@@ -32,7 +32,7 @@ WINDOW = 1.25           # × the scanned area: the map of the stop bends farther
 
 @dataclass(frozen=True, eq=False)
 class Aim:
-    """Rays of one lens at one wavelength (µm), with the film at film_distance (mm) behind the last vertex."""
+    """Rays of one lens at one wavelength (µm), with the film in line at film_distance (mm) behind the last vertex."""
 
     lens: Lens
     film_distance: float
@@ -73,7 +73,9 @@ class Aim:
             still = np.isin(dark, left)
             left = improve(left, *self.scan(film[left], centre[still], window[still], 1.0))
             if left.size:
-                low, high = np.stack([rear_interval(self.lens, self.film_distance, film[left, axis], upright)
+                # Where the line from the film point to the middle of the rear plane crosses z = 0
+                in_line = film[:, :2] / (1.0 + film[:, 2:] / self.film_distance)
+                low, high = np.stack([rear_interval(self.lens, self.film_distance, in_line[left, axis], upright)
                                       for axis, upright in ((0, False), (1, True))], 2)
                 half = 0.5 * (high - low)[:, :, None] * np.eye(2)
                 improve(left, *self.scan(film[left], 0.5 * (low + high), half, 1.0))
@@ -82,8 +84,8 @@ class Aim:
     def stop_centres(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rear points (n, 2) of the rays to the stop's centre, and the stop's images (n, 2, 2): mm per stop radius.
 
-        Newton's method starts from `start` (n, 2). Where it fails or ends beyond a rim, it continues the ray of the
-        film's centre in LEGS steps. Without such a ray, the result is the nearest point found.
+        Newton's method starts from `start` (n, 2). Where it fails or ends beyond a rim, it continues the ray of
+        the axis in LEGS steps. Without such a ray, the result is the nearest point found.
         """
         at, off, image = self._newton(film, start)
         far = np.flatnonzero(~((off < CENTRED) & (self.clearances(film, at) < 1.0)))
@@ -93,6 +95,14 @@ class Aim:
         if far.size:
             better = (stepped_off < CENTRED) | (stepped_off < off[far])
             at[far[better]], image[far[better]] = stepped[better], stepped_image[better]
+        return at, image
+
+    def stop_centres_near(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`stop_centres` of film points (n, 3) beside those to which `start` (n, 2) belongs."""
+        at, off, image = self._newton(film, start)
+        lost = np.flatnonzero(~(off < CENTRED))
+        if lost.size:
+            at[lost], image[lost] = self.stop_centres(film[lost], start[lost])
         return at, image
 
     def scan(self, film: np.ndarray, centre: np.ndarray, window: np.ndarray,
@@ -121,11 +131,12 @@ class Aim:
 
     def paraxial_centres(self, film: np.ndarray) -> np.ndarray:
         """Rear points (n, 2) on the lines to the centres of the paraxial exit pupils of the sections x–z and y–z."""
-        centres = np.empty_like(film)
+        centres = np.empty((len(film), 2))
         for k, section in enumerate("xy"):
             fo = first_order(self.lens.section(section), self.wavelength)
             ahead = self.lens.length + self.film_distance - fo.exit_pupil.z
-            centres[:, k] = film[:, k] * (1.0 - self.film_distance / ahead if ahead else 1.0)
+            away = self.film_distance + film[:, 2]
+            centres[:, k] = film[:, k] * (1.0 - away / (ahead + film[:, 2]) if ahead else 1.0)
         return centres
 
     def _newton(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -153,10 +164,11 @@ class Aim:
         """Points (n, 2) on the stop, in its radii, and the derivatives (n, 2, 2) of the rear points by these."""
         radius, small = self.lens.stop.semi_diameter, STEP * self.lens.surfaces[-1].semi_diameter
         n = len(film)
-        vectors = np.concatenate([rear, rear + [small, 0.0], rear + [0.0, small]]) - np.tile(film, (3, 1))
-        size = 1.0 / np.sqrt((vectors**2).sum(1) + self.film_distance**2)
-        given = {X: np.tile(film[:, 0], 3), Y: np.tile(film[:, 1], 3), L: vectors[:, 0] * size, M: vectors[:, 1] * size,
-                 N: -self.film_distance * size}
+        vectors = np.concatenate([rear, rear + [small, 0.0], rear + [0.0, small]]) - np.tile(film[:, :2], (3, 1))
+        away = np.tile(self.film_distance + film[:, 2], 3)
+        size = 1.0 / np.sqrt((vectors**2).sum(1) + away**2)
+        start = np.tile(film[:, :2], (3, 1)) + vectors * (np.tile(film[:, 2], 3) / away)[:, None]       # at z = 0
+        given = {X: start[:, 0], Y: start[:, 1], L: vectors[:, 0] * size, M: vectors[:, 1] * size, N: -away * size}
         on_stop = self._to_stop.run(given, [X, Y], 3 * n).T - self.lens.vertex(self.lens.stop_index)[:2]
         here, beside, above = (on_stop / radius).reshape(3, n, 2)
         with np.errstate(divide="ignore", invalid="ignore"):        # the point of a lost ray is not finite
@@ -165,6 +177,6 @@ class Aim:
         return here, inverse.transpose(2, 0, 1)
 
 
-def _columns(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Contiguous x and y (n,) of points (n, 2)."""
-    return np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1])
+def _columns(points: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Contiguous coordinates (n,) of points (n, 2) or (n, 3)."""
+    return tuple(np.ascontiguousarray(column) for column in points.T)

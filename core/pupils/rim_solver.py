@@ -49,7 +49,7 @@ def _centres(radii, distance, low, high, guess, centre, level, tracer):
                     count += 1
         if count == 0:
             return
-        clearances(film, zero, px, zero, distance, out[:count], tracer, ROUGH)
+        clearances(film, zero, zero, px, zero, distance, out[:count], tracer, ROUGH)
         at = 0
         for k in range(n):
             if not level[k] < 1.0:
@@ -63,17 +63,18 @@ def _centres(radii, distance, low, high, guess, centre, level, tracer):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def rim_distances(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distance, reach, tolerance, rim,
-                  tracer, accuracy):
+def rim_distances(film_x, film_y, film_z, centre_x, centre_y, level, cosine, sine, guess, distance, reach, tolerance,
+                  rim, tracer, accuracy):
     """Distances rim (film points, directions) from each centre to the rim of its region.
 
-    film_x, film_y, centre_x, centre_y, level: (film points,), the latter the clearance at the centre. cosine, sine,
-    guess: (film points, directions). A bracketed secant, Illinois form, solves clearance − 1 = 0; this function is
-    nearly linear up to STEEP, which replaces larger values and those of rays that do not arrive.
+    film_x, film_y, film_z, centre_x, centre_y, level: (film points,), the latter the clearance at the centre. cosine,
+    sine, guess: (film points, directions). A bracketed secant, Illinois form, solves clearance − 1 = 0; this function
+    is nearly linear up to STEEP, which replaces larger values and those of rays that do not arrive.
     """
     m = cosine.shape[1]
     size = film_x.size * m
-    from_x, from_y, px, py, out = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    from_x, from_y, from_z = np.empty(size), np.empty(size), np.empty(size)
+    px, py, out = np.empty(size), np.empty(size), np.empty(size)
     which, waiting, of = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64)
     inner, f_inner = np.zeros(size), np.empty(size)
     outer, f_outer = np.full(size, math.inf), np.full(size, math.inf)
@@ -91,9 +92,9 @@ def rim_distances(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess
         for q in range(count):
             i = which[q]
             k, x = of[i], trial[i]
-            from_x[q], from_y[q] = film_x[k], film_y[k]
+            from_x[q], from_y[q], from_z[q] = film_x[k], film_y[k], film_z[k]
             px[q], py[q] = centre_x[k] + x * turn_x[i], centre_y[k] + x * turn_y[i]
-        clearances(from_x, from_y, px, py, distance, out[:count], tracer, accuracy)
+        clearances(from_x, from_y, from_z, px, py, distance, out[:count], tracer, accuracy)
         left = 0
         for q in range(count):
             i = which[q]
@@ -148,7 +149,7 @@ def _found_elsewhere(radius: float, distance: float, low: float, high: float,
     """
     zero, width = np.zeros(FINE), (high - low) / FINE
     px, out = low + width * (np.arange(FINE) + 0.5), np.empty(FINE)
-    clearances(np.full(FINE, radius), zero, px, zero, distance, out, tracer, ROUGH)
+    clearances(np.full(FINE, radius), zero, zero, px, zero, distance, out, tracer, ROUGH)
     least = (out[1:-1] < math.inf) & (out[1:-1] <= out[:-2]) & (out[1:-1] <= out[2:])
     centre, level = np.empty(1), np.empty(1)
     for best in px[1:-1][least]:
@@ -264,18 +265,18 @@ def solve_rims(lens: Lens, film_distance: float, film_radii, points: int, tolera
     turn_x, turn_y = _half_turn()
     rough, start = np.zeros((n, ROUGH_POINTS)), np.repeat(0.6 * reach * (1.0 - level), ROUGH_POINTS)
     cosine, sine = np.tile(turn_x, (n, 1)), np.tile(turn_y, (n, 1))
-    rim_distances(radii, zero, centre, zero, level, cosine, sine, start.reshape(n, ROUGH_POINTS), film_distance, reach,
-         ROUGH * size, rough, by, ROUGH)
+    rim_distances(radii, zero, zero, centre, zero, level, cosine, sine, start.reshape(n, ROUGH_POINTS), film_distance,
+         reach, ROUGH * size, rough, by, ROUGH)
     middle, there = np.where(radii > 0.0, _centroids(centre, rough, turn_x, turn_y), 0.0), np.empty(n)
-    clearances(radii, zero, middle, zero, film_distance, there, by, 0.0)
+    clearances(radii, zero, zero, middle, zero, film_distance, there, by, 0.0)
     inside = lit & (there < 1.0)
     middle, level = np.where(inside, middle, centre), np.where(inside, there, level)
 
     # Final rims, in directions evenly spaced along the rough ones so as to resolve the tips of a cat's eye
     cosine, sine, guess, rim = (np.zeros((n, points)) for _ in range(4))
     _directions(middle - centre, rough, turn_x, turn_y, 1e-3 * tolerance, cosine, sine, guess)
-    rim_distances(radii, zero, middle, zero, level, cosine, sine, guess, film_distance, reach, tolerance, rim, by,
-         DIGITS * tolerance / size)
+    rim_distances(radii, zero, zero, middle, zero, level, cosine, sine, guess, film_distance, reach, tolerance, rim,
+         by, DIGITS * tolerance / size)
     middle[~lit] = 0.0
     return middle, np.stack([rim * cosine, rim * sine], 2)
 

@@ -49,7 +49,7 @@ class FlareImage:
         """Add the light of so many samples; False when `wanted` cancelled on the way."""
         return all(part.add(samples, pool, threads, wanted) for part in self._parts)
 
-    def add_to(self, picture: np.ndarray) -> None:
-        """Add the light so far to a picture (h, w, 3)."""
+    def add_to(self, picture: np.ndarray, top: int = 0) -> None:
+        """Add the light so far to lines of a picture (lines, w, 3), the first of which is `top`."""
         for part in self._parts:
-            part.add_to(picture)
+            part.add_to(picture, top)

@@ -72,7 +72,7 @@ def _add_triangle(edges, found, a, b, c, light, across, top, bottom):
     if (right < 0.0) | (left >= across):
         return
 
-    # Order the corners downwards, and walk over the middles of the rows
+    # Order the corners downwards, and loop over the middles of the rows
     if y1 < y0:
         x0, y0, x1, y1 = x1, y1, x0, y0
     if y2 < y0:

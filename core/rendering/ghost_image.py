@@ -30,7 +30,7 @@ from lensbench.kernels.figures import significant
 from lensbench.optics.coatings import Coating
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.ghost_grid import Box, entrance_grid, entrance_reach, pair_box
-from lensbench.optics.ghost_pairs import DIRECT, Pair, ghost_pairs, pair_share
+from lensbench.optics.ghost_pairs import DIRECT, Pair, ghost_pairs, no_such_pair, pair_share
 from lensbench.optics.ghost_trace import GhostTracer
 from lensbench.optics.glass import D_LINE
 from lensbench.rendering.ghost_cells import add_cells, add_lines
@@ -93,7 +93,9 @@ class GhostImage:
     """
 
     def __init__(self, camera: Camera, scene: Scene, flare: Flare, margin: tuple[int, int] = (0, 0)):
-        self.reason = why_no_ghosts(camera, scene) or _no_such_pair(camera, flare.pairs)
+        self.reason = why_no_ghosts(camera, scene)
+        if not self.reason and isinstance(camera, LensCamera):
+            self.reason = no_such_pair(camera.lens, flare.pairs)
         self._camera, self._scene, self._flare = camera, scene, flare
         film, self._margin = camera.film, np.array(margin)
         self._across, self._down = film.pixels_x + 2 * margin[0], film.pixels_y + 2 * margin[1]
@@ -125,12 +127,13 @@ class GhostImage:
         """Number of passes so far."""
         return self._passes
 
-    def add_to(self, picture: np.ndarray) -> None:
-        """Add the mean of the passes so far to a picture (h, w, 3), line by line."""
+    def add_to(self, picture: np.ndarray, top: int = 0) -> None:
+        """Add the mean of the passes so far to lines of a picture (lines, w, 3), the first of which is `top`."""
         if self.reason:
             return
         share = np.float32(1.0 / max(self._passes, 1))
-        for line, sums in zip(picture, self._sums.reshape(self._down, self._across, 3), strict=True):
+        own = self._sums.reshape(self._down, self._across, 3)[top:top + len(picture)]
+        for line, sums in zip(picture, own, strict=True):
             line += sums * share
 
     @property
@@ -141,7 +144,8 @@ class GhostImage:
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from such sums."""
         self._passes, self._seen = map(int, state["ghost_passes"])
-        self._sums[:] = state["ghost_sums"]
+        if self._sums is not state["ghost_sums"]:
+            self._sums[:] = state["ghost_sums"]
 
     def add(self, samples: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
         """Add the ghosts of so many samples; False when `wanted` cancelled on the way."""
@@ -275,16 +279,6 @@ def _drawn(dim: list[_Task], chances: np.ndarray, number: int) -> list[_Task]:
     which, hits = np.unique(np.minimum(np.searchsorted(ends, places), len(dim) - 1), return_counts=True)
     times = hits * step / chances[which]
     return [dim[at]._replace(times=each) for at, each in zip(which.tolist(), times.tolist(), strict=True)]
-
-
-def _no_such_pair(camera: Camera, pairs: Sequence[Pair]) -> str:
-    """Why none of these pairs, if any, makes a ghost in this lens; "" where one does."""
-    assert isinstance(camera, LensCamera)
-    if not pairs or set(pairs) & {*ghost_pairs(camera.lens), DIRECT}:
-        return ""
-    first, second = pairs[0]
-    return (f"no ghost of surfaces {first} and {second}: ghosts need two surfaces of this lens that reflect, from 0 to "
-            f"{len(camera.lens.surfaces) - 1}")
 
 
 def why_no_ghosts(camera: Camera, scene: Scene) -> str:

@@ -37,7 +37,7 @@ class GhostLights(NamedTuple):
 
 
 def ghost_lights(camera: Camera, scene: Scene, front_z: float, reach: float) -> GhostLights:
-    """The lights before a lens that stands still.
+    """The lights before a lens at rest.
 
     front_z: of the first vertex (mm, camera frame). reach: radius (mm) of the part of its plane that light enters.
     """

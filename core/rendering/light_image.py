@@ -16,8 +16,10 @@ of a pixel and nothing hides a part of the light; elsewhere one ray is one ray.
 """
 
 import math
+import mmap
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
+from contextlib import suppress
 from itertools import count, islice
 from typing import NamedTuple
 
@@ -118,7 +120,7 @@ class LightImage:
         self._things = alone, alone_later, alone_later      # of light on paths STRAIGHT, FLAT, BALL
         film = camera.film
         self._across, self._down = film.pixels_x, film.pixels_y
-        self._sums = np.zeros((film.pixels_x * film.pixels_y if self._selected else 0, 3), np.float32)
+        self._sums = _sparse_zeros(film.pixels_x * film.pixels_y if self._selected else 0)
         self._passes = self._next = 0               # passes with lights, and the number of the next pass
         self._kept: list[tuple[int, np.ndarray]] | None = []     # lights and rays of the first pass
         self._layer: LightLayer | None = None
@@ -138,10 +140,14 @@ class LightImage:
         """The mean of the passes so far: (h, w, 3)."""
         return self._sums.reshape(self._down, self._across, 3) * np.float32(1.0 / max(self._passes, 1))
 
-    def add_to(self, picture: np.ndarray) -> None:
-        """Add the mean of the passes so far to a picture (h, w, 3), line by line: a large one has no room to spare."""
+    def add_to(self, picture: np.ndarray, top: int = 0) -> None:
+        """Add the mean of the passes so far to lines of a picture (lines, w, 3), the first of which is `top`.
+
+        One after the other: a large picture has no room to spare.
+        """
         share = np.float32(1.0 / max(self._passes, 1))
-        for line, sums in zip(picture, self._sums.reshape(self._down, self._across, 3), strict=True):
+        own = self._sums.reshape(self._down, self._across, 3)[top:top + len(picture)]
+        for line, sums in zip(picture, own, strict=True):
             line += sums * share
 
     @property
@@ -152,7 +158,8 @@ class LightImage:
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from such sums."""
         self._passes = int(state["light_passes"])
-        self._sums[:] = state["light_sums"]
+        if self._sums is not state["light_sums"]:
+            self._sums[:] = state["light_sums"]
 
     def layer(self) -> LightLayer | None:
         """Rays of the first pass, for another picture; None if several passes were added at once, or for too many."""
@@ -175,7 +182,7 @@ class LightImage:
         if not self._is_prepared:
             self._prepare(pool, threads)
         if afresh:
-            self._sums[:] = 0.0
+            self._sums = _sparse_zeros(len(self._sums))
             self._passes = self._next = 0
         is_first = self._next == 0
         if is_first:
@@ -315,6 +322,19 @@ class LightImage:
 
             list(pool.map(check, range(threads)))
         return hidden
+
+
+def _sparse_zeros(pixels: int) -> np.ndarray:
+    """(pixels, 3) float32, 0: takes memory only near what is written, 4 kB at a time.
+
+    The pages of numpy's own large arrays are 2 MB, so that few rays would fill the image of a large film.
+    """
+    if not hasattr(mmap, "MADV_NOHUGEPAGE"):        # of Linux
+        return np.zeros((pixels, 3), np.float32)
+    memory = mmap.mmap(-1, max(12 * pixels, 1), mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    with suppress(OSError):                         # a kernel without huge pages
+        memory.madvise(mmap.MADV_NOHUGEPAGE)
+    return np.frombuffer(memory, np.float32, 3 * pixels).reshape(pixels, 3)
 
 
 def _adapted(light: SelectedLight, hidden: int, period: int) -> SelectedLight:

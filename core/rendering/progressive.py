@@ -1,7 +1,7 @@
-"""Progressive pictures: a camera and a scene become one list of stages, run over the film band by band."""
+"""Progressive pictures: sums over the film, to which the programs of `sample_programs` add samples band by band."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from itertools import count
 
@@ -9,23 +9,18 @@ import numpy as np
 
 from lensbench.analysis.model_choice import resolved
 from lensbench.cameras.base import Camera
-from lensbench.cameras.differentials import spread_step
-from lensbench.cameras.pupil_footprint import footprint_steps
-from lensbench.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
-from lensbench.kernels.block import B, Step, lane_buffer
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampling_steps
-from lensbench.kernels.tile_order import raster_image
+from lensbench.kernels.block import B, lane_buffer
+from lensbench.kernels.tile_order import BAND_LINES, raster_image
 from lensbench.optics.finding import Finding
-from lensbench.rendering.aovs import AVERAGED, aov_steps, arrival_steps
 from lensbench.rendering.flare_image import FlareImage
 from lensbench.rendering.ghost_image import Flare
 from lensbench.rendering.light_image import LightImage
 from lensbench.rendering.light_layer import LightLayer
+from lensbench.rendering.sample_programs import SamplePrograms
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.small_lights import ExcludedLight
 
-BAND = 16               # blocks that a thread takes at a time
+TURN = 16               # blocks that a thread takes at a time
 
 
 def _always() -> bool:
@@ -75,13 +70,18 @@ class Rendering:
     flare
         Ghosts and stars of the sun and of small lights, added to the picture of a lens; None: none. `why_no_ghosts`
         says where there are none for other reasons.
+    in_bands
+        Whether the rendering holds one band of lines at a time, so that a large picture takes little memory: give the
+        first band all of its samples, take its `image`, then `next_band`.
 
     Attributes
     ----------
     shape
         (h, w) pixels.
     samples
-        Samples per pixel so far.
+        Samples per pixel so far; in bands, per pixel of the present one.
+    lines
+        The lines of the film that are held: all, or those of the present band.
 
     Raises
     ------
@@ -91,26 +91,16 @@ class Rendering:
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
                  view: str = "", light_tracing: bool = True, filtered: bool = True, light_passes: int | None = None,
-                 layer: LightLayer | None = None, flare: Flare | None = None):
+                 layer: LightLayer | None = None, flare: Flare | None = None, in_bands: bool = False):
         camera.check_overrides()
         camera = camera if view else resolved(camera, scene)
         film = camera.film
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
         self.samples = 0
-        self._camera, self._real = camera, real
-        self._timed = camera.moves or scene.moves
-        timed = self._timed or view == "time"
-        self._before = (sampling_steps(film.pixels_x, film.pixels_y, lit=shadows, timed=timed) if steps is None
-                        else [*steps])
-        pupil_part: list[Step] = []
-        if filtered and not view:
-            if scene.is_patterned or scene.is_rough:
-                self._before.append(spread_step(camera, real))
-            if scene.is_rough:
-                size, pupil_part = footprint_steps(camera, real)
-                self._before += size
-        self._disperses = camera.disperses and not view
+        self.lines = range(min(BAND_LINES, film.pixels_y) if in_bands else film.pixels_y)
+        self._camera, self._scene, self._real = camera, scene, real
+        self._programs = SamplePrograms(camera, scene, self.seed, real, steps, shadows, view, filtered)
         self._light_image: LightImage | None = None
         self._borrowed = layer if light_tracing and not view and layer is not None and layer.suits(camera) else None
         self._borrowed_image: np.ndarray | None = None      # with the first sample
@@ -118,12 +108,9 @@ class Rendering:
             self._light_image = LightImage(camera, scene, self.seed, real, light_passes)
         self._light_passes = light_passes
         self._flare = None if flare is None or view else FlareImage(camera, scene, flare)
-        self._scene, self._view, self._shadows, self._pupil_part = scene, view, shadows, pupil_part
-        self._compose()
-        # Counts the samples that arrive, for the AOVs that are means over these
-        self._counting = Program([*self._before, *arrival_steps(camera, timed)], real) if view in AVERAGED else None
-        self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
-        self._arrived = np.zeros_like(self._sums) if self._counting else None
+        self._programs.compose(self.excluded)
+        self._sums = np.zeros((-(-film.pixels_x * len(self.lines) // B), 3 * B), real)
+        self._arrived = np.zeros_like(self._sums) if self._programs.counting else None
 
     @property
     def camera(self) -> Camera:
@@ -151,16 +138,6 @@ class Rendering:
         """
         own = self.excluded
         return own is excluded if own is None or excluded is None else own.is_same(excluded)
-
-    def _compose(self) -> None:
-        """Put the stages together."""
-        camera = self._camera
-        self._after = [*self._pupil_part,
-                       *self._scene.steps(self._shadows, camera.shutter_open, self.excluded, camera.medium)]
-        steps = aov_steps(camera, self._scene, self._view) if self._view else [*camera.steps(timed=self._timed),
-                                                                               *self._after]
-        self._program = Program([*self._before, *steps], self._real)
-        self._channel_programs: dict[int, list[Program]] = {}   # of each part of the spectrum, one for each channel
 
     # Light of another picture
 
@@ -200,7 +177,7 @@ class Rendering:
         """
         light_image = LightImage(self._camera, self._scene, self.seed, self._real, self._light_passes)
         if not light_image.is_empty:
-            for number in self._numbers_so_far():
+            for number in self._programs.numbers_so_far(self.samples):
                 if not light_image.add([number], False, pool, threads, wanted):
                     return None
         return light_image
@@ -218,15 +195,9 @@ class Rendering:
         former = self.excluded
         self._light_image, self._borrowed, self._borrowed_image = light_image, None, None
         if not self.leaves_out(former):
-            self._compose()
+            self._programs.compose(self.excluded)
             self._sums[:] = 0.0
             self.samples = 0
-
-    def _numbers_so_far(self) -> list[tuple[int, int | None]]:
-        """The numbers of the samples so far, as of `_numbers`."""
-        if not self._disperses or self.samples <= 1:
-            return [(sample, None) for sample in range(max(self.samples, 1))]
-        return [(sample, spectral_part(sample, self.seed)) for sample in range(self.samples - 1)]
 
     @property
     def _traced(self) -> LightImage | None:
@@ -262,7 +233,7 @@ class Rendering:
         Parameters
         ----------
         state
-            As `state` gave them.
+            As `state` gave them; arrays of this rendering's own `state` may have been filled in place.
 
         Raises
         ------
@@ -274,36 +245,12 @@ class Rendering:
                 (value.shape, value.dtype) != (state[name].shape, state[name].dtype) for name, value in own.items()):
             raise ValueError("these are sums of another picture")
         self.samples = int(state["samples"])
-        self._sums[:] = state["sums"]
-        if self._arrived is not None:
-            self._arrived[:] = state["arrived"]
+        for name, sums in (("sums", self._sums), ("arrived", self._arrived)):
+            if sums is not None and sums is not state[name]:
+                sums[:] = state[name]
         for part in (self._traced, self._flare):
             if part is not None:
                 part.restore(state)
-
-    def _passes(self, samples: int) -> list[tuple[Program, int, int]]:
-        """The next samples as passes: program, first sample, number of samples."""
-        numbers = self._numbers(samples)
-        if not numbers or numbers[0][1] is None:
-            return [(self._program, self.samples, samples)]
-        return [(program, sample, 1) for sample, place in numbers if place is not None
-                for program in self._channels(place)]
-
-    def _numbers(self, samples: int) -> list[tuple[int, int | None]]:
-        """The numbers of the next samples, each with its part of the spectrum, or None: the d line."""
-        if not self._disperses or self.samples + samples == 1:
-            return [(sample, None) for sample in range(self.samples, self.samples + samples)]
-        return [(sample, spectral_part(sample, self.seed))
-                for sample in range(max(self.samples - 1, 0), self.samples + samples - 1)]
-
-    def _channels(self, place: int) -> list[Program]:
-        """The programs of a part of the spectrum, one for each channel."""
-        if place not in self._channel_programs:
-            self._channel_programs[place] = [
-                Program([*self._before, *self._camera.steps(row[place], self._timed), *self._after, channel_step(name)],
-                        self._real)
-                for name, row in WAVELENGTHS.items()]
-        return self._channel_programs[place]
 
     def add(self, samples: int = 1, pool: Executor | None = None, wanted: Callable[[], bool] = _always,
             threads: int | None = None) -> bool:
@@ -316,7 +263,7 @@ class Rendering:
         pool
             Threads to use; None: threads of its own.
         wanted
-            Called between bands from any thread; return False to cancel.
+            Called many times from any thread; return False to cancel.
         threads
             Tasks at a time; None: one for each core.
 
@@ -329,32 +276,58 @@ class Rendering:
         if pool is None:
             with ThreadPoolExecutor(threads) as own:
                 return self.add(samples, own, wanted, threads)
-        bands, stop = count(0, BAND), len(self._sums)
-        passes = self._passes(samples)
-        afresh = self._disperses and self.samples == 1       # forget the sample of the d line
+        turns, stop = count(0, TURN), len(self._sums)
+        origin = self.lines.start * self.shape[1] // B
+        counting, passes = self._programs.counting, self._programs.passes(self.samples, samples, wanted)
+        if passes is None:
+            return False
+        afresh = self._programs.disperses and self.samples == 1     # drop the sample of the d line
 
         def work(_: int) -> bool:
-            lanes = lane_buffer(self._program.real)
-            while (first := next(bands)) < stop:
+            lanes = lane_buffer(self._real)
+            while (first := next(turns)) < stop:
                 if not wanted():
                     return False
-                last = min(first + BAND, stop)
+                last = min(first + TURN, stop)
                 if afresh:
                     self._sums[first:last] = 0.0
+                place = origin + first, origin + last
                 for program, sample, number in passes:
-                    program.expose(self._sums, lanes, first, last, sample, number, self.seed)
-                    if self._counting and self._arrived is not None:
-                        self._counting.expose(self._arrived, lanes, first, last, sample, number, self.seed)
+                    program.expose(self._sums, lanes, *place, sample, number, self.seed, origin)
+                    if counting and self._arrived is not None:
+                        counting.expose(self._arrived, lanes, *place, sample, number, self.seed, origin)
             return True
 
         if self._borrowed is not None and self._borrowed_image is None:
             self._borrowed_image = self._borrowed.seen_by(self._camera, pool, threads, wanted)
-        traced = self._traced
-        done = traced is None or traced.add(self._numbers(samples), afresh, pool, threads, wanted)
-        done = done and (self._flare is None or self._flare.add(samples, pool, threads, wanted))
+        done = True
+        if self.lines.start == 0:               # a later band has the light of the first one's samples
+            traced = self._traced
+            numbers = self._programs.numbers(self.samples, samples)
+            done = traced is None or traced.add(numbers, afresh, pool, threads, wanted)
+            done = done and (self._flare is None or self._flare.add(samples, pool, threads, wanted))
         done = done and all(list(pool.map(work, range(threads))))
         self.samples += samples
         return done
+
+    def next_band(self) -> bool:
+        """Go on to the next band of lines, of 0 samples: it needs as many as the first one has had.
+
+        Returns
+        -------
+        bool
+            False when there is none: the present band stays.
+        """
+        if self.lines.stop == self.shape[0]:
+            return False
+        self.lines = range(self.lines.stop, min(self.lines.stop + BAND_LINES, self.shape[0]))
+        self.samples = 0
+        for sums in (self._sums, self._arrived):
+            if sums is not None:
+                sums[:] = 0.0
+        blocks = -(-self.shape[1] * len(self.lines) // B)           # fewer in the last band
+        self._sums, self._arrived = self._sums[:blocks], None if self._arrived is None else self._arrived[:blocks]
+        return True
 
     def image(self) -> np.ndarray:
         """The mean of the samples so far.
@@ -362,15 +335,29 @@ class Rendering:
         Returns
         -------
         ndarray
-            float32 (h, w, 3), linear RGB, the top row first; a fresh array.
+            float32 (h, w, 3), linear RGB, the top row first; a fresh array. In bands: the present `lines`.
         """
-        mean = self.camera_image()
+        return self._image(self.lines)
+
+    def bands(self) -> Iterator[np.ndarray]:
+        """The lines of `image` in bands, for pictures that are too large to be held once more.
+
+        Yields
+        ------
+        ndarray
+            float32 (lines, w, 3), from the top down; a fresh array.
+        """
+        for top in self.lines[::BAND_LINES]:
+            yield self._image(range(top, min(top + BAND_LINES, self.lines.stop)))
+
+    def _image(self, lines: range) -> np.ndarray:
+        mean = self._camera_image(lines)
         if self._borrowed_image is not None:
-            mean += self._borrowed_image
+            mean += self._borrowed_image[lines.start:lines.stop]
         elif (own := self._traced) is not None:
-            own.add_to(mean)
+            own.add_to(mean, lines.start)
         if self._flare is not None:
-            self._flare.add_to(mean)
+            self._flare.add_to(mean, lines.start)
         return mean.astype(np.float32, copy=False)
 
     def camera_image(self) -> np.ndarray:
@@ -381,11 +368,16 @@ class Rendering:
         (h, w, 3) array
             A fresh array of the stages' numbers.
         """
-        h, w = self.shape
+        return self._camera_image(self.lines)
+
+    def _camera_image(self, lines: range) -> np.ndarray:
+        """The part of whole bands of lines."""
+        h, w = len(lines), self.shape[1]
+        first = (lines.start - self.lines.start) * w // B
         if self._arrived is not None:
-            return raster_image(self._sums, w, h) / np.maximum(raster_image(self._arrived, w, h), np.float32(1))
-        counted = self.samples - 1 if self._disperses and self.samples > 1 else self.samples
-        return raster_image(self._sums, w, h, 1.0 / max(counted, 1))
+            arrived = raster_image(self._arrived[first:], w, h)
+            return raster_image(self._sums[first:], w, h) / np.maximum(arrived, np.float32(1))
+        return raster_image(self._sums[first:], w, h, 1.0 / max(self._programs.counted(self.samples), 1))
 
     def light(self) -> np.ndarray | None:
         """The part of `image` that is traced from small lights, its own or borrowed, with ghosts and stars.

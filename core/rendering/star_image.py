@@ -31,6 +31,7 @@ MOST = 4.0              # of a pixel: first passes show a large light at some of
 GRIDS = 600             # of rays, that the first sample traces where one pass has fewer
 BLUR = 4.0              # pixels, over the root of the passes: how far about the points of lights their part is taken
 LARGEST = 2_100_000     # pixels
+LINES = 64              # of a picture that get their stars at once
 MARGIN = 0.25           # of the film's sides, beside it: lights whose image falls there have their stars in the picture
 
 
@@ -41,6 +42,7 @@ class StarImage:
     """
 
     def __init__(self, camera: Camera, scene: Scene, strength: float):
+        self._film = camera.film.pixels_y, camera.film.pixels_x
         if isinstance(camera, LensCamera):
             camera = replace(camera, film=_of_fewer_pixels(camera.film))
         film = camera.film
@@ -81,12 +83,18 @@ class StarImage:
             self._make()
         return True
 
-    def add_to(self, picture: np.ndarray) -> None:
-        """Add the stars to a picture (h, w, 3), and take their light from it: at most MOST of the part of a light."""
+    def add_to(self, picture: np.ndarray, top: int = 0) -> None:
+        """Add the stars to lines of a picture (lines, w, 3), of which `top` is the first.
+
+        Their light is taken from it: at most MOST of the part of a light.
+        """
         if not self.reason:
             part = np.minimum(MOST * self._strength * self._transform[1], 1.0).astype(np.float32)
-            picture -= np.minimum(_enlarged(self._taken, picture), part * picture)
-            picture += _enlarged(self._stars, picture)
+            for first in range(0, len(picture), LINES):
+                lines = picture[first:first + LINES]
+                place = range(top + first, top + first + len(lines))
+                lines -= np.minimum(_enlarged(self._taken, self._film, place), part * lines)
+                lines += _enlarged(self._stars, self._film, place)
 
     def _make(self) -> None:
         """Make the stars of the lights so far, and what they take from these; a dark axis is the `reason` for none."""
@@ -127,12 +135,14 @@ def _of_fewer_pixels(film: Film) -> Film:
     return film if side == 1 else replace(film, pixels_x=-(-film.pixels_x // side), pixels_y=-(-film.pixels_y // side))
 
 
-def _enlarged(image: np.ndarray, picture: np.ndarray) -> np.ndarray:
-    """An image (h, w, 3) with the pixels of a picture, linear between its own."""
-    for axis in (0, 1):
-        count, own = picture.shape[axis], image.shape[axis]
-        if count != own:
-            place = np.clip((np.arange(count) + 0.5) * (own / count) - 0.5, 0.0, own - 1.0)
+def _enlarged(image: np.ndarray, film: tuple[int, int], lines: range) -> np.ndarray:
+    """Lines (lines, w, 3) of an image (h, w, 3) with the pixels (down, across) of a film, linear between its own."""
+    for axis, pixels in enumerate((lines, range(film[1]))):
+        count, own = film[axis], image.shape[axis]
+        if count == own:
+            image = image[lines.start:lines.stop] if axis == 0 else image
+        else:
+            place = np.clip((np.array(pixels) + 0.5) * (own / count) - 0.5, 0.0, own - 1.0)
             low = np.minimum(place.astype(int), max(own - 2, 0))
             share = (place - low).astype(np.float32).reshape(-1, *[1] * (2 - axis))
             image = np.take(image, low, axis) * (1 - share) + np.take(image, np.minimum(low + 1, own - 1), axis) * share

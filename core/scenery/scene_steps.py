@@ -41,6 +41,7 @@ from lensbench.scenery.shading.illumination import (
 )
 from lensbench.scenery.shading.image_clearcoat import image_clearcoat_step
 from lensbench.scenery.shading.image_sky_light import add_tinted, sky_cells, sky_rays_step
+from lensbench.scenery.shading.many_lamps import MANY_LAMPS, has_a_share, many_lamp_steps
 from lensbench.scenery.shading.mesh_shadows import gradient_rays
 from lensbench.scenery.shading.moving_clearcoat import (
     moving_clearcoat,
@@ -256,6 +257,10 @@ def _light(scene: Scene, shadows: bool, opening: float, sky_too: bool = True) ->
         sunlight = Packed(sun_parameters(scene.sun))
         steps += [Step(sun_rays, *sunlight), *hidden, Step(add_lit, scene.sun.colour)] if shade else [
             _step(sun, moving_sun, join(sunlight, occluders), moved)]
+    many = [o for o in lamps if has_a_share(o)] if shadows else []
+    if sum(any(o.material.colour) for o in many) > MANY_LAMPS:
+        steps += many_lamp_steps(many, occluders, moved, hidden if shade else None)
+        lamps = [o for o in lamps if not has_a_share(o)]
     for o in lamps if shadows else _moving(lamps):
         own_rays = FAMILIES[o.family].lamp
         if own_rays is not None:

@@ -1,4 +1,4 @@
-"""Checks of a prescription: a lint for lens tables, which tells errors apart from what is merely unusual.
+"""Checks of a prescription: a lint for lens tables, which separates errors from what is merely unusual.
 
     for finding in lenses.check(lenses.load("mine.zmx")):
         print(finding.surface, finding.message, finding.proposal)
@@ -18,6 +18,7 @@ from lensbench.lenses.checks.digits import digit_findings
 from lensbench.lenses.checks.geometry import geometry_findings
 from lensbench.lenses.checks.glass_digits import glass_causes
 from lensbench.lenses.checks.glasses import glass_findings
+from lensbench.lenses.checks.near_object import near_findings
 from lensbench.lenses.checks.positions import position_findings
 from lensbench.lenses.checks.symptoms import symptom_findings
 from lensbench.lenses.paraxial import at_reference, is_d_line
@@ -36,8 +37,8 @@ def check(lens: Lens) -> list[Finding]:
     ----------
     lens : Lens
         Any lens, which is judged at the primary wavelength of its design; a zoom is checked in its first position,
-        then at each of its stations. One that was designed for a near object is not held to a focus and to rays from
-        infinity.
+        then at each of its stations. One that was designed for a near object is held to the rays from that object,
+        in best focus.
 
     Returns
     -------
@@ -47,7 +48,7 @@ def check(lens: Lens) -> list[Finding]:
         was assumed.
     """
     lens = lens.at(zoom=0.0, close=0.0)
-    seen, wavelength = at_reference(lens)
+    seen, wavelength = at_reference(lens.with_open_stop)        # a picture in the stop ends rays on purpose
     about = [] if is_d_line(wavelength) else [note(
         Kind.CONVENTION, f"its focal lengths, f-number and rays are those at {significant(1000.0 * wavelength)} nm, "
                          "the primary wavelength of its design", wavelength=wavelength)]
@@ -60,7 +61,7 @@ def check(lens: Lens) -> list[Finding]:
     shapes = geometry_findings(lens)
     table = [*digit_findings(lens), *glass_findings(lens), *vanishing_terms(lens), *shapes]
     if isfinite(lens.system.object_distances[0]):
-        return [*table, *position_findings(seen), *about, *lens.findings]
+        return [*near_findings(seen), *table, *position_findings(seen), *about, *lens.findings]
     symptoms = symptom_findings(seen)
     causes = [*glass_causes(lens, table), *cause_findings(seen, [*symptoms, *shapes])]
     return [*causes, *symptoms, *table, *position_findings(seen), *about, *lens.findings]

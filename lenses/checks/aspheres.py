@@ -78,7 +78,7 @@ def _powers(lens: Lens, places: list[int], words: str, moved: Callable[[Terms], 
         return
     yield Hypothesis(
         Kind.ASPHERE, Change("aspheric power", places[0] if len(places) == 1 else None, float(terms[0][0][0]),
-                             float(after[0][0][0])), "the aspheric coefficients stand at other powers of the height",
+                             float(after[0][0][0])), "the aspheric coefficients belong to other powers of the height",
         f"the coefficients{_of(places)} {words} (the first at r^{after[0][0][0]} in place of r^{terms[0][0][0]})",
         _changed(lens, places, lambda s: replace(s, aspheric=moved(s.aspheric))), rarity)
 

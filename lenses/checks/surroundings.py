@@ -29,7 +29,7 @@ SCALE = 0.02                                # between the ratio of focal lengths
 def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
     """Water or air in front, a plate before the film, another unit."""
     before, after = (1.0, WATER) if lens.front_index == 1.0 else (lens.front_index, 1.0)
-    cause = "the lens stands in water" if after > 1.0 else "the lens stands in air"
+    cause = "the lens is immersed in water" if after > 1.0 else "the lens is in air"
     yield Hypothesis(Kind.MEDIUM, Change("front_index", None, before, after), cause,
                      f"front_index {significant(after)} in place of "
                      f"{significant(before)}", replace(lens, front_index=after))

@@ -19,6 +19,7 @@ A document reads back equal to the last bit. Other formats hold the lens alone.
 """
 
 import tomllib
+from pathlib import Path
 from typing import Any
 
 from lensbench.kernels.quotation import excerpt
@@ -57,7 +58,7 @@ def to_text(document: LensDocument) -> str:
     return "\n".join([*lines, ""])
 
 
-def from_text(text: str, path: str = "edited lens") -> LensDocument:
+def from_text(text: str, path: str = "edited lens", folder: Path | None = None) -> LensDocument:
     """The document of a text, as it is: nothing is solved anew.
 
     Parameters
@@ -66,6 +67,8 @@ def from_text(text: str, path: str = "edited lens") -> LensDocument:
         As of `to_text`, or any lens file of the project's own format.
     path : str
         Name of the file, for messages.
+    folder : Path or None
+        In which a picture in the stop lies; None: that of `path`, if it is the path of a file.
 
     Returns
     -------
@@ -76,7 +79,7 @@ def from_text(text: str, path: str = "edited lens") -> LensDocument:
     LensFileError
         For a mistake; the message names `path` and the line.
     """
-    lens = toml_format.read(text, path)
+    lens = toml_format.read(text, path, folder)
     data = tomllib.loads(text)
     for table in TABLES:
         try:

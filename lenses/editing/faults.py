@@ -34,7 +34,7 @@ def faults(document: LensDocument) -> tuple[Finding, ...]:
     lens = document.lens
     found = [f for f in document.findings if f.kind is Kind.UNSOLVED]
     found += [f for f in geometry_findings(lens) if f.severity is Severity.WARNING]
-    seen, _ = at_reference(lens)
+    seen, _ = at_reference(lens.with_open_stop)
     try:
         seen.indices()
     except GlassError as error:

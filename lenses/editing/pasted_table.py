@@ -243,7 +243,7 @@ def _estimate(design: Design, body: list[Row], f_number: float | None) -> None:
     system = SystemData(aperture=Aperture(ApertureKind.F_NUMBER, (assumed,)))
     stop = next((i for i, row in enumerate(body) if row.is_stop), 0)
     if not estimate_rims(body, stop, any(row.is_stop for row in body), system, inf, design.system.primary_wavelength):
-        raise EditError("the table has no diameters, and no ray tells them")
+        raise EditError("the table has no diameters, and no ray passes from which to estimate them")
     for row in body:
         row.semi_diameter = (row.semi_diameter or 0.0) * 1.1
     design.findings.append(Finding(Kind.RIM, None, f"the table has no diameters: rims are estimated for an axial beam "

@@ -19,48 +19,20 @@ its name). Mirrors and gratings are refused, and tilts that do not return (`code
 
 import re
 from dataclasses import replace
-from decimal import Decimal
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses import configurations, glass_catalogue, media
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import (
-    check_lines,
-    file_curvature,
-    file_number,
-    first_number,
-    first_word,
-    is_number,
-    plain_number,
-)
+from lensbench.lenses import configurations
+from lensbench.lenses.design import Design
+from lensbench.lenses.encoding import check_lines, file_number, first_number, first_word, is_number, plain_number
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.formats import codev_system, codev_tilts
+from lensbench.lenses.formats import codev_system
+from lensbench.lenses.formats.codev_surfaces import HARMLESS, Surfaces
 from lensbench.lenses.formats.codev_system import SYSTEM
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Solve
 from lensbench.optics.finding import Kind, Severity, note
-from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens
 
 UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
-TERMS = {letter: 4 + 2 * i for i, letter in enumerate("ABCDEFGHJ")}     # A r⁴ … H r¹⁸, J r²⁰; there is no I
-REFUSED = {
-    "BEN": "a mirror bend", "RET": "a return of axes", **dict.fromkeys(("XOD", "YOD", "ZOD"), "a pivot of its own"),
-    "GLB": "global coordinates", "DIF": "a diffraction grating or diffractive element", "GRT": "a grating",
-    "GRO": "a grating", "HOE": "a hologram", "NSS": "a non-sequential group", "SPS": "a special surface",
-    "SPL": "a spline", "USR": "a surface of the user", "FRN": "a Fresnel surface",
-    "LMO": "an ideal lens", "MOD": "an ideal lens", "GRN": "a gradient index", "IMG": "an ideal lens",
-}
-# Solves and controls of an optimisation, labels, colours, and what the program is to show
-HARMLESS = frozenset("""
-    CCY CCX THC GLC GLN GLD KC AC BC CC DC EC FC GC HC JC ADC BDC CDC XDC YDC ZDC CUM CUF PIM PIK RFP SLB
-    CLS COM INI GO LEN RDM TEM PRE THM DER CA POL MIR CIN CNS
-    ASP CON SPH DDM UID CUN
-""".split())
-HARMLESS_ALONE = ("BEN", "RET")       # commands without a value
-SIDED = {"REX": "a rectangular aperture", "REY": "a rectangular aperture", "ELX": "an elliptical aperture",
-         "ELY": "an elliptical aperture", "ADX": "a decentred aperture", "ADY": "a decentred aperture"}
 
 
 def read(text: str, path: str) -> Lens:
@@ -118,19 +90,12 @@ def _statements(text: str) -> list[tuple[int, list[str]]]:
 
 
 class _Sequence:
-    """State of a file being read: the current surface, and the private glasses so far."""
+    """State of a file being read: its surfaces, zoom positions and system data so far."""
 
     def __init__(self, path: str, radii: bool):
-        self.design = Design(path)
-        self.path, self.radii = path, radii
-        self.glasses: dict[str, Glass] = {}
-        self.wavelengths: list[float] = []
-        self.private = False
-        self.edges: dict[int, float] = {}
-        self.biconic: set[int] = set()
-        self.tilts: dict[int, codev_tilts.Tilt] = {}
+        self.path, self.design = path, Design(path)
+        self.surfaces = Surfaces(self.design, radii)
         self.zoom = configurations.Configurations()
-        self.image_is_solved = False
         self.system: dict[str, list[str]] = {}
 
     def run(self, statements: list[tuple[int, list[str]]]) -> Lens:
@@ -143,14 +108,7 @@ class _Sequence:
         design = self.design
         if not design.rows:
             raise LensFileError(self.path, None, "there are no surfaces (SO, S, SI): this is no CODE V lens")
-        for index, row in enumerate(design.rows):
-            if row.semi_diameter is None and index in self.edges:
-                row.semi_diameter = self.edges[index]
-            if index in self.biconic and (row.conic or row.aspheric):
-                raise LensFileError(self.path, row.line, f"S{index} is curved in two sections and has a conic or "
-                                                         "aspheric terms: not traced")
-        for index, tilt in self.tilts.items():
-            codev_tilts.place(design, index, tilt)
+        self.surfaces.complete()
         codev_system.read(design, self.system)
         if not any(row.is_stop for row in design.rows) and len(design.rows) > 1:
             design.rows[1].is_stop = True
@@ -160,7 +118,7 @@ class _Sequence:
         design.stations = self.zoom.stations(lambda index: index if index < len(design.rows) else None, stop,
                                              design.rows[0].thickness)
         design.findings += self.zoom.findings()
-        if design.stations and self.image_is_solved:
+        if design.stations and self.surfaces.image_is_solved:
             design.solves.append(Solve(len(design.rows) - 2, "image"))
             design.found(Kind.POSITION, "PIM: the back focus of each position is that of its paraxial image")
         return design.lens()
@@ -168,8 +126,8 @@ class _Sequence:
     def command(self, line: int, words: list[str]) -> None:
         """Process one command. RowError: invalid, or not traced."""
         key, values = words[0], words[1:]
-        if self.private:
-            return self.glass_definition(key, words, values)
+        if self.surfaces.glasses.is_open:
+            return self.surfaces.glasses.define(key, words, values)
         if key == "ZOO":
             return self.zoomed(line, values)
         place = next((i for i, word in enumerate(values[:3]) if re.fullmatch(r"(?ai)z[1-9]\d{0,3}", word)), None)
@@ -177,9 +135,9 @@ class _Sequence:
             return self.one_position(line, key, values[:place], int(values[place][1:]), values[place + 1:])
         surface = re.fullmatch(r"S(O|I|\d{1,4})?", key, re.ASCII)
         if surface:
-            return self.surface(line, surface[1] or "", values)
+            return self.surfaces.add(line, surface[1] or "", values)
         if key == "PRV":
-            self.private = True
+            self.surfaces.glasses.is_open = True
         elif key in ("TIT", "TITLE"):
             self.design.name = " ".join(values).strip("'\" ")
         elif key in SYSTEM:
@@ -190,7 +148,7 @@ class _Sequence:
                 raise RowError(f"{unit}: lengths must be in M (mm), C (cm) or I (inches)")
             self.design.unit = UNITS[unit]
         elif self.design.rows:
-            self.surface_command(line, key, values)
+            self.surfaces.command(line, key, values)
         return None
 
     def system_data(self, key: str, values: list[str]) -> None:
@@ -221,7 +179,7 @@ class _Sequence:
             return
         if key in codev_system.APERTURES:
             self.zoom.put("aperture", 0, k, first_number(values))
-        index = self.qualified(where[0]) if where else len(self.design.rows) - 1
+        index = self.surfaces.qualified(where[0]) if where else len(self.design.rows) - 1
         kept = index is not None and 0 <= index < len(self.design.rows) and values and is_number(values[0])
         if key == "THI" and kept:
             self.zoom.put("gap", index or 0, k, first_number(values, infinite=True))
@@ -232,166 +190,8 @@ class _Sequence:
         if k == 1:
             self.command(line, [key, *where, *values])
 
-    def qualified(self, word: str) -> int | None:
-        """Surface that a qualifier names (S3, SO object, SI image, SS stop); None if it names none."""
-        named = re.fullmatch(r"(?ai)s(o|i|s|\d{1,4})", word)
-        if named is None:
-            return None
-        rows, where = self.design.rows, named[1].upper()
-        stop = next((i for i, row in enumerate(rows) if row.is_stop), 1)
-        return {"O": 0, "I": len(rows) - 1, "S": stop}.get(where, int(where) if where.isdigit() else 0)
-
-    def surface(self, line: int, label: str, values: list[str]) -> None:
-        """Process S radius thickness glass: the next surface, or the named one."""
-        self.design.add(Row(line))
-        row = self.design.rows[-1]
-        if label.isdigit() and int(label) != len(self.design.rows) - 1:
-            raise RowError(f"S{label} is out of order: the next surface is S{len(self.design.rows) - 1}")
-        if values:
-            row.curvature = self.bend(values[0])
-        if len(values) > 1:
-            row.thickness = file_number(values[1], "thickness", infinite=True)
-        if len(values) > 2:
-            self.set_glass(row, values[2:])
-
-    def surface_command(self, line: int, key: str, values: list[str]) -> None:
-        """Process a command for the current surface, or for the surface of its qualifier."""
-        rows = self.design.rows
-        index = len(rows) - 1
-        span = re.fullmatch(r"(?a)([A-Za-z0-9]+)\.\.([A-Za-z0-9]+)", values[0]) if values else None
-        if span is not None:
-            first, last = (self.qualified(word if word[0] in "sS" else f"S{word}") for word in span.groups())
-            if first is None or last is None or first > last:
-                raise RowError(f"{excerpt(values[0])} is no range of surfaces, such as S1..3")
-            for each in range(first, last + 1):
-                self.surface_command(line, key, [f"S{each}", *values[1:]])
-            return
-        if values:
-            named = self.qualified(values[0])
-            if named is not None:
-                index, values = named, values[1:]
-        if not 0 <= index < len(rows):
-            if key not in HARMLESS:
-                raise RowError(f"there is no surface {index}")
-            return
-        row = rows[index]
-        if key == "RDY":
-            row.curvature = file_curvature(first_word(values))
-        elif key == "CUY":
-            row.curvature = first_number(values)
-        elif key == "THI":
-            if values and values[0].upper() not in ("HMY", "PUY", "UMY"):       # solves: the S line has the value
-                row.thickness = first_number(values, infinite=True)
-        elif key == "GLA":
-            self.set_glass(row, values)
-        elif key in ("STO", "STOP"):
-            for other in rows:
-                other.is_stop = False
-            row.is_stop = True
-        elif key == "K":
-            row.conic = first_number(values)
-        elif key in TERMS:
-            row.aspheric[TERMS[key]] = first_number(values)
-            if row.aspheric[TERMS[key]] == 0.0:
-                del row.aspheric[TERMS[key]]
-        elif key in ("CYL", "YTO", "XTO", "AAS"):
-            self.biconic.add(index)
-            row.curvature_x = row.curvature_x or 0.0 if key != "AAS" else row.curvature
-            row.toroid = {"YTO": "torus", "XTO": "torus about x"}.get(key, "biconic")
-        elif key in ("CUX", "RDX"):
-            word = first_word(values)
-            row.curvature_x = file_number(word, key) if key == "CUX" else file_curvature(word)
-            self.biconic.add(index)
-        elif key == "CIR":
-            self.rim(index, row, values)
-        elif key == "PIM":
-            self.image_is_solved = True
-        elif key in codev_tilts.KEYS:
-            self.tilts.setdefault(index, codev_tilts.Tilt(line)).values[key] = first_number(values)
-        elif key in codev_tilts.KINDS:
-            self.tilts.setdefault(index, codev_tilts.Tilt(line)).kind = key
-        elif key in REFUSED:
-            self.refuse_unless_zero(index, key, values)
-        elif key in SIDED:
-            self.design.found(Kind.LEFT_OUT, f"S{index}: {SIDED[key]} ({key}) is left out", index - 1)
-        elif key in ("KX", "KY", "AR", "BR", "AP", "BP") and any(map(is_number, values)) and first_number(values):
-            raise RowError(f"S{index} has a biconic asphere, which is not traced")
-        elif key not in HARMLESS and key not in ("KX", "KY", "AR", "BR", "AP", "BP"):
-            self.design.not_read(key, line)
-
-    def refuse_unless_zero(self, index: int, key: str, values: list[str]) -> None:
-        """Raise RowError for a feature that is not traced, unless its value is 0."""
-        if key not in HARMLESS_ALONE and values and all(is_number(word) for word in values) \
-                and not any(file_number(word, key) for word in values):
-            return
-        raise RowError(f"S{index} has {REFUSED[key]}, which is not traced")
-
-    def rim(self, index: int, row: Row, values: list[str]) -> None:
-        """Process CIR [CLR|EDG|OBS|HOL] semi-diameter."""
-        qualifier = next((word.upper() for word in values if not is_number(word) and word[0] not in "'\"Ll"), "")
-        if qualifier not in ("", "CLR", "EDG", "OBS", "HOL"):
-            raise RowError(f"{excerpt(qualifier)} is not read: a rim is CLR, EDG, OBS or HOL")
-        sizes = [file_number(word, "CIR") for word in values if is_number(word)]
-        if not sizes:
-            raise RowError("a semi-diameter is missing")
-        if qualifier == "OBS":
-            self.design.found(Kind.LEFT_OUT, f"S{index}: a central obscuration (CIR OBS) is left out", index - 1)
-        elif qualifier == "HOL":
-            self.design.found(Kind.LEFT_OUT, f"S{index}: a central hole (CIR HOL) is left out", index - 1)
-        elif sizes[0] <= 0.0:
-            raise RowError(f"semi-diameter is {significant(sizes[0])}: it must be positive")
-        elif qualifier == "EDG":
-            self.edges[index] = sizes[0]
-        else:
-            row.semi_diameter = sizes[0]
-
-    def set_glass(self, row: Row, words: list[str]) -> None:
-        """Set the medium after a surface."""
-        name = words[0].strip("'\"") if words else ""
-        if name.upper() in media.MIRROR_NAMES:
-            raise RowError(f"S{len(self.design.rows) - 1} is a mirror ({name.upper()}): only lenses are traced")
-        if name.upper() in self.glasses:
-            row.glass = self.glasses[name.upper()]
-            return
-        coded = media.code(name) if name else AIR
-        if coded is not None:
-            row.glass = coded
-            return
-        if is_number(name):
-            row.glass = media.model(file_number(name, "index"), 0.0)
-            return
-        glass, _, maker = (name, "", "") if glass_catalogue.makers(name) else name.partition("_")
-        row.glass, assumed = media.named(glass, maker or None)
-        self.design.assume_glass(assumed)
-
-    def glass_definition(self, key: str, words: list[str], values: list[str]) -> None:
-        """Process a line between PRV and END: wavelengths (nm) with indices of a glass, or a Laurent series."""
-        if key == "END":
-            self.private = False
-        elif key == "PWL":
-            self.wavelengths = [_micrometres(word) for word in values]
-        elif values and media.code(words[0].strip("'\"")) is None:     # a code says n_d and V_d itself
-            name = words[0].strip("'\"")
-            kind = values[0].upper()
-            if kind in ("LAU", "GMS", "GML", "HAR", "CAU", "SEL") or not is_number(values[0]):
-                self.design.found(Kind.GLASS, f"the private glass {name} is given by a formula ({kind}), which is not "
-                                              "read")
-                return
-            indices = [file_number(word, "index") for word in values]
-            points = sorted({w: n for w, n in zip(self.wavelengths, indices, strict=False) if w > 0.0}.items())
-            self.glasses[name.upper()] = media.tabulated(name, points)
-
-    def bend(self, word: str) -> float:
-        """Curvature of the first value of an S line."""
-        return file_curvature(word) if self.radii else file_number(word, "curvature")
-
 
 def _plain(word: str, key: str) -> str:
     """A number in Python's notation, with the digits of the file. RowError: no number."""
     file_number(word, key)
     return plain_number(word)
-
-
-def _micrometres(word: str) -> float:
-    """Wavelength in µm from the digits of one in nm; 0, which no glass has, for one near 0."""
-    return float(Decimal(plain_number(word)).scaleb(-3)) if file_number(word, "PWL") else 0.0

@@ -12,7 +12,7 @@ from lensbench.lenses import configurations, glass_catalogue, media
 from lensbench.lenses.axes import angles
 from lensbench.lenses.encoding import LONGEST_NAME, is_number
 from lensbench.lenses.formats import codev_system, codev_tilts
-from lensbench.lenses.formats.codev import TERMS
+from lensbench.lenses.formats.codev_surfaces import TERMS
 from lensbench.lenses.stations import Station, stations_of
 from lensbench.lenses.written_system import written_system
 from lensbench.optics.finding import Finding, Kind, note
@@ -27,9 +27,13 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     """Text of a .seq file, and findings about what it cannot hold, other than shapes."""
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
-    if stations and not lens.is_in_line:
-        stations, remarks = [], [note(Kind.POSITION, "its zoom and focus positions are left out: with surfaces out of "
-                                                     "line the lens is written in the first one")]
+    pivots = [i for i, surface in enumerate(lens.surfaces) if surface.pose is not None and any(
+        min(i, i - surface.pose.pivot) <= gap < max(i, i - surface.pose.pivot) for gap in stations[0].gaps)] \
+        if stations else []
+    if pivots:
+        stations, remarks = [], [note(Kind.POSITION, f"its zoom and focus positions are left out: surface {pivots[0]} "
+                                                     "is tilted about another one, and the gap between them varies",
+                                      pivots[0])]
     title = _short(lens.name)
     blank = " " if title.startswith("Z") else ""        # rayoptics takes a word Z… for a zoom position
     private = _private_glasses(lens)

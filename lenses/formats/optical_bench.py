@@ -2,8 +2,8 @@
 
     [descriptive data]      title
     [constants]             AsphericalOddCount n, AsphericalA2: which powers the aspheric columns have
-    [variable distances]    Focal Length, F-Number, Aperture Diameter (stop), d0 (object), Bf (back focus) …: a column a
-                            zoom position
+    [variable distances]    Focal Length, F-Number, Angle of View (full), Image Height (diameter of the image), Aperture
+                            Diameter (stop), d0 (object), Bf (back focus) …: a column a zoom position
     [lens data]             id, radius, thickness or the name of a distance, n_d, diameter, V_d, glass, maker
     [aspherical data]       id, radius, conic, coefficients
     [notes]
@@ -31,10 +31,12 @@ from lensbench.lenses.stations import MOST_STATIONS, Station, stations_of
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR
 from lensbench.optics.prescription import Lens
+from lensbench.optics.system import ApertureKind, FieldKind, FieldPoint
 
 PLANES = ("CG", "FS", "INFINITY", "INF", "")
 LONGEST = 30            # aspheric coefficients in a line
 STOP = "aperture diameter"
+FIELDS = {"Angle of View": FieldKind.ANGLE, "Image Height": FieldKind.REAL_IMAGE_HEIGHT}    # twice the field
 FIGURES = ("focal length", "f-number", STOP, "angle of view", "image height", "magnification", "lens length", "d0",
            "bf")
 SAME_STOP = 0.02        # share of its diameter by which [lens data] may differ from the row of the stop
@@ -79,6 +81,7 @@ def read(text: str, path: str) -> Lens:
             design.found(Kind.NOT_READ, f"the section [{name}] is left out")
     design.add(Row(None))
     _size_stop(design, distances)
+    _state_field(design, distances)
     gaps = {row: cells[2].strip().lower() for row, (_, cells) in enumerate(sections["lens data"], start=1)
             if len(cells) > 2 and cells[2].strip().lower() in distances}
     for line, (name, *_) in sections.get("variable distances", []):
@@ -108,6 +111,19 @@ def _size_stop(design: Design, distances: dict) -> None:
                                f"which is used", stops[0] - 1,
                      left_out=2.0 * row.semi_diameter, used=size)
     row.semi_diameter = size / 2.0
+
+
+def _state_field(design: Design, distances: dict) -> None:
+    """The field of the first position: the angle of view, else the height of the image."""
+    stated = {name: size for name in FIELDS
+              if (size := _cell(distances, name.lower(), 0, design.path, words=True)) and 0.0 < size < inf}
+    if not stated:
+        return
+    used, *others = stated
+    design.state_fields(FIELDS[used], design.field_point(0.0, stated[used] / 2.0))
+    for name in others:
+        design.found(Kind.LEFT_OUT, f"{name} {significant(stated[name])} is left out: the field is that of {used}, "
+                                    f"{significant(stated[used])}")
 
 
 def _stations(distances: dict, names: dict[int, str], path: str) -> list[Station]:
@@ -284,12 +300,39 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     lines += ["[aspherical data]", *bent] if bent else []
     notes = " ".join(lens.notes.split())
     lines += ["[notes]", notes] if notes else []
-    remarks += media.left_out(lens, "kind", "year", "source") + left
+    remarks += media.left_out(lens, "kind", "year", "source") + left + _lost_fields(lens)
     if any(station.name for station in stations):
         remarks.append(note(Kind.POSITION, "left out: the names of its positions"))
     if title != lens.name or notes != lens.notes:
         remarks.append(note(Kind.TEXT, "name and notes are written in one line each"))
     return "\n".join([*lines, ""]), remarks
+
+
+def _f_number(lens: Lens) -> float | None:
+    """The stated f-number, else that of the stated aperture."""
+    aperture = lens.system.aperture
+    if lens.stated_f_number is None and aperture is not None and aperture.kind is ApertureKind.F_NUMBER:
+        return aperture.values[0]
+    return lens.stated_f_number
+
+
+def _field_row(lens: Lens) -> str:
+    """The row of [variable distances] for the fields of a lens; "" if none can hold them."""
+    rows = (name for name, kind in FIELDS.items() if kind is lens.system.field_kind)
+    return next(rows, "") if lens.system.largest_field else ""
+
+
+def _lost_fields(lens: Lens) -> list[Finding]:
+    """What is lost of the fields: the file holds the largest one, along y."""
+    fields, kind = lens.system.fields, lens.system.field_kind
+    if not fields:
+        return []
+    if not _field_row(lens):
+        return [note(Kind.LEFT_OUT, f"left out of its system data: the fields by {kind}")]
+    if fields == (FieldPoint(0.0, lens.system.largest_field),):
+        return []
+    return [note(Kind.LEFT_OUT, "of its fields the largest alone is written, as if it lay along y, without weight and "
+                                "vignetting")]
 
 
 def _distance_lines(lens: Lens, stations: list[Station], varying: dict[int, str]) -> list[str]:
@@ -299,10 +342,12 @@ def _distance_lines(lens: Lens, stations: list[Station], varying: dict[int, str]
     if stations[0].focal_length is None:
         stations[0].focal_length = lens.stated_efl
     if stations[0].f_number is None:
-        stations[0].f_number = lens.stated_f_number
+        stations[0].f_number = _f_number(lens)
+    name = _field_row(lens)
     rows: dict[str, list[float | None]] = {
         "Focal Length": [station.focal_length for station in stations],
         "F-Number": [station.f_number for station in stations],
+        **({name: [2.0 * lens.system.largest_field]} if name else {}),
         **({"Aperture Diameter": [2.0 * (station.stop or lens.stop.semi_diameter) for station in stations]}
            if any(station.stop is not None for station in stations) else {}),
         "d0": [station.distance for station in stations],

@@ -106,7 +106,7 @@ FORMATS = (
     Format(".seq", "CODE V", codev.read, codev_writer.write, COMMON - {Shape.ASPHERE},
            "its terms in r⁴, r⁶ … alone are written", has_poses=True),
     Format(".txt", "Optical Bench", optical_bench.read, optical_bench.write, ROTATIONAL,
-           "only its section y–z is written", frozenset({"object distance"})),
+           "only its section y–z is written", frozenset({"fields", "object distance"})),
     Format(".len", "OSLO", oslo.read, oslo_writer.write, COMMON - {Shape.TOROID}, TORUS),
     Format(".json", "Lens Explorer", lens_explorer.read, recognises=lens_explorer.is_one),
     Format(".json", "DeepLens", deeplens.read, recognises=deeplens.is_one),

@@ -33,7 +33,8 @@ zoom lens, or of a lens that moves groups to focus (see `position_table`), `syst
 the lens was designed for (see `system_table`). `front_index`
 is the index of the medium in front of the lens, such as water. The table `stop`
 describes an iris that is no circle: blades, their rotation in radians (`rotation_deg`:
-in degrees) and roundness. All digits are kept: a saved lens loads equal to the last
+in degrees) and roundness, or names a picture in the stop by its path from the folder of
+the file, which it cannot leave: image = "heart.png". All digits are kept: a saved lens loads equal to the last
 bit.
 """
 
@@ -41,6 +42,7 @@ import re
 from collections.abc import Callable
 from dataclasses import fields, replace
 from math import radians
+from pathlib import Path
 from typing import Any
 
 from lensbench.kernels.quotation import excerpt
@@ -50,6 +52,7 @@ from lensbench.lenses.formats.toml_header import line_of, parse
 from lensbench.lenses.formats.toml_text import digits, listed, quoted
 from lensbench.lenses.media import without_picture
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
+from lensbench.lenses.stop_picture import picture_beside
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import Glass
 from lensbench.optics.lens_surface import LensError, Surface
@@ -59,11 +62,15 @@ from lensbench.optics.surface_pose import PoseError, SurfacePose
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")
 POSE = tuple(field.name for field in fields(SurfacePose))
-STOP = ("blades", "rotation", "rotation_deg", "roundness")
+STOP = ("blades", "rotation", "rotation_deg", "roundness", "image")
 
 
-def read(text: str, path: str) -> Lens:
-    """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
+def read(text: str, path: str, folder: Path | None = None) -> Lens:
+    """The lens of a file's text. LensFileError names `path`, the line and the mistake.
+
+    folder: in which its picture in the stop lies; by default that of `path`.
+    """
+    folder = Path(path).parent if folder is None and Path(path).suffix else folder
     data = parse(text, path)
     header = toml_header.checked(data, text, path)
     columns = _columns(data.get("columns"), text, path)
@@ -94,7 +101,7 @@ def read(text: str, path: str) -> Lens:
             raise LensFileError(path, line_of(text, "front_index"), str(error)) from None
     if "stop" in data:
         try:
-            lens = replace(lens, **_stop(data["stop"]))
+            lens = replace(lens, **_stop(data["stop"], folder))
         except ValueError as error:
             raise LensFileError(path, line_of(text, "stop"), f"stop: {error}") from None
     if "system" in data:
@@ -155,15 +162,17 @@ def _tables(data: dict[str, Any], count: int, text: str, path: str) -> dict[int,
     return more
 
 
-def _stop(table: object) -> dict[str, Any]:
-    """Blades, rotation and roundness from the table of the stop."""
+def _stop(table: object, folder: Path | None) -> dict[str, Any]:
+    """Blades, rotation and roundness, or a picture in this folder, from the table of the stop."""
     if not isinstance(table, dict) or not table.keys() <= set(STOP):
         raise RowError(f"it must be a table [stop] of {', '.join(STOP)}")
     if "rotation" in table and "rotation_deg" in table:
         raise RowError("give the rotation in radians or in degrees, not both")
-    values = {name: number(value, name) for name, value in table.items()}
+    image = picture_beside(folder, table["image"]) if "image" in table else None
+    values = {name: number(value, name) for name, value in table.items() if name != "image"}
     turn = radians(values["rotation_deg"]) if "rotation_deg" in values else values.get("rotation", 0.0)
-    return {"blades": values.get("blades", 0), "blade_rotation": turn, "roundness": values.get("roundness", 0.0)}
+    return {"blades": values.get("blades", 0), "blade_rotation": turn, "roundness": values.get("roundness", 0.0),
+            "stop_image": image}
 
 
 def _terms(value: object) -> tuple[tuple[int, float], ...]:
@@ -257,7 +266,10 @@ def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tup
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """Text of a lens file, and findings about what it cannot hold: a picture in the stop."""
+    """Text of a lens file, and findings about what it cannot hold: a picture in the stop without a name for its file.
+
+    `with_picture_beside` gives it one.
+    """
     lines = toml_header.lines(lens)
 
     # The columns that some surface fills, aligned as in a printed table
@@ -284,7 +296,10 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         mark = ', "stop"' if i == lens.stop_index else ""
         lines.append(f"    [{cells}{mark}],")
     lines.append("]")
-    if lens.with_open_stop.iris != Iris():
+    pictured = lens.stop_image is not None and lens.stop_image.name != ""
+    if pictured and lens.stop_image is not None:
+        lines += ["", "[stop]", f"image = {quoted(lens.stop_image.name)}"]
+    elif lens.with_open_stop.iris != Iris():
         lines += ["", "[stop]", f"blades = {lens.blades}", f"rotation = {digits(lens.blade_rotation)}",
                   f"roundness = {digits(lens.roundness)}"]
     for table, entries in _entries(lens).items():
@@ -294,7 +309,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         lines += ["", *system]
     if lens.positions is not None:
         lines += ["", *position_table.lines(lens.positions)]
-    return "\n".join([*lines, ""]), [] if lens.stop_image is None else [without_picture(lens)]
+    return "\n".join([*lines, ""]), [] if pictured or lens.stop_image is None else [without_picture(lens)]
 
 
 def _entries(lens: Lens) -> dict[str, dict[int, str]]:

@@ -100,7 +100,7 @@ def read(text: str, path: str) -> Lens:
     for i, (keys, values) in enumerate(zip(surfaces, numbered, strict=True)):
         row_of[i] = len(design.rows)
         kind = (keys.get("TYPE", (0, []))[1] or [""])[0].upper()
-        if kind == "COORDBRK" and 0 < i < len(surfaces) - 1 and not any(
+        if kind == "COORDBRK" and 0 < i < len(surfaces) - 1 and ("gap", i) not in listed.values and not any(
                 number_in(path, line, "PARM", [word], 0) for (key, n), (line, word) in values.items()
                 if key == "PARM" and n <= 5):
             design.rows[-1].thickness += _value(path, keys, "DISZ") if "DISZ" in keys else 0.0
@@ -108,7 +108,7 @@ def read(text: str, path: str) -> Lens:
             design.found(Kind.LEFT_OUT, f"SURF {i}: a coordinate break that neither tilts nor moves anything is left "
                                         "out")
         elif kind == "COORDBRK" and 0 < i < len(surfaces) - 1:
-            broken.append(_break(path, keys, values))
+            broken.append(_break(path, i, keys, values))
             del row_of[i]
             if "STOP" in keys:
                 design.found(Kind.STOP, f"SURF {i}: the stop is marked on a coordinate break, which is no surface of "
@@ -133,13 +133,13 @@ def read(text: str, path: str) -> Lens:
     return design.lens()
 
 
-def _break(path: str, keys: dict, values: dict) -> Break:
+def _break(path: str, number: int, keys: dict, values: dict) -> Break:
     """A coordinate break: decentres x, y (PARM 1, 2), tilts about x, y, z (3 to 5, degrees), and their order (6)."""
     x, y, *tilts, order = (number_in(path, *_parameter(values, n)) for n in range(1, 7))
     a, b, c = map(radians, tilts)
     distance = _value(path, keys, "DISZ") if "DISZ" in keys else 0.0
     turned = intrinsic(a, b, c) if order == 0.0 else intrinsic(0.0, 0.0, c) @ intrinsic(0.0, b) @ intrinsic(a, 0.0)
-    return Break((x, y, 0.0), turned, order != 0.0, distance, keys["SURF"][0])
+    return Break((x, y, 0.0), turned, order != 0.0, distance, keys["SURF"][0], number)
 
 
 def _parameter(values: dict, n: int) -> tuple[int, str, list[str], int]:

@@ -10,23 +10,27 @@ from lensbench.lenses.axes import angles, axes_at, body, gap_on_axes, lead
 from lensbench.lenses.formats import zemax_system
 from lensbench.lenses.formats.zemax import EVEN_POWERS, GLASS_COMMENT, ODD_POWERS
 from lensbench.lenses.rows import radius_text
-from lensbench.lenses.stations import Station, stations_of
+from lensbench.lenses.stations import Station, stations_of, with_gaps
 from lensbench.lenses.written_system import written_system
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.lens_surface import Surface
 from lensbench.optics.prescription import Lens
 from lensbench.optics.system import Aperture, ApertureKind
 
+Row = tuple[str, int, list[float]]              # of the configurations: a quantity, its surface, its values
 FAR_OBJECT = "1e10"                             # where a configuration gives the object distance
+ROUNDING = 1e-9                                 # mm, by which a way differs from position to position and is the same
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
     """Text of a .zmx file, and findings about what it cannot hold, other than shapes."""
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
-    if stations and not lens.is_in_line:
-        stations, remarks = [], [note(Kind.POSITION, "its zoom and focus positions are left out: with surfaces out of "
-                                                     "line the lens is written in the first one")]
+    aside = _moved_sideways(lens, stations)
+    if aside is not None:
+        stations, remarks = [], [note(Kind.POSITION, f"its zoom and focus positions are left out: surface {aside} is "
+                                                     "tilted about one behind it, and the gap between them varies",
+                                      aside)]
     lines = ["VERS 140000 0 0", "MODE SEQ", f"NAME {' '.join(lens.name.split())}"]
     lines += [f"NOTE 0 {' '.join(lens.notes.split())}"] if lens.notes.strip() else []
     system = written_system(lens, stations, lambda kind, distance: kind in zemax_system.HELD)
@@ -34,6 +38,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     makers = [maker for maker in dict.fromkeys(media.maker_of(surface.glass) for surface in lens.surfaces) if maker]
     lines += ["UNIT MM X W X CM MR CPMM", *([f"GCAT {' '.join(makers)}"] if makers else []),
               *zemax_system.lines(system.data, system.aperture or Aperture(ApertureKind.STOP_SIZE, (0.0,)))]
+    ways, number_of = _ways(lens)
     distance = system.data.object_distances[0] + lead(lens, 0)
     lines += ["SURF 0", "  TYPE STANDARD", "  CURV 0", f"  DISZ {'INFINITY' if isinf(distance) else repr(distance)}"]
     number = 0
@@ -41,12 +46,12 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         moved = body(lens, i)
         if moved and moved[0] == i:
             number += 1
-            lines += [f"SURF {number}", *_break_lines(lens.vertex(i), axes_at(lens, i), 0.0)]
+            lines += [f"SURF {number}", *_break_lines(lens.vertex(i), axes_at(lens, i), ways[number])]
         number += 1
         lines.append(f"SURF {number}")
         if i == lens.stop_index:
             lines.append("  STOP")
-        of = _surface_lines(replace(surface, thickness=gap_on_axes(lens, i)))
+        of = _surface_lines(replace(surface, thickness=ways[number]))
         lines += of
         glass = surface.glass
         is_found = media.is_known(glass, media.maker_among(glass.name, makers))
@@ -63,11 +68,9 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         lines.append(f"  DIAM {surface.semi_diameter!r} 1 0 0 1 \"\"")
         if moved and moved[1] == i:
             number += 1
-            first = moved[0]
-            back = lens.vertices[i] + surface.thickness + lead(lens, i + 1) - float(lens.vertex(first)[2])
-            lines += [f"SURF {number}", *_break_lines(lens.vertex(first), axes_at(lens, i), back, back=True)]
+            lines += [f"SURF {number}", *_break_lines(lens.vertex(moved[0]), axes_at(lens, i), ways[number], back=True)]
     lines += [f"SURF {number + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0",
-              *_configuration_lines(lens, stations, system.aperture), ""]
+              *_configuration_lines(lens, stations, system.aperture, number_of), ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number")
     if lens.name != " ".join(lens.name.split()).strip('"') or lens.notes != " ".join(lens.notes.split()):
         remarks.append(note(Kind.TEXT, "name and notes are written in one line each"))
@@ -75,18 +78,65 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     return "\n".join(lines), remarks
 
 
-def _configuration_lines(lens: Lens, stations: list[Station], aperture: Aperture | None) -> list[str]:
-    """Lines of the configurations, one quantity after the other, as Zemax requires."""
+def _placed(lens: Lens, stations: list[Station]) -> list[Lens]:
+    """The lens with the gaps of each position."""
+    return [replace(lens, surfaces=tuple(with_gaps(lens.surfaces, [*station.gaps], [*station.gaps.values()])))
+            for station in stations]
+
+
+def _moved_sideways(lens: Lens, stations: list[Station]) -> int | None:
+    """The first surface of a body whose vertex moves sideways, which no break with one decentre does; None: none."""
+    if lens.is_in_line:
+        return None
+    firsts = [i for i in range(len(lens.surfaces)) if (moved := body(lens, i)) and moved[0] == i]
+    return next((i for each in _placed(lens, stations) for i in firsts
+                 if np.abs(each.vertex(i) - lens.vertex(i))[:2].max() > ROUNDING), None)
+
+
+def _ways(lens: Lens) -> tuple[dict[int, float], list[int]]:
+    """Ways (mm) along the axes behind the surfaces and breaks of the file, and the number of each surface there."""
+    ways: dict[int, float] = {}
+    number_of = []
+    for i, surface in enumerate(lens.surfaces):
+        moved = body(lens, i)
+        if moved and moved[0] == i:
+            ways[len(ways) + 1] = 0.0
+        number_of.append(len(ways) + 1)
+        ways[len(ways) + 1] = gap_on_axes(lens, i)
+        if moved and moved[1] == i:
+            ways[len(ways) + 1] = (lens.vertices[i] + surface.thickness + lead(lens, i + 1)
+                                   - float(lens.vertex(moved[0])[2]))
+    return ways, number_of
+
+
+def _configuration_lines(lens: Lens, stations: list[Station], aperture: Aperture | None,
+                         number_of: list[int]) -> list[str]:
+    """Lines of the configurations, one quantity after the other, as Zemax requires. number_of: surfaces in the file."""
     if not stations:
         return []
     lines = [f"MNUM {len(stations)} 1"]
     if any(station.name for station in stations):
         lines += [f'LTTL 0 {k} "{_plain(s.name)}" 0 0 0 1 1 0 0.0 "" 0' for k, s in enumerate(stations, start=1)]
-    for quantity, i, values in configurations.rows(lens, stations, inf, aperture):
+    rows = configurations.rows(lens, stations, inf, aperture)
+    if not lens.is_in_line:
+        rows = _along_axes(lens, stations, rows, number_of)
+    for quantity, i, values in rows:
         name = {"stop": "SDIA", "gap": "THIC", "aperture": "APER"}[quantity]
         lines += [f'{name} {i} {k} {FAR_OBJECT if isinf(value) else repr(value)} 0 0 0 1 1 1 0 0 "" 0'
                   for k, value in enumerate(values, start=1)]
     return lines
+
+
+def _along_axes(lens: Lens, stations: list[Station], rows: list[Row], number_of: list[int]) -> list[Row]:
+    """The rows of the configurations by the numbers of the file, with all ways along its axes that vary."""
+    placed = _placed(lens, stations)
+    ways, leads = [_ways(each)[0] for each in placed], [lead(each, 0) for each in placed]
+    found = [row for row in rows if row[0] == "aperture"]
+    found += [("gap", k, values) for k in ways[0]
+              if np.ptp(values := [each[k] for each in ways]) > ROUNDING]
+    found += [("gap", 0, [value + ahead for value, ahead in zip(values, leads, strict=True)])
+              for quantity, i, values in rows if quantity == "gap" and i == 0]
+    return found + [("stop", number_of[i - 1], values) for quantity, i, values in rows if quantity == "stop"]
 
 
 def _break_lines(vertex: np.ndarray, rotation: np.ndarray, distance: float, back: bool = False) -> list[str]:

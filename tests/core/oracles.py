@@ -12,7 +12,7 @@ import lensbench as lb
 DATA = Path(__file__).parents[1] / "data"
 REFERENCE = json.loads((DATA / "oracles.json").read_text(encoding="utf-8"))
 PBRT_FOCUS = json.loads((DATA / "pbrt_focus.json").read_text(encoding="utf-8"))
-LAW = settings(deadline=None, max_examples=60)
+LAW = settings(max_examples=60)
 NAMES = ("dgauss", "fisheye", "cooke")
 TRACED = (*NAMES, "rf50", "codev")                      # rf50 has two aspheres
 WAVELENGTHS = [(name, line) for name in TRACED for line in REFERENCE[name]["paraxial"]]

@@ -1,6 +1,6 @@
 """Where other systems fail in the picture, each in the very situation: see docs/stability.md.
 
-The ids of the failures stand in app/studies/stability/known_failures.toml, each with the name of its test.
+The ids of the failures are those of app/studies/stability/known_failures.toml, each with the name of its test.
 """
 
 import math

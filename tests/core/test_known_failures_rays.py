@@ -1,6 +1,6 @@
 """Where other systems lose or bend rays wrongly, each in the very situation: see docs/stability.md.
 
-The ids of the failures stand in app/studies/stability/known_failures.toml, each with the name of its test.
+The ids of the failures are those of app/studies/stability/known_failures.toml, each with the name of its test.
 """
 
 import math
@@ -19,7 +19,7 @@ FILM = lb.Film(36.0, 24.0, 90, 60)
 @pytest.mark.parametrize("radius", [math.inf, 1e15, 1e9, -1e9])
 @pytest.mark.parametrize("degrees", [0.0, 5.0, 40.0, 80.0])
 def test_pbrt_v3_91_a_flat_window_shifts_a_ray_by_the_closed_form_and_turns_it_by_nothing(degrees, radius, real):
-    """A plane there is the stop, and a radius of 1e9 mm stands for it: a float32 has no digits left in its square."""
+    """A plane there is the stop, and a radius of 1e9 mm may replace it: a float32 has no digits left in its square."""
     n, thickness, angle = 1.52, 6.0, math.radians(degrees)
     c = 0.0 if math.isinf(radius) else 1.0 / radius
     window = lb.Lens((lb.Surface(c, thickness, 50.0, lb.Glass(n)), lb.Surface(c, 0.0, 50.0)), 0)

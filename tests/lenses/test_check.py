@@ -180,7 +180,7 @@ def test_an_afocal_and_a_diverging_lens_are_reported():
 
 @pytest.mark.slow
 @given(prescriptions())
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_of_any_table_something_can_be_said(lens):
     for finding in lenses.check(lens):
         assert finding.message and "nan" not in finding.message
@@ -217,7 +217,7 @@ def test_a_gap_that_is_wrong_at_one_station_is_found_there():
 def test_the_last_digit_of_a_gap_that_no_focus_betrays_is_found_by_the_sum_of_its_neighbours():
     assert told(moved(NIKKOR, 2, 1, 0, lambda gap: gap + 0.01)) == [
         "at 196 mm, close: the gaps behind surfaces 4, 8, 15, 20 add up to 58.6849 mm, at the others to 58.6749 mm"]
-    # a zoom that changes its length: to focus, its second group moves between two that stand still
+    # a zoom that changes its length: to focus, its second group moves between two that do not
     assert told(moved("lv-pentax-02-standard-zoom-5-15-f28-45", 1, 1, 0, lambda gap: gap + 0.001)) == [
         "at 10 mm, close: the gaps behind surfaces 6, 8 add up to 12.072 mm, at infinity to 12.071 mm"]
 
@@ -256,7 +256,7 @@ def test_a_near_station_that_is_in_focus_elsewhere_than_stated_is_found():
 
 @pytest.mark.slow
 @given(lenses_with_positions())
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_no_table_of_positions_is_too_odd_to_be_checked(lens):
     for finding in lenses.check(lens):
         assert finding.message and "\n" not in finding.message

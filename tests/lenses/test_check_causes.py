@@ -92,7 +92,7 @@ def test_an_omitted_plate_is_found_with_its_thickness(name, thickness):
     stored = lens.surfaces[-1].thickness + thickness * (1.0 - 1.0 / 1.5168)
     cause = names_it(with_surface(lens, -1, thickness=stored), "cover-glass", thickness)
     assert cause.figures["blur_after"] < 0.3 * cause.figures["blur"]
-    # before there were sensors nothing stood before the film
+    # before there were sensors there was no cover glass before the film
     assert "cover-glass" not in warnings(with_surface(replace(lens, year=1950), -1, thickness=stored))
 
 

@@ -122,7 +122,7 @@ indices = st.lists(st.integers(1_450_000, 1_900_000), min_size=4, max_size=6).ma
 
 @pytest.mark.slow
 @given(st.lists(st.integers(3400, 9000), min_size=6, max_size=6, unique=True), indices, plain_words)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @pytest.mark.parametrize("suffix", WRITERS)
 def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_reported(suffix, places, ns, name):
     points = [(place / 1e4, n / 1e6) for place, n in zip(sorted(places), ns, strict=False)]

@@ -60,7 +60,7 @@ def lenses_with_positions(draw):
 
 
 @given(lenses_with_positions())
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.toml"
     assert lenses.save(lens, path) == ()

@@ -62,7 +62,7 @@ def test_light_goes_the_same_way_back_through_the_lens_turned_round(name):
 
 
 @given(st.floats(0.01, 100.0))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @pytest.mark.parametrize("name", LENSES)
 def test_a_scaled_lens_traces_the_scaled_rays(name, factor):
     lens = LENSES[name]

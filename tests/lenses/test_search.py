@@ -1,5 +1,7 @@
 """Search and filters of the library."""
 
+from dataclasses import replace
+
 import pytest
 
 from lensbench import lenses
@@ -27,6 +29,14 @@ def names(cards):
     ("", ["a-sonnar", "b-planar", "c-heliar", "d-zoom"]), ("zoom sonnar", []), ("qqqq", [])])
 def test_a_search_finds_every_word_and_ranks_by_where_it_stands(text, expected):
     assert names(search.searched(MADE, text)) == expected
+
+
+@pytest.mark.parametrize("text", ["200", "200mm", "zeiss 200"])
+def test_a_focal_length_finds_prime_lenses_before_zooms_that_end_there(text):
+    prime = replace(MADE[0], name="e-tele", title="Tele 200 mm f/3.5", efl=195.0, maker="Carl Zeiss")
+    zoom = replace(MADE[3], maker="Carl Zeiss")
+    assert names(search.searched((zoom, prime), text)) == ["e-tele", "d-zoom"]
+    assert names(search.searched((prime, zoom), "70-200"))[0] == "d-zoom"
 
 
 @pytest.mark.parametrize(("asked", "expected"), [

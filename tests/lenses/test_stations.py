@@ -52,7 +52,7 @@ def zooms(draw, suffix):
 
 @pytest.mark.parametrize("suffix", [".zmx", ".seq", ".len", ".txt"])
 @given(data=st.data())
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, suffix, data):
     path = tmp_path_factory.getbasetemp() / f"zoom{suffix}"
     lens = data.draw(zooms(suffix))

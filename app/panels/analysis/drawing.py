@@ -2,30 +2,25 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from imgui_bundle import ImVec2, ImVec4, imgui, implot
 
-from lensbench.app.panels.analysis.layers import (
-    colour_of,
-    draw_bars,
-    draw_curve,
-    draw_label,
-    draw_map,
-    draw_points,
-)
+from lensbench.app.panels.analysis.layers import colour_of, draw_layers, draw_map, draw_points
 from lensbench.app.panels.analysis.under_cursor import draw_cursor, told, tooltip
-from lensbench.app.state.analysis.figure import Bars, Curve, Figure, Label, Map, Plot, Points
+from lensbench.app.state.analysis.figure import Curve, Figure, Map, Plot, Points
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, log_ticks, pieces, text
+from lensbench.app.widgets.recorded import Calls, Recorder, record, repeat
 
 
 @dataclass
 class Drawn:
     """State of a figure between frames."""
 
-    memo: Memo = field(default_factory=lambda: Memo(96))    # strokes in pixels
+    memo: Memo = field(default_factory=lambda: Memo(96))    # what is drawn, in pixels
     told: str = ""                                          # the numbers under the cursor
     fitted: dict[str, tuple] = field(default_factory=dict)  # the limits that each plot was fitted to
     limits: dict[str, tuple] = field(default_factory=dict)  # of each plot as drawn last, x and y
@@ -57,14 +52,14 @@ class Under:
 
 def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Grip | None = None,
                 surfaces: tuple[int, ...] = (), named: bool = True) -> Under | None:
-    """Draw the legend and all plots into `size` pixels; what is under the cursor.
+    """Draw the legend and all plots into `size` pixels; returns what is under the cursor.
 
     grip: a line in the first plot. surfaces: those that are lit; layers of other surfaces are left out. named: False
-    leaves the legend out, whose names the cursor tells as well.
+    leaves the legend out; the text at the cursor has its names as well.
     """
     top = imgui.get_cursor_screen_pos()
     if named:
-        _legend(figure, size.x)
+        _legend(figure, size.x, state.memo)
     corner = imgui.get_cursor_screen_pos()
     room = ImVec2(size.x, size.y - (corner.y - top.y))
     weights = np.array(figure.heights or (1.0,) * len(figure.rows), float)
@@ -86,17 +81,27 @@ def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Gri
 # The legend
 
 
-def _legend(figure: Figure, width: float) -> None:
+def _legend(figure: Figure, width: float, memo: Memo) -> None:
     """Names with a sample of each line or mark, in as many lines as they need."""
+    corner = imgui.get_cursor_screen_pos()
+    calls, height = memo.of((figure.rows, width, corner.x, corner.y, theme.look()),
+                            lambda: _drawn_legend(figure, width, corner))
+    repeat(calls, imgui.get_window_draw_list())
+    if height > 0.0:
+        imgui.dummy(ImVec2(width, height))
+
+
+def _drawn_legend(figure: Figure, width: float, corner: ImVec2) -> tuple[Calls, float]:
+    """The calls that draw it, and its height in pixels, 0 without names."""
     found: dict = {}
+    draw: Any = Recorder()
     for row in figure.rows:
         for plot in row:
             for layer in plot.named():
                 found.setdefault(layer.name, layer)
     if not found:
-        return
-    draw, pixel, line = imgui.get_window_draw_list(), theme.scale(), imgui.get_text_line_height()
-    corner = imgui.get_cursor_screen_pos()
+        return [], 0.0
+    pixel, line = theme.scale(), imgui.get_text_line_height()
     x, y = corner.x, corner.y
     for name, layer in found.items():
         sample = (18.0 if isinstance(layer, Curve) else 9.0) * pixel
@@ -106,7 +111,7 @@ def _legend(figure: Figure, width: float) -> None:
         _sample(draw, layer, ImVec2(x, y + 0.5 * line), sample)
         text(draw, ImVec2(x + sample + 4.0 * pixel, y), theme.colours().dim, name)
         x += wide + 10.0 * pixel
-    imgui.dummy(ImVec2(width, y - corner.y + line))
+    return draw.calls, y - corner.y + line
 
 
 def _sample(draw: imgui.ImDrawList, layer, at: ImVec2, width: float) -> None:
@@ -149,16 +154,8 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None =
         elif isinstance(layer, Points):
             draw_points(layer)
     implot.push_plot_clip_rect()
-    for index, layer in enumerate(layers):
-        if isinstance(layer, Curve):
-            draw_curve(draw, shown, layer, (name, index), state.memo)
-        elif isinstance(layer, Bars):
-            draw_bars(draw, shown, layer)
-        elif isinstance(layer, Label):
-            draw_label(draw, shown, layer)
-    if plot.title:
-        text(draw, ImVec2(shown.left + 4.0 * theme.scale(), shown.top + 2.0 * theme.scale()), theme.colours().text,
-             plot.title, plate=True)
+    repeat(state.memo.of((name, plot, shown, surfaces, theme.look()),
+                         lambda: record(lambda into: draw_layers(into, shown, layers, plot.title))), draw)
     held = _grip(draw, shown, grip) if grip is not None else False
     implot.pop_plot_clip_rect()
     implot.pop_plot_clip_rect()
@@ -191,9 +188,12 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
             implot.setup_axis_ticks(index, values, labels, False)
         elif axis.label is not None:
             low, high = (axis.low, axis.high) if refit else state.limits[name][index == implot.ImAxis_.y1]
-            values, labels = linear_ticks(low, high, 0.8 * length, room * imgui.get_text_line_height())
+            values, labels = linear_ticks(low, high, 0.8 * length, room * imgui.get_text_line_height(), axis.whole)
             implot.setup_axis_ticks(index, values, labels, False)
-        implot.setup_axis_limits(index, axis.low, axis.high, implot.Cond_.always if refit else implot.Cond_.once)
+        top = axis.high
+        if axis is plot.y and plot.title and roomy and not (plot.equal or axis.log):     # else the title hides curves
+            top += (axis.high - axis.low) * 1.2 * imgui.get_text_line_height() / max(length - theme.em(3.0), 1.0)
+        implot.setup_axis_limits(index, axis.low, top, implot.Cond_.always if refit else implot.Cond_.once)
     state.fitted[name] = key
     if plot.equal and refit:
         wide, high = plot.x.high - plot.x.low, plot.y.high - plot.y.low

@@ -31,6 +31,7 @@ class AnalysisState:
     drawn: Drawn = field(default_factory=Drawn)
     figure: Figure | None = None            # as shown last; None: the panel says why there is none
     reason: str = ""                        # why there is none
+    job: Callable[[Settings], Job] | None = None            # what the panel asks for, from the settings
     merged: tuple[Answer, Answer, Figure] | None = None     # of B, of A, and the figure of both
 
 
@@ -59,13 +60,14 @@ def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, 
     None for all; a file holds all of them.
     """
     state.figure, state.reason = None, ""
+    state.job = lambda other: Job(make, query(adapted(other)), options, points)
     try:
-        asked = query(adapted(settings))
+        job = state.job(settings)
     except (ValueError, OSError) as error:
         state.reason = str(error)
         paragraph(state.reason)
         return None
-    answer = sheet.worker.want(name, Job(make, asked, options, points))
+    answer = sheet.worker.want(name, job)
     if answer is None:
         imgui.text_disabled("Tracing…")
         return None

@@ -18,7 +18,7 @@ from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import significant, true_minus
 
 NAME = "Ghosts"
-NARROW = 22.0                   # em: the discs stand alone
+NARROW = 22.0                   # em: below it the discs have no table beside them
 PLOTS = 13.0                    # em: least height of plots and conditions, unless the table has no three rows then
 FIELDS = {"axis": "Centre", "middle": "0.7", "corner": "Corner", "outside": "Outside"}
 TIPS = {"axis": "A distant light in the middle of the picture", "middle": "0.7 of the angle to the corner, upward",

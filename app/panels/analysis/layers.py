@@ -1,5 +1,6 @@
 """Layers of a plot drawn in the window: curves, marks, bars, labels, maps with contours."""
 
+from collections.abc import Iterable
 from functools import lru_cache
 from math import ceil, floor
 from typing import Any
@@ -32,13 +33,26 @@ def colour_of(tint: Tint) -> theme.Colour:
     return colour
 
 
-def draw_curve(draw: imgui.ImDrawList, shown: PlotMap, curve: Curve, key: tuple, memo: Memo) -> None:
-    """A line in strokes of pixels, kept in the memo while its place is the same."""
+def draw_layers(draw: imgui.ImDrawList, shown: PlotMap, layers: Iterable[Any], title: str) -> None:
+    """All curves, bars and labels of a plot, and its title in the corner."""
+    for layer in layers:
+        if isinstance(layer, Curve):
+            _draw_curve(draw, shown, layer)
+        elif isinstance(layer, Bars):
+            _draw_bars(draw, shown, layer)
+        elif isinstance(layer, Label):
+            _draw_label(draw, shown, layer)
+    if title:
+        pixel = theme.scale()
+        text(draw, ImVec2(shown.left + 4.0 * pixel, shown.top + 2.0 * pixel), theme.colours().text,
+             theme.shortened(title, shown.right - shown.left - 6.0 * pixel), plate=True)
+
+
+def _draw_curve(draw: imgui.ImDrawList, shown: PlotMap, curve: Curve) -> None:
+    """A line in strokes of pixels."""
     pixel = theme.scale()
-    strokes = memo.of((key, curve, shown, pixel), lambda: pieces(
-        shown.pixels(curve.x, curve.y), *(each * pixel for each in curve.dash)))
     tint = theme.packed(colour_of(curve.tint), GHOST if curve.ghost else 1.0)
-    for stroke in strokes:
+    for stroke in pieces(shown.pixels(curve.x, curve.y), *(each * pixel for each in curve.dash)):
         draw.add_polyline(stroke, tint, curve.weight * pixel, imgui.ImDrawFlags_.none)
 
 
@@ -53,7 +67,7 @@ def draw_points(points: Points) -> None:
                                         marker_fill_color=tint, line_weight=0.0))
 
 
-def draw_bars(draw: imgui.ImDrawList, shown: PlotMap, bars: Bars) -> None:
+def _draw_bars(draw: imgui.ImDrawList, shown: PlotMap, bars: Bars) -> None:
     """Bars; those of unknown height are left out."""
     tint = theme.packed(colour_of(bars.tint), GHOST if bars.ghost else 1.0)
     low = shown.pixels(bars.x - 0.5 * bars.width, np.zeros_like(bars.y))
@@ -63,7 +77,7 @@ def draw_bars(draw: imgui.ImDrawList, shown: PlotMap, bars: Bars) -> None:
             draw.add_rect_filled(ImVec2(x0, min(y0, y1)), ImVec2(max(x1, x0 + 1.0), max(y0, y1)), tint)
 
 
-def draw_label(draw: imgui.ImDrawList, shown: PlotMap, label: Label) -> None:
+def _draw_label(draw: imgui.ImDrawList, shown: PlotMap, label: Label) -> None:
     """Small text on a plate beside its place, moved into the plot where its end would be cut."""
     at, size, pad = shown.at(label.x, label.y), imgui.calc_text_size(label.text), 2.0 * theme.scale()
     if not (shown.left <= at.x <= shown.right and shown.top <= at.y <= shown.bottom):
@@ -108,7 +122,7 @@ def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, mem
 def _gaps(shades: Map, shown: PlotMap) -> list[list[float]]:
     """Boxes in pixels of the runs of unknown values in each row: left, bottom, right, top.
 
-    They end at whole pixels, and a pixel beyond the map: nothing of the shades shows between them, or about them.
+    They end at whole pixels, and a pixel beyond the map, so that the shades are covered between and around them.
     """
     rows, columns = shades.values.shape
     missing = np.pad(np.isnan(shades.values), ((0, 0), (1, 1))).astype(int)

@@ -9,7 +9,7 @@ from lensbench.app.widgets.toggles import toggles
 
 NAME = "MTF"
 KINDS = {"field": "Field", "frequency": "Frequency"}
-KIND_TIPS = {"field": "Contrast of 10, 20, 30 and 40 line pairs a mm over the image height",
+KIND_TIPS = {"field": "Contrast of 10, 20, 30 and 40 line pairs per mm over the image height",
              "frequency": "Contrast on the axis, at 0.7 and at the full field over the frequency"}
 METHODS = {"diffraction": "Waves", "geometric": "Rays"}
 METHOD_TIPS = {"diffraction": "With diffraction, from the wavefront in the exit pupil",

@@ -28,7 +28,7 @@ def mtf_map_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> Set
     """
     choices = state.choices
     choices["frequency"] = toggles("lp/mm", FREQUENCIES, choices.get("frequency", 30.0),
-                                   {key: f"{name} line pairs a mm" for key, name in FREQUENCIES.items()}, 3.2)
+                                   {key: f"{name} line pairs per mm" for key, name in FREQUENCIES.items()}, 3.2)
     beside(7.0)
     choices["way"] = toggles("Way", WAYS, choices.get("way", "both"), WAY_TIPS, 0.0)
     line = _line(settings, choices.get("line"))

@@ -5,6 +5,7 @@ from imgui_bundle import imgui
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, point_at_ray, tools
 from lensbench.app.state.analysis.spots import COLUMNS, spots_figure
 from lensbench.app.state.settings import Settings
+from lensbench.app.widgets.row import beside
 from lensbench.app.widgets.toggles import toggles
 
 NAME = "Spots"
@@ -22,9 +23,13 @@ def spots_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
     choices["columns"] = toggles("Side", SIDE, choices.get("columns", "focus"), SIDE_TIPS, 0.0)
     imgui.same_line(0.0, 12.0)
     choices["reference"] = toggles("Reference", REFERENCE, choices.get("reference", "chief"), REFERENCE_TIPS, 0.0)
+    beside(6.0)                             # with room for the menu
+    _, choices["blur"] = imgui.checkbox("Blur", choices.get("blur", False))
+    imgui.set_item_tooltip("Behind the rays: the light as the picture of the point has it, without diffraction.\n"
+                           "Each cell is as bright as its brightest place")
     tools(NAME, state)
     room = imgui.get_content_region_avail()
     columns = COLUMNS if choices["columns"] == "focus" else 3
     rows = min(max(round(columns * 0.85 * room.y / max(room.x, 1.0)), 2), 8)
     point_at_ray(settings, state, sheet, analysis(NAME, settings, state, sheet, spots_figure,
-                                                  (choices["columns"], choices["reference"], rows)))
+                                                  (choices["columns"], choices["reference"], rows, choices["blur"])))

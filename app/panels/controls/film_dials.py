@@ -65,6 +65,5 @@ def _curvature(settings: Settings) -> Settings:
     before = settings.film_pose.curvature
     scale = dial_scales.curvature_scale(_least(settings))
     after = dial("Curvature", before, scale, "Radius of a film that is curved as a sphere; with a minus its sides come "
-                                             "nearer to the lens,\nas the sharp image of most lenses does. "
-                                             "Overlays and a click take the film as flat")
+                                             "nearer to the lens,\nas the sharp image of most lenses does")
     return settings if after == before else replace(settings, film_radius=1.0 / after if after else None)

@@ -21,6 +21,7 @@ from lensbench.app.state.text_values import format_exposure
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles
+from lensbench.kernels.cache import NotCompiledError
 from lensbench.kernels.figures import fixed
 
 DEFAULT = Settings()
@@ -55,18 +56,24 @@ def camera_strip(settings: Settings, view: View, found: AppliedExposure | None, 
     """Draw the strip in the rest of the line; returns the settings after its changes.
 
     found: the exposure of the picture. off: stops by which the picture is brighter than the meter would have it.
+    NotCompiledError: its values need a kernel that is not compiled yet; the strip keeps its room.
     """
     corner, width, height = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x, strip_height()
+    mode = mode_of(settings, view.program)
+    try:
+        values = _values(settings, mode, found)
+    except NotCompiledError:
+        _go_below(corner, height)
+        raise
     imgui.set_cursor_screen_pos(ImVec2(corner.x + 8.0 * theme.scale(),
                                        corner.y + round(0.5 * (height - imgui.get_frame_height()))))
     imgui.push_style_color(imgui.Col_.button, ImVec4(0.0, 0.0, 0.0, 0.0))
-    mode = mode_of(settings, view.program)
     chosen = _modes(mode, width)
     if chosen != mode:
         view.program = chosen if chosen in METERED else ""
         settings = with_mode(settings, chosen)
     imgui.same_line(0.0, theme.em(0.7))
-    for value in _values(settings, mode, found):
+    for value in values:
         settings = _shown(settings, value)
         imgui.same_line(0.0, theme.em(0.15))
     right = corner.x + width - theme.em(0.7)
@@ -74,10 +81,15 @@ def camera_strip(settings: Settings, view: View, found: AppliedExposure | None, 
     if wide > theme.em(NARROW_METER):
         settings = _meter(settings, mode, found, off, ImVec2(right - wide, corner.y), ImVec2(wide, height))
     imgui.pop_style_color()
+    _go_below(corner, height)
+    return settings
+
+
+def _go_below(corner: ImVec2, height: float) -> None:
+    """Move the cursor below the strip."""
     imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
     imgui.dummy(ImVec2(0.0, 0.0))
     imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
-    return settings
 
 
 def _modes(mode: str, width: float) -> str:

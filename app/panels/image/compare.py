@@ -1,4 +1,4 @@
-"""The picture A beside the present one, B: plates that tell them apart, the wipe's line, the difference's scale.
+"""The picture A beside the present one, B: labels that distinguish them, the wipe's line, the difference's scale.
 
 Their colours do not follow the theme, because the pictures below do not.
 """
@@ -72,11 +72,11 @@ def differences(a: Settings, b: Settings) -> tuple[str, str]:
         (("exposure",), lambda s: format_exposure(s.exposure)), (("tone",), lambda s: TONES[s.tone]),
         (("seed",), lambda s: f"seed {s.seed}"),
     )
-    chosen = [tell for names, tell in descriptions if any(getattr(a, name) != getattr(b, name) for name in names)]
+    chosen = [text for names, text in descriptions if any(getattr(a, name) != getattr(b, name) for name in names)]
     described = {name for names, _ in descriptions for name in names}
     others = [f.name for f in fields(Settings) if f.name not in described and f.name not in UNSAID
               and getattr(a, f.name) != getattr(b, f.name)]
-    first, second = (", ".join([tell(settings) for tell in chosen] + [_plainly(name, settings) for name in others])
+    first, second = (", ".join([text(settings) for text in chosen] + [_plainly(name, settings) for name in others])
                      for settings in (a, b))
     if not chosen and not others and not np.array_equal(a.present_pose, b.present_pose):
         first, second = "another place", "here"

@@ -34,6 +34,7 @@ from lensbench.app.state.pose import dollied, orbited, panned, pivot_distance
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import focused_at
 from lensbench.app.widgets import theme
+from lensbench.kernels.cache import NotCompiledError
 from lensbench.kernels.figures import fixed
 
 CLICK = 4.0                     # pixels at a scale of 1: a press that moves farther is a drag
@@ -73,7 +74,11 @@ def _ground(draw: imgui.ImDrawList, covered: tuple[float, float, float, float] |
 
 def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
     settings = picture_tools(settings, picture, view)
-    settings = camera_strip(settings, view, picture.applied, picture.off_meter)
+    waits: NotCompiledError | None = None
+    try:
+        settings = camera_strip(settings, view, picture.applied, picture.off_meter)
+    except NotCompiledError as error:       # the picture, or its progress, is drawn all the same
+        waits = error
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     view.links.hover = None
     view.room = _room(room)
@@ -86,7 +91,10 @@ def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
     else:
         settings = _picture(settings, picture, view, corner, room)
     draw_notices(view.notices, corner, room)
-    return draw_trials(settings, view, corner, room)
+    settings = draw_trials(settings, view, corner, room)
+    if waits is not None:
+        raise waits
+    return settings
 
 
 # The picture

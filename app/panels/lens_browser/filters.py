@@ -24,7 +24,8 @@ def search(shelf: Shelf, focus: bool) -> Shelf:
     if focus:
         imgui.set_keyboard_focus_here()
     imgui.set_next_item_width(imgui.get_content_region_avail().x - parts)
-    _, text = imgui.input_text_with_hint("##Search lenses", "Search name, maker, kind, patent, year", shelf.search)
+    _, text = imgui.input_text_with_hint("##Search lenses", "Search name, maker, kind, patent, year", shelf.search,
+                                         imgui.InputTextFlags_.auto_select_all)
     imgui.same_line(0.0, theme.em(0.4))
     part = toggles("Lenses", PARTS, shelf.part, PART_TIPS, indent=0.0)
     return replace(shelf, search=text, part=part)

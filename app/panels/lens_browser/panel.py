@@ -40,6 +40,7 @@ class BrowserState:
     returned: bool = False
     opens_file: bool = False
     appearing: bool = True
+    popup: bool = False                         # a list of a filter was open at the end of the frame before
     in_grid: bool = False                       # the arrows left and right move in the grid, not in the text
     scroll: bool = False                        # to the selected cell
     top: float = 0.0                            # of the part of the grid in sight (pixels)
@@ -57,8 +58,8 @@ def lens_browser_panel(cards: tuple[Card, ...], state: BrowserState, pictures: T
     before = state.shelf
     escape, enter = imgui.is_key_pressed(Key.escape, False), (imgui.is_key_pressed(Key.enter, False)
                                                              or imgui.is_key_pressed(Key.keypad_enter, False))
-    popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id)
-    state.shelf = search(state.shelf, state.appearing)
+    popup = _popup_is_open() or state.popup         # Escape has closed it, and is spent
+    state.shelf = search(state.shelf, state.appearing or (not popup and _is_idle()))
     shown = _shown(cards, state)
     state.shelf = filters(state.shelf, cards, len(shown))
     if state.shelf != before:
@@ -79,7 +80,17 @@ def lens_browser_panel(cards: tuple[Card, ...], state: BrowserState, pictures: T
             state.returned = True
         elif enter and any(card.name == state.selected for card in shown):
             state.tried, state.kept = state.selected, True
-    state.appearing = False
+    state.appearing, state.popup = False, _popup_is_open()
+
+
+def _popup_is_open() -> bool:
+    return imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id)
+
+
+def _is_idle() -> bool:
+    """Whether the browser has the focus and nothing in it is held: what is typed then belongs to the search."""
+    return (imgui.is_window_focused(imgui.FocusedFlags_.child_windows) and not imgui.is_any_item_active()
+            and not imgui.is_mouse_down(imgui.MouseButton_.left))
 
 
 def _shown(cards: tuple[Card, ...], state: BrowserState) -> tuple[Card, ...]:

@@ -62,7 +62,7 @@ def lens_table_panel(settings: Settings, state: LensTableState, links: Pointed |
     return paste_dialog(settings, state)
 
 
-def walk(state: LensTableState, rows: int) -> bool:
+def move_cell(state: LensTableState, rows: int) -> bool:
     """Move the keyboard's cell by an arrow key; whether it moved."""
     io, key = imgui.get_io(), imgui.Key
     if not state.keyed or state.at is None or io.key_ctrl or io.key_alt:
@@ -127,7 +127,7 @@ def _table(settings: Settings, document: LensDocument, found: tuple[Finding, ...
     imgui.table_headers_row()
     faulty = {(f.surface, MARKED[f.kind]): f for f in found if f.surface is not None and f.kind in MARKED}
     wrong = {f.surface for f in found if f.surface is not None}
-    moved = walk(state, len(document.surfaces))
+    moved = move_cell(state, len(document.surfaces))
     opened = False
     pointed: int | None = None
     for i in range(len(document.surfaces)):

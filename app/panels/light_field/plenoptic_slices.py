@@ -1,8 +1,8 @@
 """Recorded light of one pixel and of one line, in the panel *Light field*: slices of the plenoptic function.
 
 A pixel sees a radiance through every cell of the pupil, in three bands of wavelength, and moment by moment where these
-were kept apart; a line of the picture, seen by a row of the pupil's cells, is an epipolar image: there what is in focus
-stands upright, and all else leans by its depth.
+were kept apart; a line of the picture, seen by a row of the pupil's cells, is an epipolar image: in it what is in focus
+is an upright line, and everything else slopes according to its depth.
 """
 
 from collections.abc import Callable
@@ -65,12 +65,11 @@ def rays_body(look: Look, recording: Recording, settings: Settings, strip: Strip
     figures((
         ("Pixel", f"{x}, {y}", "Click in the picture to choose another, across and down"),
         ("Film", millimetres(on_film), "Where the chosen ray meets the film (s, t): x to the right, y up; the picture "
-                                       "there stands upside down"),
+                                       "on the film is upside down"),
         ("u, v", format_place((u, v)), "The chosen cell of the pupil, in radii of it: click in the map"),
         ("Pupil", millimetres(in_pupil), "Where the chosen ray meets the plane of the paraxial exit pupil (u, v)"),
-        ("Light", f"{fixed(red, 2)} {fixed(green, 2)} "
-                  f"{fixed(blue, 2)}", "Radiance in the three bands, red, green and blue, over the "
-                                                         "whole of the exposure, or the moment that is chosen"),
+        ("Light", f"{fixed(red, 2)} {fixed(green, 2)} {fixed(blue, 2)}",
+         "Radiance in the three bands, red, green and blue, over the whole exposure, or in the chosen moment"),
         ("Share", f"{fixed(100.0 * covered, 1)} %", "Coverage: the part of a full cell's light that passes")))
     if len(over_time) > 1:
         _over_time(over_time[:, j, i], look.moment)

@@ -90,4 +90,5 @@ def illumination_figure(query: Query, points: int) -> Figure:
         for row in zip(light.radii, light.total, light.natural, light.vignetting, strict=True)))
     plot = Plot(Axis("Image height (mm)", 0.0, first.radii[-1]), Axis("Light (%)", 0.0, light_limit(first)),
                 tuple(curves))
-    return with_rims(query, Figure("Relative illumination", ((plot,),), table, query.words(None, query.primary_alone)))
+    return with_rims(query, Figure("Relative illumination", ((plot,),), table, query.words(None, query.primary_alone),
+                                   query.open_stop))

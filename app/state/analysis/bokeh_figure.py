@@ -15,6 +15,7 @@ from lensbench.app.state.analysis.rims import ended_marks, ends_within_stop
 from lensbench.app.state.analysis.spots import field_label
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import significant
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.prescription import Lens
 
 FIELDS = (0.0, 0.5, 0.8, 1.0)
@@ -35,9 +36,9 @@ class Ripple(NamedTuple):
 def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple | None = None) -> Figure:
     """Pictures of points at four distances (across) and four fields (down), each as bright as its brightest place.
 
-    The fields are those that the query chooses, if it does.
+    The fields are those that the query chooses, if it does. A distance that the lens does not image has no pictures.
     view: "linear", or "log" over four decades. ripple: of one surface, whose rings show in the pictures. LensError
-    where no light reaches the film, and for an impossible ripple.
+    where no light of any distance reaches the film, and for an impossible ripple.
     """
     built, samples = query.setup, max(points, 32 if ripple is None else RINGS)
     heights = query.few(*FIELDS)
@@ -45,30 +46,39 @@ def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple
     rows: list[tuple] = []
     distances = [query.focus_distance * part for part in AWAY] if math.isfinite(query.focus_distance) else \
         [20.0 * built.first_order.efl * step for step in (1.0, 3.0, 10.0)] + [math.inf]
-    rays = None
+    rays, refused = None, dict[str, LensError]()
     for column, distance in enumerate(distances):
         away = distance - built.film_z if math.isfinite(distance) else math.inf
         if not away > 0.0:
             layers.append(Label(column, 0.0, "in the lens", "dim", "middle"))
             continue
         there = replace(query, object_distance=away, focus_distance=distance)
-        rays = there.grid(max(points, 24), heights)
+        in_focus = distance == query.focus_distance
+        layers.append(Label(column, 0.5, format_distance(distance), "amber" if in_focus else "text", "above"))
+        try:
+            rays = there.grid(max(points, 24), heights)
+        except LensError as error:
+            refused[format_distance(distance)] = error
+            layers.append(Label(column, 0.0, "no image", "dim", "middle"))
+            continue
         rays = rays if ripple is None else rippled(rays, *ripple)
         spread = psf(rays, samples)
         width = 1000.0 * samples * float(np.nanmax(spread.pitch))           # of the cells of this column
-        in_focus = distance == query.focus_distance
-        layers.append(Label(column, 0.5, format_distance(distance), "amber" if in_focus else "text", "above"))
         layers.append(Label(column, 0.5 - len(heights), f"{significant(width, 2)} µm", "dim", "below"))
         sizes = _sizes(spread)
         for row in range(len(heights)):
             layers += _cell(spread, sizes[row], row, column, distance, view)
             rows.append((rays.image_heights[row], distance / 1000.0, width, *sizes[row].tolist(), _ended(spread, row)))
+    if rays is None and refused:
+        raise next(iter(refused.values()))
     edge = len(distances) - 0.5, 0.5 - len(heights)
     plot = Plot(Axis(None, -0.52, edge[0] + 0.02), Axis(None, edge[1] - 0.2, 0.72), tuple(layers), equal=True)
     head = ("field (mm)", "distance (m)", "window (um)", "rms sagittal (um)", "rms tangential (um)", "cut by surface")
     words = query.words(rays, "one scale a column", "log, 4 decades" if view == "log" else "linear",
                         "waves near focus, rays far from it", *(() if ripple is None else (_ripple_words(ripple),)))
-    return Figure("Bokeh", ((plot,),), Table(head, tuple(rows)), words, query.remarks(rays) if rays is not None else ())
+    remarks = (*(f"{at}: {error}" for at, error in refused.items()),
+               *(query.remarks(rays) if rays is not None else ()))
+    return Figure("Bokeh", ((plot,),), Table(head, tuple(rows)), words, remarks)
 
 
 def _ripple_words(ripple: Ripple) -> str:

@@ -27,8 +27,8 @@ def fans_figure(query: Query, points: int, kind: str = "ray", rows: int = 3) -> 
     plots = tuple((_plot(fans, values, f, 1, limit, kind), _plot(fans, values, f, 0, limit, kind)) for f in fields)
     words = query.words(None, "from the chief ray of the primary wavelength", f"{len(fans.heights)} rays a fan",
                         "x: height in the stop over its radius")
-    return Figure("Ray fans" if kind == "ray" else "OPD fans", plots, _table(fans), words, query.remarks(rays),
-                  points=rays.opd.shape[-1])
+    return Figure("Ray fans" if kind == "ray" else "OPD fans", plots, _table(fans), words,
+                  (*query.remarks(rays), *query.open_stop), points=rays.opd.shape[-1])
 
 
 def _plot(fans: Fans, values: np.ndarray, f: int, fan: int, limit: float, kind: str) -> Plot:

@@ -138,12 +138,13 @@ class Area:
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis: its label with the unit (None: no figures at all), and its range."""
+    """One axis: its label with the unit (None: no figures at all), and its range. whole: of numbers that count."""
 
     label: str | None
     low: float
     high: float
     log: bool = False
+    whole: bool = False
 
 
 @dataclass(frozen=True, eq=False)

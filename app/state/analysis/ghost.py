@@ -1,7 +1,7 @@
 """A figure with that of another lens behind it: A as a ghost in every plot of B, and beside it in the numbers.
 
 Curves, bars and points of A are faint. Points of cells, such as spots, are brought to the scale of B. A plot of maps,
-such as a point spread or a bokeh gallery, stands at the right of that of B, with the same axes.
+such as a point spread or a bokeh gallery, is drawn to the right of that of B, with the same axes.
 """
 
 from dataclasses import replace

@@ -52,7 +52,7 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     ranks = np.arange(1.0, len(bright) + 1.0)
     marks: list = [Points("", ranks, heights, "strong", "square")]
     marks += [Area((rank - 0.5, rank + 0.5), (low, top), _words(row)) for rank, row in zip(ranks, bright, strict=True)]
-    order = Plot(Axis("Rank", 0.4, max(len(bright), 1) + 0.6), Axis("Brightness, log10 (1/mm²)", low, top),
+    order = Plot(Axis("Rank", 0.4, max(len(bright), 1) + 0.6, whole=True), Axis("Brightness, log10 (1/mm²)", low, top),
                  tuple(marks))
     where = f"field {significant(math.degrees(angle), 3)}°"
     words = query.words(None, where, query.primary_alone, f"coating {name}",

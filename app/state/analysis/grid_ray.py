@@ -1,4 +1,4 @@
-"""The ray of a mark in the spots or of a point of a fan: its path through the lens, and where it comes from or ends."""
+"""The ray of a mark in a spot diagram or of a point of a ray fan: its path through the lens, and its end in words."""
 
 import math
 from functools import lru_cache
@@ -15,19 +15,20 @@ from lensbench.app.state.pixel.lens_rays import path_before_lens
 from lensbench.app.state.pixel.pointed import PointedRay
 from lensbench.app.state.settings import Settings
 
-NEAR = 0.03                     # of a cell: a mark so near to the cursor is meant
+NEAR = 0.03                     # of a cell: greatest distance from the cursor to the mark that it chooses
 
 Key = tuple[int, int, float, float]
 
 
 def nearest_ray(plot: Plot, x: float, y: float) -> Key | None:
-    """Field, wavelength and pupil coordinates of the ray at a place of the spots or of a fan.
+    """Field, wavelength and two pupil coordinates of the ray at a point (x, y) of a spot diagram or of a ray fan.
 
-    Of spots that of the mark there, of a fan that at this height in the stop whose curve is nearest. None without one.
+    In a spot diagram, the ray of the mark at the point; in a fan, that of the curve nearest to y, at the pupil
+    coordinate nearest to x. None where no mark or curve is near.
     """
     best, found = NEAR, None
     for layer in plot.layers:
-        if layer.rays is None if isinstance(layer, Points | Curve) else True:
+        if not isinstance(layer, Points | Curve) or layer.rays is None:
             continue
         if isinstance(layer, Points):
             away = np.hypot(layer.x - x, layer.y - y)
@@ -43,11 +44,11 @@ def nearest_ray(plot: Plot, x: float, y: float) -> Key | None:
 
 @lru_cache(maxsize=8)
 def pointed_ray(settings: Settings, points: int, key: Key) -> PointedRay:
-    """A ray of the fields of a grid with so many points across the pupil; ValueError or OSError where there is none."""
+    """The ray of a key of `nearest_ray`; points: of the grid across the pupil. ValueError or OSError without rays."""
     asked, (f, c, s, t) = query(settings), key
     rays = asked.grid(points)
-    every = np.ones((len(rays.images), 1))
-    place = rays.beams.towards_scene(s * every, t * every)[0][f]
+    of_fields = np.ones((len(rays.images), 1))
+    place = rays.beams.towards_scene(s * of_fields, t * of_fields)[0][f]
     start = rays.beams.starts(np.array([f]), place)
     lens, away = asked.lens, asked.setup.film_distance
     film_z, line = lens.length + away, rays.conditions.wavelengths[c]

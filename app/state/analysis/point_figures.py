@@ -17,15 +17,15 @@ FINE = 64                       # points across the pupil that are not few
 FIRST_ZERO = 3.8317059702075    # of J₁
 TURNS = 600                     # points of Bessel's integrals: more than the largest argument
 RADII = 61                      # of the encircled energy
-MOST = 0.98                     # of the light, that its curves reach
+MOST = 0.98                     # share of the light at which the curves may end
 
 
 def psf_figure(query: Query, points: int, field: str = "axis", view: str = "log", pixel: bool = False) -> Figure:
-    """Picture of a point at a field of FIELDS, in all wavelengths; as bright as its brightest place.
+    """Picture of a point of light in all wavelengths, scaled to its brightest place.
 
-    The field is the first that the query chooses, if it does.
-    view: "linear", or "log" over four decades. pixel: average over a pixel of the film. LensError where no light
-    reaches the film.
+    points: of the grid across the pupil. field: a name of FIELDS; a field that the query chooses comes before it. view:
+    "linear", or "log" over four decades. pixel: average over a pixel of the film. LensError where no light reaches the
+    film.
     """
     rays = query.grid(points, query.few(FIELDS[field])[:1])
     spread = psf(rays, _samples(points), pixel=query.setup.film.pitch if pixel else 0.0)
@@ -93,7 +93,7 @@ def line_spread_figure(query: Query, points: int) -> Figure:
     wide = max((float(np.abs(each.x[each.y > 0.02 * each.y.max()]).max()) for each in curves), default=1.0)
     top = max((float(each.y.max()) for each in curves), default=1.0)
     plot = Plot(Axis("Distance from the centroid (µm)", -reach([wide]), reach([wide])),
-                Axis("Light (% a µm)", 0.0, 1.05 * top), tuple(curves))
+                Axis("Light (% per µm)", 0.0, 1.05 * top), tuple(curves))
     head = ("field (mm)", "distance (um)", "sagittal (% a um)", "tangential (% a um)")
     table = Table(head, lambda: ((rays.image_heights[f], 1000.0 * x, *(0.1 * lines[f, :, m])) for f in lit
                                  for m, x in enumerate(spread.offsets[f])))

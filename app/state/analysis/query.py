@@ -90,6 +90,12 @@ class Query:
             parts.append(f"{rays.opd.shape[-1]} × {rays.opd.shape[-1]} rays")
         return " · ".join(parts)
 
+    @property
+    def open_stop(self) -> tuple[str, ...]:
+        """What a figure leaves out that takes the stop as its circle."""
+        return () if self.lens.stop_image is None else ("the picture in the stop is left out: the stop counts as its "
+                                                        "circle",)
+
     def remarks(self, rays: RayGrid) -> tuple[str, ...]:
         """What the rays leave out, and what the picture does otherwise."""
         said = [str(finding.message) for finding in rays.findings if finding.kind is not Kind.ASSUMED]

@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.analysis.spot_diagram import Spots, spots
+from lensbench.analysis.point_spread import ray_density
+from lensbench.analysis.spot_diagram import Spots, light_shares, spots
 from lensbench.app.state.analysis.figure import (
     DASHED,
     Area,
@@ -14,6 +16,7 @@ from lensbench.app.state.analysis.figure import (
     Curve,
     Figure,
     Label,
+    Map,
     Plot,
     Points,
     Table,
@@ -26,16 +29,20 @@ from lensbench.kernels.figures import fixed, significant, true_minus
 
 COLUMNS = 5                     # of a row through focus
 DRAWN = 260                     # points of a wavelength in one spot, at most; its size counts all rays
+FEW = 40                        # the same over the picture of the point, which they must not hide
 CELL = 2.6                      # half a cell is at least so many rms radii of the largest spot in focus
 COARSE = 20.0                   # × that: cells grow to hold a pixel of up to this size
+BLUR = 25                       # samples of the light across a cell
 REFERENCES = {"chief": "chief ray", "centroid": "centroid"}
 CIRCLE = np.column_stack([each(np.linspace(0.0, 2.0 * math.pi, 49)) for each in (np.cos, np.sin)])
 
 
-def spots_figure(query: Query, points: int, columns: str = "focus", reference: str = "chief", rows: int = 4) -> Figure:
+def spots_figure(query: Query, points: int, columns: str = "focus", reference: str = "chief", rows: int = 4,
+                 blur: bool = False) -> Figure:
     """Spots of `rows` fields, or of those that the query chooses.
 
     columns: "focus" puts places of the film side by side, "colour" the wavelengths. reference: "chief" or "centroid".
+    blur: shade behind the rays of each cell the picture of the point, as bright as its brightest place.
     LensError where no light reaches the film.
     """
     rays = query.grid(points, query.heights or None)
@@ -49,14 +56,17 @@ def spots_figure(query: Query, points: int, columns: str = "focus", reference: s
     pitch, airy = query.setup.film.pitch, float(np.nanmax(still.airy_radius[fields], initial=0.0))
     least = CELL * float(np.nanmax(size, initial=0.0))
     half = reach([least], 0.5 * pitch if pitch < COARSE * max(least, airy) else airy)
-    plot, beyond = _plot(query, found, fields, columns, half)
+    plot, beyond = _plot(query, found, fields, columns, half, FEW if blur else DRAWN)
+    if blur:
+        plot = replace(plot, layers=(*_blurs(found, fields, columns, half), *plot.layers))
     remarks = query.remarks(rays)
     if beyond:
         remarks = (*remarks, f"{beyond} points lie outside their cells and are not drawn")
     if pitch > 2.01 * half:
         remarks = (*remarks, f"a pixel, {significant(1000.0 * pitch, 3)} µm wide, is larger than the cells: it is not "
                              "drawn")
-    words = query.words(rays, REFERENCES[reference], f"cell {significant(2000.0 * half, 3)} µm")
+    words = query.words(rays, REFERENCES[reference], f"cell {significant(2000.0 * half, 3)} µm",
+                        *(("blur of the picture behind",) if blur else ()))
     return Figure("Spots", ((plot,),), _table(found), words, remarks, points=rays.opd.shape[-1])
 
 
@@ -85,7 +95,8 @@ def _step(rays: RayGrid, still: Spots) -> float:
     return reach([0.9 * radius / max(half, 1e-6)])
 
 
-def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: float) -> tuple[Plot, int]:
+def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: float, drawn_rays: int
+          ) -> tuple[Plot, int]:
     """The cells, 1 wide and 1 high, from (0, 0) to the right and downward; and how many points lie outside them."""
     rays, given, film = found.rays, found.rays.conditions, query.setup.film
     colours = range(len(given.wavelengths))
@@ -98,7 +109,7 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
     nan = np.full((1, 2), math.nan)
     square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * 0.25 * np.array(
         [film.width / film.pixels_x, film.height / film.pixels_y]) / half
-    stride = max(1, math.ceil((rays.opd.shape[-1] ** 2 * 0.8 / DRAWN) ** 0.5))
+    stride = max(1, math.ceil((rays.opd.shape[-1] ** 2 * 0.8 / drawn_rays) ** 0.5))
     for row, f in enumerate(fields):
         rays_of = [_thinned(found, f, c, stride) for c in colours]
         for column, group in enumerate(across):
@@ -135,6 +146,24 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
                    "amber" if _in_focus(found, group, columns) else "dim", "above") for x, group in enumerate(across)]
     return Plot(Axis(None, -0.52, corner[0] + 0.02), Axis(None, corner[1] - 0.02, 0.74),
                 (*lines, *marks, *ends, *layers, *heads), equal=True, cell=2.0 * half), beyond
+
+
+def _blurs(found: Spots, fields: np.ndarray, columns: str, half: float) -> list[Map]:
+    """The picture of the point in each cell where light falls: all its colours, or one."""
+    rays, shares, pitch = found.rays, light_shares(found.rays), 2.0 * half / BLUR
+    colours = range(len(rays.conditions.wavelengths))
+    across = [(colours, k) for k in range(len(found.shifts))] if columns == "focus" else [((c,), 0) for c in colours]
+    maps = []
+    for row, f in enumerate(fields):
+        for column, (group, k) in enumerate(across):
+            lit = [c for c in group if rays.weight[f, c].any()]
+            light = np.zeros((BLUR, BLUR), np.float32)
+            for c in lit:
+                light += np.float32(shares[f, c]) * ray_density(rays, f, c, float(found.shifts[k]),
+                                                                found.references[f, k], pitch, BLUR)
+            if light.any():
+                maps.append(Map("", light / light.max(), (column - 0.5, column + 0.5), (-row - 0.5, 0.5 - row)))
+    return maps
 
 
 def _thinned(found: Spots, f: int, c: int, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:

@@ -46,7 +46,7 @@ def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
     shown, places = found[:SHOWN], np.arange(min(len(found), SHOWN), dtype=float)
     spots, losses = (np.array([scale * getattr(each, name) for each in shown])
                      for scale, name in ((1000.0, "spot"), (-100.0, "contrast")))
-    names = [f"{KIND_SIGNS[each.kind]} {each.surface}" for each in shown]
+    names = [f"{KIND_SIGNS[each.kind]}{each.surface}" for each in shown]
     plots = []
     for label, values, tint in (("Spot (µm)", spots, "field0"), ("Lost contrast (%)", losses, "field2")):
         top, bottom = max(float(values.max(initial=0.0)), 1e-6), min(float(values.min(initial=0.0)), 0.0)
@@ -133,7 +133,7 @@ class Five(NamedTuple):
 
 @lru_cache(maxsize=4)
 def five_of(lens: lb.Lens, film: lb.Film, within: Tolerances) -> Five:
-    """The copies of a run that stand at SHARES of all by their mean contrast."""
+    """The copies of a run at the quantiles SHARES of the mean contrast."""
     run = production(lens, film, within, DRAWN, 0)
     order = np.argsort([_mean(contrast) for contrast in run.contrast])
     return Five(run, tuple(int(order[round(share * (DRAWN - 1))]) for share in SHARES.values()))

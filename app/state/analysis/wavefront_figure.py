@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from lensbench.analysis.wavefront import wavefronts
-from lensbench.analysis.zernike import noll_indices, zernike_name
+from lensbench.analysis.zernike import fringe_index, noll_indices, zernike_name
 from lensbench.app.state.analysis.figure import Area, Axis, Bars, Curve, Figure, Map, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.rims import ended_marks, ends_within_stop
@@ -14,13 +14,15 @@ from lensbench.kernels.figures import fixed, significant, true_minus
 
 FIELDS = {"axis": 0.0, "middle": 0.7, "full": 1.0}
 FIRST, LAST = 4, 22             # Noll's polynomials with bars: without piston and tilt
+LAST_FRINGE = 20                # of those in the fringe order, from FIRST on
+ORDERS = {"noll": "Noll's Zernike, unit rms", "fringe": "fringe Zernike, unit amplitude"}
 LEVELS = 9                      # contours of the map
 
 
-def wavefront_figure(query: Query, points: int, field: str = "axis") -> Figure:
+def wavefront_figure(query: Query, points: int, field: str = "axis", order: str = "noll") -> Figure:
     """Map and coefficients of the primary wavelength, in wavelengths, at a field of FIELDS.
 
-    The field is the first that the query chooses, if it does.
+    The field is the first that the query chooses, if it does. order: of the bars, a key of ORDERS.
     """
     heights = query.few(*FIELDS.values())
     rays = query.grid(points, heights)
@@ -37,16 +39,19 @@ def wavefront_figure(query: Query, points: int, field: str = "axis") -> Figure:
     map_ = _map(found.waves[f, c], title, found.peak_to_valley[f, c] / line)
     map_ = replace(map_, layers=(*map_.layers, *marks))
     words = query.words(rays, query.primary_alone,
-                        "reference sphere about the primary chief ray", "Noll's Zernike, unit rms")
+                        "reference sphere about the primary chief ray", ORDERS[order])
+    bars = _bars(noll if order == "noll" else found.fringe[f, c] / line, order)
     remarks = query.remarks(rays)
     if rays.lit[f] and not np.isfinite(noll).any():
         remarks = (*remarks, "too few rays pass for the Zernike coefficients")
-    head = ("field (mm)", "Noll index", "n", "m", "aberration", "coefficient (waves)", "Strehl", "rms (waves)")
+    head = ("field (mm)", "Noll index", "fringe index", "n", "m", "aberration", "Noll coefficient (waves)",
+            "fringe coefficient (waves)", "Strehl", "rms (waves)")
     table = Table(head, lambda: (
-        (rays.image_heights[g], float(j), *map(float, noll_indices(j)), zernike_name(*noll_indices(j)),
-         found.noll[g, c, j - 1] / line, found.strehl[g, c], found.rms_waves[g, c])
+        (rays.image_heights[g], float(j), float(fringe_index(*noll_indices(j))), *map(float, noll_indices(j)),
+         zernike_name(*noll_indices(j)), found.noll[g, c, j - 1] / line, found.fringe[g, c, j - 1] / line,
+         found.strehl[g, c], found.rms_waves[g, c])
         for g in range(len(heights)) for j in range(1, found.noll.shape[-1] + 1)))
-    return Figure("Wavefront", ((map_,), (_bars(noll),)), table, words, remarks, (0.62, 0.38))
+    return Figure("Wavefront", ((map_,), (bars,)), table, words, remarks, (0.62, 0.38))
 
 
 def _map(waves: np.ndarray, title: str, range_: float) -> Plot:
@@ -61,15 +66,20 @@ def _map(waves: np.ndarray, title: str, range_: float) -> Plot:
     return Plot(Axis(None, -1.03, 1.03), Axis(None, -1.03, 1.13), layers, f"{title}   {side}", equal=True)
 
 
-def _bars(noll: np.ndarray) -> Plot:
-    """Bars of Noll's polynomials FIRST to LAST."""
-    indices = np.arange(FIRST, LAST + 1)
-    values = noll[FIRST - 1:LAST]
+def _bars(coefficients: np.ndarray, order: str) -> Plot:
+    """Bars of Noll's polynomials FIRST to LAST, or of those up to LAST_FRINGE, at their index in this order."""
+    noll = range(FIRST, LAST + 1)
+    terms = {j if order == "noll" else fringe_index(*noll_indices(j)): j for j in noll}
+    last = LAST if order == "noll" else LAST_FRINGE
+    indices = np.array(sorted(k for k in terms if k <= last))
+    values = np.array([coefficients[terms[k] - 1] for k in indices.tolist()])
     limit = 1.1 * reach(values, 0.01)
-    layers: list = [Curve("", np.array([FIRST - 1.0, LAST + 1.0]), np.zeros(2), "faint", weight=1.0),
+    layers: list = [Curve("", np.array([FIRST - 1.0, last + 1.0]), np.zeros(2), "faint", weight=1.0),
                     Bars("", indices.astype(float), values, 0.7, "field0")]
-    for j, value in zip(indices.tolist(), values, strict=True):
-        said = f"Z{j}, {zernike_name(*noll_indices(j))}\n" + true_minus(f"{significant(value, 3)} waves"
-                                                                      if np.isfinite(value) else "unknown")
-        layers.append(Area((j - 0.5, j + 0.5), (-limit, limit), said))
-    return Plot(Axis("Zernike term (Noll)", FIRST - 0.7, LAST + 0.7), Axis("Waves", -limit, limit), tuple(layers))
+    for k, value in zip(indices.tolist(), values, strict=True):
+        said = f"Z{k}, {zernike_name(*noll_indices(terms[k]))}\n" + true_minus(
+            f"{significant(value, 3)} waves" if np.isfinite(value) else "unknown")
+        layers.append(Area((k - 0.5, k + 0.5), (-limit, limit), said))
+    name = "Noll" if order == "noll" else "fringe"
+    return Plot(Axis(f"Zernike term ({name})", FIRST - 0.7, last + 0.7, whole=True), Axis("Waves", -limit, limit),
+                tuple(layers))

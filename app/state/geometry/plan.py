@@ -18,7 +18,7 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.scene_file import SceneFileError, cached_scene, scene_stamp
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.view_camera import sharp_focus
+from lensbench.app.state.view_camera import leans, sharp_focus
 from lensbench.scenery.objects import displaced
 
 AWAY = 1e7                      # mm along a ray, for infinitely far
@@ -62,7 +62,7 @@ def _plan(settings: Settings, lens: Stamp) -> Plan:       # the stamp is part of
     focus = band = None
     opened = settings.lens_radius > 0.0 if settings.kind.lens_radius else got.f_number is not None
     if rays is not None and settings.focuses and opened:
-        tilted = sharp_focus(settings) if settings.film_pose.is_tilted else None
+        tilted = sharp_focus(settings) if leans(settings) else None
         focus = _cut(rays, origin, forward, settings.focus_distance)
         if tilted is not None:
             focus, band = _tilted(rays, frame, tilted)

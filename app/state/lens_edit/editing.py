@@ -23,8 +23,8 @@ from lensbench.optics.finding import Finding, Kind
 
 
 @lru_cache(maxsize=64)
-def _read(text: str) -> LensDocument:
-    return settled(from_text(text))
+def _read(text: str, name: str) -> LensDocument:
+    return settled(from_text(text, folder=Path(name).parent if Path(name).suffix else None))
 
 
 @keeps_last_good(16)
@@ -55,7 +55,7 @@ def document_of(settings: Settings) -> LensDocument:
 
     LensFileError, LensError or OSError where there is no lens.
     """
-    document = _read(settings.edited) if settings.edited else original(settings)
+    document = _read(settings.edited, settings.lens) if settings.edited else original(settings)
     if settings.focal_length is not None:
         lens = prescription(settings)
         efl = lb.first_order(lens, reference_wavelength(lens.surfaces, lens.system)).efl

@@ -47,12 +47,17 @@ def exposed(settings: Settings, image: NDArray[np.float32]) -> NDArray[np.float3
     """The exposed picture as the sensor records it; the picture itself if neither changes it."""
     if settings.exposing == "plain" and not settings.noise:
         return image
-    found = applied_exposure(settings, image)
-    light = image * np.float32(found.gain)
+    return recorded(settings, applied_exposure(settings, image), image)
+
+
+def recorded(settings: Settings, found: AppliedExposure, lines: NDArray[np.float32], top: int = 0,
+             ) -> NDArray[np.float32]:
+    """Lines of a picture, the first of which is `top`, as the sensor records them with this exposure."""
+    light = lines * np.float32(found.gain)
     if not settings.noise:
         return light
     sensor = lb.Sensor(settings.full_well, settings.quantum_efficiency, settings.read_noise, bits=settings.bits)
-    return sensor.record(light, found.iso, SATURATION / found.iso, settings.seed)
+    return sensor.record(light, found.iso, SATURATION / found.iso, settings.seed, top)
 
 
 def look(settings: Settings) -> tuple:

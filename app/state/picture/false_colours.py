@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 import lensbench as lb
 from lensbench.app.state.build import setup
 from lensbench.app.state.camera_kinds import LENS_MODELS
-from lensbench.app.state.picture.tone import linear
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
 from lensbench.kernels.figures import significant
+from lensbench.kernels.srgb import linear
 
 NOTES = {
     "direction": "(d + 1) / 2 of the ray's direction in the world: right is red, up green, backwards blue",

@@ -14,6 +14,8 @@ from math import log2
 import numpy as np
 from numpy.typing import NDArray
 
+from lensbench.kernels.srgb import srgb
+
 GREY = 0.18
 
 # --- filmic: f(x) = (x (A x + C B) + D E) / (x (A x + B) + D F) − E / F
@@ -78,16 +80,6 @@ def _agx(rgb):
     stops = np.log2(np.maximum(_mixed(rgb, INSET), 1e-10)) - log2(GREY)
     t = np.clip((stops + STOPS_BELOW) / (STOPS_BELOW + STOPS_ABOVE), 0.0, 1.0)
     return _mixed(np.maximum(_sigmoid(t), 0.0) ** DISPLAY_GAMMA, -INSET / (1.0 - INSET))
-
-
-def srgb(linear):
-    """The sRGB transfer function, IEC 61966-2-1, of values in [0, 1]."""
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0031308) ** (1.0 / 2.4) - 0.055)
-
-
-def linear(codes):
-    """Linear light of sRGB values in [0, 1]: the inverse of `srgb`."""
-    return np.where(codes <= 0.04045, codes / 12.92, ((np.maximum(codes, 0.04045) + 0.055) / 1.055) ** 2.4)
 
 
 def develop(image: NDArray[np.floating], exposure: float, tone: str, sensor: bool = False) -> NDArray[np.float64]:

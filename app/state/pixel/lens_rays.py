@@ -1,7 +1,7 @@
 """Rays of one pixel through its lens, for the section, and single rays of its pupil and its spot.
 
 Lengths in mm. Rays are traced from the pixel's film point in the lens frame. The section shows the plane of the axis
-and the film point: a lens of rotational symmetry is turned about its axis until the film point stands at (0, +r); the
+and the film point: a lens of rotational symmetry is turned about its axis until the film point lies at (0, +r); the
 rays of a lens with cylinders are projected onto the section y–z.
 """
 

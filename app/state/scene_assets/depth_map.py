@@ -55,7 +55,7 @@ def own_depth_scene(image: str, folder: Path, fov: float | None, fill: str) -> l
     found = read_phone_photograph(image, folder)
     fov = fov or found.fov
     if fov is None:
-        raise lb.SceneError(f"photograph {excerpt(image)} does not tell its focal length on 35 mm film: give fov, the "
+        raise lb.SceneError(f"photograph {excerpt(image)} does not state its focal length on 35 mm film: give fov, the "
                             "angle across it")
     away = found.away
     if found.radial and 0.0 < fov < math.pi:            # along the ray, not along the axis

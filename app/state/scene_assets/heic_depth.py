@@ -64,7 +64,7 @@ def _distances(meaning: dict[str, Any], part: np.ndarray, what: str) -> np.ndarr
     elif kind == INVERSE_DISTANCE and meaning.get("z_near") and meaning.get("z_far"):
         low, high = 1.0 / float(meaning["z_far"]), 1.0 / float(meaning["z_near"])
     else:
-        raise lb.SceneError(f"{what}: its depth map does not tell its distances: save it as PNG, and name it as depth "
+        raise lb.SceneError(f"{what}: its depth map does not state its distances: save it as PNG, and name it as depth "
                             "with near and far")
     if not (math.isfinite(low) and math.isfinite(high) and high > max(low, 1000.0 / FARTHEST)):
         raise lb.SceneError(f"{what}: its depth map goes from {significant(low, 3)} to {significant(high, 3)} /m")

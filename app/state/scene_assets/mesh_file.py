@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.picture.tone import linear
 from lensbench.app.state.scene_assets.place import asset_path
 from lensbench.app.state.scene_assets.texture import image_of
 from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
+from lensbench.kernels.srgb import linear
 from lensbench.scenery.intersect.triangle_tree import MOST_TRIANGLES
 
 MOST_BYTES = 1 << 30

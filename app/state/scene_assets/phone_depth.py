@@ -1,6 +1,6 @@
 """Photographs that carry their depth map: JPEG files with Google's XMP namespaces GDepth and GImage.
 
-A large map travels in extended XMP: base64 text, cut into segments of the JPEG that say where they belong. The text is
+A large map travels in extended XMP: base64 text, cut into segments of the JPEG, each with its offset. The text is
 searched for the attributes of the two namespaces and not parsed as XML, so that nothing in it is expanded.
 References: Google, Depthmap metadata; Adobe, XMP specification part 3, 1.1.3.1.
 """
@@ -111,7 +111,7 @@ def _distances(found: dict[str, bytes], part: np.ndarray, name: str) -> np.ndarr
 
 
 def _turned(rows: np.ndarray, orientation: int) -> np.ndarray:
-    """A picture (h, w, …) as EXIF says that it stands."""
+    """A picture (h, w, …), turned upright by its EXIF orientation."""
     if orientation in (5, 6, 7, 8):
         rows = rows.swapaxes(0, 1)
     if orientation in (2, 3, 6, 7):

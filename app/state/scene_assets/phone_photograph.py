@@ -13,7 +13,7 @@ DIAGONAL = math.hypot(36.0, 24.0)
 
 class PhonePhotograph(NamedTuple):
     """picture: linear. away (h, w): distances in mm, along the axis unless `radial`: along the ray. fov: radians across
-    the picture, or None where the file does not tell it.
+    the picture, or None where the file does not state it.
     """
 
     picture: lb.Image

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.picture.tone import linear
 from lensbench.kernels.quotation import excerpt
+from lensbench.kernels.srgb import linear
 
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "km": 1e6, "": 1.0}
 SPEEDS = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "km/h": 1e6 / 3600.0, "": 1.0}

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.picture.tone import linear
 from lensbench.app.state.scene_assets.place import asset_path
 from lensbench.kernels.quotation import excerpt
+from lensbench.kernels.srgb import linear
 
 MOST_BYTES = 512 << 20
 MOST_TEXELS = 8192 * 8192               # of a picture as it is read

@@ -16,7 +16,7 @@ from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.geometry.exit_pupil import from_film, region
 from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.view_camera import sharp_focus
+from lensbench.app.state.view_camera import leans, sharp_focus
 
 RADII = 13                      # film radii from the axis to the edge of light
 ACROSS, DOWN = 17, 13           # points of the surface
@@ -88,7 +88,7 @@ def _plane(settings: Settings, lens: Stamp) -> np.ndarray:
     raster = np.column_stack([x.ravel(), y.ravel()])
     rays = of.with_open_stop.generate_rays(raster, np.tile(of.pupil_centre, (len(raster), 1)))
     with np.errstate(invalid="ignore", divide="ignore"):
-        tilted = sharp_focus(settings) if settings.film_pose.is_tilted else None
+        tilted = sharp_focus(settings) if leans(settings) else None
         if tilted is not None and tilted.plane is not None:
             t = -tilted.plane.distance(rays.origins) / (rays.directions @ tilted.plane.normal)
         else:

@@ -76,7 +76,7 @@ def _sheet(surface: lb.Surface, z: float, edge: float) -> np.ndarray:
 
 
 def _placed(points: np.ndarray, frame: Frame | None, film_z: float) -> np.ndarray:
-    """Points (…, 3), camera frame, of a surface where it stands out of line."""
+    """Points (…, 3) of a surface in line, camera frame, moved by the pose `frame` of the surface."""
     if frame is None:
         return points
     return (points + [0.0, 0.0, film_z]) @ frame.rotation.T + frame.shift - [0.0, 0.0, film_z]

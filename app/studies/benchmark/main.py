@@ -5,6 +5,7 @@ time. Speeds in millions a second, lengths in mm.
 """
 
 import argparse
+import itertools
 import json
 import math
 import sys
@@ -24,7 +25,7 @@ from lensbench.app.studies.even_points import even_points
 from lensbench.app.studies.timing import BLOCKS, FILM, LENS, least_times, machine, streamed
 from lensbench.cameras.environment import LAYOUTS
 from lensbench.cameras.fisheye import PROJECTIONS
-from lensbench.cameras.real_lens import MODELS
+from lensbench.cameras.lens_settings import MODELS
 from lensbench.kernels import block
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
@@ -34,8 +35,9 @@ from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.pupils.radial_sampler import POINTS, PupilTable
 from lensbench.pupils.rim_solver import solve_rims
-from lensbench.scenery.builtin.benchmark import benchmark_scene, crowded_scene
+from lensbench.scenery.builtin.benchmark import benchmark_scene, crowded_scene, lamps_scene
 
+ANAMORPHIC = "lentil-schneider-anamorphic-31-2001"
 MANY = 24                       # passes; every fourth, eighth or twelfth traces small lights
 
 
@@ -97,11 +99,13 @@ def fused() -> Iterator[tuple[str, float, str]]:
 
 
 def crowds() -> Iterator[tuple[str, float, str]]:
-    """Whole samples of many spheres with shadows, one thread, perspective camera."""
-    renderings = {count: lb.Rendering(lb.PerspectiveCamera(FILM), crowded_scene(count)) for count in (10, 1000, 3000)}
-    best = least_times({str(count): partial(rendering.add, 1, threads=1) for count, rendering in renderings.items()})
-    for count, seconds in best.items():
-        yield f"{count} spheres with shadows, a sample", 1e9 * seconds / (FILM.pixels_x * FILM.pixels_y), "ns"
+    """Whole samples of many spheres, and of ten under many lamps, with shadows, one thread, perspective camera."""
+    scenes = {f"{count} spheres": crowded_scene(count) for count in (10, 1000, 3000)}
+    scenes |= {f"{count} lamps": lamps_scene(count) for count in (16, 50, 200, 1000)}
+    best = least_times({name: partial(lb.Rendering(lb.PerspectiveCamera(FILM), scene, light_tracing=False).add, 1,
+                                      threads=1) for name, scene in scenes.items()})
+    for name, seconds in best.items():
+        yield f"{name} with shadows, a sample", 1e9 * seconds / (FILM.pixels_x * FILM.pixels_y), "ns"
 
 
 def cameras() -> Iterator[tuple[str, float, str]]:
@@ -157,6 +161,19 @@ def pupil() -> Iterator[tuple[str, float, str]]:
             light += area * r
         yield f"samples that pass, {name}", 100.0 * passing / radii[:-1].sum(), "%"
         yield f"light lost, {name}", 100.0 * (1.0 - kept / light), "%"
+
+
+def setup() -> Iterator[tuple[str, float, str]]:
+    """Setting up a camera after its focus has moved: film, exit-pupil regions and stages, one thread."""
+    moved = itertools.count()
+
+    def build(lens: lb.Lens) -> None:
+        lb.LensCamera(lens, FILM, 1200.0 + 0.01 * next(moved), 4.0).steps()
+
+    works: dict[str, Callable[[], object]] = {
+        name: partial(build, lenses.load(name)) for name in (LENS, "pbrt-fisheye-10mm", ANAMORPHIC)}
+    for name, seconds in least_times(works).items():
+        yield f"camera set up, {name}", seconds * 1e3, "ms"
 
 
 def sampling() -> Iterator[tuple[str, float, str]]:
@@ -222,7 +239,7 @@ def precision() -> Iterator[tuple[str, float, str]]:
 
 
 PARTS = {"tracer": block_against_scalar, "render": fused, "crowds": crowds, "cameras": cameras, "pupil": pupil,
-         "sampling": sampling, "light-tracing": light_tracing_errors, "precision": precision}
+         "setup": setup, "sampling": sampling, "light-tracing": light_tracing_errors, "precision": precision}
 LONG = ("sampling", "light-tracing", "precision", "light-field", "differentials")    # studies of errors: minutes each
 FORMER = {"splats": "light-tracing"}        # former: present name of a part
 

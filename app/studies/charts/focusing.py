@@ -18,9 +18,9 @@ from lensbench.app.studies.timing import report_progress, time_in_turn
 from lensbench.kernels.figures import significant
 
 DISTANCES = (500.0, 2000.0, 10_000.0)
-NOTHING = 0.01                  # µm: a smaller blur is drawn here
-SECONDS = 0.1
-PIXEL = 4.0                     # µm
+LEAST_DRAWN = 0.01              # µm: a smaller excess is drawn here
+SECONDS = 0.1                   # of timing
+PIXEL = 4.0                     # µm, marked in the chart
 
 METHODS: dict[str, tuple[Callable[[lb.Lens, float], float | str], str, bool]] = {
     "school formula, float32": (lambda lens, at: school_formula(lens, at, np.float32), "grey", True),
@@ -42,25 +42,28 @@ def focus_panel(key: str, lens: lb.Lens, progress: Callable[[float], bool] = lam
     report_progress(progress, 0.8)
     curves = []
     for name, (method, tint, dotted) in METHODS.items():
-        blurs = [_beyond(method(lens, at), lens, at, least[at]) for at in distances]
+        blurs = [_excess(method(lens, at), lens, at, least[at]) for at in distances]
         blur, cost = math.sqrt(sum(b * b for b in blurs) / len(blurs)), 1e6 * times[name].least / len(distances)
         figures = {"time, µs": cost, "blur, µm": blur}
-        points = ((cost, max(blur, NOTHING)),) if math.isfinite(blur) else ()
+        points = ((cost, max(blur, LEAST_DRAWN)),) if math.isfinite(blur) else ()
         curves.append(Curve(name, tint, points, figures, dotted))
     report_progress(progress, 1.0)
     f_number, name = lb.first_order(lens).f_number, lens.name or key
-    said = any(f"f/{f_number:.{digits}g}" in name for digits in (2, 3))
-    return Panel(key, name if said else f"{name}, f/{significant(f_number, 3)}", "Time (µs)",
+    states_f_number = any(f"f/{f_number:.{digits}g}" in name for digits in (2, 3))
+    return Panel(key, name if states_f_number else f"{name}, f/{significant(f_number, 3)}", "Time (µs)",
                  "Blur beyond the least (µm)", tuple(curves), ((PIXEL, "a pixel of 4 µm"),))
 
 
 def _all(method: Callable[[lb.Lens, float], float | str], lens: lb.Lens, distances: list[float]) -> None:
+    """Focus at every distance (mm), to be timed."""
     for at in distances:
         method(lens, at)
 
 
-def _beyond(found: float | str, lens: lb.Lens, at: float, least: float) -> float:
-    """Excess blur (µm); inf if the method found no film distance."""
+def _excess(found: float | str, lens: lb.Lens, at: float, least: float) -> float:
+    """Excess blur (µm) on the film that a method found for an object at a distance (mm), over that of the rms radius
+    `least` (mm); inf if it found no film distance.
+    """
     if isinstance(found, str) or not math.isfinite(found):
         return math.inf
     return max(2e3 * math.sqrt(2.0) * (rms_radius(lens, found, at) - least), 0.0)

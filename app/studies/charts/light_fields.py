@@ -20,7 +20,7 @@ VIEWS = (3, 5, 9, 17)
 NEARER = tuple(0.25 * k for k in range(1, 11))          # recorded focus distance over the distances tried
 RAYS = 1445                     # rays of a pixel over the whole pupil: 17 × 17 × 5
 TRUTH = 1024                    # samples a pixel of the reference pictures
-BORDER = 10                     # share of each side: border that not every view sees
+BORDER = 10                     # of each side: 1 / BORDER is left out, since not every view sees it
 
 
 class Curve(NamedTuple):
@@ -50,8 +50,8 @@ def measure(camera: lb.Camera, scene: lb.Scene, views: tuple[int, ...] = VIEWS, 
     inner = tuple(slice(size // BORDER, size - size // BORDER) for size in (camera.film.pixels_y, camera.film.pixels_x))
     found = np.empty((len(views), len(distances)))
     for j, distance in enumerate(distances):
-        there = replace(camera, focus_distance=distance)        # type: ignore[call-arg]
-        direct = lb.render(there, scene, TRUTH, seed + 1)[inner]
+        refocused = replace(camera, focus_distance=distance)    # type: ignore[call-arg]
+        direct = lb.render(refocused, scene, TRUTH, seed + 1)[inner]
         found[:, j] = [decibels(field.refocus(distance)[inner], direct) for field in fields]
         progress(0.5 + 0.5 * (j + 1) / len(distances))
     return [Curve(number, *field.clear_range, tuple(distances), tuple(row))

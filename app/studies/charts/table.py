@@ -35,10 +35,10 @@ def aligned(rows: list[list[str]]) -> list[str]:
 
 def table(chart: Chart) -> str:
     """A chart as lines of text: marks with their figures, * on the Pareto front; then the reasons of invalid marks."""
-    heads, ahead = columns(chart), chart.front
+    heads, front = columns(chart), chart.front
     rows = [["", *(head.split(", ")[0] for head in heads)], ["", *(head.split(", ")[-1] for head in heads)]]
     for mark in chart.marks:
-        name = f"{mark.name}{' *' if mark in ahead else ''}{' (not valid)' if mark.why else ''}"
+        name = f"{mark.name}{' *' if mark in front else ''}{' (not valid)' if mark.why else ''}"
         rows.append([name, *(figure_text(mark.figures.get(head)) for head in heads)])
     lines = [chart.title, chart.conditions, *aligned(rows)]
     lines += [f"Not valid: {mark.name}: {mark.why}" for mark in chart.marks if mark.why]
@@ -49,9 +49,9 @@ def plain(charts: list[Chart]) -> list[dict[str, Any]]:
     """Charts as JSON data."""
     found = []
     for chart in charts:
-        ahead = chart.front
+        front = chart.front
         marks = [{"name": mark.name, "kind": mark.kind, "valid": not mark.why, "why": mark.why,
-                  "on front": mark in ahead, "figures": mark.figures} for mark in chart.marks]
+                  "on front": mark in front, "figures": mark.figures} for mark in chart.marks]
         found.append({"key": chart.key, "title": chart.title, "conditions": chart.conditions, "cost": chart.cost,
                       "error": chart.error, "notes": list(chart.notes), "marks": marks})
     return found

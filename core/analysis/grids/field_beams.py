@@ -93,8 +93,8 @@ class FieldBeams:
         object.__setattr__(made, "stop_slopes", made._stop_slopes())
         return made
 
-    def forward(self, wavelength: float, of_field: np.ndarray, begun: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rays of the object in one wavelength (µm), of fields (n,), as `starts` (8, n) gives them.
+    def forward(self, wavelength: float, of_field: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rays of the object in one wavelength (µm), of fields (n,); starts: (8, n), from the method of that name.
 
         Returns the rows (9, n) of LANDED, and the surface (n,) that ends each, −1 for one that passes. The chief rays
         of this wavelength have the path difference 0.
@@ -102,7 +102,7 @@ class FieldBeams:
         count, n = len(self.axes), len(of_field)
         own = self.chief_of(wavelength)
         places = self.across(own.points.T[:, :, None], own.directions.T[:, :, None])[:, 0]
-        rays = np.concatenate([begun, self.starts(np.arange(count), places)], 1)
+        rays = np.concatenate([starts, self.starts(np.arange(count), places)], 1)
         out = self.forward_program(wavelength).run(dict(zip(_GIVEN, rays, strict=True)), _WANTED, n + count)
         values, victim = np.empty((LANDED, n)), np.empty(n, np.int16)
         _finish(out, of_field, self.chief.images, self.axes, self.sphere_curvatures, values, victim)
@@ -150,6 +150,11 @@ class FieldBeams:
         places, level = self.towards_scene(np.ascontiguousarray(s[:, :, half]), np.ascontiguousarray(t[:, :, half]))
         return (np.concatenate([self.mirror(places[:, :, both])[:, :, ::-1], places], 2),
                 np.concatenate([level[:, :, both][:, :, ::-1], level], 2))
+
+    @property
+    def beyond_the_plane(self) -> np.ndarray:
+        """(F,) whether the chief ray comes from 90° or beyond, where a plane at a finite distance has no point."""
+        return np.asarray((self.chief.directions[:, 2] <= 0.0) & (not isinf(self.object_distance)))
 
     @property
     def reaches(self) -> np.ndarray:
@@ -215,8 +220,9 @@ class FieldBeams:
     def on_stop(self, s: np.ndarray, t: np.ndarray) -> np.ndarray:
         """(2, F, …) x and y on the stop, in its radii, of rays from the reference points; NaN for lost rays."""
         given, dark = self._from_film(s, t)
-        at = self.to_stop.run(given, [X, Y], s.size).T - self.lens.vertex(self.lens.stop_index)[:2]
-        at = at.T.reshape(2, *s.shape) / self.lens.stop.semi_diameter
+        at = self.to_stop.run(given, [X, Y, Z], s.size).T + [0.0, 0.0, self.lens.length + self.film_distance]
+        at = self.lens.in_frame_of(self.lens.stop_index, at)[:, :2].T.reshape(2, *s.shape)
+        at = at / self.lens.stop.semi_diameter
         return np.where(dark, nan, at)
 
     def linear_stop_share(self, s: np.ndarray, t: np.ndarray) -> np.ndarray:

@@ -5,6 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import TypeVar
 
+from lensbench.kernels.pauses import due, pause
+
 THREADS = 2
 PARTS = 8               # handed to the threads at most: each costs a twentieth of a millisecond
 Item = TypeVar("Item")
@@ -16,13 +18,20 @@ def _pool() -> ThreadPoolExecutor:
 
 
 def each_of(work: Callable[[Item], object], items: Iterable[Item]) -> None:
-    """Do the work of each item on the threads and wait for all; an error in one is raised. `work` must not call it."""
-    every = list(items)
-    parts = [every[i::PARTS] for i in range(min(PARTS, len(every)))]
+    """Do the work of each item on the threads and wait for all; an error in one is raised. `work` must not call it.
 
-    def do(part: list[Item]) -> None:
-        for item in part:
+    Where the present thread shall pause, what is not begun waits, and the threads are free for others.
+    """
+    left, paused = list(items), due()
+
+    def do(part: list[Item]) -> list[Item]:
+        for done, item in enumerate(part):
+            if paused():
+                return part[done:]
             work(item)
+        return []
 
-    for _ in _pool().map(do, parts):
-        pass
+    while left:
+        pause()
+        parts = [left[i::PARTS] for i in range(min(PARTS, len(left)))]
+        left = [item for part in _pool().map(do, parts) for item in part]

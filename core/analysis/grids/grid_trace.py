@@ -3,17 +3,13 @@
 Lengths in mm, lens frame. See `traced_grid` for the reference points, axes and pupil coordinates.
 """
 
-from math import inf, isinf, nan
-from typing import NamedTuple
+from math import inf, isinf
 
 import numpy as np
 
-from lensbench.analysis.grids.beam_areas import beam_areas
-from lensbench.analysis.grids.cell_coverage import cover, of_mean_1, open_areas, towards_centroids
+from lensbench.analysis.grids.cell_coverage import of_mean_1, open_areas, towards_centroids
 from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.analysis.grids.field_beams import (
-    LANDED,
-    LEVEL,
     OFFSET_S,
     OFFSET_T,
     OPD,
@@ -25,53 +21,20 @@ from lensbench.analysis.grids.field_beams import (
     FieldBeams,
 )
 from lensbench.analysis.grids.field_conditions import Conditions, field_names, wanted_chief_rays
-from lensbench.analysis.grids.field_threads import each_of
+from lensbench.analysis.grids.grid_cells import Landed, trace_cells
 from lensbench.analysis.grids.open_region import open_boxes
+from lensbench.analysis.grids.stop_transmission import stop_transmission
 from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.kernels.byte_cache import byte_cache
-from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
-from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
 
 MOST_KEPT = 96 << 20    # bytes of rays: sixteen grids of a moving picture, or one of 128 points
 PUPIL = 32              # grid points across the pupil of a field: about 800 rays
-MANY = 24               # fields, from which on a wavelength is divided among the threads
-WIDENED, WIDER = 3, 0.25        # times that a field cut off at the edge of the grid is widened, by which part a side
-MOST_CUT = 0.35         # × the square root of the open cells: open ones at the edge of the rays
-FOLDED = 0.7            # × the square root of the open cells: open ones at a fold
 RIM = 6.4               # over the points across: share of the squared spot that rays outside a rim may have
-BEYOND = 4.0            # cells beyond the rims, of which rays are traced too: half of them
-
-
-class _Cells(NamedTuple):
-    """The cells of the exit pupil, from the film.
-
-    grid (F, 2, N): their middles. places (F, N, N, 2): where their rays run in the scene. open_ (F, N, N): their open
-    parts. lost (F, N, N): whether their rays end on the way. beam (F, N, N): their light in an evenly lit beam; 0 for
-    lost rays, and beyond a fold. keep (n,): of those whose rays are traced, indices into F × N × N; of mirrored
-    beams, in one half alone.
-    """
-
-    grid: np.ndarray
-    places: np.ndarray
-    open_: np.ndarray
-    lost: np.ndarray
-    beam: np.ndarray
-    keep: np.ndarray
-
-
-class _Landed(NamedTuple):
-    """The object's rays in each wavelength: rows LANDED (9, F, C, N, N), and what RayGrid holds of the same name."""
-
-    rows: np.ndarray
-    victim: np.ndarray
-    coverage: np.ndarray
-    weight: np.ndarray          # open part of the cell of the beam
-    open_centre: np.ndarray
-    chief: np.ndarray
 
 
 @byte_cache(MOST_KEPT, 16)
@@ -103,64 +66,60 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
     if pupil < 8:
         raise LensError(f"{pupil} points across the pupil: at least 8 are needed")
     check_traceable(lens, film_distance, conditions)
-    pictured, lens = lens.stop_image is not None, lens.with_open_stop
+    image, lens = lens.stop_image, lens.with_open_stop
+
+    # Find the chief rays and, from the film, the open regions of the exit pupil
     line, distance = conditions.primary_wavelength, conditions.object_distance
     wanted, by_image = wanted_chief_rays(lens, conditions)
     chief = find_chief_rays(lens, film_distance, wanted, distance, by_image, line)
     beams = FieldBeams.of(lens, film_distance, chief, distance, line)
     boxes, findings = open_boxes(beams, conditions)
-    if pictured:
-        findings.append(note(Kind.STOP, "the picture in the stop is left out: the stop counts as its circle",
-                             lens.stop_index))
-    wide, first = np.zeros(len(boxes), bool), boxes.copy()
-    for _ in range(WIDENED + 1):
-        cells = _cells(beams, boxes, pupil, wide)
-        landed = _landed(beams, cells, conditions.wavelengths)
-        cut = _cut_off(cells, landed, conditions.primary)
-        if not cut.any():
-            break
-        wide |= cut
-        boxes[cut] += WIDER * np.diff(boxes[cut]) * [-1.0, 1.0]
-    if wide.any():                                      # wider boxes that did not help: the first cells are the finest
-        boxes[cut], wide[cut] = first[cut], False
-        _tighten(boxes, wide, landed)
-        cells = _cells(beams, boxes, pupil, wide)
-        landed = _landed(beams, cells, conditions.wavelengths)
-    missing = np.flatnonzero(cut | _folded(cells, landed, conditions.primary))
-    if missing.size:
-        findings.append(Finding(Kind.SAMPLING, None, "strong aberrations: the rays of the grid miss a part of the "
-                                f"light of {field_names(conditions, missing)}",
-                                figures={"fields": float(missing.size)}))
+
+    # Trace the object's rays through the cells of these regions
+    cells, landed, incomplete = trace_cells(beams, boxes, pupil, conditions)
+    rows, victim, coverage = landed.rows, landed.victim, landed.coverage
+
+    # Weigh them by the light of their cells
     weight = np.empty_like(landed.weight)
     of_mean_1(cells.beam, landed.weight, 0, True, weight)
-    uneven = np.flatnonzero(_rim_shares(landed, weight, conditions.primary) > RIM / pupil)
-    if uneven.size:
-        findings.append(Finding(Kind.SAMPLING, None, "rays at the rims land far from the others: spots and contrast of "
-                                f"{field_names(conditions, uneven)} need more points across the pupil",
-                                figures={"uneven": float(uneven.size)}))
-    coverage = landed.coverage
     coverage[~weight.any((2, 3))] = 0.0                 # the rims end all rays that the object point sends
     intensity = np.empty((len(boxes), 1, pupil, pupil))
     of_mean_1(cells.beam, coverage, conditions.primary, False, intensity)
-    ended = np.flatnonzero(np.isfinite(cells.grid).all((1, 2)) & ~coverage[:, conditions.primary].any((1, 2)))
-    if ended.size:
-        findings.append(Finding(Kind.DARK, None, "rims end all rays of the object points whose chief rays meet "
-                                f"{field_names(conditions, ended)}: these fields are dark",
-                                figures={"fields": float(ended.size)}))
-    rows, victim = landed.rows, landed.victim
+    open_area = open_areas(cells.open_, cells.grid)
     within = rows[SHARE] <= 1.0
+    lost = (within & (victim >= 0)).sum((2, 3))
+    uneven = _rim_shares(landed, weight, conditions.primary) > RIM / pupil
+    if image is not None:
+        seen = stop_transmission(beams, cells.grid, image)
+        open_area *= _mean(seen.light, cells.open_)
+        weight *= seen.light[:, None]
+        coverage *= seen.open_part[:, None]
+        intensity *= seen.dimming[:, None]
+        victim[(victim == -1) & (seen.light[:, None] == 0.0)] = lens.stop_index
+        weight /= _mean(weight, weight > 0.0)[..., None, None]
+        intensity /= _mean(intensity, coverage[:, conditions.primary, None] > 0.0)[..., None, None]
+
+    dark = np.isfinite(cells.grid).all((1, 2)) & ~coverage[:, conditions.primary].any((1, 2))
+    findings += _findings(conditions, incomplete, uneven, dark, beams.beyond_the_plane)
     made = RayGrid(
         lens, film_distance, conditions, chief.angles, chief.images, beams.axes, landed.chief, beams.chief_pupil,
         cells.grid, offset_s=rows[OFFSET_S], offset_t=rows[OFFSET_T], slope_s=rows[SLOPE_S], slope_t=rows[SLOPE_T],
         pupil_s=rows[PUPIL_S], pupil_t=rows[PUPIL_T], opd=rows[OPD], weight=weight, open_centre=landed.open_centre,
         coverage=coverage, intensity=intensity[:, 0], victim=victim, stop_share=rows[SHARE],
-        open_area=open_areas(cells.open_, cells.grid), beams=beams, sphere_curvatures=beams.sphere_curvatures,
-        launched=within.sum((2, 3)), lost=(within & (victim >= 0)).sum((2, 3)),
+        open_area=open_area, beams=beams, mirrored=beams.mirrored and image is None,
+        sphere_curvatures=beams.sphere_curvatures,
+        launched=within.sum((2, 3)), lost=lost,
         findings=(*conditions.findings, *findings))
     if not made.lit.any():
-        dark = [str(each) for each in findings if each.kind is Kind.DARK]
-        raise LensError("; ".join(dark) or "no light of these fields reaches the film")
+        reasons = [str(each) for each in findings if each.kind is Kind.DARK]
+        raise LensError("; ".join(reasons) or "no light of these fields reaches the film")
     return made
+
+
+def _mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Weighted means (…) of values (…, N, N); 1 where all weights are 0."""
+    total = weights.sum((-2, -1), dtype=float)
+    return np.divide((values * weights).sum((-2, -1)), total, out=np.ones_like(total), where=total > 0.0)
 
 
 def check_traceable(lens: Lens, film_distance: float, conditions: Conditions) -> None:
@@ -174,68 +133,36 @@ def check_traceable(lens: Lens, film_distance: float, conditions: Conditions) ->
                         "lens that focuses")
 
 
-def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int, wide: np.ndarray) -> _Cells:
-    """The cells of boxes (F, 2, 2) of the open region, and which of them rays of the object are traced for.
+def _findings(conditions: Conditions, incomplete: np.ndarray, uneven: np.ndarray, dark: np.ndarray,
+              beyond: np.ndarray) -> list[Finding]:
+    """What the rays of a grid do not show, by fields (F,): missed light, too few rays at the rims, no light.
 
-    wide: (F,) fields of which all cells are traced.
+    beyond: fields from beyond 90°, which a plane object does not light.
     """
-    share = (np.arange(pupil) + 0.5) / pupil
-    grid = boxes[..., :1] + share * (boxes[..., 1:] - boxes[..., :1])
-    if beams.mirrored:
-        grid[:, 0] = 0.5 * (grid[:, 0] - grid[:, 0, ::-1])
-    s, t = (np.ascontiguousarray(np.broadcast_to(each, (len(grid), pupil, pupil)))
-            for each in (grid[:, 0, None, :], grid[:, 1, :, None]))
-    places, level = beams.grid_towards_scene(s, t)
-    open_ = np.empty((len(grid), 1, pupil, pupil))
-    cover(level[:, None], 0, s[:, None], t[:, None], grid, beams.mirrored, open_, np.empty_like(open_),
-          np.empty((2, *open_.shape)))
-    near = (level <= 1.0 + BEYOND / pupil) | (beams.linear_stop_share(s, t) <= 1.0)
-    near[wide] = True
-    near &= np.isfinite(places).all(-1)
-    if beams.mirrored:
-        near[:, :, :pupil // 2] = False
-    keep = np.flatnonzero(near.ravel())
-    lost = np.isinf(level) | ~np.isfinite(places).all(-1)
-    return _Cells(grid, places, open_[:, 0], lost, beam_areas(beams, places, level), keep)
+    found = []
+    if incomplete.any():
+        fields = np.flatnonzero(incomplete)
+        found.append(Finding(Kind.SAMPLING, None, "strong aberrations: the rays of the grid miss a part of the light "
+                             f"of {field_names(conditions, fields)}", figures={"fields": float(fields.size)}))
+    if uneven.any():
+        fields = np.flatnonzero(uneven)
+        found.append(Finding(Kind.SAMPLING, None, "rays at the rims land far from the others: spots and contrast of "
+                             f"{field_names(conditions, fields)} need more points across the pupil",
+                             figures={"uneven": float(fields.size)}))
+    if (dark & beyond).any():
+        fields = np.flatnonzero(dark & beyond)
+        found.append(Finding(Kind.DARK, None, f"{field_names(conditions, fields)} look beyond 90°, where a plane "
+                             "object has no point: these fields are dark. An object at infinity lights them",
+                             figures={"fields": float(fields.size)}))
+    if (dark & ~beyond).any():
+        fields = np.flatnonzero(dark & ~beyond)
+        found.append(Finding(Kind.DARK, None, "rims end all rays of the object points whose chief rays meet "
+                             f"{field_names(conditions, fields)}: these fields are dark",
+                             figures={"fields": float(fields.size)}))
+    return found
 
 
-def _tighten(boxes: np.ndarray, wide: np.ndarray, landed: _Landed) -> None:
-    """Narrow the boxes (F, 2, 2) of widened fields to their cells with light, and half a cell more."""
-    pupil, light = landed.coverage.shape[-1], (landed.coverage > 0.0) | (landed.weight > 0.0)
-    for f in np.flatnonzero(wide):
-        for axis in (0, 1):
-            lit = np.flatnonzero(light[f].any((0, 1 + axis)))
-            if lit.size:
-                low, high = boxes[f, axis]
-                share = np.clip([lit[0] - 0.5, lit[-1] + 1.5], 0.0, pupil) / pupil
-                boxes[f, axis] = low + share * (high - low)
-
-
-def _cut_off(cells: _Cells, landed: _Landed, primary: int) -> np.ndarray:
-    """(F,) fields whose light reaches cells beside such as no ray was traced for: more of it may lie there.
-
-    Rays of the object at the rim then pass the exit pupil far from where those of the reference point do. Cells whose
-    rays miss a surface lie beyond a rim: no light is sought there.
-    """
-    settled = (landed.victim[:, primary] != -2) | cells.lost
-    traced = np.pad(settled, ((0, 0), (1, 1), (1, 1)))
-    inner = traced[:, 2:, 1:-1] & traced[:, :-2, 1:-1] & traced[:, 1:-1, 2:] & traced[:, 1:-1, :-2]
-    open_ = landed.coverage[:, primary] > 0.999
-    return np.asarray((open_ & ~inner).sum((1, 2)) > MOST_CUT * np.sqrt(open_.sum((1, 2))))
-
-
-def _folded(cells: _Cells, landed: _Landed, primary: int) -> np.ndarray:
-    """(F,) fields whose light reaches a fold, where neighbouring rays cross in the scene.
-
-    Two rays of the exit pupil then belong to one place of the beam, and places past the fold have none.
-    """
-    beyond = np.pad((cells.beam == 0.0) & ~cells.lost, ((0, 0), (1, 1), (1, 1)))
-    beside = beyond[:, 2:, 1:-1] | beyond[:, :-2, 1:-1] | beyond[:, 1:-1, 2:] | beyond[:, 1:-1, :-2]
-    open_ = landed.coverage[:, primary] > 0.999
-    return np.asarray((open_ & beside).sum((1, 2)) > FOLDED * np.sqrt(open_.sum((1, 2))))
-
-
-def _rim_shares(landed: _Landed, weight: np.ndarray, primary: int) -> np.ndarray:
+def _rim_shares(landed: Landed, weight: np.ndarray, primary: int) -> np.ndarray:
     """(F,) share of the squared spot radius that cells hold whose rays lie outside a rim; NaN where no light is.
 
     The values of such a cell are those of light within the rim only as far as they change evenly there.
@@ -248,60 +175,3 @@ def _rim_shares(landed: _Landed, weight: np.ndarray, primary: int) -> np.ndarray
         middle = (light * offsets).sum((2, 3)) / light.sum((1, 2))
         square = light * ((offsets - middle[:, :, None, None])**2).sum(0)
         return np.asarray((square * ended).sum((1, 2)) / square.sum((1, 2)))
-
-
-def _landed(beams: FieldBeams, cells: _Cells, wavelengths: tuple[float, ...]) -> _Landed:
-    """The object's rays through the cells that are kept, forward in each wavelength (µm)."""
-    count, pupil = cells.grid.shape[::2]
-    of_field = cells.keep // pupil**2
-    begun = beams.starts(of_field, cells.places.reshape(-1, 2)[cells.keep])
-    shape = count, len(wavelengths), pupil, pupil
-    made = _Landed(np.empty((LANDED, *shape)), np.empty(shape, np.int16), np.empty(shape), np.empty(shape),
-                   np.empty((2, *shape)), np.zeros((count, len(wavelengths), 2)))
-    mirrored = beams.mirrored
-
-    def find_chief(c: int) -> None:
-        """The chief rays of one wavelength, and the program of its rays."""
-        made.chief[:, c] = beams.on_axes(beams.chief_of(wavelengths[c]).images - beams.chief.images)
-        beams.forward_program(wavelengths[c])
-
-    def trace(at: tuple[int, slice]) -> None:
-        """Fill the arrays of one wavelength for some fields."""
-        c, some = at
-        part = slice(*np.searchsorted(of_field, (some.start, some.stop)))
-        made.rows[:, some, c], made.victim[some, c] = nan, -2
-        landed, victim = beams.forward(wavelengths[c], of_field[part], begun[:, part])
-        _scatter(landed, victim, cells.keep[part], c, mirrored, made.rows, made.victim)
-        level, own_s, own_t = (made.rows[k, some] for k in (LEVEL, PUPIL_S, PUPIL_T))
-        cover(level, c, own_s, own_t, cells.grid[some], mirrored, made.coverage[some], made.weight[some],
-              made.open_centre[:, some])
-
-    colours, half = range(len(wavelengths)), count // 2
-    each_of(find_chief, colours)
-    parts = [slice(0, count)] if count < MANY else [slice(0, half), slice(half, count)]
-    each_of(trace, [(c, some) for c in colours for some in parts])
-    dark = np.broadcast_to((cells.beam == 0.0)[:, None], shape)
-    made.coverage[dark], made.weight[dark] = 0.0, 0.0
-    return made
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _scatter(landed, victims, keep, c, mirrored, rows, victim):
-    """Put the rows (9, n) and victims (n,) of rays into wavelength c of (9, F, C, N, N) and (F, C, N, N).
-
-    keep: (n,) cells of the rays, indices into F × N × N. mirrored: whether a ray counts for its mirror image too.
-    """
-    columns = rows.shape[4]
-    cells = rows.shape[3] * columns
-    for k in range(keep.size):
-        f, cell = keep[k] // cells, keep[k] % cells
-        i, j = cell // columns, cell % columns
-        for q in range(rows.shape[0]):
-            rows[q, f, c, i, j] = landed[q, k]
-        victim[f, c, i, j] = victims[k]
-        other = columns - 1 - j
-        if mirrored and other != j:
-            for q in range(rows.shape[0]):
-                sagittal = q == OFFSET_S or q == SLOPE_S or q == PUPIL_S
-                rows[q, f, c, i, other] = -landed[q, k] if sagittal else landed[q, k]
-            victim[f, c, i, other] = victims[k]

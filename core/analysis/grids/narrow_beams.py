@@ -33,10 +33,10 @@ def close_foci(rays: RayGrid) -> np.ndarray:
     places = beams.towards_scene(s, t)[0].reshape(-1, 2)
     of_field = np.repeat(np.arange(count), 4)
     known = np.isfinite(places).all(1)
-    begun = beams.starts(of_field, places)
+    starts = beams.starts(of_field, places)
     foci = np.full((count, len(rays.conditions.wavelengths), 2), np.nan)
     for c, line in enumerate(rays.conditions.wavelengths):
-        landed, _ = beams.forward(line, of_field, begun)
+        landed, _ = beams.forward(line, of_field, starts)
         for a, (offset, slope) in enumerate(((OFFSET_S, SLOPE_S), (OFFSET_T, SLOPE_T))):
             apart, turned = (np.where(known, landed[row], np.nan).reshape(-1, 4)[:, 2 * a:2 * a + 2] @ [1.0, -1.0]
                              for row in (offset, slope))

@@ -67,13 +67,15 @@ class RayGrid:
         (F, C, N, N) optical path difference W, mm.
     weight
         (F, C, N, N) light of each ray, of mean 1 over the rays of a field that carry some: the part of its cell of the
-        beam that the rims leave open, times the cell's area.
+        beam that the rims leave open, times the cell's area and the transmission of a picture in the stop.
     open_centre
         (2, F, C, N, N) centroid of the open part of each ray's cell, from its middle, in cells: sagittal, tangential.
     coverage
-        (F, C, N, N) the part of each cell of the exit pupil that the rims leave open, 0 to 1.
+        (F, C, N, N) the part of each cell of the exit pupil that the rims and a picture in the stop leave open, 0 to
+        1.
     intensity
-        (F, N, N) light of an evenly lit beam per area of the exit pupil, of mean 1 over the open cells.
+        (F, N, N) light of an evenly lit beam per area of the exit pupil, dimmed by the grey of a picture in the stop,
+        of mean 1 over the open cells.
     victim
         (F, C, N, N) index of the surface that ends the ray, −1 for a ray that passes, −2 for one that is not traced:
         it lies far outside the rims.
@@ -81,9 +83,11 @@ class RayGrid:
         (F, C, N, N) squared distance from the axis in the stop over that of the stop's rim; NaN as the others.
     open_area
         (F,) area of the open region that the reference point sees, in pupil coordinates: the irradiance of the film
-        under a scene of radiance 1, blades included; 0 for a dark field.
+        under a scene of radiance 1, blades and a picture in the stop included; 0 for a dark field.
     beams
         How rays of these fields are given and traced; for analyses that trace more of them.
+    mirrored
+        Whether the light of the sagittal half of each field is the mirror image of the other.
     sphere_curvatures
         (F,) 1 / radius of the reference spheres, 1/mm; 0 for a plane.
     launched, lost
@@ -116,6 +120,7 @@ class RayGrid:
     stop_share: np.ndarray
     open_area: np.ndarray
     beams: FieldBeams
+    mirrored: bool
     sphere_curvatures: np.ndarray
     launched: np.ndarray
     lost: np.ndarray

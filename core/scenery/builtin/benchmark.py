@@ -1,10 +1,10 @@
-"""The scenes of the speed figures: spheres on a checkered floor, sky and sun."""
+"""The scenes of the speed figures: spheres on a checkered floor, sky and sun, or lamps."""
 
 import math
 
 import numpy as np
 
-from lensbench.scenery.objects import Floor, Material, Sphere, Sun
+from lensbench.scenery.objects import Floor, Material, Sky, Sphere, Sun
 from lensbench.scenery.scene import Scene
 
 
@@ -28,3 +28,13 @@ def crowded_scene(count: int) -> Scene:
         place = (120.0 * (i % side - side / 2) + aside, radius - 300.0, -600.0 - 120.0 * (i // side) + back)
         balls.append(Sphere(place, radius, Material(tuple(rng.uniform(0.2, 0.9, 3)))))
     return Scene("crowd", sun=Sun((0.4, 0.7, 0.3)), floor=Floor(-300.0), spheres=tuple(balls))
+
+
+def lamps_scene(count: int) -> Scene:
+    """The ten spheres of `benchmark_scene` at night, under small lamps of many colours; render it with shadows."""
+    rng, dark, lamps = np.random.default_rng(3), (0.0, 0.0, 0.0), []
+    for _ in range(count):
+        place = tuple(rng.uniform((-1800.0, -150.0, -6000.0), (1800.0, 900.0, -600.0)))
+        light = rng.uniform(0.3, 1.0, 3) * rng.lognormal(0.0, 0.7) * 4000.0 / count
+        lamps.append(Sphere(place, rng.uniform(5.0, 20.0), Material(tuple(light), "lamp")))
+    return Scene("lamps", sky=Sky(dark, dark, dark), floor=Floor(), spheres=(*benchmark_scene().spheres, *lamps))

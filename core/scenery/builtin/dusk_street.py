@@ -49,7 +49,7 @@ def _front(bays: int, floors: int, seed: int) -> tuple[Image, Image]:
 
 
 def _house(side: float, near: float, far: float, bays: int, floors: int, seed: int) -> list[Mesh]:
-    """A house on one side of the street: its front, and the walls that stand above or before its neighbours."""
+    """A house on one side of the street: its front, and the walls that rise above or project beyond its neighbours."""
     shine, albedo = _front(bays, floors, seed)
     top, x = GROUND + 3400.0 + 2900.0 * floors, side * HALF
     # The corner of the picture at 0, 0 is at the left of the front for someone who looks at it

@@ -29,7 +29,7 @@ def _scale() -> np.ndarray:
         ink[:tall, d - thick // 2:d + thick // 2] = 1.0
         ink[width - tall:, d - thick // 2:d + thick // 2] = 1.0
     for d in range(100, length, 100):
-        # figures stand on their tick as seen from the camera; foreshortened, so drawn high
+        # the foot of a figure is at its tick as seen from the camera; drawn high, since foreshortened
         figure = np.kron(lettering(f"{(NEAR + d) / 1000:.1f}"), np.ones((9, 2), np.float32))
         figure = np.rot90(figure, -1)
         h, w = figure.shape

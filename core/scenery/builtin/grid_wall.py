@@ -22,5 +22,5 @@ def grid_wall() -> Scene:
 
 
 def white_wall() -> Scene:
-    """Radiance 1 from everywhere: what the picture lacks of 1 is the lens's falloff."""
+    """Radiance 1 from every direction: the picture is the falloff of the lens."""
     return Scene("white-wall", sky=Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3))

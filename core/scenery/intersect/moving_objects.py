@@ -79,7 +79,7 @@ def _neighbours(shapes: list[Shape]) -> list[list[Shape]]:
 
 def moving_groups(shapes: Sequence[Shape], opening: float,
                   packer: Callable[[list, list], Packed]) -> Packed:
-    """Groups of moving shapes, each followed by what `packer` makes of its spheres and planar shapes.
+    """Groups of moving shapes, each followed by its spheres and planar shapes as packed by `packer`.
 
     opening: seconds at TIME 0.
     """

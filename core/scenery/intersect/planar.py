@@ -284,7 +284,7 @@ def _star(lanes, q):
 
 @stage
 def _ruler(lanes, q):
-    """A3, as `_checker` does, for ticks that stand on the edge v = −1: every millimetre, every 5 and every 10."""
+    """A3, as `_checker` does, for ticks that begin at the edge v = −1: every millimetre, every 5 and every 10."""
     real = lanes.dtype.type
     row = rows(lanes)
     u, v, second, wide_u = row[A1], row[A2], row[A3], row[A7]

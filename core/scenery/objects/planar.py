@@ -69,7 +69,17 @@ class Planar(Moving):
         return self.area * abs(float(self.frame.normal @ direction))
 
     def covers(self, u, v):
-        """Whether points of the plane, u and v in half-axes, lie on the shape."""
+        """Whether points of the plane lie on the shape.
+
+        Parameters
+        ----------
+        u, v : float or (n,) array
+            Coordinates along the two half-axes, in units of their lengths.
+
+        Returns
+        -------
+        bool or (n,) bool array
+        """
         return u**2 + v**2 <= 1.0 if self.round else (abs(u) <= 1.0) & (abs(v) <= 1.0)
 
     def distance(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:

@@ -14,9 +14,6 @@ from lensbench.kernels.block import (
     A6,
     A7,
     A8,
-    A9,
-    A10,
-    A11,
     BLUE,
     DEPTH,
     FINISH,
@@ -55,6 +52,12 @@ from lensbench.scenery.intersect.sky import SKY, gradient
 from lensbench.scenery.shading.illumination import F0, schlick_edge
 
 CENTRE, FACING_AREA, COLOUR, HIGHLIGHT = offsets(3, 1, 3)       # FACING_AREA: of the light as a disk, over π (mm²)
+# Rows of what `rough_lights` knows of each coated lane. AXIS: of the surface across the ray; VIEW: cosine of incidence;
+# ALPHA2: width² of the lobe; PUPIL, PIXEL: half-widths of the part of the pupil and of the pixel at the surface, and
+# their growth per mm; SUM: what the lane reflects
+POINT, WAY, NORMAL, AXIS, VIEW, ALPHA2, PUPIL, PUPIL_FAN, PIXEL, PIXEL_FAN, SUM, KNOWN = offsets(
+    3, 3, 3, 3, 1, 1, 1, 1, 1, 1, 3)
+REGISTER = 16           # lanes of the widest vector register
 FLATTEST, FARTHEST = 0.1, 0.9       # ray through the middle: least cosine over the sample's, greatest change of length
 WIDEST = 1.0            # slope²: greatest half-width of a sample's part, half a right angle
 DARK = 1e9              # of lobe widths²: beyond, a light is black, and single precision soon overflows
@@ -159,41 +162,33 @@ def rough_lights(lanes, p):
     """Add lights to A3 A4 A5, each averaged over the part of pupil and pixel.  p: highlight_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
-    dx, dy, dz, finish, nx, ny, nz, depth = (row[L], row[M], row[N], row[FINISH], row[NX], row[NY], row[NZ], row[DEPTH])
-    hx, hy, hz, r, g, b, ax, ay, az = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A9], row[A10],
-                                       row[A11])
-    disk, fan, foot, spread = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[PIXEL_SIDE], row[PIXEL_SPREAD]
-
-    # Find the axis of the surface across the ray
-    for i in range(B):
-        a, c, e = dy[i] * nz[i] - dz[i] * ny[i], dz[i] * nx[i] - dx[i] * nz[i], dx[i] * ny[i] - dy[i] * nx[i]
-        size = real(1) / math.sqrt(a * a + c * c + e * e + real(1e-20))
-        ax[i], ay[i], az[i] = a * size, c * size, e * size
+    known, which = np.empty(KNOWN * B, real), np.empty(B, np.int32)
+    n = coated_lanes(lanes, known, which)
     for s in range(0, p.size, HIGHLIGHT):
         (cx, cy, cz), size, (er, eg, eb) = vector(p, s + CENTRE), p[s + FACING_AREA], vector(p, s + COLOUR)
-        for i in range(B):
-            alpha = real(1) - finish[i]
-            qx, qy, qz = cx - hx[i], cy - hy[i], cz - hz[i]
+        for i in range(n):
+            dx, dy, dz = known[WAY * B + i], known[(WAY + 1) * B + i], known[(WAY + 2) * B + i]
+            view, alpha2 = known[VIEW * B + i], known[ALPHA2 * B + i]
+            qx, qy, qz = cx - known[POINT * B + i], cy - known[(POINT + 1) * B + i], cz - known[(POINT + 2) * B + i]
             d2 = qx * qx + qy * qy + qz * qz
             inverse = real(1) / math.sqrt(d2)
             qx, qy, qz = qx * inverse, qy * inverse, qz * inverse
-            slant = qx * nx[i] + qy * ny[i] + qz * nz[i]
-            view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
-            kx, ky, kz = qx - dx[i], qy - dy[i], qz - dz[i]
+            slant = qx * known[NORMAL * B + i] + qy * known[(NORMAL + 1) * B + i] + qz * known[(NORMAL + 2) * B + i]
+            kx, ky, kz = qx - dx, qy - dy, qz - dz
             k2 = kx * kx + ky * ky + kz * kz
             long = math.sqrt(k2)                            # twice cos θ
             per = real(1) / (slant + view)                  # times `long`: 1 / cos δ
             per2 = per * per
             area = real(0.5) * size * inverse * inverse * k2 * per2 * per       # of slopes, over π
             # The slope across and along, and the half-width of the part across; along, it is shorter by the cosine
-            across = (qx * ax[i] + qy * ay[i] + qz * az[i]) * per
+            across = (qx * known[AXIS * B + i] + qy * known[(AXIS + 1) * B + i] + qz * known[(AXIS + 2) * B + i]) * per
             across2 = across * across
             along2 = k2 * per2 - real(1) - across2
-            pupil, pixel = inverse * (disk[i] + depth[i] * fan[i]) + fan[i], (
-                inverse * (foot[i] + depth[i] * spread[i]) + spread[i])
+            pupil, pixel = inverse * known[PUPIL * B + i] + known[PUPIL_FAN * B + i], (
+                inverse * known[PIXEL * B + i] + known[PIXEL_FAN * B + i])
             reach2 = (pupil * pupil + real(1 / 3) * pixel * pixel) * per2
             # All in widths of the lobe, which no number overflows at grazing incidence
-            narrow = real(1) / (alpha * alpha + area)
+            narrow = real(1) / (alpha2 + area)
             reach2 = (reach2 if reach2 < real(WIDEST) else real(WIDEST)) * narrow
             deep = real(1) + reach2 * view * view
             low = deep + (along2 if along2 > real(0) else real(0)) * narrow
@@ -204,9 +199,49 @@ def rough_lights(lanes, p):
             share = f * area * narrow * real(0.5) * k2 * per * top * deep * deep * math.sqrt(more / (most * deep)) / (
                 bottom * low * low * (view if view > slant else slant))
             share = share if (slant > real(0)) & (view > real(0)) & (low < real(DARK)) else real(0)
-            r[i] += share * er
-            g[i] += share * eg
-            b[i] += share * eb
+            known[SUM * B + i] += share * er
+            known[(SUM + 1) * B + i] += share * eg
+            known[(SUM + 2) * B + i] += share * eb
+    r, g, b = row[A3], row[A4], row[A5]
+    for i in range(n):
+        k = which[i]
+        r[k], g[k], b[k] = known[SUM * B + i], known[(SUM + 1) * B + i], known[(SUM + 2) * B + i]
+
+
+@stage
+def coated_lanes(lanes, known, which):
+    """Copy what `rough_lights` reads of the lanes with a rough coat, KNOWN rows of B; which: their numbers.
+
+    Returns how many there are, filled up to whole registers by copies of the last one.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    finish, n = row[FINISH], 0
+    for i in range(B):
+        which[n] = i
+        n += 1 if is_rough_coat(real, finish[i]) else 0
+    last = which[n - 1]
+    while n % REGISTER:
+        which[n] = last
+        n += 1
+    for i in range(n):
+        k = which[i]
+        t, alpha = row[DEPTH, k], real(1) - finish[k]
+        dx, dy, dz, nx, ny, nz = row[L, k], row[M, k], row[N, k], row[NX, k], row[NY, k], row[NZ, k]
+        hx, hy, hz, ax, ay, az = (row[A0, k], row[A1, k], row[A2, k], dy * nz - dz * ny, dz * nx - dx * nz,
+                                  dx * ny - dy * nx)
+        size = real(1) / math.sqrt(ax * ax + ay * ay + az * az + real(1e-20))
+        known[POINT * B + i], known[(POINT + 1) * B + i], known[(POINT + 2) * B + i] = hx, hy, hz
+        known[WAY * B + i], known[(WAY + 1) * B + i], known[(WAY + 2) * B + i] = dx, dy, dz
+        known[NORMAL * B + i], known[(NORMAL + 1) * B + i], known[(NORMAL + 2) * B + i] = nx, ny, nz
+        known[AXIS * B + i], known[(AXIS + 1) * B + i], known[(AXIS + 2) * B + i] = ax * size, ay * size, az * size
+        known[VIEW * B + i], known[ALPHA2 * B + i] = -(dx * nx + dy * ny + dz * nz), alpha * alpha
+        known[PUPIL * B + i], known[PUPIL_FAN * B + i] = row[PUPIL_RADIUS, k] + t * row[PUPIL_SPREAD, k], row[
+            PUPIL_SPREAD, k]
+        known[PIXEL * B + i], known[PIXEL_FAN * B + i] = row[PIXEL_SIDE, k] + t * row[PIXEL_SPREAD, k], row[
+            PIXEL_SPREAD, k]
+        known[SUM * B + i], known[(SUM + 1) * B + i], known[(SUM + 2) * B + i] = row[A3, k], row[A4, k], row[A5, k]
+    return n
 
 
 @stage

@@ -281,6 +281,29 @@ def sample_lamp(lanes, p, kind):
         _sample_planar(lanes, p)
 
 
+@njit(inline="always")
+def sphere_point(real, a, b, qx, qy, qz, r2):
+    """A direction to a sphere, uniform over its solid angle 2π (1 − cos θm), sin θm = r / d; a distance; 1 − cos θm.
+
+    a, b: a point of the unit disk; q: the way to the centre, mm. The distance is that of the edge of the sphere.
+    """
+    d2 = qx * qx + qy * qy + qz * qz
+    size = real(1) / math.sqrt(d2)
+    qx, qy, qz = qx * size, qy * size, qz * size
+    sine2 = r2 / d2
+    sine2 = sine2 if sine2 < real(1) else real(1)
+    cap = sine2 / (real(1) + math.sqrt(real(1) - sine2))
+    low = (a * a + b * b) * cap
+    out = math.sqrt(cap * (real(2) - low))
+    # Two axes across q, without a branch (Duff et al. 2017)
+    sign = real(1) if qz >= real(0) else real(-1)
+    e = real(-1) / (sign + qz)
+    f = qx * qy * e
+    a, b, c = a * out, b * out, real(1) - low
+    return (c * qx + a * (real(1) + sign * qx * qx * e) + b * f, c * qy + a * sign * f + b * (sign + qy * qy * e),
+            c * qz - a * sign * qx - b * qy, math.sqrt(d2 - r2 if d2 > r2 else real(0)), cap)
+
+
 @stage
 def _sample_sphere(lanes, p):
     """Sample the solid angle 2π (1 − cos θm), sin θm = r / d, of a sphere: the light is L cos θ · 2 (1 − cos θm).
@@ -293,26 +316,9 @@ def _sample_sphere(lanes, p):
     wx, wy, wz, far, light = row[A3], row[A4], row[A5], row[A6], row[A7]
     (cx, cy, cz), r2 = vector(p, MIDDLE), p[LAMP_RADIUS2]
     for i in range(B):
-        a, b = far[i], light[i]
-        qx, qy, qz = cx - hx[i], cy - hy[i], cz - hz[i]
-        d2 = qx * qx + qy * qy + qz * qz
-        size = real(1) / math.sqrt(d2)
-        qx, qy, qz = qx * size, qy * size, qz * size
-        sine2 = r2 / d2
-        sine2 = sine2 if sine2 < real(1) else real(1)
-        cap = sine2 / (real(1) + math.sqrt(real(1) - sine2))
-        low = (a * a + b * b) * cap
-        out = math.sqrt(cap * (real(2) - low))
-        # Two axes across q, without a branch (Duff et al. 2017)
-        sign = real(1) if qz >= real(0) else real(-1)
-        e = real(-1) / (sign + qz)
-        f = qx * qy * e
-        a, b, c = a * out, b * out, real(1) - low
-        px = c * qx + a * (real(1) + sign * qx * qx * e) + b * f
-        py = c * qy + a * sign * f + b * (sign + qy * qy * e)
-        pz = c * qz - a * sign * qx - b * qy
+        px, py, pz, reach, cap = sphere_point(real, far[i], light[i], cx - hx[i], cy - hy[i], cz - hz[i], r2)
         slant = nx[i] * px + ny[i] * py + nz[i] * pz
-        wx[i], wy[i], wz[i], far[i] = px, py, pz, math.sqrt(d2 - r2 if d2 > r2 else real(0))
+        wx[i], wy[i], wz[i], far[i] = px, py, pz, reach
         light[i] = real(2) * cap * (slant if slant > real(0) else real(0))
 
 

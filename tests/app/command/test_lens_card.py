@@ -8,6 +8,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
+from lensbench.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, Wavelength
 
 ZOOM = "canon-ef-usm-28-200-f35"
 
@@ -55,6 +56,24 @@ def test_json_has_glasses_counts_and_findings(capsys, tmp_path):
     assert main(["info", str(tmp_path / "broken.toml"), "--json"]) == 0
     assert any(finding["severity"] == "warning" for finding in json.loads(capsys.readouterr().out)["check"])
     assert "lensbench check" in value(lines(capsys, str(tmp_path / "broken.toml")), "Check")
+
+
+def test_what_a_file_states_of_the_system_is_printed(capsys, tmp_path):
+    path = tmp_path / "near.toml"
+    system = SystemData(Aperture(ApertureKind.WORKING_F_NUMBER, (5.6,)), FieldKind.OBJECT_HEIGHT,
+                        (FieldPoint(0.0, 0.0), FieldPoint(0.0, 12.5, 2.0, (0.0, 0.0, 0.1, 0.3))),
+                        (Wavelength(0.486), Wavelength(0.588), Wavelength(0.656)), 1, (420.0,))
+    lenses.save(replace(lenses.load("pbrt-dgauss-50mm"), system=system), path)
+    printed = lines(capsys, str(path))
+    assert [value(printed, f"Designed {part}") for part in ("aperture", "fields", "wavelengths", "object")] == [
+        "working f-number 5.6", "object height 0, 12.5 mm, weights 1, 2, with vignetting factors",
+        "486, 588, 656 nm, the primary one 588 nm", "420 mm before the first vertex"]
+    assert main(["info", str(path), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["system"]["aperture"] == {"kind": "working f-number", "values": [5.6]}
+    assert data["system"]["fields"][1]["vignetting"] == [0.0, 0.0, 0.1, 0.3]
+    assert data["system"]["object_distances"] == [420.0] and data["system"]["primary"] == 1
+    assert not any(line.startswith("Designed") for line in lines(capsys, "pbrt-dgauss-50mm"))
 
 
 @pytest.mark.parametrize("options", [("--f-number", "8"), ("--zoom", "1", "--close", "1")])

@@ -10,7 +10,6 @@ import types
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from PIL import Image
 
@@ -50,8 +49,7 @@ def rendered(monkeypatch):
     def export_render(settings, path, bits, progress, **rest):
         calls.append((settings, str(path), {"bits": bits, **rest}))
         progress(0.5)
-        image = np.zeros((settings.pixels_y, settings.pixels_x, 3), np.float32)
-        return picture_render.Rendered(image, settings.samples, None, None)
+        return picture_render.Rendered((settings.pixels_y, settings.pixels_x), settings.samples)
 
     monkeypatch.setattr(picture_render, "export_render", export_render)
     return calls

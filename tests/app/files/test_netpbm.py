@@ -30,7 +30,7 @@ def parts(path):
 
 
 @given(st.integers(1, 9), st.integers(1, 9), st.sampled_from([8, 16]), st.booleans())
-@profile(deadline=None, max_examples=30)
+@profile(max_examples=30)
 def test_a_ppm_holds_the_developed_codes_row_by_row_from_the_top(tmp_path_factory, height, width, bits, text):
     path, image, deepest = tmp_path_factory.mktemp("ppm") / "a.ppm", picture(height, width), 2**bits - 1
     save_picture(path, image, PLAIN, bits, text)

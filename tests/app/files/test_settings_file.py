@@ -27,7 +27,7 @@ finite = st.floats(-1e6, 1e6)
                  position=st.tuples(finite, finite, finite), camera=st.sampled_from(list(CAMERAS)),
                  lens_model=st.sampled_from(list(LENS_MODELS)),
                  tone=st.sampled_from(list(TONES)), exposure=st.floats(-60.0, 60.0), seed=st.integers(0, 2**32 - 1)))
-@profile(deadline=None, max_examples=60)
+@profile(max_examples=60)
 def test_settings_come_back_from_their_file_to_the_last_bit(tmp_path_factory, settings):
     path = tmp_path_factory.mktemp("settings") / "a.toml"
     save_settings(path, settings)

@@ -24,7 +24,7 @@ def test_a_state_comes_back_and_fits_a_message():
     assert is_state_text(text) and not is_state_text("https://example.org")
 
 
-@limits(deadline=None, max_examples=60)
+@limits(max_examples=60)
 @given(st.floats(1.0, 32.0), st.floats(300.0, 1e5), st.floats(-3.0, 3.0), st.integers(1, 4096))
 def test_numbers_come_back_to_seven_digits(f_number, focus, yaw, samples):
     settings = replace(Settings(), f_number=f_number, focus_distance=focus, yaw=yaw, samples=samples)
@@ -41,7 +41,7 @@ def test_what_is_no_state_is_refused(text):
         settings_of_text(text)
 
 
-@limits(deadline=None, max_examples=200)
+@limits(max_examples=200)
 @given(st.binary(max_size=80))
 def test_damage_is_refused_and_never_another_error(raw):
     import base64

@@ -43,7 +43,7 @@ def test_the_name_of_a_lens_takes_the_picture_of_the_command():
     from lensbench.app.state.settings import Settings
 
     settings = replace(with_lens(Settings(scene="still-life"), "pbrt-dgauss-50mm"), samples=1)
-    np.testing.assert_array_equal(lb.render("pbrt-dgauss-50mm", "still-life", 1), render(settings).image)
+    np.testing.assert_array_equal(lb.render("pbrt-dgauss-50mm", "still-life", 1), render(settings)[0])
 
 
 @pytest.mark.parametrize("make, kind, message", [

@@ -1,4 +1,4 @@
-"""The examples of the documentation run as they stand there, one after the other."""
+"""The examples of the documentation run unchanged, one after the other."""
 
 import re
 import runpy

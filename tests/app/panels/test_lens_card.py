@@ -7,6 +7,7 @@ import pytest
 from lensbench import lenses
 from lensbench.app.panels.lens_card import LensCardState, glass_rows, lens_card_panel, provenance
 from lensbench.app.state.settings import Settings
+from lensbench.optics.system import Aperture, ApertureKind, FieldPoint, SystemData, Wavelength
 from tests.app.stand import drive
 
 LENS = "lv-leica-summicron-m-50f2-v5"
@@ -27,11 +28,20 @@ def test_an_estimated_year_has_a_star_and_what_is_not_known_no_row():
     assert rows["Year"] == "1950*" and "Designer" not in rows and "Patent" not in rows
 
 
+def test_what_the_lens_was_designed_for_has_its_rows():
+    system = SystemData(Aperture(ApertureKind.PUPIL_DIAMETER, (8.0, 10.0)), fields=(FieldPoint(3.0, 4.0),),
+                        wavelengths=(Wavelength(0.248),))
+    rows = dict(provenance(replace(lenses.load(LENS), system=system)))
+    assert (rows["Aperture"], rows["Fields"], rows["Wavelengths"]) == (
+        "entrance-pupil diameter 8, 10 mm", "angle (3, 4)°", "248 nm")
+    assert "Object" not in rows and "Aperture" not in dict(provenance(lenses.load(LENS)))
+
+
 def test_every_glass_has_a_row_with_its_surface():
     lens = lenses.load("pbrt-dgauss-50mm")
     rows = glass_rows(lens)
     assert [row.glass for row in rows] == [surface.glass for surface in lens.surfaces if surface.glass.n_d > 1.0]
-    assert all(lens.surfaces[row.surface].glass is row.glass for row in rows)
+    assert all(lens.surfaces[row.surface].glass == row.glass for row in rows)
 
 
 @pytest.mark.slow

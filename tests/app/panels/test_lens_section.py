@@ -100,7 +100,7 @@ def test_the_chief_ray_meets_its_film_point(name):
         if fan.dark:
             continue
         # It is found on the film side, then traced back: reversible but for rounding; where vignetting leaves
-        # no chief ray the middle of those that pass stands in, and meets the point too
+        # no chief ray, the middle one of those that pass replaces it, and meets the point too
         assert len(chief) == 1
         assert chief[0].path[-1][1] == pytest.approx(fan.height, abs=1e-6 * shown.film_height)
 

@@ -24,7 +24,8 @@ from lensbench.app.state.light_field_query import (
 )
 from lensbench.app.state.picture.false_colours import depth_codes, depth_picture, ends
 from lensbench.app.state.picture.statistics import decibels
-from lensbench.app.state.picture.tone import develop, linear
+from lensbench.app.state.picture.tone import develop
+from lensbench.kernels.srgb import linear
 from tests.app.conftest import SMALL
 
 pytestmark = pytest.mark.slow

@@ -29,6 +29,14 @@ def test_the_table_of_the_double_gauss():
     assert said["Magnification"].startswith("1 : 21.")
 
 
+@pytest.mark.parametrize("f_number", [0.95, 1.2, 2.8, 11.0])
+def test_the_t_stop_reads_no_faster_than_the_f_number_of_the_same_lens(f_number):
+    got = replace(readings(START), f_number=f_number, t_number=1.004 * f_number)
+    said = {row.name.split(",")[0]: row.value for row in rows(START, got, Status())}
+    assert said["f-number"].startswith("f/") and said["T-stop"].startswith("T ")
+    assert float(said["T-stop"][2:]) >= float(said["f-number"][2:])
+
+
 def test_infinity_reads_as_such():
     said = table(replace(START, focus_distance=math.inf))
     assert said["Magnification"] == "1 : ∞" and said["Depth of field"].endswith("∞ m")

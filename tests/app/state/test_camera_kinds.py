@@ -159,7 +159,7 @@ def test_times_are_read_as_they_are_written():
 def test_third_stops_of_the_shutter_halve_the_time_every_third_click():
     dial: Scale = shutter_scale()
     for k, seconds in enumerate(SHUTTERS):
-        # engraved figures are round (30 s stands for 32 s), but none as far off as half the way to its neighbour
+        # engraved figures are round (30 s means 32 s), but none as far off as half the way to its neighbour
         assert abs(math.log2(seconds) - (5.0 - k / 3.0)) < 1.0 / 6.0
     assert dial.stepped(1 / 125, 3) == 1 / 250 and dial.stepped(1 / 125, -3) == 1 / 60
     assert dial.to_unit(30.0) == 0.0 and dial.to_unit(1 / 8000) == 1.0

@@ -7,7 +7,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.readouts import Status, rows
-from lensbench.app.state.coating import coating
+from lensbench.app.state.coating import coating, missing_ghost
 from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings
 
@@ -33,3 +33,15 @@ def test_a_chosen_coating_wins_and_stands_beside_the_t_stop():
 
 def test_the_coating_renders_nothing_again():
     assert replace(Settings(), coating="uncoated").picture == Settings().picture
+
+
+def test_a_ghost_that_an_edit_took_away_is_named():
+    shown = replace(Settings(), ghosts=True, ghost_pair="3-7")
+    assert missing_ghost(shown) == missing_ghost(Settings()) == ""
+    last = len(LENS.surfaces) - 1
+    gone = replace(shown, ghost_pair=f"3-{last + 1}")
+    said = missing_ghost(gone)
+    assert said.startswith(f"no ghost of surfaces 3 and {last + 1}") and f"to {last}" in said
+    assert missing_ghost(replace(gone, ghosts=False)) == missing_ghost(replace(gone, camera="fisheye")) == ""
+    stop = LENS.stop_index                                  # of air on both sides: it reflects nothing
+    assert f"surfaces 0 and {stop}" in missing_ghost(replace(shown, ghost_pair=f"0-{stop}"))

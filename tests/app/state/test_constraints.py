@@ -51,7 +51,7 @@ def test_what_the_lens_can_do_is_left_alone():
     assert constraints.constrained(START) == START
 
 
-@limits(deadline=None, max_examples=40)
+@limits(max_examples=40)
 @given(st.floats(0.06, 1.0))
 def test_field_of_view_and_crop_are_one(crop):
     settings = replace(START, crop=crop)

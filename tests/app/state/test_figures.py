@@ -11,7 +11,7 @@ from lensbench.app.state.figures import Readings, blur_limit, readings
 from lensbench.app.state.settings import Settings
 from tests.app.kinds import of_kind
 
-START = Settings(lens="pbrt-dgauss-50mm", focus_position="paraxial")     # which the closed forms speak of
+START = Settings(lens="pbrt-dgauss-50mm", focus_position="paraxial")     # the focus of the closed forms
 distances = pytest.mark.parametrize("focus", [250.0, 1200.0, 9000.0, math.inf])
 
 

@@ -23,8 +23,8 @@ WIDE = replace(Settings(), lens="pbrt-wide-22mm", f_number=None)
 def test_the_film_moves_where_a_point_in_focus_is_half_a_pixel_sharper_for_it(lens, f_number):
     settings = replace(Settings(), lens=lens, f_number=f_number)
     ways = {how: setup(replace(settings, focus_position=how)) for how in ("auto", "paraxial", "real")}
-    blur = {how: 2.0 * math.sqrt(2.0) * rms_on_film(stand.lens, stand.film_distance, 1200.0)
-            for how, stand in ways.items()}
+    blur = {how: 2.0 * math.sqrt(2.0) * rms_on_film(way.lens, way.film_distance, 1200.0)
+            for how, way in ways.items()}
     gain = blur["paraxial"] - blur["real"]
     chosen = "real" if gain > 0.5 * settings.film.pitch else "paraxial"
     assert ways["auto"].film_distance == ways[chosen].film_distance and ways["auto"].focusing.method == chosen

@@ -17,7 +17,7 @@ angles, lengths = st.floats(-1.0, 1.0), st.floats(-500.0, 500.0)
 poses = st.builds(lambda x, y, z, yaw, pitch, focus: replace(
     FREE, position=(x, y, z), yaw=yaw, pitch=pitch, focus_distance=focus),
     lengths, lengths, lengths, st.floats(-3.0, 3.0), angles, st.floats(100.0, 4000.0))
-many = limits(deadline=None, max_examples=50)
+many = limits(max_examples=50)
 
 
 def pivot(settings):

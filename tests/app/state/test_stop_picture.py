@@ -1,5 +1,6 @@
 """Picture files for the stop: what passes, what is refused, and how settings carry one."""
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -7,12 +8,17 @@ import pytest
 from PIL import Image as Picture
 
 import lensbench as lb
+from lensbench import lenses
+from lensbench.app.files.edited_lens import save_document
 from lensbench.app.files.settings_file import load_settings, save_settings
 from lensbench.app.state.build import design
 from lensbench.app.state.ideal_cameras import _stop
+from lensbench.app.state.lens_edit.editing import edited as edit
 from lensbench.app.state.setting import SettingsError
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.stop_picture import stop_picture, with_readable_stop
+from lensbench.app.state.stop_picture import stop_picture, stop_picture_path, with_readable_stop
+from lensbench.app.window.file_watch import FileWatch
+from lensbench.lenses.editing.cells import with_value
 
 
 def saved(folder, name, pixels, mode=None):
@@ -41,7 +47,7 @@ def test_pictures_that_cannot_be_are_one_clear_line(tmp_path, monkeypatch):
         with pytest.raises(SettingsError, match=says) as caught:
             stop_picture(path)
         assert "\n" not in str(caught.value)
-    monkeypatch.setattr("lensbench.app.state.stop_picture.MOST_PIXELS", 63)
+    monkeypatch.setattr("lensbench.lenses.stop_picture.MOST_PIXELS", 63)
     with pytest.raises(SettingsError, match="million pixels"):
         stop_picture(large)
 
@@ -55,6 +61,20 @@ def test_settings_open_without_a_picture_that_cannot_be_read(tmp_path):
     assert with_readable_stop(there, said.append) == there and len(said) == 1
 
 
+def test_a_typed_path_is_relative_to_the_lens_file_and_an_error_names_the_folders(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lenses").mkdir()
+    lenses.save(lenses.load("pbrt-dgauss-50mm"), tmp_path / "lenses" / "lens.toml")
+    here = saved(tmp_path, "half.png", np.repeat(np.array([[255], [0]], np.uint8), 2, 1))
+    settings = Settings(lens=str(tmp_path / "lenses" / "lens.toml"))
+    assert stop_picture_path(settings, "half.png") == here == stop_picture_path(Settings(), here)
+    beside = saved(tmp_path / "lenses", "half.png", np.repeat(np.array([[0], [255]], np.uint8), 2, 1))
+    assert stop_picture_path(settings, " half.png") == beside
+    with pytest.raises(SettingsError, match="no picture 'gone.png' in .*lenses and .*") as caught:
+        stop_picture_path(settings, "gone.png")
+    assert str(tmp_path / "lenses") in str(caught.value) and "\n" not in str(caught.value)
+
+
 def test_settings_carry_the_picture_in_place_of_blades_and_find_it_beside_their_file(tmp_path):
     path = saved(tmp_path, "half.png", np.repeat(np.array([[255], [0]], np.uint8), 2, 1))
     settings = replace(Settings(), blades=7, stop_image=path)
@@ -65,3 +85,33 @@ def test_settings_carry_the_picture_in_place_of_blades_and_find_it_beside_their_
     assert isinstance(lens.stop_image, lb.StopImage)
     save_settings(tmp_path / "s.toml", replace(settings, stop_image="half.png"))
     assert load_settings(tmp_path / "s.toml").stop_image == path
+
+
+def test_the_picture_of_a_lens_file_gives_way_to_blades_and_to_that_of_the_settings_and_outlives_edits(tmp_path):
+    half = saved(tmp_path, "half.png", np.repeat(np.array([[255], [0]], np.uint8), 2, 1))
+    other = saved(tmp_path, "other.png", np.repeat(np.array([[0], [255]], np.uint8), 2, 1))
+    lenses.save(replace(lenses.load("pbrt-dgauss-50mm"), stop_image=stop_picture(half)), tmp_path / "lens.toml")
+    settings = Settings(lens=str(tmp_path / "lens.toml"))
+    assert design(settings).stop_image == stop_picture(half)
+    assert design(replace(settings, stop_image=other)).stop_image == stop_picture(other)
+    assert design(replace(settings, blades=0)).iris.is_round
+    edited, _ = edit(settings, lambda document: with_value(document, 0, "thickness", 3.9))
+    assert edited.edited and design(edited).stop_image == stop_picture(half)
+    (tmp_path / "there").mkdir()
+    kept, remarks = save_document(edited, tmp_path / "there" / "saved.toml")
+    assert kept.edited == "" and design(kept).stop_image == stop_picture(half)
+    assert any("copied beside it" in str(each) for each in remarks)
+
+
+def test_a_picture_of_a_lens_that_changes_on_disk_is_read_again(tmp_path):
+    half = saved(tmp_path, "half.png", np.repeat(np.array([[255], [0]], np.uint8), 2, 1))
+    lenses.save(replace(lenses.load("pbrt-dgauss-50mm"), stop_image=stop_picture(half)), tmp_path / "lens.toml")
+    settings, watch = Settings(lens=str(tmp_path / "lens.toml")), FileWatch()
+    before = design(settings).stop_image
+    assert watch.changed(settings, 0.0) == ([], {})
+    saved(tmp_path, "half.png", np.tile(np.array([[255, 0, 255]], np.uint8), (3, 1)))
+    os.utime(half, ns=(1, 1))                               # another time than that of the first, on any disk
+    assert watch.changed(settings, 1.0) == ([half], {})
+    assert design(settings).stop_image == stop_picture(half) != before
+    os.remove(half)
+    assert design(settings).stop_image is not None          # as it was read

@@ -61,7 +61,7 @@ def test_settings_that_cannot_be_leave_no_step():
     assert history.present == START and not history.can_undo
 
 
-@limits(deadline=None, max_examples=50)
+@limits(max_examples=50)
 @given(st.lists(st.floats(-5.0, 5.0), max_size=20))
 def test_as_many_undos_as_gestures_lead_to_the_start_and_as_many_redos_to_the_end(exposures):
     history = History(START)

@@ -1,12 +1,13 @@
 """A film out of line in the settings: camera, focus at a click, the blur of a pixel, the section, and its options."""
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench import lenses
 from lensbench.app.command.ignored_options import remarks
 from lensbench.app.files.settings_file import load_settings, save_settings
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
@@ -16,10 +17,12 @@ from lensbench.app.state.constraints import constrained
 from lensbench.app.state.dial_scales import curvature_scale
 from lensbench.app.state.geometry.circle_of_confusion import Blur
 from lensbench.app.state.geometry.plan import plan
+from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import Settings, SettingsError
-from lensbench.app.state.view_camera import focused_at, in_section, seen_from, sentence, sharp_focus
+from lensbench.app.state.view_camera import focused_at, in_section, leans, seen_from, sentence, sharp_focus
 from lensbench.imaging.film_pose import FilmPose
 from tests.app.stand import drive
+from tests.core.optics.test_surface_pose import posed
 
 POSED = replace(Settings(), tilt=math.radians(6.0), swing=math.radians(4.0), rise=3.0, f_number=8.0,
                 focus_distance=1500.0)
@@ -58,15 +61,34 @@ def test_settings_curve_the_film_and_the_section_shows_it(tmp_path):
     assert scale.read(scale.format(-1.0 / 90.0)) == -1.0 / 90.0 and scale.read("flat") == 0.0 == scale.reset
 
 
+def test_flat_is_a_radius_of_the_film():
+    radius = next(field for field in fields(Settings) if field.name == "film_radius")
+    assert spec(radius).read("flat") == spec(radius).read("inf") == math.inf and spec(radius).read("-90 mm") == -90.0
+    flat = replace(Settings(), film_radius=math.inf)
+    assert flat == Settings() and flat.checked().film_pose.is_upright
+    assert Settings.from_dict({"version": 4, "film_radius": "inf"}).film_radius is None
+
+
 def test_figures_of_a_film_in_line_say_so():
     for settings, said in ((POSED, 1), (replace(Settings(), f_number=8.0, focus_distance=1500.0), 0)):
         asked = query(settings)
         assert sum("in line" in each for each in asked.remarks(asked.grid(8))) == said
 
 
-def test_a_lens_with_cylinders_keeps_its_film_in_line():
-    anamorphic = replace(POSED, lens="lentil-schneider-anamorphic-31-2001", f_number=None)
-    assert constrained(anamorphic).film_pose.is_upright and constrained(POSED) == POSED
+def test_a_lens_with_cylinders_has_a_film_out_of_line_too():
+    anamorphic = constrained(replace(POSED, lens="lentil-schneider-anamorphic-31-2001", f_number=None))
+    assert camera(anamorphic).film_pose == POSED.film_pose and constrained(POSED) == POSED
+
+
+def test_a_lens_out_of_line_leans_the_plane_of_sharp_focus_before_a_film_in_line(tmp_path):
+    lens = lenses.load("lenshh-cooke-triplet-50")
+    lenses.save(posed(lens, 0, len(lens.surfaces) - 1, tilt_x=math.radians(5.0)), tmp_path / "bent.toml")
+    settings = Settings(lens=str(tmp_path / "bent.toml"), focus_distance=1500.0, f_number=8.0, lens_model="trace")
+    found = in_section(settings)
+    assert leans(settings) and set(found.planes) == {"sharp", "near", "far"} and set(found.points) == {"Hinge line"}
+    assert np.ptp(found.film[:, 0]) == 0.0 and "leans by" in sentence(settings)
+    straight = replace(settings, lens="lenshh-cooke-triplet-50")
+    assert not leans(straight) and in_section(straight) is None
 
 
 @pytest.mark.parametrize("part", [(0.5, 0.5), (0.1, 0.2), (0.8, 0.9)])
@@ -83,6 +105,39 @@ def test_a_click_brings_what_it_shows_into_focus_and_its_blur_is_that_of_the_ray
     met = ends.origins + ((-depth - 400.0 - ends.origins[:, 2]) / ends.directions[:, 2])[:, None] * ends.directions
     apart = np.linalg.norm(np.diff(thick.raster_from_point(met)[0], axis=0))
     assert Blur.of(POSED).pixels(depth + 400.0, part) == pytest.approx(apart, rel=0.03)     # a slanted cone's ellipse
+
+
+def widths(cam, part, depth):
+    """Pixels between where two ends of the pupil of a film point see a plane across the axis, at a depth."""
+    raster = [[part[0] * 960.0, part[1] * 640.0]]
+    ends = cam.generate_rays(raster * 2, [[0.02, 0.5], [0.98, 0.5]])
+    met = ends.origins + ((-depth - ends.origins[:, 2]) / ends.directions[:, 2])[:, None] * ends.directions
+    return np.linalg.norm(np.diff(cam.raster_from_point(met)[0], axis=0)) / 0.96
+
+
+@pytest.mark.parametrize("part", [(0.5, 0.5), (0.15, 0.2), (0.8, 0.9)])
+def test_overlays_and_a_click_know_a_curved_film(part):
+    curved = replace(Settings(), film_radius=-60.0, f_number=8.0, focus_distance=1500.0, tilt=0.03)
+    thick = camera(replace(curved, lens_model="thick"))
+    for depth in (1000.0, 2500.0):
+        assert Blur.of(curved).pixels(depth, part) == pytest.approx(widths(thick, part, depth), rel=0.03)
+    assert Blur.of(replace(curved, focus_distance=focused_at(curved, part, 2500.0))).pixels(2500.0, part) < 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("angle", [3.0, -4.0])
+def test_overlays_know_a_lens_out_of_line(angle, tmp_path):
+    """To first order: half as far from the traced blur as that of the lens in line; its aberrations are the rest."""
+    lens = lenses.load("lenshh-cooke-triplet-50")
+    lenses.save(posed(lens, 0, len(lens.surfaces) - 1, tilt_x=math.radians(angle)), tmp_path / "bent.toml")
+    bent = Settings(lens=str(tmp_path / "bent.toml"), focus_distance=1500.0, f_number=8.0, lens_model="trace",
+                    focus_position="paraxial")
+    line, traced = replace(bent, lens="lenshh-cooke-triplet-50"), camera(bent)
+    for part in ((0.5, 0.2), (0.5, 0.8)):
+        for depth in (700.0, 5000.0):
+            wanted = widths(traced, part, depth)
+            off, of_line = (abs(Blur.of(each).pixels(depth, part) - wanted) for each in (bent, line))
+            assert of_line > 1.0 and off < 0.5 * of_line
 
 
 def test_each_point_of_the_film_has_its_own_distance():

@@ -28,7 +28,7 @@ ZOOM = Settings(lens=NIKKOR, focus_distance=3000.0, f_number=None)
 POCKET = replace(ZOOM, lens=PENTAX, film_width=6.2, film_height=4.6)
 
 
-@limits(deadline=None, max_examples=25)
+@limits(max_examples=25)
 @given(st.sampled_from([NIKKOR, PENTAX]), st.floats(0.0, 1.0))
 def test_a_zoom_setting_is_found_again_by_its_focal_length(name, place):
     lens = lenses.load(name)
@@ -37,7 +37,7 @@ def test_a_zoom_setting_is_found_again_by_its_focal_length(name, place):
     assert zoom_of(lens, 1.0) == 0.0 and zoom_of(lens, 1000.0) == 1.0
 
 
-@limits(deadline=None, max_examples=25)
+@limits(max_examples=25)
 @given(st.floats(0.03, 3.0))
 def test_the_field_of_view_turns_the_zoom_and_crops_only_beyond_its_longest_end(fov):
     turned = constraints.with_field_of_view(replace(ZOOM, crop=0.5), fov)
@@ -64,7 +64,7 @@ def test_focusing_moves_the_groups_in_picture_section_and_read_outs_alike():
     assert stand.lens == taken.lens and stand.film_distance == taken.film_distance
     assert stand.lens.surfaces[4].thickness < design(near).surfaces[4].thickness
     got = readings(near)
-    # what is engraved counts at infinity; the depth of field is that of the lens as it stands
+    # what is engraved counts at infinity; the depth of field is that of the focused lens
     assert got.efl == pytest.approx(196.0, rel=1e-4) and got.f_number == pytest.approx(2.88, rel=1e-3)
     assert got.nearest_focus == pytest.approx(1500.0, rel=1e-5)
     assert got.near_limit < 1600.0 < got.far_limit

@@ -40,3 +40,17 @@ def test_numbers_are_read_back_and_a_missing_one_is_empty(tmp_path):
 def test_another_suffix_is_refused(tmp_path):
     with pytest.raises(ExportError, match="suffixes"):
         write_figure(FIGURE, tmp_path / "figure.gif")
+
+
+@pytest.mark.slow
+def test_a_map_of_equal_units_is_drawn_without_distortion(tmp_path):
+    from PIL import Image
+
+    y, x = np.mgrid[-1.0:1.0:41j, -1.0:1.0:41j]
+    disc = Map("", np.where(np.hypot(x, y) < 0.8, 0.0, np.nan), (-1.0, 1.0), (-1.0, 1.0))
+    plot = Plot(Axis(None, -1.0, 1.0), Axis(None, -1.0, 1.4), (disc,), equal=True)
+    write_figure(Figure("Disc", ((plot,),), Table((), ()), ""), tmp_path / "disc.png", "A lens")
+    dark = np.asarray(Image.open(tmp_path / "disc.png").convert("L")) < 8
+    dark[:dark.shape[0] // 8] = False                           # the title
+    rows, columns = np.flatnonzero(dark.any(1)), np.flatnonzero(dark.any(0))
+    assert np.ptp(rows) > 50 and np.ptp(rows) == pytest.approx(np.ptp(columns), rel=0.02)

@@ -21,6 +21,12 @@ def test_ticks_are_round_numbers_within_the_axis_that_do_not_touch(low, high, pi
     assert labels == expected and min(values) >= low and max(values) <= high
 
 
+def test_an_axis_that_counts_has_ticks_at_whole_numbers_alone():
+    assert linear_ticks(3.3, 22.7, 900.0, 20.0, True)[1] == [str(k) for k in range(4, 23)]
+    assert linear_ticks(4.2, 5.9, 900.0, 20.0, True)[1] == ["5"]        # zoomed in
+    assert "4.5" in linear_ticks(4.2, 5.9, 900.0, 20.0)[1]
+
+
 @pytest.mark.parametrize("pixels", [30.0, 80.0, 200.0, 900.0])
 def test_ticks_of_many_decades_do_not_touch(pixels):
     """In a low panel each decade had its figure, one over the other."""

@@ -1,6 +1,7 @@
 """The analysis panels in the whole window: layouts, numbers under the cursor, files."""
 
 from dataclasses import replace
+from itertools import product
 
 import pytest
 from imgui_bundle import ImVec2, imgui
@@ -81,9 +82,12 @@ def test_numbers_of_a_spot_under_the_cursor_are_those_of_the_table(drive):
     def use(hand):
         hand.picture()
         show(hand, "Spots")
-        hand.ctx.mouse_move_to_pos(inside("Spots", 0.5, 0.3))
-        hand.ctx.yield_(3)
         state = hand.session.analyses.states["Spots"]
+        hand.ctx.item_click("**/Blur")
+        settle(hand)
+        assert "blur" in state.figure.conditions
+        hand.ctx.mouse_move_to_pos(inside("Spots", 0.5, 0.5))
+        hand.ctx.yield_(3)
         first, line, *_ = state.drawn.told.split("\n")
         assert first.startswith(("axis", "1", "2"))
         rms = float(line.split("RMS ")[1].split()[0])
@@ -172,9 +176,9 @@ def test_a_mark_of_the_spots_under_the_mouse_is_a_ray_in_the_section(drive):
         hand.picture()
         show(hand, "Spots")
         links, window = hand.session.view.links, imgui.internal.find_window_by_name("Spots")
-        for step in range(60):
+        for y, step in product((0.5, 0.55, 0.6), range(60)):
             hand.ctx.mouse_move_to_pos(ImVec2(window.pos.x + (0.4 + 0.003 * step) * window.size.x,
-                                              window.pos.y + 0.5 * window.size.y))
+                                              window.pos.y + y * window.size.y))
             hand.ctx.yield_(2)
             if links.ray is not None:
                 break

@@ -15,6 +15,7 @@ from lensbench.app.files.state_text import state_text
 from lensbench.app.state.build import design
 from lensbench.app.state.request import Request
 from lensbench.app.window.file_actions import QUESTIONS
+from lensbench.lenses.stop_picture import read_picture
 from tests.app.conftest import SMALL
 
 CTRL = imgui.Key.mod_ctrl
@@ -279,3 +280,26 @@ def test_a_picture_is_put_into_the_stop_and_taken_out(drive, tmp_path):
         assert hand.settings == SMALL
 
     drive(use)
+
+
+@pytest.mark.slow
+def test_the_picture_of_the_lens_is_taken_out_of_its_stop_and_put_back(drive, tmp_path):
+    half = Image.new("L", (40, 40))
+    half.paste(255, (0, 0, 40, 20))
+    half.save(tmp_path / "half.png")
+    pictured = replace(lenses.load(SMALL.lens), stop_image=read_picture(tmp_path / "half.png"))
+    lenses.save(pictured, tmp_path / "lens.toml")
+    own = replace(SMALL, lens=str(tmp_path / "lens.toml"))
+
+    def use(hand):
+        hand.picture()
+        hand.ctx.item_click("//Controls/Stop")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//$FOCUSED/Clear")
+        hand.ctx.yield_(2)
+        assert hand.settings == replace(own, blades=0)
+        hand.ctx.item_click("//$FOCUSED/That of the lens")
+        hand.ctx.yield_(2)
+        assert hand.settings == own
+
+    assert drive(use, own).view.messages == []

@@ -60,6 +60,9 @@ def test_the_camera_goes_back_to_where_a_scene_with_a_stated_subject_opens():
     state = SimpleNamespace(edited=moved, chooser=Chooser())
     reset_camera(state)
     assert state.edited == opened
+    locked = SimpleNamespace(edited=moved, chooser=Chooser(locked={"focus"}))
+    reset_camera(locked)                                    # the padlock keeps the focus, and not the place
+    assert locked.edited == replace(opened, focus_distance=9000.0) and locked.edited.position != (0.0, 0.0, 0.0)
     state.history = History(replace(moved, tilt=0.1, exposure=2.0))
     reset_all(state)
     assert state.edited == with_scene(Settings(), "dusk-street") == state.history.present

@@ -67,6 +67,46 @@ def test_escape_returns_to_the_lens_before_and_arrows_try(drive):
 
 
 @pytest.mark.slow
+def test_what_is_typed_is_searched_after_a_click_and_after_enter_without_a_match(drive):
+    def use(hand):
+        opened(hand)
+        typed(hand, "tessar 2.8")
+        hand.ctx.item_click(f"{BROWSER}/**/{TESSAR}")
+        hand.picture()
+        typed(hand, "biogon")
+        state = hand.session.browsing.state
+        assert state.shelf.search == "biogon" and state.selected == BIOGON and hand.settings.lens == TESSAR
+        hand.press(Key.mod_ctrl | Key.a)
+        typed(hand, "qqqq")
+        hand.press(Key.enter)
+        hand.ctx.yield_(2)
+        assert hand.session.browsing.is_open and hand.settings.lens == TESSAR
+        typed(hand, "biogon")
+        assert state.shelf.search == "biogon"
+        hand.ctx.item_click(f"{BROWSER}/Zoom")              # what was typed does not take the click from a button
+        assert state.shelf.zooms
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
+def test_escape_closes_the_list_of_a_filter_and_not_the_browser(drive):
+    def use(hand):
+        opened(hand)
+        hand.press(Key.down_arrow)
+        tried = hand.settings
+        hand.ctx.item_click(f"{BROWSER}/##Kind")
+        hand.ctx.yield_(3)
+        hand.press(Key.escape)
+        assert hand.session.browsing.is_open and hand.settings == tried != SMALL
+        assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id | imgui.PopupFlags_.any_popup_level)
+        hand.press(Key.escape)
+        assert not hand.session.browsing.is_open and hand.settings == SMALL
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("close", ["escape", "enter", "button", "other lens"])
 def test_the_render_goes_on_after_the_grid_has_scrolled_however_the_browser_is_closed(drive, monkeypatch, close):
     """The grid counts as scrolling for ever here: the render, which is held meanwhile, goes on by the closing alone."""

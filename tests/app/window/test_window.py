@@ -10,9 +10,11 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.panels.image import camera_strip
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.settings import Settings
 from lensbench.app.window import docking, window
+from lensbench.kernels.cache import NotCompiledError
 from lensbench.lenses import catalogue
 from tests.app.conftest import SMALL
 
@@ -268,9 +270,31 @@ def test_both_themes_are_neutral_around_the_picture(drive, tmp_path, dark):
     drive(use, dark=dark)
     with Image.open(tmp_path / "window.png") as saved:
         picture = np.asarray(saved).astype(int)
-    # Corners of menu bar and toolbar, beside the picture, and at the end of the status bar: no text stands there
+    # Corners of menu bar and toolbar, beside the picture, and at the end of the status bar: without text
     for place in (picture[4, 700], picture[24, 980], picture[300, 285], picture[717, 640]):
         assert np.ptp(place) == 0 and bool(place.mean() < 128) is dark
+
+
+@pytest.mark.slow
+def test_the_picture_is_drawn_while_the_kernels_of_the_camera_strip_are_compiled(drive, monkeypatch, tmp_path, capfd):
+    def refused(_settings):
+        raise NotCompiledError
+
+    def use(hand):
+        monkeypatch.setattr(camera_strip, "readings", refused)
+        hand.ctx.yield_(3)
+        hand.wait(lambda: hand.session.presenter.update is not None, "the picture")
+        hand.ctx.yield_(3)
+        hand.photograph(tmp_path / "window.png")
+        monkeypatch.undo()
+        hand.picture()
+
+    assert drive(use).view.messages == []
+    with Image.open(tmp_path / "window.png") as saved:
+        picture = np.asarray(saved).astype(int)
+    assert np.std(picture[200:360, 500:800]) > 20.0                     # the scene, and no empty panel
+    printed = capfd.readouterr()
+    assert "Missing" not in printed.out + printed.err                   # of ImGui: what was pushed is popped
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ from time import monotonic, sleep
 from lensbench.app.state.analysis.figure import Figure, Table
 from lensbench.app.workers import analysis_worker
 from lensbench.app.workers.analysis_worker import AnalysisWorker, Job
+from lensbench.kernels.pauses import pause
 
 
 def waited(worker, job, done, name="Spots"):
@@ -115,3 +116,65 @@ def test_a_refined_figure_waits_for_the_picture_too(monkeypatch):
     waits.clear()
     waited(worker, job, lambda answer: answer.refined)
     assert seen == [16, 64]
+
+
+def test_a_figure_under_way_pauses_while_the_picture_waits_and_goes_on_where_it_was(monkeypatch):
+    monkeypatch.setattr(analysis_worker, "PATIENCE", 1e9)
+    waits, parts, go_on = Event(), [], Event()
+
+    def make(query, points):
+        parts.append("first")
+        assert go_on.wait(60.0)
+        pause()
+        parts.append("second")
+        return Figure("", (), Table((), ()))
+
+    worker, job = AnalysisWorker(waits=waits.is_set), Job(make, "a lens")
+    worker.want("Spots", job)
+    worker.advance()
+    while not parts:
+        sleep(0.001)
+    waits.set()                                 # a dial moves
+    go_on.set()
+    sleep(0.02)
+    assert parts == ["first"] and worker.want("Spots", job) is None
+    waits.clear()
+    waited(worker, job, lambda answer: answer.figure is not None)
+    assert parts[:2] == ["first", "second"]
+
+
+def test_a_refined_figure_ends_when_its_panel_wants_another_one(monkeypatch):
+    monkeypatch.setattr(analysis_worker, "STILL", 0.0)
+    refining, finished = Event(), []
+
+    def make(query, points):
+        if query == "before" and points == 64:
+            refining.set()
+            while True:                         # it would never end
+                sleep(0.001)
+                pause()
+        finished.append((query, points))
+        return Figure("", (), Table((), ()))
+
+    worker = AnalysisWorker()
+    waited(worker, Job(make, "before", (), (16, 64)), lambda answer: refining.is_set())
+    waited(worker, Job(make, "after", (), (16, 64)), lambda answer: answer.refined and answer.job.query == "after")
+    assert finished == [("before", 16), ("after", 16), ("after", 64)]
+
+
+def test_the_work_begins_before_the_panel_asks_where_the_window_knows_what_it_will_want(monkeypatch):
+    monkeypatch.setattr(analysis_worker, "STILL", 1e9)
+    seen, begun = [], Event()
+
+    def make(query, points):
+        seen.append(query)
+        if query == "after":
+            begun.set()
+        return Figure("", (), Table((), ()))
+
+    worker, after = AnalysisWorker(), Job(make, "after")
+    waited(worker, Job(make, "before"), lambda answer: True)
+    worker.advance({"Spots": after, "no longer drawn": Job(make, "never")})
+    assert begun.wait(60.0) and worker.wants("Spots") and not worker.wants("no longer drawn")
+    assert waited(worker, after, lambda answer: answer.job == after).figure is not None
+    assert seen.count("after") == 1 and "never" not in seen

@@ -238,6 +238,45 @@ def test_a_frame_is_not_held_for_settings_that_fail(start, monkeypatch):
     assert monotonic() - begin < 30.0 and worker.error is not None
 
 
+def test_other_settings_do_not_wait_for_the_frame_of_the_picture_before(start, monkeypatch):
+    worker = start(replace(SMALL, lens_model="polynomial", degree=5))
+    wait(lambda: done(worker))
+    monkeypatch.setattr(module, "FIRST_SECONDS", 60.0)      # both longer than the test may take
+    monkeypatch.setattr(module, "HOLD_SECONDS", 60.0)
+    begin = monotonic()
+    for distance in (1230.0, 1260.0, 1290.0):               # no frame shows their pictures: it would wait for the next
+        worker.restart(replace(SMALL, lens_model="polynomial", degree=5, focus_distance=distance))
+        wait(lambda: worker.newest().generation == worker.generation)
+    assert monotonic() - begin < 30.0
+
+
+def test_a_second_model_of_the_same_picture_gives_way_at_once(start, monkeypatch):
+    worker = start()
+    wait(lambda: done(worker) and not worker.newest().is_provisional)
+    restarted, add, found = threading.Event(), lb.Rendering.add, []
+
+    def other_model(settings, view, *rest):
+        chosen = choose(settings, view, *rest)
+        assert chosen.choice.model != "trace"
+        return chosen._replace(choice=replace(chosen.choice, model="trace", degree=0))
+
+    def held(rendering, count, *rest):
+        if rendering.samples == 0 and worker.newest().generation == worker.generation and not restarted.is_set():
+            worker.restart(SMALL)                           # while the first pass of the second model begins
+            restarted.set()
+            found.append(add(rendering, count, *rest))
+            return found[-1]
+        return add(rendering, count, *rest)
+
+    monkeypatch.setattr(automatic_model, "choose", other_model)
+    monkeypatch.setattr(module, "FIRST_SECONDS", 60.0)
+    monkeypatch.setattr(lb.Rendering, "add", held)
+    worker.restart(replace(SMALL, focus_distance=1500.0))
+    wait(restarted.is_set)
+    wait(lambda: found)
+    assert found == [False]
+
+
 @pytest.mark.slow
 def test_a_complete_picture_is_rendered_again_when_its_light_tracing_is_compiled(start, monkeypatch):
     ended = []

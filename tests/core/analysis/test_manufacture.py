@@ -106,7 +106,7 @@ def test_copies_are_the_lenses_with_their_numbers():
         p, s = p - (w[:, None] * p).sum(0), s - (w[:, None] * s).sum(0)
         spot, nearer, farther = (math.sqrt((w * ((p + t * s) ** 2).sum(1)).sum()) for t in (0.0, -1e-3, 1e-3))
         assert spot == pytest.approx(made.spots[copy, 0], rel=1e-9)
-        assert spot < nearer and spot < farther         # the film stands where the axis is sharpest
+        assert spot < nearer and spot < farther         # the film lies where the axis is sharpest
         turned = np.abs((w[:, None, None] * np.exp(2j * np.pi * judge.frequencies[:, None] * p[:, None, :])).sum(0))
         assert judge.limits[:, None] * turned == pytest.approx(made.contrast[copy, 0], rel=1e-9)
 
@@ -141,6 +141,20 @@ def test_sensitivities_name_every_error_once_and_grow_with_it():
     one = {e.surface: e.spot for e in single if e.kind == "decentre"}
     two = {e.surface: e.spot for e in double if e.kind == "decentre"}
     assert all(two[i] > 1.5 * one[i] > 0.0 for i in one)
+
+
+def test_a_fisheyes_copies_are_judged_at_the_heights_where_its_light_lands():
+    """Its beam fills too little of the front surface for a coarse search, and lands far from f tan θ."""
+    fisheye = lenses.load("lib-miyamoto-fisheye-1964")
+    run = production(fisheye, lb.Film(36.0, 24.0), copies=2)
+    half = 0.5 * math.hypot(36.0, 24.0)
+    angles = [math.atan(share * half * 7 / 8 / lb.first_order(fisheye).efl) for share in (0.7, 1.0)]
+    ends = [lb.chief_ray(fisheye, angle) for angle in angles]
+    away = fisheye.length + lb.film_distance(fisheye, math.inf)
+    heights = [ray.points[-1, 1] + (away - ray.points[-1, 2]) * ray.direction[1] / ray.direction[2] for ray in ends]
+    # The middle of the beam lies off the chief ray by its coma and what the rims cut off
+    assert run.fields[1:4:2] == pytest.approx(np.abs(heights), rel=0.02)
+    assert run.fields[2] == pytest.approx(-run.fields[1], rel=1e-9)
 
 
 def test_what_has_no_tolerances_is_refused():

@@ -127,7 +127,7 @@ def test_all_rays_of_an_orthographic_camera_are_parallel_and_things_keep_their_s
     np.testing.assert_allclose(corners[1] - corners[0], [800.0, -1200.0, 0.0], atol=1e-12)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(10.0, 5000.0), st.floats(1.0, 100.0), UNIT, UNIT, UNIT, UNIT)
 def test_a_telecentric_cone_has_its_point_on_the_plane_in_focus(focus, radius, x, y, u, v):
     plain, lens = (lb.OrthographicCamera(FILM, 900.0, r, focus) for r in (0.0, radius))
@@ -243,7 +243,7 @@ def test_a_full_fisheye_lights_every_corner():
 # Where a camera stands
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(*[st.tuples(*[st.floats(-1e3, 1e3)] * 3)] * 2, st.tuples(*[st.floats(-1.0, 1.0)] * 3))
 def test_look_at_puts_the_target_in_the_middle_and_up_upright(eye, target, up):
     view, length = np.subtract(target, eye), np.linalg.norm(up)

@@ -33,7 +33,7 @@ def meet(rays, z):
     return (rays.origins + t[:, None] * rays.directions)[:, :2]
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(ACROSS, DOWN, st.lists(st.tuples(UNIT, UNIT), min_size=2, max_size=20), st.floats(400.0, 1e5))
 def test_every_ray_of_a_film_point_meets_at_the_focus_plane(x, y, uv, distance):
     film_xy = film_point([[x, y]])[0, :2]

@@ -137,6 +137,14 @@ def test_a_lens_without_dispersion_takes_the_very_picture_of_the_d_line():
     assert not lb.LensCamera(spread, film, 1200.0, model="thin").disperses
 
 
+def test_a_cancelled_pass_sets_up_no_camera_of_another_part_of_the_spectrum(monkeypatch):
+    camera = lb.LensCamera(lenses.load("lv-czj-tessar-50-f28"), lb.Film(36.0, 24.0, 12, 8), 1200.0)
+    rendering = lb.Rendering(camera, lb.builtin_scene("white-wall"))
+    assert rendering.add(1, threads=1)
+    monkeypatch.setattr(lb.LensCamera, "steps", lambda *_: pytest.fail("a camera was set up"))
+    assert not rendering.add(8, threads=1, wanted=lambda: False)
+
+
 def test_the_first_sample_is_neutral_and_samples_one_by_one_are_those_at_once():
     film, scene = lb.Film(36.0, 24.0, 60, 40), lb.builtin_scene("white-wall")
     camera = lb.LensCamera(landscape(), film, 2000.0)

@@ -57,6 +57,19 @@ def test_points_of_a_curved_film_lie_on_its_sphere_and_lines_come_back_to_them()
         assert pose.normals(points) == pytest.approx(np.array([normal(pose, point) for point in points]), abs=1e-14)
 
 
+def test_a_line_to_a_lit_side_of_a_film_whose_middle_turns_its_back_comes_back_to_it():
+    """Tilted and swung by 45° and more, a film can be lit at a curved side and not in its middle."""
+    pose, random = FilmPose(tilt=0.84, swing=-0.80, rise=-4.4, shift=10.8, radius=48.7), np.random.default_rng(1)
+    film = random.uniform(-1.0, 1.0, (20_000, 2)) * [18.0, 12.0]
+    points = pose.points(film)
+    ways = points - np.column_stack([random.uniform(-12.0, 12.0, (20_000, 2)), random.uniform(-80.0, -35.0, 20_000)])
+    steep = (ways @ pose.axes[2] < 0.0) & ((ways * pose.normals(points)).sum(1) > 1.0) & (ways[:, 2] > 1.0)
+    slopes = ways[steep, :2] / ways[steep, 2:]
+    assert steep.sum() > 10
+    found = pose.film_points(points[steep, :2] - points[steep, 2:] * slopes, slopes)
+    assert found == pytest.approx(film[steep], abs=1e-9)
+
+
 def irradiance(cam: lb.LensCamera, raster, rays: int = 20_000) -> float:
     """∫ L cos θ cos φ dA / s² over the rear opening by rays of the scalar trace, over that of the axis."""
     lens = cam.lens

@@ -31,7 +31,7 @@ def test_a_camera_in_water_sees_by_snells_law_through_its_window(name):
     assert through.sum() > 100
     np.testing.assert_array_equal(a.weights[through], b.weights[through])
     a, b = (r._replace(origins=r.origins[through], directions=r.directions[through]) for r in (a, b))
-    # on the ray in air, on the window, which no part of the lens stands before
+    # on the ray in air, on the window, which lies before every part of the lens
     t = (wet.front - a.origins[:, 2]) / a.directions[:, 2]
     assert (t >= -1e-12).all()
     np.testing.assert_allclose(b.origins, a.origins + t[:, None] * a.directions, atol=1e-11)

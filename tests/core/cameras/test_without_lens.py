@@ -67,7 +67,7 @@ def test_a_bare_sensor_leads_back_to_the_film_point_of_a_ray():
     assert not camera.raster_from_point([[0.0, 0.0, 5.0]])[1].any()
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(5.0, 200.0), st.floats(0.02, 3.0), st.floats(10.0, 1e5), st.floats(-5.0, 5.0))
 def test_a_point_leaves_the_shadow_of_the_hole_on_the_film(distance, radius, away, across):
     """From the point through the hole's edge to the film, by similar triangles: a disk of r (s + d) / s."""

@@ -53,7 +53,7 @@ def angle_of(rotation):
 
 # Quaternions
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(quaternions)
 def test_a_quaternion_and_its_matrix_are_one_rotation(q):
     matrix = rotation_matrix(q)
@@ -67,7 +67,7 @@ def test_a_quaternion_and_its_matrix_are_one_rotation(q):
     np.testing.assert_allclose(turned_v, [0.0, *(matrix @ v)], atol=1e-14)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(quaternions, quaternions, parts)
 def test_slerp_goes_the_shortest_way_at_constant_speed(p, q, part):
     whole = angle_of(rotation_matrix(p).T @ rotation_matrix(q))
@@ -106,7 +106,7 @@ def test_slerp_is_stable_near_no_turn_and_near_half_a_turn(angle):
     np.testing.assert_allclose(slerp(p, q, part), wanted, atol=2e-15)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(matrices)
 def test_the_polar_decomposition_is_that_of_the_singular_values(m):
     r, s = polar_decomposition(m)
@@ -146,7 +146,7 @@ def test_place_turn_and_stretch_go_each_their_own_way():
     np.testing.assert_allclose(half[:3, :3], wanted, atol=1e-14)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(matrices, matrices, parts)
 def test_on_its_way_an_affine_transform_never_collapses_or_turns_over(a, b, part):
     start, end = np.eye(4), np.eye(4)
@@ -246,7 +246,7 @@ def test_a_pose_that_is_constant_while_the_shutter_is_open_costs_nothing():
         for a, b in zip(camera.steps(), still.steps(), strict=True):
             np.testing.assert_array_equal(a.parameters, b.parameters)
         rendering = lb.Rendering(camera, Scene("empty"))
-        assert "sample_times" not in kernels(rendering._before)
+        assert "sample_times" not in kernels(rendering._programs.before)
     late = lb.PerspectiveCamera(FILM, world_from_camera=way, shutter_close=1.5, readout=0.6)
     steps = ["shutter_time", *kernels(still.steps())[:-1], "transform_moving_rays"]
     assert late.moves and kernels(late.steps()) == steps

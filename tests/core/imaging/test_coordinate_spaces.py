@@ -141,7 +141,7 @@ def test_the_image_plane_at_1_is_as_large_as_its_corners_say():
 # Depth
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(0.01, 10.0), st.floats(20.0, 1e6), st.floats(0.001, 0.999))
 def test_a_depth_buffer_tells_steps_of_its_resolution_and_no_smaller(near, far, part):
     """Of the depths that a float32 z can hold: by how much the two beside a stored one differ."""
@@ -203,7 +203,7 @@ def test_the_engraved_figures_of_photography():
 
 
 @given(st.floats(5.0, 200.0), st.floats(1.0, 22.0), st.floats(4.0, 80.0))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_equivalent_lenses_see_the_same_field_with_the_same_depth_and_blur(f, n, width):
     film = lb.Film(width, width / 1.5)
     same = lb.equivalent(f, film, n)

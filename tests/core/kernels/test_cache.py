@@ -13,7 +13,7 @@ from types import FunctionType, SimpleNamespace
 import pytest
 from numba import int64, njit, void
 
-from lensbench.kernels import cache
+from lensbench.kernels import cache, kernel_version
 
 DAY = 24 * 3600.0
 OTHERS_KERNEL = """
@@ -63,7 +63,7 @@ def version(source=SOURCE):
     """Version of `kernel` in this source."""
     names = {"__name__": "source"}
     exec(source, names)
-    return cache.version(names["kernel"].py_func)
+    return kernel_version.version(names["kernel"].py_func)
 
 
 @pytest.mark.parametrize("edit", [
@@ -85,7 +85,7 @@ def test_a_version_stays_where_the_code_is_the_same(edit):
 
 def test_a_version_changes_with_the_compiler(monkeypatch):
     before = version()
-    monkeypatch.setattr(cache, "_COMPILERS", "another numba")
+    monkeypatch.setattr(kernel_version, "COMPILERS", "another numba")
     assert version() != before
 
 
@@ -96,7 +96,8 @@ def test_every_version_of_the_package_is_the_same_in_another_process():
 import json, sys
 from lensbench import *
 from numba.core.dispatcher import Dispatcher
-from lensbench.kernels.cache import KernelCache, version
+from lensbench.kernels.cache import KernelCache
+from lensbench.kernels.kernel_version import version
 found = {}
 for name, module in sorted(sys.modules.items()):
     if name.startswith("lensbench"):
@@ -207,12 +208,20 @@ def test_a_shipped_kernel_for_another_signature_is_compiled_without_a_word(shipp
 
 
 def test_a_shipped_kernel_of_another_source_is_refused_with_a_warning(shipped, monkeypatch):
-    monkeypatch.setattr(cache, "_COMPILERS", "another numba")
+    monkeypatch.setattr(kernel_version, "COMPILERS", "another numba")
     with pytest.warns(UserWarning, match="compiled from other sources, or with another numba"):
         kernel = shipped.declared()
         assert kernel(1) == 2 and counts(kernel) == (0, 1)
     again = shipped.declared()              # warns once
     assert again(1.0) == 2.0
+
+
+def test_asking_for_a_kernel_leaves_the_names_of_the_shipped_ones_as_they_are(shipped, monkeypatch):
+    """Threads ask without a lock, while another one goes through the names."""
+    names = {**cache._shipped_names()}
+    monkeypatch.setattr(kernel_version, "COMPILERS", "another numba")
+    assert not cache.is_compiled(shipped.declared(), void(int64))
+    assert cache._shipped_names() == names
 
 
 @pytest.mark.parametrize("damage", ["archive", "kernel"])

@@ -279,6 +279,11 @@ def test_invalid_arguments_are_refused():
     with pytest.raises(lb.LightFieldError, match="at least 1"):
         lb.capture_light_field(camera, scene, samples=0)
     film = lb.Film(36.0, 24.0, 12, 8)
+    hole = lb.PinholeCamera(film, 50.0, 0.5)
+    with pytest.raises(lb.LightFieldError, match="no lens that focuses"):
+        lb.capture_light_field(hole, scene, (3, 3), 1)
+    with pytest.raises(lb.LightFieldError, match="no lens that focuses"):       # a file that names such a camera
+        lb.LightField(hole, 1.0, np.ones((3, 3, 3, 8, 12), np.float32), np.ones((3, 3, 8, 12), np.float32))
     with pytest.raises(lb.LightFieldError, match="cancelled"):
         lb.capture_light_field(perspective(1200.0, film), scene, (2, 2), 1, progress=lambda share: False)
     field = lb.capture_light_field(perspective(1200.0, film), scene, (3, 3), 1)

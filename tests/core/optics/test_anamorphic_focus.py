@@ -71,7 +71,7 @@ def test_the_film_lies_between_the_foci_of_the_sections(distance):
         t = lb.trace(lens, start, way)
         slope = t.directions[0, axis] / t.directions[0, 2]
         assert lens.length + focus == pytest.approx(t.points[0, 2] - t.points[0, axis] / slope, abs=1e-6)
-    # Behind the stop it is a lens of rotation: both cones are alike, and the film stands in the middle
+    # Behind the stop it is a lens of rotation: both cones are alike, and the film lies in the middle
     assert film == pytest.approx(np.mean(foci), abs=0.02 * abs(foci[0] - foci[1]))
     assert abs(foci[0] - foci[1]) == pytest.approx({math.inf: 0.024, 3000.0: 0.95, 1500.0: 1.9}[distance], rel=0.05)
 

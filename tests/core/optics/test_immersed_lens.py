@@ -1,4 +1,4 @@
-"""A lens that stands in water: refraction at its front surface, and what follows from it."""
+"""A lens immersed in water: refraction at its front surface, and its effects."""
 
 import math
 from dataclasses import replace

@@ -182,3 +182,6 @@ def test_equal_lenses_are_found_by_their_hash_also_in_another_process():
     carried = pickle.loads(pickle.dumps(first))
     assert "_hash" not in vars(carried) and {first: 1}[carried] == 1
     assert first.section("x") is first.section("x") and first.section("x") != first.section("y")
+    for cut in (first, first.surfaces[0]):
+        with pytest.raises(lb.LensError, match="section 'z'"):
+            cut.section("z")

@@ -142,8 +142,6 @@ def test_a_white_picture_is_the_round_stop_and_the_centre_of_an_opaque_middle_st
 
 def test_what_leaves_the_picture_out_says_so():
     lens = lb.stopped_down(with_letter(), 4.0)
-    grid = lb.analysis.ray_grid(lens, 36.0, lb.analysis.conditions(lens, lb.Film()), 8)
-    assert any("picture in the stop" in str(found) for found in grid.findings)
     with pytest.raises(lb.LensError, match="picture in the stop"):
         lb.analysis.sunstar(lens, 36.0)
     text, findings = toml_format.write(lens)

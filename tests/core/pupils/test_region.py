@@ -139,7 +139,7 @@ def test_a_closing_stop_leaves_a_region_that_shrinks_with_its_square(stop):
     ("lv-nikon-z-58f095-noct", 22, 2000.0), ("lentil-meyer-primoplan-1936", 100, math.inf),
     ("lib-us10281683", 100, math.inf), ("pbrt-fisheye-10mm", 1000, math.inf)])
 def test_where_the_reference_tracer_finds_light_through_a_small_stop_the_region_is_found(name, closed, focus):
-    """The film close behind a wide rear surface, or the stop's image folded over: a coarse look meets nothing of it."""
+    """The film close behind a wide rear surface, or the stop's image folded over: a coarse search misses it."""
     lens = lenses.load(name)
     lens = lb.focused(lens.with_stop_radius(lens.stop.semi_diameter / closed), focus)
     distance, a = lb.film_distance(lens, focus), lens.surfaces[-1].semi_diameter
@@ -171,7 +171,7 @@ def test_single_precision_clearances_keep_their_stated_error(name, stop):
     film, zero = np.repeat(radii[lit], 33 * len(share)), np.zeros(len(points))
     double, single = np.empty((2, len(points)))
     for out, error in ((double, math.inf), (single, 0.0)):
-        clearances(film, zero, *np.ascontiguousarray(points.T), distance, out, by._replace(error=error), 0.0)
+        clearances(film, zero, zero, *np.ascontiguousarray(points.T), distance, out, by._replace(error=error), 0.0)
     near = double < 1.1                 # beyond the rims of steep aspheres Newton's method may end too early
     assert near.sum() > 500 and np.abs(single - double)[near].max() < by.error
 

@@ -332,7 +332,7 @@ def test_the_points_of_a_light_are_its_own_light():
 
 
 def test_the_disk_of_a_light_with_a_size_of_its_own_is_as_even_as_that_of_a_point():
-    """Rays stand for many, whose places on the light are spread together with those before the lens."""
+    """One ray represents many, whose places on the light are spread together with those before the lens."""
     unevenness = []
     for size in (3e-4, 4e-3):
         scene = Scene("one", sky=DARK, spheres=(Sphere((1200.0, 1000.0, -20000.0), size * 20000.0, bright()),))

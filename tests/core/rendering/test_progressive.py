@@ -38,6 +38,24 @@ def test_a_picture_without_small_lights_goes_on_from_its_sums():
     assert np.array_equal(resumed.image(), at_once.image())
 
 
+@pytest.mark.parametrize(("scene", "disperses", "named"), [
+    ("still-life", False, {}), ("still-life", False, {"view": "depth"}),
+    pytest.param("still-life", True, {}, marks=pytest.mark.slow),
+    pytest.param("night-lights", False, {"flare": lb.Flare(stars=1.0)}, marks=pytest.mark.slow)])
+def test_a_picture_in_bands_is_the_whole_picture_bit_for_bit(scene, disperses, named):
+    lens = lenses.load("lv-leica-summicron-m-50f2-v5" if disperses else "pbrt-dgauss-50mm")
+    view = lb.LensCamera(lens, lb.Film(2.0, 24.0, 90, 1080), 1200.0, 2.8, dispersion=disperses)
+    whole, in_bands = (lb.Rendering(view, lb.builtin_scene(scene), in_bands=each, **named) for each in (False, True))
+    assert whole.add(3)
+    found = []
+    while not found or in_bands.next_band():
+        assert in_bands.add(1) and in_bands.add(2)
+        found.append(in_bands.image())
+    assert [len(band) for band in found] == [512, 512, 56]
+    assert np.array_equal(np.concatenate(found), whole.image())
+    assert np.array_equal(np.concatenate([*whole.bands()]), whole.image())
+
+
 def test_samples_added_one_by_one_are_those_added_at_once():
     scene = lb.builtin_scene("still-life")
     by_one, at_once = lb.Rendering(camera(), scene), lb.Rendering(camera(), scene)

@@ -79,7 +79,7 @@ def test_light_by_a_specular_object_is_that_of_the_cameras_rays(name, model):
 
 
 @pytest.mark.parametrize("kind", ["metal", "glass"])
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.floats(-1.3, 1.3), st.floats(3.0, 60.0), st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
 def test_the_path_by_a_ball_obeys_the_laws_of_reflection_and_refraction(kind, angle, far, x, y):
     """Snell's law and the mirror's, in their vector form, from the ball's own surface on: the ray meets the point."""

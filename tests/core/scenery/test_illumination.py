@@ -199,7 +199,7 @@ def test_what_stands_behind_a_lamp_casts_no_shadow_from_it():
     lamps = (lb.Disk((0.0, 50.0, 0.0), (0.0, 1.0, 0.0), 20.0, material), lb.Sphere((0.0, 50.0, 0.0), 20.0, material))
     behind = (lb.Disk((0.0, 150.0, 0.0), (0.0, 1.0, 0.0), 80.0), lb.Sphere((0.0, 190.0, 0.0), 80.0))
     wall = lb.Rectangle((500.0, 400.0, 0.0), (0.0, 0.0, 300.0), (0.0, 500.0, 0.0), PAPER)
-    # every other ray of a block looks high up the wall, so that what stands between belongs to the block
+    # every other ray of a block looks high up the wall, so that the objects between count for the block
     o = np.tile([(63.0, -99.0, 0.0), (400.0, 800.0, 0.0)], (256, 1))
     d = np.tile([(-3.0, -1.0, 0.0), (1.0, 0.0, 0.0)], (256, 1))
     v = np.random.default_rng(2).random((2, 512))
@@ -233,7 +233,7 @@ def test_light_is_counted_once():
     lb.Sphere((30.0, 500.0, -40.0), 60.0, lb.Material((3.0, 2.0, 1.0), "lamp"))])
 def test_without_shadows_a_lamp_is_a_point_at_its_middle_at_rest_or_not(lamp):
     """It gives L cos θ cos θ′ A / (π d²), a sphere L cos θ times the solid angle over π that it fills."""
-    ball = lb.Sphere((30.0, 300.0, -40.0), 50.0, lb.Material((1.0,) * 3, "metal"))      # it would stand between
+    ball = lb.Sphere((30.0, 300.0, -40.0), 50.0, lb.Material((1.0,) * 3, "metal"))      # it would cast a shadow
     scene = lb.Scene("lamp", sky=BLACK, ambient=(0.1,) * 3, spheres=(ball,), plates=(GROUND,))
     x, z = np.random.default_rng(3).uniform(-300.0, 300.0, (2, 40))
     to = np.array(lamp.centre) - np.column_stack([x, np.full(40, -100.0), z])

@@ -35,7 +35,7 @@ def test_transmittance_falls_exponentially(real):
 absorptions = st.tuples(*[st.floats(0.0, 1e-3)] * 3)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(absorptions, absorptions, st.floats(0.0, 1e4), st.floats(0.0, 1e4))
 def test_two_lengths_together_are_their_sum(absorption, scattering, one, other):
     medium = lb.Medium(1.0, absorption, scattering, (0.3, 0.6, 0.9))

@@ -154,7 +154,7 @@ def test_a_flat_field_shows_no_ring_at_any_radius(name):
     radii = np.hypot(x - 96.0, y - 96.0)
     profile = rings(image, radii)
     assert image == pytest.approx(plain, abs=1e-5)                      # a pattern that is none
-    # a ring stands out of the parabola through its neighbours by no more than the noise of its pixels
+    # a ring differs from the parabola through its neighbours by no more than the noise of its pixels
     noise = np.array([image[(radii >= r) & (radii < r + 2)].std() / np.sqrt(((radii >= r) & (radii < r + 2)).sum())
                       for r in range(0, 92, 2)])
     k = np.arange(-3, 4)

@@ -38,6 +38,7 @@ from lensbench.kernels.block import (
     lane_buffer,
 )
 from lensbench.kernels.program import Program
+from lensbench.scenery.finish import MATTE
 from lensbench.scenery.objects import Floor, Material, Rectangle, Sky, Sphere
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.shading.rough_clearcoat import lobe_mean
@@ -83,7 +84,7 @@ def test_a_gleam_out_of_focus_is_in_the_first_picture_nearly_what_it_is_in_the_l
 @pytest.mark.slow
 @pytest.mark.parametrize("model", ["trace", "perspective"])
 def test_many_samples_show_what_they_would_at_points(model):
-    """The disks that samples stand for shrink: what the first ones blurred falls as one over the number of samples."""
+    """The disks that samples represent shrink: what the first ones blurred falls as one over the number of samples."""
     view = camera(model, world_from_camera=TURNED)
     scene = Scene("turned", sky=DARK, floor=STREET.floor, spheres=tuple(
         Sphere(tuple(TURNED[:3, :3] @ s.centre + TURNED[:3, 3]), s.radius, s.material) for s in LIGHTS))
@@ -196,3 +197,22 @@ def test_a_gleam_is_finite_and_never_negative_however_grazing_the_ray_and_wide_t
         table[FINISH], table[TR:TB + 1], table[SR:SB + 1] = random.choice([0.5, 0.955, 0.9985]), 1.0, 0.0
         step.kernel(lanes, parameters, NO_INTEGERS, key)
         assert np.isfinite(table[SR:SB + 1]).all() and table[SR:SB + 1].min() >= 0.0
+
+
+@pytest.mark.parametrize("coated", [1, 17, 400, B])
+def test_a_coated_lane_reflects_the_same_whatever_the_others_of_its_block_are(coated):
+    step = next(step for step in lb.builtin_scene("night-lights").steps() if step.kernel.__name__ == "rough_clearcoat")
+    random, parameters = np.random.default_rng(3), np.asarray(step.parameters, np.float32)
+    fall, turn, found = random.uniform(0.05, 0.5, B), random.uniform(-0.3, 0.3, B), []
+    which = random.permutation(B)[:coated]
+    for finish in (np.full(B, 0.955), np.where(np.isin(np.arange(B), which), 0.955, MATTE)):
+        lanes, key = lane_buffer(), np.zeros(KEYS, np.uint32)
+        table = lanes.reshape(-1, PITCH)[:, :B]
+        level = np.sqrt(1.0 - fall**2)
+        table[L], table[M], table[N] = level * np.sin(turn), -fall, -level * np.cos(turn)
+        table[DEPTH], table[NY], table[FINISH], table[TR:TB + 1] = 1350.0 / fall, 1.0, finish, 1.0
+        step.kernel(lanes, parameters, NO_INTEGERS, key)
+        found.append(table[SR:SB + 1].copy())
+    alone = found[1][:, which]
+    assert alone.min() > 0.0 and alone == pytest.approx(found[0][:, which], rel=1e-5)
+    assert np.count_nonzero(found[1]) == 3 * coated

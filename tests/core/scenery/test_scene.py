@@ -131,7 +131,7 @@ def test_a_block_skips_no_small_sphere_at_its_edge():
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3).filter(lambda v: np.linalg.norm(v) > 1e-3),
        st.floats(1.0, 100.0))
 def test_a_sphere_is_met_on_its_surface_and_lit_along_its_normal(towards, radius):

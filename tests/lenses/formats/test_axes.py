@@ -63,15 +63,84 @@ def test_a_decentre_beyond_the_limit_in_mm_names_its_surface():
     assert caught.value.line
 
 
-def test_breaks_and_positions_together_are_refused_at_the_last_break():
-    blocks = ("TYPE COORDBRK; DISZ 0; PARM 1 0.1", FRONT, REAR.format(gap=40), "TYPE COORDBRK; DISZ 0; PARM 1 -0.1",
-              IMAGE + "; MNUM 2 1; THIC 3 1 40; THIC 3 2 41")
+def configured(*blocks, configurations):
+    """A Zemax lens of these blocks and lines of configurations."""
     text = HEAD.format(unit="MM") + "".join(f"SURF {i}\n" + "".join(f"  {line}\n" for line in block.split("; "))
                                             for i, block in enumerate(blocks, start=1))
-    text = text.replace("  MNUM", "MNUM").replace("  THIC", "THIC")
-    with pytest.raises(lenses.LensFileError, match="with several positions") as caught:
-        READERS[".zmx"](text, "x.zmx")
-    assert text.split("\n")[caught.value.line - 1] == "SURF 4"
+    return READERS[".zmx"](text + "\n".join(configurations), "x.zmx"), text
+
+
+def test_breaks_keep_their_pose_in_every_position_and_the_ways_behind_them_vary():
+    """The element moves by 1 mm between two breaks: both gaps beside it change, of which one is that of a break."""
+    blocks = ("TYPE STANDARD; CURV 0; DISZ 7; DIAM 6", "TYPE COORDBRK; DISZ 0; PARM 2 0.4; PARM 3 10", FRONT,
+              REAR.format(gap=-3), "TYPE COORDBRK; DISZ 43; PARM 2 -0.4; PARM 3 -10; PARM 6 1", IMAGE)
+    lens, _ = configured(*blocks, configurations=("MNUM 2 1", "THIC 1 1 7", "THIC 1 2 8", "THIC 5 1 43", "THIC 5 2 42"))
+    assert lens.positions.gaps == (0, 2)
+    for position, gaps in enumerate(([7.0, 3.0, 40.0], [8.0, 3.0, 39.0])):
+        at = lens.at(zoom=float(position))
+        assert [s.thickness for s in at.surfaces] == pytest.approx(gaps, abs=1e-12)
+        assert at.vertex(1) == pytest.approx([0.0, 0.4, gaps[0]], abs=1e-12)
+        assert (at.frames[1].rotation, at.frames[2] is at.frames[1]) == (pytest.approx(lens.frames[1].rotation), True)
+
+
+def test_a_decentre_that_comes_with_a_gap_is_refused_at_its_break():
+    """Between two tilted breaks a longer way moves the element sideways: no pose that all positions have."""
+    blocks = ("TYPE COORDBRK; DISZ 5; PARM 3 10", FRONT, REAR.format(gap=-8),
+              "TYPE COORDBRK; DISZ 43; PARM 3 -10; PARM 6 1", IMAGE)
+    with pytest.raises(lenses.LensFileError, match="position 2 has other tilts or decentres than the first") as caught:
+        configured(*blocks, configurations=("MNUM 2 1", "THIC 1 1 5", "THIC 1 2 6", "THIC 3 1 -8", "THIC 3 2 -9"))
+    assert caught.value.line
+    lens, _ = configured(*blocks, configurations=("MNUM 2 1", "THIC 4 1 43", "THIC 4 2 44"))
+    assert lens.positions.thicknesses[1][0][0] - lens.positions.thicknesses[0][0][0] == pytest.approx(1.0)
+
+
+def zoom_lens():
+    return lenses.load("lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed")
+
+
+def bent(lens, first, last, **pose):
+    return replace(lens, surfaces=tuple(
+        replace(s, pose=lb.SurfacePose(**pose, pivot=i - first)) if first <= i <= last else s
+        for i, s in enumerate(lens.surfaces)))
+
+
+@pytest.mark.parametrize("suffix", [".zmx", ".seq", ".toml"])
+@pytest.mark.parametrize("spans", [False, True])
+def test_a_zoom_lens_out_of_line_is_written_in_all_its_positions(suffix, spans, tmp_path):
+    """The group between two varying gaps, or a body with such a gap within it, against rays of each position."""
+    lens = zoom_lens()
+    first, gap = lens.positions.gaps[0] + 1, lens.positions.gaps[1]
+    last = gap + 1 if spans else gap
+    lens = bent(lens, first, last, decentre_x=0.2, decentre_y=-0.1, tilt_x=0.01, tilt_y=-0.02)
+    lost = lenses.save(lens, tmp_path / f"zoom{suffix}")
+    read = lenses.load(tmp_path / f"zoom{suffix}")
+    if suffix == ".seq" and spans:
+        assert read.positions is None and any(
+            f"surface {gap + 1} is tilted about another one, and the gap between them varies" in each.message
+            for each in lost)
+        return
+    assert not any("left out: its zoom" in each.message or "left out: with" in each.message for each in lost)
+    origins = np.column_stack([np.linspace(-8.0, 9.0, 12), np.linspace(5.0, -6.0, 12), np.full(12, -10.0)])
+    ways = np.tile([0.01, -0.02, 1.0], (12, 1))
+    for places in zip(lens.positions.zoom_stations, read.positions.zoom_stations, strict=True):
+        wanted, found = (lb.trace(each.at(zoom=zoom), origins, ways, clip=False)
+                         for each, zoom in zip((lens, read), places, strict=True))
+        assert np.isfinite(wanted.points).all()
+        assert found.points == pytest.approx(wanted.points, abs=1e-8)
+        assert found.directions == pytest.approx(wanted.directions, abs=1e-10)
+
+
+def test_a_body_of_a_zoom_lens_moves_with_its_gaps():
+    """At every position, the lens out of line is the lens of that position, alone, put out of line."""
+    lens = zoom_lens()
+    first, last = lens.positions.gaps[0] + 1, lens.positions.gaps[1]
+    pose = {"decentre_x": 0.2, "tilt_y": 0.03}
+    for zoom in (0.0, 0.37, 1.0):
+        alone = bent(replace(lens.at(zoom=zoom), positions=None), first, last, **pose)
+        there = bent(lens, first, last, **pose).at(zoom=zoom)
+        assert replace(there, positions=None) == alone
+        for one, two in zip(there.frames, alone.frames, strict=True):
+            assert (one is None) == (two is None) and (one is None or np.array_equal(one.shift, two.shift))
 
 
 def test_a_tilt_among_the_properties_of_a_surface_is_refused_at_its_line():
@@ -152,7 +221,7 @@ def by_code_v(ade, bde, cde):
     return about(2, cde, about(1, -bde, axes))
 
 
-def test_a_surface_of_codev_with_dar_stands_alone_where_its_turns_put_it():
+def test_a_surface_of_codev_with_dar_alone_is_placed_by_its_turns():
     lens = codev("  ADE 10; BDE 5; XDE 0.3; ZDE 0.2; DAR", "S -0.02 40", "  CIR 5", "SI")
     axes = by_code_v(10.0, 5.0, 0.0)
     assert axes[2, 1] > 0.0 and axes[2, 0] < 0.0        # left-handed: ADE turns the axis z up, BDE towards −x
@@ -203,3 +272,33 @@ def test_the_object_of_a_lens_whose_first_surface_pivots_about_the_second_keeps_
     for suffix in (".zmx", ".seq"):
         found = READERS[suffix](WRITERS[suffix](lens)[0], "x" + suffix)
         assert found.system.object_distances[0] + found.vertex(1)[2] == pytest.approx(200.0 + 6.0, abs=1e-9), suffix
+
+
+def test_positions_that_move_a_body_sideways_are_left_out_of_zemax_files():
+    """A pivot behind a varying gap: the first vertex of the body moves along the tilted axis."""
+    lens = zoom_lens()
+    gap = lens.positions.gaps[1]
+    first, last = lens.positions.gaps[0] + 1, gap + 1
+    lens = replace(lens, surfaces=tuple(
+        replace(s, pose=lb.SurfacePose(tilt_x=0.02, pivot=i - last)) if first <= i <= last else s
+        for i, s in enumerate(lens.surfaces)))
+    text, lost = WRITERS[".zmx"](lens)
+    assert any(f"left out: surface {first} is tilted about one behind it" in each.message for each in lost)
+    read = READERS[".zmx"](text, "x.zmx")
+    assert read.positions is None
+    for i in range(len(lens.surfaces)):
+        assert read.vertex(i) == pytest.approx(lens.at(zoom=0.0, close=0.0).vertex(i), abs=1e-9)
+
+
+@pytest.mark.parametrize(("suffix", "first", "pivot", "last"), [
+    (".zmx", 12, 14, 14), (".seq", 12, 14, 14), (".zmx", 6, 7, 8)])
+def test_a_way_that_differs_by_rounding_is_no_varying_gap(suffix, first, pivot, last):
+    """Ways back to the line are differences of heights that vary; surfaces 6 to 8 have a varying gap within them."""
+    lens = lenses.load("canon-ef-ii-28-80-f35")
+    pose = {"decentre_x": 0.2, "decentre_y": -0.1, "tilt_x": 0.02, "tilt_y": 0.01}
+    lens = replace(lens, surfaces=tuple(
+        replace(s, pose=lb.SurfacePose(**pose, pivot=i - pivot)) if first <= i <= last else s
+        for i, s in enumerate(lens.surfaces)))
+    read = READERS[suffix](WRITERS[suffix](lens)[0], "x" + suffix)
+    assert read.positions.gaps == lens.positions.gaps
+    assert read.positions.thicknesses[-1][-1][-1] == pytest.approx(lens.positions.thicknesses[-1][-1][-1], abs=1e-9)

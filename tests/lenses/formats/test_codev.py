@@ -138,7 +138,7 @@ def test_a_decentre_of_nothing_is_harmless(tmp_path):
 
 
 @given(prescriptions(range(4, 21, 2), name=plain_words))
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_a_saved_lens_loads_equal_to_the_last_bit_but_for_names_of_glasses(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.seq"
     named = any(s.glass.name for s in lens.surfaces)

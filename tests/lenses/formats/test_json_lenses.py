@@ -178,7 +178,7 @@ def test_a_format_that_keeps_only_numbers_of_fused_silica_says_so(tmp_path, suff
 
 
 @given(prescriptions(range(2, 21), toroids=False, name=plain_words))
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @pytest.mark.parametrize("suffix", [".json", ".roa"])
 def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, suffix, lens):
     path = tmp_path_factory.getbasetemp() / f"any{suffix}"

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from lensbench import AIR, Glass, lenses
 from lensbench.lenses import glass_catalogue
+from lensbench.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData
 from tests.lenses.samples import DATA, changed_sample, plain_words, prescriptions, refusal
 
 SAMPLE = (DATA / "zoom.txt").read_text()
@@ -51,8 +52,29 @@ def test_positions_are_the_columns_that_have_distances(tmp_path):
     assert lens.positions == sample(tmp_path).positions
     found, = lens.findings
     assert found.kind is lenses.Kind.NOT_READ and "P (line 8)" in str(found)
+    assert lens.system.largest_field == 21.6
     assert sample(tmp_path, ("3.5\t9.25", "3.5"), ("40.25\t45.5", "40.25"),
                   ("Infinity\tInfinity", "Infinity")).positions is None
+
+
+@pytest.mark.parametrize(("rows", "kind", "largest", "left_out"), [
+    ("Angle of View\t63\t28\nImage Height\t43.2\t43.2\n", FieldKind.ANGLE, 31.5, "Image Height 43.2"),
+    ("Image Height\t43.2\n", FieldKind.REAL_IMAGE_HEIGHT, 21.6, ""),
+    ("Angle of View\tundefined\nImage Height\t43.2\n", FieldKind.REAL_IMAGE_HEIGHT, 21.6, "")])
+def test_the_field_is_half_the_angle_of_view_or_half_the_height_of_the_image(tmp_path, rows, kind, largest, left_out):
+    lens = sample(tmp_path, ("d0\t", f"{rows}d0\t"))
+    assert lens.system.field_kind is kind and lens.system.fields == (FieldPoint(0.0, largest),)
+    assert [left_out in str(finding) for finding in lens.findings] == ([True] if left_out else [])
+    assert lenses.save(lens, tmp_path / "again.txt") == ()
+    again = lenses.load(tmp_path / "again.txt")
+    assert again == lens and again.system == lens.system
+
+
+def test_an_f_number_that_was_stated_as_the_aperture_is_written(tmp_path):
+    lens = replace(sample(tmp_path), stated_f_number=None, positions=None,
+                   system=SystemData(Aperture(ApertureKind.F_NUMBER, (5.6,))))
+    lenses.save(lens, tmp_path / "again.txt")
+    assert lenses.load(tmp_path / "again.txt").stated_f_number == 5.6
 
 
 def test_powers_of_the_aspheric_columns_follow_from_the_constants(tmp_path):
@@ -107,7 +129,7 @@ odd_or_even = st.sampled_from([tuple(range(2, 21, 2)), tuple(range(3, 21))])
 @given(odd_or_even.flatmap(lambda powers: prescriptions(
     powers, cylinders=False, name=plain_words, notes=plain_words, stated_efl=st.none() | st.floats(-1e3, 1e3),
     stated_f_number=st.none() | st.floats(0.5, 64.0))))
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.txt"
     assert lenses.save(lens, path) == ()

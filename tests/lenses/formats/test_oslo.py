@@ -71,7 +71,7 @@ def test_another_file_is_refused(tmp_path):
 
 @given(prescriptions(range(2, 21), toroids=False,
                      name=plain_words.map(lambda text: f"lens {text.translate(WITHOUT_DIGITS)}".strip())))
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.len"
     assert lenses.save(lens, path) == ()

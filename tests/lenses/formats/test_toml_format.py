@@ -63,7 +63,7 @@ def prescriptions(draw):
 
 
 @given(prescriptions())
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.toml"
     assert lenses.save(lens, path) == ()

@@ -202,7 +202,7 @@ def test_a_torus_of_revolution_is_a_biconic_toroid_and_the_finding_says_how_far(
 
 
 @given(prescriptions(range(2, 21), name=plain_words, notes=plain_words))
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.zmx"
     assert lenses.save(lens, path) == ()

@@ -136,6 +136,18 @@ def test_the_wavefront_of_the_axis_has_its_strehl_ratio_in_the_title():
     assert [row[1] for row in figure.table.rows[:3]] == [1.0, 2.0, 3.0]
 
 
+def test_the_bars_of_a_wavefront_in_the_fringe_order_are_noll_s_scaled_to_the_rim():
+    noll, fringe = (wavefront_figure(ASKED, 24, "full", order) for order in ("noll", "fringe"))
+    (first, second) = (next(layer for layer in figure.rows[1][0].layers if isinstance(layer, Bars))
+                       for figure in (noll, fringe))
+    assert second.x.tolist() == list(range(4, 21))
+    by_noll = dict(zip(first.x.tolist(), first.y.tolist(), strict=True))
+    by_fringe = dict(zip(second.x.tolist(), second.y.tolist(), strict=True))
+    # Wyant's table: Z4 √3 (2 r² − 1), Z8 √8 (3 r³ − 2 r) sin, Z11 √5 (6 r⁴ …), Z22 √7 (20 r⁶ …) are 4, 8, 9, 16
+    for noll_index, fringe_index, scale in ((4, 4, 3.0), (7, 8, 8.0), (11, 9, 5.0), (22, 16, 7.0)):
+        assert by_fringe[fringe_index] == pytest.approx(scale ** 0.5 * by_noll[noll_index], rel=1e-12)
+
+
 def test_focus_shift_and_illumination_are_those_of_the_lens_wide_open():
     open_ = query(replace(Settings(), f_number=None))
     shift = focus_shift_figure(open_, 16, 2.8)
@@ -197,6 +209,23 @@ def test_a_star_needs_blades_and_counts_its_rays():
         star_figure(query(replace(Settings(), f_number=8.0)), 16)
     figure = star_figure(query(replace(Settings(), f_number=8.0, blades=5)), 16)
     assert figure.rows[0][0].title == "10 rays"
+
+
+@pytest.mark.slow
+def test_the_bokeh_of_an_afocal_lens_says_which_distance_it_does_not_image():
+    glass = lb.Glass(1.5)               # thin lenses of 100 and 50 mm, their foci together
+    front = lb.Lens((lb.Surface(1 / 50, 4.0, 8.0, glass), lb.Surface(0.0, 10.0, 8.0)), 0)
+    back = lb.Lens((lb.Surface(1 / 25, 2.0, 8.0, glass), lb.Surface(0.0, 10.0, 8.0)), 0)
+    gap = lb.first_order(front).bfl + lb.first_order(back).bfl
+    relay = lb.Lens((front.surfaces[0], lb.Surface(0.0, gap, 8.0), lb.Surface(0.0, 2.0, 8.0, glass),
+                     lb.Surface(-1 / 25, 0.0, 8.0)), 0)
+    assert np.isinf(lb.first_order(relay).efl)
+    near = replace(ASKED, lens=relay, setup=replace(ASKED.setup, lens=relay, film_distance=60.0),
+                   object_distance=500.0, focus_distance=500.0)
+    figure = bokeh_figure(near, 16)
+    assert figure.remarks[0].startswith("∞: an afocal lens")
+    pictured = {row[1] for row in figure.table.rows}
+    assert pictured == {0.3, 0.5, 0.8}
 
 
 @pytest.mark.slow

@@ -47,7 +47,7 @@ def test_curves_of_a_are_behind_those_of_b_and_read_beside_them():
 
 
 def test_a_that_cannot_be_drawn_or_listed_is_said():
-    """The bars of a lens with other surfaces cannot stand beside those of B; nor its numbers, with other columns."""
+    """Bars of a lens with other surfaces are not drawn beside those of B, nor are numbers of other columns listed."""
     other = query(replace(Settings(), lens="lv-nikon-z-58f095-noct", f_number=None))
     b, a = seidel_figure(B, 16), seidel_figure(other, 16)
     both = with_ghost(b, a, "Noct")

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lensbench.analysis.spot_diagram import spots
-from lensbench.app.state.analysis.figure import Area, Label, Points
+from lensbench.analysis.spot_diagram import light_shares, spots
+from lensbench.app.state.analysis.figure import Area, Label, Map, Points
 from lensbench.app.state.analysis.query import query
-from lensbench.app.state.analysis.spots import COLUMNS, spots_figure
+from lensbench.app.state.analysis.spots import BLUR, COLUMNS, spots_figure
 from lensbench.app.state.settings import Settings
 from lensbench.kernels.figures import significant
 
@@ -51,3 +51,26 @@ def test_a_lens_without_known_dispersion_has_one_wavelength_and_says_so():
     figure = spots_figure(query(Settings()), 16)
     assert "588 nm" in figure.conditions and "486" not in figure.conditions
     assert any("dispersion" in remark for remark in figure.remarks)
+
+
+@pytest.mark.parametrize("reference", ["chief", "centroid"])
+def test_the_blur_behind_a_spot_has_the_centroid_and_size_of_its_light(reference):
+    """Samples of a 25th of a cell: the centroid to a tenth of one, the size but for the spread within a sample."""
+    asked = query(replace(Settings(), lens="lenshh-cooke-triplet-50"))
+    figure = spots_figure(asked, 24, reference=reference, rows=3, blur=True)
+    (plot,), = figure.rows
+    maps, rays = [layer for layer in plot.layers if isinstance(layer, Map)], asked.grid(24)
+    shares, colours = light_shares(rays), len(rays.conditions.wavelengths)
+    found = spots(rays, reference, [row[2] for row in figure.table.rows[:COLUMNS * colours:colours]])
+    assert len(maps) == 3 * COLUMNS and plot.layers[:len(maps)] == tuple(maps)
+    sample = 1.0 / BLUR
+    at = (np.arange(BLUR) + 0.5) * sample - 0.5
+    for light, (row, column) in zip(maps, np.ndindex(3, COLUMNS), strict=True):
+        f = (0, 6, 11)[row]
+        assert light.x == (column - 0.5, column + 0.5) and light.y == (-row - 0.5, 0.5 - row)
+        share = light.values / light.values.sum()
+        size = math.sqrt(share.sum(0) @ at**2 + share.sum(1) @ at**2)
+        centre = shares[f] @ found.centroids[f, :, column] - found.references[f, column]
+        assert (share.sum(0) @ at, share.sum(1) @ at) == pytest.approx(tuple(centre / plot.cell), abs=0.1 * sample)
+        white = math.sqrt(float((shares[f] @ found.rms[f, :, column] ** 2).sum()))
+        assert size == pytest.approx(white / plot.cell, rel=0.05, abs=0.3 * sample)

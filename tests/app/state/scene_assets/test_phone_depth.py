@@ -151,8 +151,8 @@ def test_a_portrait_in_heic_has_its_distances_and_its_field(meaning, tmp_path, m
 
 
 @pytest.mark.parametrize("meaning, shape, message", [
-    (None, (6, 8), "carries no depth map"), ({}, (6, 8), "does not tell its distances"),
-    ({"representation_type": 3, "d_min": 0.5, "d_max": 4.0}, (6, 8), "does not tell its distances"),
+    (None, (6, 8), "carries no depth map"), ({}, (6, 8), "does not state its distances"),
+    ({"representation_type": 3, "d_min": 0.5, "d_max": 4.0}, (6, 8), "does not state its distances"),
     ({"representation_type": 1, "d_min": 4.0, "d_max": math.nan}, (6, 8), "goes from 4 to nan"),
     ({"representation_type": 1, "d_min": 0.5, "d_max": 4.0}, (8, 6), "another shape"),
 ])

@@ -7,8 +7,8 @@ import pytest
 
 import lensbench as lb
 from lensbench.app.command.main import main
-from lensbench.app.state.picture.tone import linear
 from lensbench.app.state.scene_assets.scene_findings import scene_findings
+from lensbench.kernels.srgb import linear
 from lensbench.optics.finding import Kind
 
 

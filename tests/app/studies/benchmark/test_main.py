@@ -29,7 +29,7 @@ def test_each_figure_is_printed_as_it_is_measured_and_only_the_wanted_parts_run(
     def measured(name):
         for value in (1.0, 2.0):
             yield f"{name} {value}", value, "ms"
-            seen.append(capsys.readouterr().out)        # what stands there before the next figure is measured
+            seen.append(capsys.readouterr().out)        # printed before the next figure is measured
 
     for name in ("tracer", "pupil", "precision"):
         monkeypatch.setitem(benchmark.PARTS, name, lambda name=name: measured(name))

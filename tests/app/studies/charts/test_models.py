@@ -126,7 +126,7 @@ def test_the_front_is_what_nothing_valid_beats(points):
                      and (other.cost, other.error) != (mark.cost, mark.error) for other in marks)
         if mark.why or beaten:
             assert mark not in found
-        else:                                           # of equal marks one stands for all
+        else:                                           # of equal marks one is found
             assert any((mark.cost, mark.error) == (one.cost, one.error) for one in found)
 
 

@@ -51,6 +51,18 @@ def test_a_fisheyes_fields_beyond_a_right_angle_and_beyond_its_sight():
     np.testing.assert_allclose(back.angles[0], [0.0, radians(98.0)], atol=1e-12)
 
 
+def test_a_plane_object_lights_no_field_beyond_a_right_angle_and_its_fans_are_empty():
+    fisheye = lenses.load("lib-miyamoto-fisheye-1964")
+    given = lb.analysis.conditions(fisheye, None, (0.0, 8.1, 12.35), object_distance=160.0)
+    rays = lb.analysis.ray_grid(fisheye, lb.film_distance(fisheye, inf), given, 16)
+    assert np.degrees(rays.field_angles[1:]) == pytest.approx([60.0, 92.0], abs=2.0)
+    assert rays.lit.tolist() == [True, True, False]
+    said = [str(finding) for finding in rays.findings if "beyond 90°" in str(finding)]
+    assert len(said) == 1 and not any("rims end all rays" in str(finding) for finding in rays.findings)
+    passed = lb.analysis.ray_fans(rays, 9).passed.any((1, 2, 3))
+    assert passed.tolist() == [True, True, False]
+
+
 def test_chief_rays_of_an_anamorphic_lens_reach_film_points_of_any_azimuth():
     stack = lenses.load("lentil-schneider-anamorphic-31-2001")
     wanted = np.array([[0.0, 0.0], [6.0, 3.0], [-9.0, 5.0]])

@@ -1,0 +1,289 @@
+"""What a camera kind defines, and the stages that follow from it: raster point and pupil sample → ray in the world.
+
+A kind gives its own film and either `gaussian` with `gain`, for a projective camera, or `camera_steps`. Everything else
+has a default that a kind may override, here and in `film_projection` (`film_from_point`, `film_importance`, where a
+closed form is known). The camera frame has its origin at the camera, x to the right, y up, and the camera looks along
+−z; the film lies in the plane z = 0 of a real lens, or is imagined behind an ideal one.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from lensbench.cameras.film_landing import FilmLanding
+from lensbench.cameras.flat_port import port_step
+from lensbench.cameras.ideal_lens import Gaussian
+from lensbench.cameras.placed_shutter import PlacedShutter
+from lensbench.cameras.rays import CameraError
+from lensbench.imaging.coordinate_spaces import Window
+from lensbench.imaging.film_pose import UPRIGHT, FilmPose
+from lensbench.kernels.block import Step
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.prescription import Lens
+from lensbench.pupils.film_grid_sampler import PupilGrid
+from lensbench.pupils.posed_sampler import PosedPupil
+from lensbench.pupils.radial_sampler import PupilTable
+from lensbench.scenery.shading.participating_medium import Medium
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CameraStages(PlacedShutter):
+    """The part of `Camera` that a camera kind may override, and its stages. `Camera` documents the fields."""
+
+    weights: str = "relative"
+    medium: Medium | None = None
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.weights == "one":
+            object.__setattr__(self, "weights", "radiance")
+        if self.weights not in ("relative", "physical", "radiance"):
+            raise CameraError(f"weights {self.weights!r}: choose relative, physical or radiance")
+
+    # Members that a camera kind may override
+
+    @property
+    def pupil_centre(self) -> tuple[float, float]:
+        """Pupil sample of the ray through the centre of the pupil: (0.5, 0.5) in every camera."""
+        return 0.5, 0.5
+
+    @property
+    def with_open_stop(self) -> Self:
+        """The camera without a picture in its stop: its central rays pass wherever the picture is opaque."""
+        return self
+
+    @property
+    def stage_centre(self) -> tuple[float, float]:
+        """U0, U1 of the ray through the centre of the pupil, as the camera's stages take them."""
+        return 0.5, 0.5
+
+    def stage_uv(self, film_xy: np.ndarray, pupil_uv: np.ndarray) -> np.ndarray:
+        """U0, U1 of pupil samples, as the camera's stages take them.
+
+        Parameters
+        ----------
+        film_xy : (n, 2) array
+            Film points (mm).
+        pupil_uv : (n, 2) array
+            Pupil samples in [0, 1]², as `generate_rays` takes them.
+
+        Returns
+        -------
+        (n, 2) array
+        """
+        return pupil_uv
+
+    @property
+    def gaussian(self) -> Gaussian:
+        """First-order map from film and pupil to rays; CameraError for a camera that is not projective."""
+        raise CameraError(f"this camera is not projective: {self._not_projective}")
+
+    @property
+    def _not_projective(self) -> str:
+        """Reason why a camera kind without a `gaussian` has none."""
+        return "straight lines are curves in its pictures"
+
+    @property
+    def _is_projective(self) -> bool:
+        """Whether this camera kind defines its `gaussian`."""
+        return type(self).gaussian is not CameraStages.gaussian
+
+    @property
+    def window(self) -> Window | None:
+        """Part of the screen that falls on the film; None: the whole screen."""
+        return None
+
+    @property
+    def film_step(self) -> Step:
+        """Step from raster pixels to the film point X, Y (mm)."""
+        return self.film.step
+
+    @property
+    def disperses(self) -> bool:
+        """Whether the rays depend on the wavelength."""
+        return False
+
+    @property
+    def follows_rays(self) -> bool:
+        """Whether the rays follow a real lens with its aberrations rather than `gaussian`."""
+        return False
+
+    @property
+    def traced_lens(self) -> Lens | None:
+        """Lens whose surfaces the rays are traced through one by one; None for every other camera."""
+        return None
+
+    @property
+    def gain(self) -> float:
+        """Weight of the axial ray of a projective camera; the others fall off from it as cos⁴θ."""
+        raise AssertionError("each projective camera defines its gain")
+
+    @property
+    def geometric_f_number(self) -> float:
+        """Ratio of focal length to pupil diameter, or of image distance for an ideal lens; inf for a pinhole."""
+        slope = abs(self.gaussian.approach_pupil)
+        return 0.5 / slope if slope > 0.0 else math.inf
+
+    @property
+    def nearest_focus(self) -> float:
+        """Shortest distance (mm) at which this camera can be focused."""
+        return 1e-3
+
+    @property
+    def front(self) -> float:
+        """Coordinate z (mm, camera frame) of the camera's foremost point, the position of a window."""
+        return 0.0
+
+    @property
+    def dilution(self) -> float:
+        """Ratio of the radiance before the front surface to that behind it: the squared index before it."""
+        return 1.0
+
+    @property
+    def aim_distance(self) -> float | None:
+        """Distance (mm) from the film to the plane with the exit-pupil regions that the first camera step aims at.
+
+        These regions rotate with the film point. None: the same U0, U1 are the same pupil point for every film point.
+        """
+        return None
+
+    @property
+    def pupil(self) -> PupilTable | PupilGrid | PosedPupil:
+        """Exit-pupil regions that a camera with an aim_distance samples."""
+        raise AssertionError("a camera with an aim_distance defines its pupil")
+
+    @property
+    def film_pose(self) -> FilmPose:
+        """Pose of the film in the camera frame; in line for every camera but one with a lens."""
+        return UPRIGHT
+
+    def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
+        """Stages that project traced light onto the raster, or None where the camera has none.
+
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        FilmLanding or None
+        """
+        return None
+
+    def film_slopes(self, film_xy: np.ndarray, directions: np.ndarray) -> np.ndarray | None:
+        """Derivatives of rays by the film point at a fixed pupil sample, in the camera frame.
+
+        Parameters
+        ----------
+        film_xy : (n, 2) array
+            Film points (mm) of the rays.
+        directions : (n, 3) array
+            Unit directions of the rays.
+
+        Returns
+        -------
+        (2, n, 6) array or None
+            What a mm of film in x and in y adds to origins (mm) and directions; None without a closed form.
+        """
+        return self.gaussian.film_slopes(directions) if self._is_projective else None
+
+    # Steps
+
+    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """Steps from the film point X, Y (mm) and pupil sample U0, U1 to a ray in the camera frame with its WEIGHT.
+
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm); has no effect on a camera that does not disperse.
+
+        Returns
+        -------
+        list of Step
+        """
+        return self._weighted_gaussian.steps(self._weighted_gain)
+
+    @property
+    def _weighted_gaussian(self) -> Gaussian:
+        """`gaussian` with the slopes whose cos⁴θ weighs the rays: none where all weights are 1."""
+        if self.weights == "radiance":
+            return self.gaussian._replace(approach_film=0.0, approach_pupil=0.0)
+        return self.gaussian
+
+    @property
+    def _weighted_gain(self) -> float:
+        """`gain`, or 1 where all weights are 1."""
+        return 1.0 if self.weights == "radiance" else self.gain
+
+    def lens_steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """Steps from a ray aimed at an exit-pupil region to the ray in front of the lens, for cameras that aim.
+
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        list of Step
+
+        Raises
+        ------
+        AssertionError
+            If the camera does not aim: it has no `aim_distance`.
+        """
+        raise AssertionError("a camera with an aim_distance defines its lens_steps")
+
+    def steps(self, wavelength: float = D_LINE, timed: bool = False) -> list[Step]:
+        """Steps from raster X, Y, pupil sample U0, U1 and TIME to a ray in the world with its WEIGHT.
+
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm); has no effect on a camera that does not disperse.
+        timed : bool
+            Whether TIME becomes seconds since shutter_open. A camera that moves always converts it.
+
+        Returns
+        -------
+        list of Step
+        """
+        clock = [self.clock] if timed or self.moves else []
+        return [*clock, self.film_step, *self.aimed(wavelength), *self.carried]
+
+    def aimed(self, wavelength: float = D_LINE) -> list[Step]:
+        """Steps from the film point and pupil sample to the ray in the scene's medium, in the camera frame.
+
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        list of Step
+        """
+        return [*self.camera_steps(wavelength), *self.port]
+
+    @property
+    def port(self) -> list[Step]:
+        """Step through the window into a medium of another index; empty without a window."""
+        if not self.has_port:
+            return []
+        assert self.medium is not None
+        index = self.medium.index
+        return [port_step(self.front, index, 1.0 / index**2 if self.weights == "physical" else 1.0)]
+
+    @property
+    def has_port(self) -> bool:
+        """Whether the camera looks through a window into a medium of another index."""
+        return self.medium is not None and self.medium.index != 1.0
+
+    def _normaliser(self, on_axis: float, z: float) -> float:
+        """Divisor of cos⁴θ · area; on_axis: ∫ cos⁴θ dA (mm²) seen from the film's centre, z: film distance (mm)."""
+        if self.weights != "physical":
+            return on_axis
+        return z * z * self.dilution / self.effective_time if self.effective_time > 0.0 else math.inf

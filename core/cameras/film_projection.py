@@ -1,0 +1,200 @@
+"""Projection of points and rays of the world onto a camera's film, with the importance of the rays."""
+
+import math
+
+import numpy as np
+
+from lensbench.cameras.camera_stages import CameraStages
+from lensbench.cameras.importance import FilmImportance, Importance, gaussian_importance
+from lensbench.cameras.project import solve_film_points
+from lensbench.cameras.rays import CameraError
+from lensbench.cameras.rolling_shutter import project_onto_open_rows
+from lensbench.imaging.coordinate_spaces import transform_points
+from lensbench.kernels.block import Step
+from lensbench.kernels.program import Program
+from lensbench.kernels.sampling import unit_square
+from lensbench.optics.glass import D_LINE
+
+
+class FilmProjection(CameraStages):
+    """The part of `Camera` that projects from the world onto the film."""
+
+    def raster_from_point(self, points, pupil_uv=None, time=0.0, wavelength: float = D_LINE):
+        """Projection of points of the world onto the raster. Other objects of the scene hide nothing.
+
+        Parameters
+        ----------
+        points : (n, 3) array
+            Points in the world (mm).
+        pupil_uv : (n, 2) array or None
+            Pupil samples in [0, 1]² of the rays that project; None: the centre of the pupil.
+        time : float or (n,) array
+            Shutter samples in [0, 1), as `generate_rays` takes them.
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        raster : (n, 2) array
+            Raster points (pixels); those of points that are not visible are NaN or have no meaning.
+        visible : (n,) bool array
+            False for points behind the camera, blocked by the lens, or beside the film.
+
+        Raises
+        ------
+        ValueError
+            Points that are not finite, pupil samples outside the unit square, or times outside [0, 1].
+        """
+        points = np.atleast_2d(np.asarray(points, float))
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise ValueError(f"points of the shape {points.shape}: they must be (n, 3) finite numbers")
+        if pupil_uv is None and self.with_open_stop is not self:
+            return self.with_open_stop.raster_from_point(points, None, time, wavelength)
+        centre = self.pupil_centre if pupil_uv is None else pupil_uv
+        pupil_uv = np.broadcast_to(unit_square(centre, np.float64), (len(points), 2))
+
+        def project(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            """Raster points with the camera where it is while these rows of the film are open."""
+            there = transform_points(np.linalg.inv(self.placement(time, row)), points)
+            if self.has_port:
+                film, visible = self._film_by_newton(self.aimed(wavelength), there, pupil_uv)
+            else:
+                film, visible = self.film_from_point(there, pupil_uv, wavelength)
+            return self.raster_from_film(film), visible
+
+        return project_onto_open_rows(self, project, len(points))
+
+    def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray, wavelength: float = D_LINE):
+        """Film points whose rays through given pupil samples meet points of the camera frame.
+
+        Parameters
+        ----------
+        points : (n, 3) array
+            Points in the camera frame (mm).
+        pupil_uv : (n, 2) array
+            Pupil samples in [0, 1]².
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        film : (n, 2) array
+            Film points (mm).
+        visible : (n,) bool array
+            Whether the camera sees the points.
+        """
+        if self._is_projective:
+            return self.gaussian.film_points(points, pupil_uv)
+        return self._film_by_newton(self.camera_steps(wavelength), points, pupil_uv)
+
+    def _film_by_newton(self, steps: list[Step], points: np.ndarray, pupil_uv: np.ndarray):
+        """`film_from_point` by Newton's method, with steps from the film to the ray in the camera frame."""
+        program = Program(steps, np.float64)
+        return solve_film_points(program, points, pupil_uv, self.stage_uv, self.stage_centre,
+                                 self.film.diagonal / 2.0, self._newton_start(points))
+
+    def _newton_start(self, points: np.ndarray) -> np.ndarray | None:
+        """Film points (n, 2) near those that see points (n, 3) of the camera frame; None where none are needed."""
+        return None
+
+    def raster_from_film(self, film_xy: np.ndarray) -> np.ndarray:
+        """Raster points of film points: the inverse of `film_step`.
+
+        Parameters
+        ----------
+        film_xy : (n, 2) array
+            Film points (mm).
+
+        Returns
+        -------
+        (n, 2) array of raster points (pixels).
+        """
+        across, right, down, bottom = self.film_step.parameters
+        return np.stack([(right - film_xy[:, 0]) / across, (film_xy[:, 1] + bottom) / down], 1)
+
+    def importance(self, origins, directions, time=0.0, wavelength: float = D_LINE) -> Importance:
+        """Importance and densities of rays that run from the camera into the scene.
+
+        To connect a point of the scene to the camera, pass drawn pupil samples to `raster_from_point` and the raster
+        points that it returns to `generate_rays`. Per solid angle at the point, that ray is chosen with the density
+        position_pdf · distance² / cos θ, with the distance to the point where the ray crosses the entrance pupil.
+
+        Parameters
+        ----------
+        origins : (n, 3) array
+            Any points on the rays, in the world (mm).
+        directions : (n, 3) array
+            Directions in the world, of any length.
+        time : float or (n,) array
+            Shutter samples in [0, 1), as `generate_rays` takes them.
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        Importance
+
+        Raises
+        ------
+        ValueError
+            Rays of other shapes, not finite, or with a zero direction.
+        CameraError
+            A camera behind a window to a medium.
+        """
+        if self.has_port:
+            raise CameraError("importance is known in air, not through the window to a medium of another index")
+        origins, directions = (np.atleast_2d(np.asarray(values, float)) for values in (origins, directions))
+        length = np.linalg.norm(directions, axis=-1)
+        if origins.shape != directions.shape or origins.shape[1:] != (3,) or not (
+                np.isfinite(origins).all() and np.isfinite(directions).all() and (length > 0.0).all()):
+            raise ValueError("rays need origins and directions of the shape (n, 3), finite, and no direction zero")
+        unit_directions = directions / length[:, None]
+
+        def importance_at(row: np.ndarray) -> FilmImportance:
+            """Importance, with the camera where it is while these rows of the film are open."""
+            camera_from_world = np.linalg.inv(self.placement(time, row))
+            local_origins = transform_points(camera_from_world, origins)
+            local_directions = (camera_from_world[..., :3, :3] @ unit_directions[..., None])[..., 0]
+            local_directions /= np.linalg.norm(local_directions, axis=1)[:, None]
+            return self.film_importance(local_origins, local_directions, wavelength)
+
+        def project(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            importance = importance_at(row)
+            return self.raster_from_film(importance.film), importance.passes
+
+        raster, visible = project_onto_open_rows(self, project, len(unit_directions))
+        raster = np.where(np.isfinite(raster), raster, 0.0)
+        importance = importance_at(raster)
+        we, position_pdf, direction_pdf = (np.where(visible, value, 0.0) for value in importance[1:4])
+        if not importance.is_point:                     # per mm² of the world, to which the placement may scale
+            area = np.abs(np.linalg.det(self.placement(time, raster)[..., :3, :3])) ** (2.0 / 3.0)
+            we, position_pdf = we / area, position_pdf / area
+        return Importance(we, position_pdf, direction_pdf, np.where(visible[:, None], raster, math.nan), visible)
+
+    def film_importance(self, origins: np.ndarray, directions: np.ndarray,
+                        wavelength: float = D_LINE) -> FilmImportance:
+        """Importance and densities of rays in the camera frame.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3) arrays
+            Points on the rays (mm) and their unit directions, camera frame.
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        FilmImportance
+
+        Raises
+        ------
+        CameraError
+            A camera kind that is not projective and does not override this.
+        """
+        return gaussian_importance(self._weighted_gaussian, self._weighted_gain, self._film_area, origins, directions)
+
+    @property
+    def _film_area(self) -> float:
+        """Area (mm²) of the film, at the scale of `film_step`."""
+        across, _, down, _ = self.film_step.parameters
+        return across * self.film.pixels_x * down * self.film.pixels_y

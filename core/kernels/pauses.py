@@ -1,0 +1,44 @@
+"""Pauses of long computations, at the places where these ask for them: something more urgent may need the processors.
+
+A computation calls `pause` between its parts. Nothing happens unless a caller further up in the same thread has said,
+by `pausing`, when the thread shall pause.
+"""
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import sleep
+
+LOOK = 0.001            # seconds between two looks whether a pause is over
+_thread = threading.local()
+
+
+def never() -> bool:
+    """No pause is due."""
+    return False
+
+
+def due() -> Callable[[], bool]:
+    """Tells, from any thread, whether the computation of the present thread shall pause."""
+    found: Callable[[], bool] = getattr(_thread, "due", never)
+    return found
+
+
+def pause(wanted: Callable[[], bool] | None = None) -> None:
+    """Wait as long as the computation of this thread shall pause.
+
+    wanted: in a thread that helps another one, what `due` returned there.
+    """
+    wanted = wanted or due()
+    while wanted():
+        sleep(LOOK)
+
+
+@contextmanager
+def pausing(wanted: Callable[[], bool]) -> Iterator[None]:
+    """Let the computations of this thread pause while `wanted` is true; it is called from other threads too."""
+    former, _thread.due = due(), wanted
+    try:
+        yield
+    finally:
+        _thread.due = former

@@ -1,0 +1,175 @@
+"""Surfaces of a CODE V sequence file (.seq): S lines, and the commands for a surface or a range of surfaces."""
+
+import re
+
+from lensbench.kernels.figures import significant
+from lensbench.kernels.quotation import excerpt
+from lensbench.lenses.design import Design, Row
+from lensbench.lenses.encoding import file_curvature, file_number, first_number, first_word, is_number
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.formats import codev_tilts
+from lensbench.lenses.formats.codev_glass import Glasses
+from lensbench.lenses.rows import RowError
+from lensbench.optics.finding import Kind
+
+TERMS = {letter: 4 + 2 * i for i, letter in enumerate("ABCDEFGHJ")}     # A r⁴ … H r¹⁸, J r²⁰; there is no I
+REFUSED = {
+    "BEN": "a mirror bend", "RET": "a return of axes", **dict.fromkeys(("XOD", "YOD", "ZOD"), "a pivot of its own"),
+    "GLB": "global coordinates", "DIF": "a diffraction grating or diffractive element", "GRT": "a grating",
+    "GRO": "a grating", "HOE": "a hologram", "NSS": "a non-sequential group", "SPS": "a special surface",
+    "SPL": "a spline", "USR": "a surface of the user", "FRN": "a Fresnel surface",
+    "LMO": "an ideal lens", "MOD": "an ideal lens", "GRN": "a gradient index", "IMG": "an ideal lens",
+}
+# Solves and controls of an optimisation, labels, colours, and what the program is to show
+HARMLESS = frozenset("""
+    CCY CCX THC GLC GLN GLD KC AC BC CC DC EC FC GC HC JC ADC BDC CDC XDC YDC ZDC CUM CUF PIM PIK RFP SLB
+    CLS COM INI GO LEN RDM TEM PRE THM DER CA POL MIR CIN CNS
+    ASP CON SPH DDM UID CUN
+""".split())
+HARMLESS_ALONE = ("BEN", "RET")       # commands without a value
+SIDED = {"REX": "a rectangular aperture", "REY": "a rectangular aperture", "ELX": "an elliptical aperture",
+         "ELY": "an elliptical aperture", "ADX": "a decentred aperture", "ADY": "a decentred aperture"}
+
+
+class Surfaces:
+    """The surfaces so far, of which the last is the current one.
+
+    radii: whether the first number of an S line is a radius; else it is a curvature.
+    """
+
+    def __init__(self, design: Design, radii: bool):
+        self.design, self.radii = design, radii
+        self.glasses = Glasses(design)
+        self.edges: dict[int, float] = {}
+        self.biconic: set[int] = set()
+        self.tilts: dict[int, codev_tilts.Tilt] = {}
+        self.image_is_solved = False            # PIM: the last thickness puts the image plane at the paraxial image
+
+    def complete(self) -> None:
+        """Apply what later commands may still have changed: edges and tilts. LensFileError: a surface not traced."""
+        design = self.design
+        for index, row in enumerate(design.rows):
+            if row.semi_diameter is None and index in self.edges:
+                row.semi_diameter = self.edges[index]
+            if index in self.biconic and (row.conic or row.aspheric):
+                raise LensFileError(design.path, row.line, f"S{index} is curved in two sections and has a conic or "
+                                                           "aspheric terms: not traced")
+        for index, tilt in self.tilts.items():
+            codev_tilts.place(design, index, tilt)
+
+    def qualified(self, word: str) -> int | None:
+        """Surface that a qualifier names (S3, SO object, SI image, SS stop); None if it names none."""
+        named = re.fullmatch(r"(?ai)s(o|i|s|\d{1,4})", word)
+        if named is None:
+            return None
+        rows, where = self.design.rows, named[1].upper()
+        stop = next((i for i, row in enumerate(rows) if row.is_stop), 1)
+        return {"O": 0, "I": len(rows) - 1, "S": stop}.get(where, int(where) if where.isdigit() else 0)
+
+    def add(self, line: int, label: str, values: list[str]) -> None:
+        """Process S radius thickness glass: the next surface, or the named one."""
+        self.design.add(Row(line))
+        row = self.design.rows[-1]
+        if label.isdigit() and int(label) != len(self.design.rows) - 1:
+            raise RowError(f"S{label} is out of order: the next surface is S{len(self.design.rows) - 1}")
+        if values:
+            row.curvature = self.bend(values[0])
+        if len(values) > 1:
+            row.thickness = file_number(values[1], "thickness", infinite=True)
+        if len(values) > 2:
+            row.glass = self.glasses.medium(values[2:])
+
+    def command(self, line: int, key: str, values: list[str]) -> None:
+        """Process a command for the current surface, or for the surface of its qualifier."""
+        rows = self.design.rows
+        index = len(rows) - 1
+        span = re.fullmatch(r"(?a)([A-Za-z0-9]+)\.\.([A-Za-z0-9]+)", values[0]) if values else None
+        if span is not None:
+            first, last = (self.qualified(word if word[0] in "sS" else f"S{word}") for word in span.groups())
+            if first is None or last is None or first > last:
+                raise RowError(f"{excerpt(values[0])} is no range of surfaces, such as S1..3")
+            for each in range(first, last + 1):
+                self.command(line, key, [f"S{each}", *values[1:]])
+            return
+        if values:
+            named = self.qualified(values[0])
+            if named is not None:
+                index, values = named, values[1:]
+        if not 0 <= index < len(rows):
+            if key not in HARMLESS:
+                raise RowError(f"there is no surface {index}")
+            return
+        row = rows[index]
+        if key == "RDY":
+            row.curvature = file_curvature(first_word(values))
+        elif key == "CUY":
+            row.curvature = first_number(values)
+        elif key == "THI":
+            if values and values[0].upper() not in ("HMY", "PUY", "UMY"):       # solves: the S line has the value
+                row.thickness = first_number(values, infinite=True)
+        elif key == "GLA":
+            row.glass = self.glasses.medium(values)
+        elif key in ("STO", "STOP"):
+            for other in rows:
+                other.is_stop = False
+            row.is_stop = True
+        elif key == "K":
+            row.conic = first_number(values)
+        elif key in TERMS:
+            row.aspheric[TERMS[key]] = first_number(values)
+            if row.aspheric[TERMS[key]] == 0.0:
+                del row.aspheric[TERMS[key]]
+        elif key in ("CYL", "YTO", "XTO", "AAS"):
+            self.biconic.add(index)
+            row.curvature_x = row.curvature_x or 0.0 if key != "AAS" else row.curvature
+            row.toroid = {"YTO": "torus", "XTO": "torus about x"}.get(key, "biconic")
+        elif key in ("CUX", "RDX"):
+            word = first_word(values)
+            row.curvature_x = file_number(word, key) if key == "CUX" else file_curvature(word)
+            self.biconic.add(index)
+        elif key == "CIR":
+            self.rim(index, row, values)
+        elif key == "PIM":
+            self.image_is_solved = True
+        elif key in codev_tilts.KEYS:
+            self.tilts.setdefault(index, codev_tilts.Tilt(line)).values[key] = first_number(values)
+        elif key in codev_tilts.KINDS:
+            self.tilts.setdefault(index, codev_tilts.Tilt(line)).kind = key
+        elif key in REFUSED:
+            self.refuse_unless_zero(index, key, values)
+        elif key in SIDED:
+            self.design.found(Kind.LEFT_OUT, f"S{index}: {SIDED[key]} ({key}) is left out", index - 1)
+        elif key in ("KX", "KY", "AR", "BR", "AP", "BP") and any(map(is_number, values)) and first_number(values):
+            raise RowError(f"S{index} has a biconic asphere, which is not traced")
+        elif key not in HARMLESS and key not in ("KX", "KY", "AR", "BR", "AP", "BP"):
+            self.design.not_read(key, line)
+
+    def refuse_unless_zero(self, index: int, key: str, values: list[str]) -> None:
+        """Raise RowError for a feature that is not traced, unless its value is 0."""
+        if key not in HARMLESS_ALONE and values and all(is_number(word) for word in values) \
+                and not any(file_number(word, key) for word in values):
+            return
+        raise RowError(f"S{index} has {REFUSED[key]}, which is not traced")
+
+    def rim(self, index: int, row: Row, values: list[str]) -> None:
+        """Process CIR [CLR|EDG|OBS|HOL] semi-diameter."""
+        qualifier = next((word.upper() for word in values if not is_number(word) and word[0] not in "'\"Ll"), "")
+        if qualifier not in ("", "CLR", "EDG", "OBS", "HOL"):
+            raise RowError(f"{excerpt(qualifier)} is not read: a rim is CLR, EDG, OBS or HOL")
+        sizes = [file_number(word, "CIR") for word in values if is_number(word)]
+        if not sizes:
+            raise RowError("a semi-diameter is missing")
+        if qualifier == "OBS":
+            self.design.found(Kind.LEFT_OUT, f"S{index}: a central obscuration (CIR OBS) is left out", index - 1)
+        elif qualifier == "HOL":
+            self.design.found(Kind.LEFT_OUT, f"S{index}: a central hole (CIR HOL) is left out", index - 1)
+        elif sizes[0] <= 0.0:
+            raise RowError(f"semi-diameter is {significant(sizes[0])}: it must be positive")
+        elif qualifier == "EDG":
+            self.edges[index] = sizes[0]
+        else:
+            row.semi_diameter = sizes[0]
+
+    def bend(self, word: str) -> float:
+        """Curvature of the first value of an S line."""
+        return file_curvature(word) if self.radii else file_number(word, "curvature")

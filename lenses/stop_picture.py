@@ -1,0 +1,141 @@
+"""Picture files for the stop: the part of the light that passes, as linear light; and their place beside a lens file.
+
+White passes all light, black and clear parts pass none. A lens file names its picture by a path relative to its own
+folder, and reads none outside it.
+"""
+
+import os
+import shutil
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
+
+import numpy as np
+
+from lensbench.kernels.quotation import excerpt
+from lensbench.kernels.srgb import linear, srgb
+from lensbench.lenses.file_error import LensFileError
+from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.prescription import Lens
+from lensbench.optics.stop_image import StopImage, StopImageError
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp")
+FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP")
+MOST_PIXELS = 4096 * 4096               # of the file; known from its header
+SHARES = np.array([0.2126, 0.7152, 0.0722])     # of red, green and blue in the luminance (Rec. 709)
+MOST_NAMES = 1000                       # tried beside a lens file
+
+
+def read_picture(path: str | os.PathLike[str]) -> StopImage:
+    """The picture of a file, with its path; StopImageError where it cannot be read, or passes no light."""
+    from PIL import Image as Picture
+
+    say = partial("picture in the stop {}: {}".format, excerpt(Path(path).name))
+    try:
+        with Picture.open(path, formats=FORMATS) as picture:
+            if picture.width * picture.height > MOST_PIXELS:
+                raise StopImageError(say(f"more than {MOST_PIXELS // 1_000_000} million pixels: make it smaller"))
+            light = transmission(picture)
+    except StopImageError:
+        raise
+    except OSError as error:
+        raise StopImageError(say(error.strerror or f"it is none that can be read ({', '.join(FORMATS)})")) from error
+    except (SyntaxError, ValueError, MemoryError, Picture.DecompressionBombError) as error:
+        raise StopImageError(say(f"it is none that can be read ({', '.join(FORMATS)})")) from error
+    try:
+        return replace(StopImage.of(light), file=str(Path(path).resolve()))
+    except StopImageError as error:
+        raise StopImageError(say(str(error))) from error
+
+
+def transmission(picture: Any) -> np.ndarray:
+    """Luminance of a picture of PIL, linear, times its opacity: white passes all light, black and clear pass none.
+
+    (h, w) from 0 to 1, the top row first.
+    """
+    if picture.mode.startswith("I"):                    # 16 bits
+        return np.asarray(linear(np.clip(np.asarray(picture) / 65535.0, 0.0, 1.0)), float)
+    curve = np.asarray(linear(np.arange(256) / 255.0), float)
+    red, green, blue, opacity = (np.asarray(band) for band in picture.convert("RGBA").split())
+    light = sum(share * curve[band] for share, band in zip(SHARES, (red, green, blue), strict=True))
+    return np.minimum(light, 1.0) * (opacity / 255.0)
+
+
+def picture_beside(folder: Path | None, name: object) -> StopImage:
+    """The picture that a lens file in a folder names; None: of a text without a file.
+
+    StopImageError for a name that is no relative path within the folder, and as `read_picture`.
+    """
+    if not isinstance(name, str) or not name or "\0" in name:
+        raise StopImageError('image must be the path of a picture beside the lens file: "heart.png"')
+    said = f"picture in the stop {excerpt(name)}"
+    if folder is None:
+        raise StopImageError(f"{said}: this lens has no file, in whose folder it could be")
+    if PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor or ".." in PureWindowsPath(name).parts:
+        raise StopImageError(f"{said}: it must lie in the folder of the lens file, or below: give its path from there")
+    place = folder / PureWindowsPath(name).as_posix()
+    if place.suffix.lower() not in SUFFIXES:
+        raise StopImageError(f"{said}: pictures are {', '.join(SUFFIXES)}")
+    if not place.resolve().is_relative_to(folder.resolve()):
+        raise StopImageError(f"{said}: it is a link out of the folder of the lens file")
+    return replace(read_picture(place), name=PureWindowsPath(name).as_posix())
+
+
+def with_picture_beside(lens: Lens, path: Path) -> tuple[Lens, list[Finding]]:
+    """The lens with its picture in the folder of a lens file, written there where it is not; and a note of that.
+
+    The file of the picture is copied as it is; a picture without one, or whose file has changed, is written as a PNG
+    of 16 bits. LensFileError where it cannot be written.
+    """
+    image = lens.stop_image
+    if image is None:
+        return lens, []
+    wanted = Path(image.name or Path(image.file).name or f"{path.stem}-stop.png")
+    if not (path.parent / wanted).parent.is_dir():
+        wanted = Path(wanted.name)
+    source = Path(image.file) if image.file and _is(Path(image.file), image) else None
+    if source is None:
+        wanted = wanted.with_suffix(".png")
+    for k in range(1, MOST_NAMES):
+        name = wanted if k == 1 else wanted.with_name(f"{wanted.stem}-{k}{wanted.suffix}")
+        place = path.parent / name
+        if _is(place, image):
+            return replace(lens, stop_image=replace(image, name=name.as_posix())), []
+        if not place.exists():
+            break
+    part = place.with_name(f".{place.name[:100]}.{os.getpid()}.part")
+    try:
+        if source is not None:
+            shutil.copyfile(source, part)
+            said = f"the picture in the stop was copied beside it, as {excerpt(name.as_posix())}"
+        else:
+            _write(image, part)
+            said = (f"the picture in the stop was written beside it, as {excerpt(name.as_posix())}: "
+                    f"{image.side} × {image.side} pixels of 16 bits")
+        part.replace(place)
+    except OSError as error:
+        raise LensFileError(place, None, f"the picture in the stop cannot be written: "
+                                         f"{error.strerror or error}") from None
+    finally:
+        with suppress(OSError):
+            part.unlink()
+    return replace(lens, stop_image=replace(image, name=name.as_posix())), [note(Kind.BESIDE, said)]
+
+
+def _is(place: Path, image: StopImage) -> bool:
+    """Whether a file holds this picture, but for the rounding of 16 bits."""
+    try:
+        found = read_picture(place)
+    except (StopImageError, OSError):
+        return False
+    return found.side == image.side and bool(np.abs(found.grid - image.grid).max() < 2e-5)
+
+
+def _write(image: StopImage, place: Path) -> None:
+    """Write the texels as a grey PNG of 16 bits."""
+    from PIL import Image as Picture
+
+    codes = np.round(65535.0 * srgb(image.grid.astype(float))).astype(np.uint16)
+    Picture.fromarray(codes).save(place, format="PNG")
