@@ -131,24 +131,37 @@ def linear_ticks(low: float, high: float, pixels: float, room: float,
                  whole: bool = False) -> tuple[list[float], list[str]]:
     """Ticks of a linear axis from low to high of a length in pixels, each needing `room` pixels: by 1, 2 or 5 × 10ⁿ.
 
-    whole: at whole numbers alone.
+    There are two at least, closer than `room` if need be: one alone tells no scale. whole: at whole numbers alone.
     """
     least = max(abs(high - low) * max(room / max(pixels, 1.0), 0.02), 1.0 if whole else 0.0)
     decade = 10.0 ** floor(np.log10(max(least, 1e-300)))
-    step = next(decade * part for part in (1.0, 2.0, 5.0, 10.0) if decade * part >= least)
-    values = [step * k for k in range(-floor(-min(low, high) / step), floor(max(low, high) / step) + 1)]
+    steps = [decade * part for part in (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1) if not whole or decade * part >= 1.0]
+    fitting = [step for step in steps if step >= least]
+    step = next((step for step in (fitting[-1], *steps[len(fitting):]) if len(_multiples(step, low, high)) > 1),
+                fitting[-1])
+    values = [step * k for k in _multiples(step, low, high)]
     return values, [true_minus(significant(value)) for value in values]
+
+
+def _multiples(step: float, low: float, high: float) -> range:
+    """The whole numbers whose multiples of a step lie on an axis."""
+    return range(-floor(-min(low, high) / step), floor(max(low, high) / step) + 1)
 
 
 @lru_cache(maxsize=64)
 def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:
     """Ticks of a logarithmic axis from low to high of a length in pixels, each needing `room` pixels.
 
-    The finest of 1-2-5, 1-3 and 1 a decade that fits, or of one in two decades and more.
+    The finest of 1-2-5, 1-3 and 1 a decade that fits, or of one in two decades and more; from the first decade of the
+    axis on where two would not lie on it else.
     """
     per_decade = pixels / max(np.log10(high / low), 1e-6)
     every = max(1, ceil(room / max(per_decade, 1e-6)))
-    decades = [e for e in range(floor(np.log10(low)), floor(np.log10(high)) + 2) if e % every == 0]
+    decades = range(floor(np.log10(low)), floor(np.log10(high)) + 2)
     series = (1.0, 2.0, 5.0) if per_decade >= 3.4 * room else (1.0, 3.0) if per_decade >= 2.1 * room else (1.0,)
-    values = [m * 10.0**e for e in decades for m in series]
+    values = [m * 10.0**e for e in decades if e % every == 0 for m in series]
+    if sum(low <= value <= high for value in values) < 2:
+        first = ceil(np.log10(low) - 1e-9)
+        values = [10.0**e for e in decades if e >= first and (e - first) % every == 0] if every > 1 else \
+            [m * 10.0**e for e in decades for m in (1.0, 2.0, 5.0)]
     return values, [significant(value) for value in values]

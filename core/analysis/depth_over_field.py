@@ -13,7 +13,7 @@ from math import inf, isinf
 
 import numpy as np
 
-from lensbench.analysis.grids.field_conditions import Conditions
+from lensbench.analysis.grids.field_conditions import Conditions, field_names
 from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.analysis.spot_diagram import spots
 from lensbench.kernels.figures import significant
@@ -132,10 +132,10 @@ def field_depth(lens: Lens, film_distance: float, conditions: Conditions, limit:
     findings = list(rays.findings)
     soft = lit & (least > limit)
     if soft.any():
-        places = ", ".join(significant(each, 3) for each in rays.image_heights[soft])
+        places = "at every field" if soft[lit].all() else f"at {field_names(conditions, np.flatnonzero(soft))}"
         findings.append(Finding(
-            Kind.DARK, None, f"at {places} mm from the centre the lens draws softer than the limit of the blur at "
-            "every distance", figures={"fields": float(soft.sum())}))
+            Kind.DARK, None, f"{places} the lens draws softer than the limit of the blur at every distance",
+            figures={"fields": float(soft.sum())}))
     with np.errstate(divide="ignore"):
         return FieldDepth(rays.image_heights, 1.0 / near, 1.0 / far, 1.0 / best, least, limit, 1.0 / at[::-1],
                           blur[::-1], tuple(findings))

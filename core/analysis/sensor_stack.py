@@ -64,7 +64,8 @@ def with_sensor_stack(lens: Lens, film_distance: float, thickness: float, index:
     air = film_distance + adapter_error + shift - thickness             # before and behind the plate
     if not air > 0.0:
         raise LensError(f"no room for a stack of {significant(thickness)} mm: the film lies "
-                        f"{significant(film_distance + adapter_error)} mm behind the last vertex")
+                        f"{significant(film_distance + adapter_error, 3)} mm behind the last vertex: choose "
+                        "thinner glass")
     if thickness == 0.0:
         return lens, film_distance + adapter_error
     *before, last = lens.surfaces

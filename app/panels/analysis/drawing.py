@@ -8,7 +8,7 @@ import numpy as np
 from imgui_bundle import ImVec2, ImVec4, imgui, implot
 
 from lensbench.app.panels.analysis.layers import colour_of, draw_layers, draw_map, draw_points
-from lensbench.app.panels.analysis.under_cursor import draw_cursor, told, tooltip
+from lensbench.app.panels.analysis.under_cursor import draw_cursor, told, tooltip, unit_of
 from lensbench.app.state.analysis.figure import Curve, Figure, Map, Plot, Points
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
@@ -176,12 +176,11 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
     """Labels, limits and ticks. Limits are set when they or the size change, so that wheel and drag work between."""
     key = (plot.x, plot.y, size.x, size.y)
     refit = state.fitted.get(name) != key
-    roomy = size.x > theme.em(11) and size.y > theme.em(7)
-    for index, axis, length, room in ((implot.ImAxis_.x1, plot.x, size.x, 3.4),
-                                      (implot.ImAxis_.y1, plot.y, size.y, 1.4)):
+    wide, high = size.x > theme.em(11), size.y > theme.em(7)
+    for index, axis, length, room, has_room in ((implot.ImAxis_.x1, plot.x, size.x, 3.4, high),
+                                                (implot.ImAxis_.y1, plot.y, size.y, 1.4, wide)):
         flags = AXIS_FLAGS | (implot.AxisFlags_.no_decorations if axis.label is None else implot.AxisFlags_.none)
-        fits = roomy and axis.label is not None and imgui.calc_text_size(axis.label).x < 0.85 * length
-        implot.setup_axis(index, axis.label if fits else None, flags)
+        implot.setup_axis(index, _label(axis.label, 0.85 * length) if has_room else None, flags)
         if axis.log:
             implot.setup_axis_scale(index, implot.Scale_.log10)
             values, labels = log_ticks(axis.low, axis.high, 0.8 * length, room * imgui.get_text_line_height())
@@ -191,7 +190,8 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
             values, labels = linear_ticks(low, high, 0.8 * length, room * imgui.get_text_line_height(), axis.whole)
             implot.setup_axis_ticks(index, values, labels, False)
         top = axis.high
-        if axis is plot.y and plot.title and roomy and not (plot.equal or axis.log):     # else the title hides curves
+        if axis is plot.y and plot.title and wide and high and not (plot.equal or axis.log):
+            # Else the title hides curves
             top += (axis.high - axis.low) * 1.2 * imgui.get_text_line_height() / max(length - theme.em(3.0), 1.0)
         implot.setup_axis_limits(index, axis.low, top, implot.Cond_.always if refit else implot.Cond_.once)
     state.fitted[name] = key
@@ -203,6 +203,11 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
         implot.setup_axes_limits(plot.x.low - more_x, plot.x.high + more_x, plot.y.low - more_y, plot.y.high + more_y,
                                  implot.Cond_.always)
     implot.setup_finish()
+
+
+def _label(label: str | None, length: float) -> str | None:
+    """A label that fits into `length` pixels: all of it, its unit, or none."""
+    return next((each for each in (label, unit_of(label)) if each and imgui.calc_text_size(each).x < length), None)
 
 
 def _grip(draw: imgui.ImDrawList, shown: PlotMap, grip: Grip) -> bool:

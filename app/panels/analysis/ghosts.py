@@ -25,7 +25,7 @@ TIPS = {"axis": "A distant light in the middle of the picture", "middle": "0.7 o
         "corner": "At the angle of the corner, upward", "outside": "1.3 times the angle of the corner: a light outside "
         "the picture"}
 COLUMNS = {"Pair": "Surfaces that reflect, from the scene", "Bright": "Light on a mm² of the film, in millionths of "
-           "the direct light", "Light": "Part of the direct light", "Size": "Diameter on the film (mm)",
+           "the direct light", "Light": "Part of the direct light, in millionths", "Size": "Diameter on the film (mm)",
            "Focus": "Where it is in focus, behind the film (mm), for a light on the axis"}
 
 
@@ -101,7 +101,7 @@ def _table(state: AnalysisState, size: ImVec2) -> str | None:
             hovered = pair
         far = "∞" if math.isinf(focus) else "–" if math.isnan(focus) else true_minus(significant(focus, 3))
         parts = significant(1e6 * bright, 2) if math.isfinite(bright) else "∞"
-        for text in (parts, f"{significant(100.0 * share, 2)} %", significant(size, 3), far):
+        for text in (parts, significant(1e6 * share, 2), significant(size, 3), far):
             imgui.table_next_column()
             imgui.text_unformatted(text)
     imgui.pop_font()

@@ -35,13 +35,14 @@ def colour_of(tint: Tint) -> theme.Colour:
 
 def draw_layers(draw: imgui.ImDrawList, shown: PlotMap, layers: Iterable[Any], title: str) -> None:
     """All curves, bars and labels of a plot, and its title in the corner."""
+    above: list[tuple[float, float, float]] = []        # labels above their places: left, right, top
     for layer in layers:
         if isinstance(layer, Curve):
             _draw_curve(draw, shown, layer)
         elif isinstance(layer, Bars):
             _draw_bars(draw, shown, layer)
         elif isinstance(layer, Label):
-            _draw_label(draw, shown, layer)
+            _draw_label(draw, shown, layer, above)
     if title:
         pixel = theme.scale()
         text(draw, ImVec2(shown.left + 4.0 * pixel, shown.top + 2.0 * pixel), theme.colours().text,
@@ -77,8 +78,11 @@ def _draw_bars(draw: imgui.ImDrawList, shown: PlotMap, bars: Bars) -> None:
             draw.add_rect_filled(ImVec2(x0, min(y0, y1)), ImVec2(max(x1, x0 + 1.0), max(y0, y1)), tint)
 
 
-def _draw_label(draw: imgui.ImDrawList, shown: PlotMap, label: Label) -> None:
-    """Small text on a plate beside its place, moved into the plot where its end would be cut."""
+def _draw_label(draw: imgui.ImDrawList, shown: PlotMap, label: Label, above: list[tuple[float, float, float]]) -> None:
+    """Small text on a plate beside its place, moved into the plot where its end would be cut.
+
+    One above its place is moved up over those in `above` that it would touch.
+    """
     at, size, pad = shown.at(label.x, label.y), imgui.calc_text_size(label.text), 2.0 * theme.scale()
     if not (shown.left <= at.x <= shown.right and shown.top <= at.y <= shown.bottom):
         return
@@ -86,6 +90,12 @@ def _draw_label(draw: imgui.ImDrawList, shown: PlotMap, label: Label) -> None:
     upright = label.side.split()[-1]
     y = {"above": at.y - size.y, "below": at.y}.get(upright, at.y - 0.5 * size.y)
     x, y = max(min(x, shown.right - size.x - pad), shown.left + pad), max(min(y, shown.bottom - size.y), shown.top)
+    if upright == "above":
+        for left, right, top in above:
+            if x < right + pad and left < x + size.x + pad and abs(y - top) < size.y:
+                y = top - size.y
+        y = max(y, shown.top)
+        above.append((x, x + size.x, y))
     tint = "amber_text" if label.tint == "amber" else label.tint
     text(draw, ImVec2(x, y), colour_of(tint), label.text, plate=True)
 

@@ -83,9 +83,14 @@ def _number(value: float) -> str:
     return true_minus(significant(value, 3)) if math.isfinite(value) else "–"
 
 
+def unit_of(label: str | None) -> str:
+    """The unit of an axis, from the parenthesis of its label; "" for a number."""
+    return label.rsplit("(", 1)[1].rstrip(")") if label and "(" in label else ""
+
+
 def _unit(label: str | None) -> str:
-    """The unit of an axis, from the parenthesis of its label."""
-    unit = label.rsplit("(", 1)[1].rstrip(")") if label and "(" in label else ""
+    """The unit of an axis after a number."""
+    unit = unit_of(label)
     return unit if unit in ("°", "%", "") else f" {unit}"
 
 

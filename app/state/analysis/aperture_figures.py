@@ -14,6 +14,8 @@ from lensbench.kernels.figures import f_number_text, fixed, significant
 
 FREQUENCY = 30.0                # lp/mm, at which the MTF chooses a focus
 SLOWEST = 22.0
+ROOM = 3.0                      # × the focus shift, to which the axis goes where the depth of focus is greater
+DEEP = 30.0                     # part of the depth of focus beyond which a shift counts as none
 
 
 def focus_shift_figure(query: Query, points: int, f_number: float | None = None) -> Figure:
@@ -26,7 +28,9 @@ def focus_shift_figure(query: Query, points: int, f_number: float | None = None)
         SLOWEST / widest, 1.0))))))
     found = focus_shift(query.lens, query.setup.film_distance, query.conditions(), numbers, FREQUENCY,
                         2.0 * query.setup.film.pitch)
-    limit = reach(1000.0 * np.concatenate([found.least_blur, found.best_mtf, found.depth[:1]]))
+    most = 1000.0 * float(np.nanmax(np.abs([found.least_blur, found.best_mtf]), initial=0.0))
+    deep = 1000.0 * float(found.depth[0])
+    limit = reach([min(max(most, deep), max(ROOM * most, deep / DEEP))])
     curves = (Curve("least rms blur", numbers, 1000.0 * found.least_blur),
               Curve(f"highest MTF at {fixed(FREQUENCY, 0)} lp/mm", numbers, 1000.0 * found.best_mtf, "field0", DASHED),
               *(Curve("depth of focus" if sign > 0.0 else "", numbers,
@@ -38,12 +42,16 @@ def focus_shift_figure(query: Query, points: int, f_number: float | None = None)
         numbers, found.least_blur, found.best_mtf, found.depth, strict=True)))
     said = f"depth of focus for a blur of {significant(1000.0 * found.limit, 2)} µm, two pixels"
     unknown = ", ".join(f_number_text(number) for number in numbers[np.isnan(found.best_mtf)].tolist())
-    remarks = (f"{unknown}: the MTF at {fixed(FREQUENCY, 0)} lp/mm has no maximum near the least blur",) if unknown \
-        else ()
+    remarks = []
+    if unknown:
+        remarks.append(f"the MTF at {fixed(FREQUENCY, 0)} lp/mm has no maximum near the least blur at {unknown}")
+    if deep > limit:
+        remarks.append(f"the depth of focus at {f_number_text(float(numbers[0]))}, ± {significant(deep, 2)} µm, lies "
+                       "beyond the plot")
     return Figure("Focus shift", ((Plot(Axis("f-number", numbers[0], numbers[-1], log=True),
                                         Axis("Focus (µm)", -limit, limit), curves,
                                         "Best focus behind the film"),),), table,
-                  query.words(None, "axis", said), remarks)
+                  query.words(None, "axis", said), tuple(remarks))
 
 
 def breathing_figure(query: Query, points: int) -> Figure:

@@ -43,9 +43,10 @@ def section_figure(query: Query, points: int, shown: tuple[str, ...]) -> Figure:
     words = query.words(None, "foci of a narrow beam about the chief ray, from the film",
                         "distortion of chief rays against f tan θ of each section",
                         f"{len(parts)} fields along the width, as many along the height")
-    remarks = query.remarks(grids[0])
-    return Figure("Field curves of the sections", (plots,), _table(grids), words,
-                  (*remarks, *(each for each in query.remarks(grids[1]) if each not in remarks)))
+    both = [query.remarks(rays) for rays in grids]
+    remarks = dict.fromkeys(said if said in both[1 - a] else f"along the {way}: {said}"
+                            for a, way in enumerate(WAYS) for said in both[a])
+    return Figure("Field curves of the sections", (plots,), _table(grids), words, tuple(remarks))
 
 
 def _heights(rays: RayGrid) -> np.ndarray:
@@ -53,7 +54,7 @@ def _heights(rays: RayGrid) -> np.ndarray:
     return np.where(rays.lit, rays.image_heights, np.nan)
 
 
-def _foci(rays: RayGrid) -> np.ndarray:
+def primary_foci(rays: RayGrid) -> np.ndarray:
     """(F, 2) foci of sagittal and tangential rays; on the axis, which has neither, those of the field beside it."""
     foci = close_foci(rays)[:, rays.conditions.primary].copy()
     foci[0] = foci[1]
@@ -67,7 +68,7 @@ def _zero(top: float) -> Curve:
 def _curvature(grids: list[RayGrid], top: float) -> Plot:
     curves, limits = [_zero(top)], []
     for rays, way, tint in zip(grids, WAYS, TINTS, strict=True):
-        foci, heights = _foci(rays), _heights(rays)
+        foci, heights = primary_foci(rays), _heights(rays)
         for a, (name, dash) in enumerate((("sagittal", SOLID), ("tangential", DASHED))):
             curves.append(Curve(f"{name}, {way}", heights, foci[:, a], tint, dash))
             limits.append(foci[np.isfinite(heights) & np.isfinite(foci[:, a]), a])
@@ -112,7 +113,7 @@ def _table(grids: list[RayGrid]) -> Table:
             "distortion f tan (%)")
     rows: list[tuple] = []
     for rays, way in zip(grids, WAYS, strict=True):
-        foci = _foci(rays)
+        foci = primary_foci(rays)
         rows += [(way, math.degrees(rays.field_angles[f]), rays.image_heights[f], *foci[f], distortion)
                  for f, distortion in enumerate(_distortions(rays))]
     return Table(head, tuple(rows))

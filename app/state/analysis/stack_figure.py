@@ -9,18 +9,20 @@ import numpy as np
 import lensbench as lb
 from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.analysis.meridional_curves import FieldCurves, field_curves
+from lensbench.analysis.meridional_curves import field_curves
 from lensbench.analysis.sensor_stack import with_sensor_stack
 from lensbench.analysis.transfer_function import mtf
 from lensbench.app.state.analysis.figure import DASHED, SOLID, Axis, Curve, Figure, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.rims import with_rims
+from lensbench.app.state.analysis.section_curves import primary_foci
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import significant, true_minus
 
 FREQUENCIES = (10.0, 30.0)      # lp/mm
 FIELDS = 13
 TINTS = ("chart2", "chart0")
+Foci = tuple[np.ndarray, np.ndarray, np.ndarray]        # image heights, sagittal and tangential foci (n,)
 
 
 class Stack(NamedTuple):
@@ -44,16 +46,19 @@ def stack_figure(query: Query, points: int, stack: Stack = USUAL) -> Figure:
     bare = ray_grid(query.lens, query.setup.film_distance, given, points)
     behind = ray_grid(lens, away, given, points)
     contrast = [mtf(rays, FREQUENCIES).white_modulus for rays in (bare, behind)]
-    plots = [_contrast(bare, *contrast)]
-    try:
-        plots.append(_foci(field_curves(query.lens, query.setup.film_distance, given, 2 * points + 1),
-                           field_curves(lens, away, given, 2 * points + 1), bare))
-    except lb.LensError:            # a cylinder: the contrast says enough
-        pass
+    if query.lens.is_rotationally_symmetric:
+        curves = [field_curves(each, film, given, 2 * points + 1)
+                  for each, film in ((query.lens, query.setup.film_distance), (lens, away))]
+        primary = given.primary
+        foci = [(each.heights, each.sagittal[:, primary], each.tangential[:, primary]) for each in curves]
+    else:
+        both = [(rays, primary_foci(rays)) for rays in (bare, behind)]
+        foci = [(rays.image_heights, found[:, 0], found[:, 1]) for rays, found in both]
+    plots = (_contrast(bare, *contrast), _foci(foci[0], foci[1], bare))
     words = query.words(behind, f"stack {significant(stack.thickness)} mm, index {significant(stack.refractive_index)}",
                         f"adapter {significant(stack.adapter_error, signed=True)} mm", "dim: without both",
                         "focused again for the stack alone")
-    return with_rims(query, Figure("Sensor stack", (tuple(plots),), _table(bare, *contrast), true_minus(words),
+    return with_rims(query, Figure("Sensor stack", (plots,), _table(bare, *contrast), true_minus(words),
                                    (*_infinity(query, stack), *query.remarks(behind))))
 
 
@@ -71,17 +76,18 @@ def _contrast(bare: RayGrid, without: np.ndarray, with_: np.ndarray) -> Plot:
                 tuple(curves), "MTF")
 
 
-def _foci(bare: FieldCurves, behind: FieldCurves, rays: RayGrid) -> Plot:
+def _foci(bare: Foci, behind: Foci, rays: RayGrid) -> Plot:
+    """Image heights with sagittal and tangential foci (n,) without the stack and with it."""
     lit = rays.image_heights[rays.lit]
     end = 1.0001 * float(lit[-1]) if lit.size else math.inf
-    primary, curves, seen = rays.conditions.primary, [], []
-    for found, name, tint, weight in ((bare, "bare", "faint", 1.2), (behind, "", "strong", 1.6)):
-        for way, foci, dash in (("sagittal", found.sagittal, SOLID), ("tangential", found.tangential, DASHED)):
-            shown = np.where(found.heights <= end, foci[:, primary], np.nan)
+    curves, seen = [], []
+    for (heights, *both), name, tint, weight in ((bare, "bare", "faint", 1.2), (behind, "", "strong", 1.6)):
+        for way, foci, dash in zip(("sagittal", "tangential"), both, (SOLID, DASHED), strict=True):
+            shown = np.where(heights <= end, foci, np.nan)
             seen.append(shown[np.isfinite(shown)])
-            curves.append(Curve(name or way, found.heights, shown, tint, dash, weight))
+            curves.append(Curve(name or way, heights, shown, tint, dash, weight))
     limit = reach(np.concatenate(seen), 0.01)
-    return Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(bare.heights))), Axis("Focus (mm)", -limit, limit),
+    return Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(bare[0]))), Axis("Focus (mm)", -limit, limit),
                 tuple(curves), "Foci behind the film")
 
 

@@ -54,7 +54,7 @@ def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
         layers = (Bars("", places, values, 0.6, tint),
                   *(Label(place, max(float(value), 0.0), name, "dim", "above")
                     for place, value, name in zip(places.tolist(), values.tolist(), names, strict=True)))
-        plots.append(Plot(Axis(None, -0.7, len(places) - 0.3), Axis(label, bottom - 0.2 * room, top + 1.6 * room),
+        plots.append(Plot(Axis(None, -0.7, len(places) - 0.3), Axis(label, bottom - 0.2 * room, top + 3.0 * room),
                           layers))
     table = Table(("error", "surface", "tolerance", "growth of the spot (mm)", "change of contrast"), tuple(
         (each.kind, float(each.surface), each.tolerance, each.spot, each.contrast) for each in found))

@@ -35,3 +35,16 @@ def test_ticks_of_many_decades_do_not_touch(pixels):
     places = pixels * np.log10(np.array(values) / low) / np.log10(high / low)
     assert (np.diff(places) >= 0.9 * room).all() and len(values) == len(labels)
     assert ((places >= 0.0) & (places <= pixels)).any()
+
+
+@pytest.mark.parametrize("span", [(-0.15, 0.15), (-0.7, 0.7), (1.21, 1.29), (400.0, 700.0)])
+def test_a_narrow_axis_has_two_figures(span):
+    """Of −0.15 to 0.15 mm the only figure was the 0, which tells no scale."""
+    values, _ = linear_ticks(*span, 72.0, 44.0)
+    assert sum(span[0] <= value <= span[1] for value in values) >= 2
+
+
+@pytest.mark.parametrize("span", [(0.1, 20.0), (0.1, 70.0), (1.4, 7.9)])
+def test_a_low_logarithmic_axis_has_two_figures(span):
+    values, _ = log_ticks(*span, 30.0, 18.0)
+    assert sum(span[0] <= value <= span[1] for value in values) >= 2

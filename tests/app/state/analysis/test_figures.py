@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.analysis.grids.narrow_beams import close_foci
 from lensbench.analysis.transfer_function import mtf
 from lensbench.analysis.wavefront import wavefronts
 from lensbench.app.state.analysis.aperture_figures import focus_shift_figure, illumination_figure
@@ -202,6 +203,25 @@ def test_a_stack_costs_contrast_away_from_the_axis_and_an_adapter_costs_infinity
     still = stack_figure(ASKED, 16, Stack(0.0, 1.52, 0.0))
     np.testing.assert_array_equal(column(still, "tangential"), column(still, "tangential bare"))
     assert any("does not reach infinity" in each for each in stack_figure(ASKED, 16, Stack(2.0, 1.52, 0.1)).remarks)
+
+
+def test_a_stack_behind_an_anamorphic_lens_has_foci():
+    squeezed = query(replace(Settings(), lens="lentil-schneider-anamorphic-31-2001", f_number=None))
+    contrast, foci = stack_figure(squeezed, 16).rows[0]
+    named = {layer.name: layer.y for layer in foci.named()}
+    assert contrast.title == "MTF" and all(np.isfinite(named[way]).any() for way in ("sagittal", "tangential"))
+    still = {layer.name: layer.y for layer in stack_figure(squeezed, 16, Stack(0.0, 1.52, 0.0)).rows[0][1].named()}
+    rays = squeezed.grid(16, squeezed.parts(*np.linspace(0.0, 1.0, 13).tolist()))
+    np.testing.assert_allclose(still["sagittal"][1:], close_foci(rays)[1:, rays.conditions.primary, 0], rtol=1e-9)
+
+
+def test_the_focus_shift_is_seen_beside_a_far_greater_depth_of_focus():
+    """Of a picture of few pixels the depth of focus made the shift a flat line."""
+    few = query(replace(Settings(), pixels_x=90, pixels_y=60))
+    figure = focus_shift_figure(few, 16)
+    shift, axis = 1000.0 * np.abs(column(figure, "least blur (mm)")).max(), figure.rows[0][0].y
+    assert 1000.0 * column(figure, "depth of focus (mm)")[0] > axis.high > shift > 0.2 * axis.high
+    assert any("lies beyond the plot" in each for each in figure.remarks)
 
 
 def test_a_star_needs_blades_and_counts_its_rays():
