@@ -1,8 +1,12 @@
-"""Eight boxes or eight triangles against one ray, as vector instructions that numba does not find by itself.
+"""Boxes and triangles against rays, as vector instructions that numba does not find by itself.
 
-Nodes and triangles lie in float32; a ray of float64 lanes is compared in float64. An arrangement of eight numbers side
-by side is a *row* here: a node has a row for each side of its boxes, a leaf a row for each coordinate of its corners.
+Eight boxes or eight triangles against one ray, or one box against a group of sixteen rays. Nodes and triangles lie in
+float32; rays of float64 lanes are compared in float64. An arrangement of eight numbers side by side is a *row* here: a
+node has a row for each side of its boxes, a leaf a row for each coordinate of its corners. A row of a group of rays has
+sixteen numbers.
 """
+
+import math
 
 from llvmlite import ir
 from numba import types
@@ -16,26 +20,41 @@ NODE_ROWS, LINKS = 8, 6
 LEAF_ROWS, NUMBERS = 10, 9
 SLACK = 1e-6            # of the sum of a triangle's weights: rays through a corner, where several edges round apart
 WIDER = 1.0 + 4e-7      # of the far side of a box: more than rounding may take from it
+GROUP = 16              # rays of a group
+# Rows of a group: origins, directions, inverse components of these, greatest distances; then the weights of the second
+# and third corners of the triangles found
+ORIGIN, DIRECTION, INVERSE, MOST, SECOND, THIRD, GROUP_ROWS = 0, 3, 6, 9, 10, 11, 12
 
 
-class _Eights:
-    """Vector arithmetic of eight numbers in the type of a ray."""
+class _Vectors:
+    """Arithmetic of vectors of `count` numbers in the type of a ray; tables in memory are float32."""
 
-    def __init__(self, context, builder, kind):
-        self.context, self.builder = context, builder
+    def __init__(self, context, builder, kind, count=WIDTH):
+        self.context, self.builder, self.count = context, builder, count
         self.scalar = context.get_value_type(kind)
-        self.vector = ir.VectorType(self.scalar, WIDTH)
-        self.stored = ir.VectorType(ir.FloatType(), WIDTH)
+        self.vector = ir.VectorType(self.scalar, count)
+        self.stored = ir.VectorType(ir.FloatType(), count)
 
     def spread(self, scalar) -> ir.Value:
         one = self.builder.insert_element(ir.Constant(self.vector, ir.Undefined), scalar,
                                           ir.Constant(ir.IntType(32), 0))
-        return self.builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
+        everywhere = ir.Constant(ir.VectorType(ir.IntType(32), self.count), [0] * self.count)
+        return self.builder.shuffle_vector(one, one, everywhere)
 
     def load(self, data, place) -> ir.Value:
         there = self.builder.bitcast(self.builder.gep(data, [place]), self.stored.as_pointer())
         found = self.builder.load(there, align=4)
         return found if self.vector == self.stored else self.builder.fpext(found, self.vector)
+
+    def spread_from(self, data, place) -> ir.Value:
+        """One number of a table, in all places of a vector."""
+        found = self.builder.load(self.builder.gep(data, [place]))
+        return self.spread(found if self.scalar == ir.FloatType() else self.builder.fpext(found, self.scalar))
+
+    def load_row(self, data, number) -> ir.Value:
+        """A row of rays in their own type."""
+        there = self.builder.gep(data, [ir.Constant(ir.IntType(64), number * self.count)])
+        return self.builder.load(self.builder.bitcast(there, self.vector.as_pointer()), align=4)
 
     def store(self, value, data, place) -> None:
         there = self.builder.bitcast(self.builder.gep(data, [place]), self.vector.as_pointer())
@@ -57,7 +76,7 @@ class _Eights:
         return self.builder.select(self.builder.fcmp_ordered("<", a, b), a, b)
 
     def constant(self, number) -> ir.Value:
-        return ir.Constant(self.vector, [number] * WIDTH)
+        return ir.Constant(self.vector, [number] * self.count)
 
     def dot(self, a, b) -> ir.Value:
         x, y, z = (self.mul(p, q) for p, q in zip(a, b, strict=True))
@@ -67,8 +86,14 @@ class _Eights:
         return [self.sub(self.mul(a[i], b[j]), self.mul(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1))]
 
     def mask(self, flags) -> ir.Value:
-        """Bits of eight flags, int32."""
-        return self.builder.zext(self.builder.bitcast(flags, ir.IntType(WIDTH)), ir.IntType(32))
+        """Bits of the flags, int32."""
+        return self.builder.zext(self.builder.bitcast(flags, ir.IntType(self.count)), ir.IntType(32))
+
+    def least(self, a) -> ir.Value:
+        """The least of the numbers of a vector, none of which is NaN."""
+        name = f"llvm.vector.reduce.fmin.v{self.count}{'f32' if self.scalar == ir.FloatType() else 'f64'}"
+        reduce = cgutils.get_or_insert_function(self.builder.module, ir.FunctionType(self.scalar, [self.vector]), name)
+        return self.builder.call(reduce, [a], fastmath=("nnan",))
 
 
 def _data(context, builder, kind, value) -> ir.Value:
@@ -88,7 +113,7 @@ def boxes_met(typing, nodes, first, near, origin, inverse, most, found):
         table, place, near_, origin_, inverse_, most_, found_ = arguments
         data = _data(context, builder, signature.args[0], table)
         out = _data(context, builder, signature.args[6], found_)
-        of = _Eights(context, builder, real)
+        of = _Vectors(context, builder, real)
         begin, end = of.constant(0.0), of.spread(most_)
         for axis in range(3):
             start, per = (of.spread(builder.extract_value(three, axis)) for three in (origin_, inverse_))
@@ -107,6 +132,37 @@ def boxes_met(typing, nodes, first, near, origin, inverse, most, found):
 
 
 @intrinsic
+def box_met(typing, nodes, place, near, group):
+    """Bits of the rays of a group that enter one box before their MOST; the least distance at which one enters it.
+
+    nodes: float32; place: of the least x of the box; near: offsets of the sides that all rays meet first, 0 or WIDTH
+    each; group: rows of the rays, of which ORIGIN, INVERSE and MOST are read. Distances are rounded as in `boxes_met`.
+    """
+    real = group.dtype
+
+    def build(context, builder, signature, arguments):
+        table, place_, near_, group_ = arguments
+        data = _data(context, builder, signature.args[0], table)
+        rays = _data(context, builder, signature.args[3], group_)
+        of = _Vectors(context, builder, real, GROUP)
+        begin, end = of.constant(0.0), of.load_row(rays, MOST)
+        for axis in range(3):
+            start, per = of.load_row(rays, ORIGIN + axis), of.load_row(rays, INVERSE + axis)
+            offset = builder.extract_value(near_, axis)
+            word = offset.type
+            row = builder.add(place_, ir.Constant(word, 2 * WIDTH * axis))
+            close = of.spread_from(data, builder.add(row, offset))
+            far = of.spread_from(data, builder.add(row, builder.sub(ir.Constant(word, WIDTH), offset)))
+            begin = of.larger(of.mul(of.sub(close, start), per), begin)
+            end = of.smaller(of.mul(of.sub(far, start), per), end)
+        entered = builder.fcmp_ordered("<=", begin, of.mul(end, of.constant(WIDER)))
+        first = of.least(builder.select(entered, begin, of.constant(math.inf)))
+        return context.make_tuple(builder, signature.return_type, [of.mask(entered), first])
+
+    return types.Tuple((types.int32, real))(nodes, types.intp, types.UniTuple(types.intp, 3), group), build
+
+
+@intrinsic
 def triangles_met(typing, leaves, first, origin, direction, least, most, found):
     """Bits of the triangles of a leaf that a ray meets between `least` and `most`, from either side.
 
@@ -120,7 +176,7 @@ def triangles_met(typing, leaves, first, origin, direction, least, most, found):
         table, place, origin_, direction_, least_, most_, found_ = arguments
         data = _data(context, builder, signature.args[0], table)
         out = _data(context, builder, signature.args[6], found_)
-        of = _Eights(context, builder, real)
+        of = _Vectors(context, builder, real)
         start = [of.spread(builder.extract_value(origin_, axis)) for axis in range(3)]
         way = [of.spread(builder.extract_value(direction_, axis)) for axis in range(3)]
         a, b, c = ([of.sub(of.load(data, builder.add(place, ir.Constant(ir.IntType(64), WIDTH * (3 * corner + axis)))),
@@ -162,3 +218,12 @@ def lowest_bit(typing, mask):
         return builder.zext(found, cgutils.intp_t)
 
     return types.intp(types.int32), build
+
+
+@intrinsic
+def count_of_bits(typing, mask):
+    """How many bits of a mask are 1."""
+    def build(context, builder, signature, arguments):
+        return builder.ctpop(arguments[0])
+
+    return types.int32(types.int32), build

@@ -252,6 +252,7 @@ def main(argv: list[str] | None = None) -> int:
     from lensbench.app.studies.benchmark.ghosts import ghosts
     from lensbench.app.studies.benchmark.lens_files import files
     from lensbench.app.studies.benchmark.light_field import choices, light_fields
+    from lensbench.app.studies.benchmark.meshes import meshes
     from lensbench.app.studies.benchmark.motion import motion
     from lensbench.app.studies.benchmark.pixel import pixels
     from lensbench.app.studies.benchmark.plots import beside_plots
@@ -259,9 +260,9 @@ def main(argv: list[str] | None = None) -> int:
     from lensbench.app.studies.benchmark.window import browser, drag, starts, window
 
     parts = {"start": starts, "drag": drag, "window": window, "browser": browser, "plots": beside_plots, **PARTS,
-             "models": polynomials, "choice": choices, "pixel": pixels, "light-field": light_fields, "motion": motion,
-             "exposure": exposure, "analysis": analysis, "differentials": differentials, "files": files,
-             "ghosts": ghosts}
+             "meshes": meshes, "models": polynomials, "choice": choices, "pixel": pixels, "light-field": light_fields,
+             "motion": motion, "exposure": exposure, "analysis": analysis, "differentials": differentials,
+             "files": files, "ghosts": ghosts}
     parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
     usual = [name for name in parts if name not in LONG]
     parser.add_argument("part", nargs="*", help=f"parts to run: {', '.join(parts)} (default: all but the long ones, "

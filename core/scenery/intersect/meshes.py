@@ -1,4 +1,4 @@
-"""Triangle meshes: one tree for all meshes of a scene, searched ray by ray with eight boxes at a time.
+"""Triangle meshes: one tree for all meshes of a scene, searched by groups of rays, with eight boxes at a time.
 
 Two stages: `find_meshes` finds the nearest triangle, its normal, its place in an image and the colour of its corners;
 `mesh_surfaces` gives it the material of its mesh. The tree, the corners and what belongs to them lie in arrays of their
@@ -50,11 +50,12 @@ from lensbench.kernels.block import (
 from lensbench.kernels.borrowed_array import address, borrowed
 from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.cache import njit
+from lensbench.kernels.eights import DIRECTION, GROUP, MOST, ORIGIN, SECOND, THIRD
 from lensbench.kernels.layout import offsets, pack, vector
 from lensbench.scenery.finish import INSIDE, SOLID, is_ball
 from lensbench.scenery.intersect.block_bounds import beam_misses
 from lensbench.scenery.intersect.texture import REPEATED, TEXTURE, look_up_texture, texture
-from lensbench.scenery.intersect.tree_search import search
+from lensbench.scenery.intersect.tree_search import inverse_of, scratch_of, search, search_group
 from lensbench.scenery.intersect.triangle_tree import TriangleTree, depth_of_stack, triangle_tree
 
 MOST_KEPT = 512 << 20   # bytes of trees and their meshes, for scenes seen before
@@ -156,14 +157,21 @@ def find_meshes(lanes, p, ints, key):
     corners = borrowed(ints[CORNERS], ints[CORNER_COUNT], np.int32)
     vertices = borrowed(ints[VERTICES], ints[VERTEX_COUNT], np.float32)
     owners = borrowed(ints[OWNERS], ints[CORNER_COUNT], np.int32)
-    links, entries, found = np.empty(ints[STACK], np.int32), np.empty(ints[STACK], real), np.empty(24, real)
+    scratch = scratch_of(real, ints[STACK])
+    group, numbers = scratch.group, scratch.numbers
     for i in range(B):
-        if not dx[i] * dx[i] + dy[i] * dy[i] + dz[i] * dz[i] > real(0.5):
-            continue
-        number, t, second, third = search(real, nodes, leaves, (x[i], y[i], z[i]), (dx[i], dy[i], dz[i]), depth[i],
-                                          False, links, entries, found)
+        ray = np.uint64(i % GROUP)
+        if ray == np.uint64(0):
+            for table, line in ((x, ORIGIN), (y, ORIGIN + 1), (z, ORIGIN + 2), (dx, DIRECTION), (dy, DIRECTION + 1),
+                                (dz, DIRECTION + 2), (depth, MOST)):
+                for e in range(GROUP):
+                    group[line * GROUP + e] = table[i + e]
+            search_group(real, nodes, leaves, False, scratch)
+        number = numbers[ray]
         if number < 0:
             continue
+        t = group[np.uint64(MOST * GROUP) + ray]
+        second, third = group[np.uint64(SECOND * GROUP) + ray], group[np.uint64(THIRD * GROUP) + ray]
 
         # Interpolate between the corners
         k = np.uint64(number) * np.uint64(3)
@@ -284,9 +292,9 @@ def mesh_surfaces(lanes, p, ints, key):
 def _distances(nodes, leaves, stack, origins, directions, out):
     links, entries, found = np.empty(stack, np.int32), np.empty(stack, np.float64), np.empty(24, np.float64)
     for i in range(len(origins)):
-        number, t, _, _ = search(np.float64, nodes, leaves, (origins[i, 0], origins[i, 1], origins[i, 2]),
-                                 (directions[i, 0], directions[i, 1], directions[i, 2]), np.inf, False, links, entries,
-                                 found)
+        direction = directions[i, 0], directions[i, 1], directions[i, 2]
+        number, t, _, _ = search(np.float64, nodes, leaves, (origins[i, 0], origins[i, 1], origins[i, 2]), direction,
+                                 inverse_of(np.float64, direction), np.inf, False, links, entries, found)
         out[i] = t if number >= 0 else np.nan
 
 

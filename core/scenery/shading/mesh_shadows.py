@@ -38,6 +38,7 @@ from lensbench.kernels.block import (
 )
 from lensbench.kernels.borrowed_array import borrowed
 from lensbench.kernels.concentric_map import cosine_direction
+from lensbench.kernels.eights import GROUP
 from lensbench.kernels.layout import vector
 from lensbench.scenery.intersect.meshes import (
     CORNER_COUNT,
@@ -53,7 +54,7 @@ from lensbench.scenery.intersect.meshes import (
     surfaces,
 )
 from lensbench.scenery.intersect.sky import gradient
-from lensbench.scenery.intersect.tree_search import search
+from lensbench.scenery.intersect.tree_search import inverse_of, place_ray, scratch_of, search, search_group
 from lensbench.scenery.shading.illumination import AMBIENT, F0, count_lit, schlick_edge
 
 LIFT = 2e-5             # offset of a shadow ray from its surface, as a fraction of the coordinates of the point
@@ -88,16 +89,18 @@ def mesh_shadows(lanes, p, ints, key):
     nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
     nodes = borrowed(ints[NODES], ints[NODE_COUNT], np.float32)
     leaves = borrowed(ints[LEAVES], ints[LEAF_COUNT], np.float32)
-    links, entries, found = np.empty(ints[STACK], np.int32), np.empty(ints[STACK], real), np.empty(24, real)
-    for i in range(B):
-        if not ((light[i] > real(0)) & (red[i] + green[i] + blue[i] > real(0))):
-            continue
-        lift = real(LIFT) * (abs(hx[i]) + abs(hy[i]) + abs(hz[i]))
-        x, y, z = hx[i] + lift * nx[i], hy[i] + lift * ny[i], hz[i] + lift * nz[i]
-        number, _, _, _ = search(real, nodes, leaves, (x, y, z), (wx[i], wy[i], wz[i]), far[i] - real(2) * lift, True,
-                                 links, entries, found)
-        if number >= 0:
-            light[i] = real(0)
+    scratch = scratch_of(real, ints[STACK])
+    for first in range(0, B, GROUP):
+        for k in range(GROUP):
+            i = np.uint64(first + k)
+            lit = (light[i] > real(0)) & (red[i] + green[i] + blue[i] > real(0))
+            lift = real(LIFT) * (abs(hx[i]) + abs(hy[i]) + abs(hz[i]))
+            origin = (hx[i] + lift * nx[i], hy[i] + lift * ny[i], hz[i] + lift * nz[i])
+            place_ray(real, scratch.group, k, origin, (wx[i], wy[i], wz[i]),
+                      far[i] - real(2) * lift if lit else real(-1))
+        search_group(real, nodes, leaves, True, scratch)
+        for k in range(GROUP):
+            light[first + k] = real(0) if scratch.numbers[k] >= 0 else light[first + k]
 
 
 @stage
@@ -123,8 +126,10 @@ def glass_shadows(lanes, p, ints, key):
         dx, dy, dz = wx[i], wy[i], wz[i]
         lift = real(LIFT) * (abs(hx[i]) + abs(hy[i]) + abs(hz[i]))
         x, y, z, left = hx[i] + lift * nx[i], hy[i] + lift * ny[i], hz[i] + lift * nz[i], far[i] - real(2) * lift
+        inverse = inverse_of(real, (dx, dy, dz))
         for _ in range(CROSSINGS):
-            number, t, _, _ = search(real, nodes, leaves, (x, y, z), (dx, dy, dz), left, False, links, entries, found)
+            number, t, _, _ = search(real, nodes, leaves, (x, y, z), (dx, dy, dz), inverse, left, False, links, entries,
+                                     found)
             if number < 0:
                 break
             (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corner_places(real, corners, vertices, number)

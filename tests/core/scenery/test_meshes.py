@@ -84,6 +84,43 @@ def test_the_tree_finds_what_brute_force_finds(count):
     np.testing.assert_allclose(found[met], expected[met], rtol=1e-9)
 
 
+def rays_of_kind(kind, count):
+    """Rays toward a soup: neighbours of a pinhole, through an aperture, along an axis, or with lost rays among them."""
+    random = np.random.default_rng(4)
+    if kind in ("scattered", "with lost rays"):
+        origins, ways = random_rays(count)
+        ways[::7] *= 0.0 if kind == "with lost rays" else 1.0
+        return origins, ways
+    column, line = np.arange(count) % 64, np.arange(count) // 64
+    aim = np.column_stack([column * 8.0 - 256.0, line * 20.0 - 240.0, np.full(count, -800.0)])
+    origins = np.zeros((count, 3))
+    if kind == "through an aperture":
+        origins[:, :2] = random.uniform(-12.0, 12.0, (count, 2))
+    elif kind == "along an axis":
+        origins[:, :2] = aim[:, :2]
+    ways = aim - origins
+    return origins, ways / np.linalg.norm(ways, axis=1)[:, None]
+
+
+@slow
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+@pytest.mark.parametrize("kind", ["neighbours", "through an aperture", "along an axis", "scattered", "with lost rays"])
+def test_groups_of_rays_find_what_brute_force_finds(kind, real):
+    # 1,500 is no multiple of the sixteen rays of a group
+    mesh = soup(3000, size=8.0)
+    origins, ways = (a.astype(real) for a in rays_of_kind(kind, 1500))
+    lost = ~ways.any(1)
+    expected = np.where(lost, np.inf, moller_trumbore(mesh.points[mesh.triangles].astype(float), origins, ways))
+    given = {X: origins[:, 0], Y: origins[:, 1], Z: origins[:, 2], L: ways[:, 0], M: ways[:, 1], N: ways[:, 2]}
+    found, met = Program(lb.Scene("soup", meshes=(mesh,)).depth_steps(), real).run(given, [RED, GREEN], len(ways))
+    hit = np.isfinite(expected)
+    assert 0.1 < hit.mean() < 0.99 and lost.any() == (kind == "with lost rays")
+    single = real is np.float32
+    assert (hit != (met > 0.0)).sum() <= (3 if single else 0)       # rounding at edges
+    both = hit & (met > 0.0)
+    assert (np.abs(found[both] - expected[both]) < (1e-3 if single else 1e-8)).mean() > (0.995 if single else 0.9999)
+
+
 @slow
 def test_equal_and_flat_triangles_make_a_tree():
     # A thousand copies of one triangle, and a sheet without a depth: nothing to choose between by area
