@@ -6,7 +6,7 @@ as a curve or as the grid that a square one becomes.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -15,7 +15,10 @@ from imgui_bundle import ImVec2, imgui, implot
 import lensbench as lb
 from lensbench.analysis.distortion import Distortion
 from lensbench.analysis.falloff import Falloff
-from lensbench.app.state.analysis.figure import light_limit
+from lensbench.app.panels.analysis.drawing import Drawn, draw_figure
+from lensbench.app.state.analysis.figure import Figure, Table, light_limit
+from lensbench.app.state.analysis.ghost import with_ghost
+from lensbench.app.state.analysis.grid_figure import distortion_words, film_distortion, grid_plot
 from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.picture.statistics import round_above
 from lensbench.app.state.settings import Settings
@@ -26,7 +29,6 @@ from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import fixed, significant, true_minus
 
 RADII = 49
-WIDE = math.radians(55.0)       # from the axis: a wider lens is compared with a fisheye projection
 SHOWN = {"curve": "Curve", "grid": "Grid"}
 TIPS = {"curve": "Distortion in percent of the ideal radius, over the film's radius",
         "grid": "The image of a square grid; the ideal one is faint"}
@@ -35,13 +37,15 @@ NATURAL, RIMS = (6.0, 3.0), (1.5, 3.0)          # dashes and gaps, pixels
 
 @dataclass
 class FalloffState:
-    """Choice of the lower plot; not part of the settings."""
+    """Choice of the lower plot, and the state of its grid; not part of the settings."""
 
     shown: str = "curve"
+    grid: Drawn = field(default_factory=Drawn)
 
 
 EVERY_WAY = "These plots depend on the distance from the film's centre alone. This lens has a cylinder, a toroid " \
-            "or surfaces out of line: its falloff and its distortion depend on the direction as well"
+            "or surfaces out of line: its falloff and its distortion depend on the direction as well. The panel " \
+            "Field curves shows its distortion along both sides of the film, and as a grid"
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,20 +54,17 @@ class Falling:
 
     light: Falloff
     shape: Distortion
-    ideal: np.ndarray           # (rows, columns, 2) mm
-    real: np.ndarray
+    grid: Figure
 
 
 @lru_cache(maxsize=8)
 def falling(lens_setup: Setup) -> Falling:
     """Falloff, distortion and grid of a lens; LensError if it has none."""
     radii = np.linspace(0.0, 0.5 * lens_setup.film.diagonal, RADII)
-    lens, away = lens_setup.lens, lens_setup.film_distance
-    light, shape = lb.falloff(lens, away, radii), lb.distortion(lens, away, radii)
-    if np.nanmax(shape.angles) > WIDE:
-        shape = lb.distortion(lens, away, radii, "best")
-    ideal, real = lb.distortion_grid(lens, away, lens_setup.film, projection=shape.projection)
-    return Falling(light, shape, ideal, real)
+    light = lb.falloff(lens_setup.lens, lens_setup.film_distance, radii)
+    plot, *_ = grid_plot(lens_setup)
+    grid = Figure("Distortion grid", ((replace(plot, title=""),),), Table((), ()))      # the words above say it
+    return Falling(light, film_distortion(lens_setup), grid)
 
 
 def falloff_panel(settings: Settings, state: FalloffState, other: Settings | None = None) -> None:
@@ -97,8 +98,15 @@ def falloff_panel(settings: Settings, state: FalloffState, other: Settings | Non
     if state.shown == "curve":
         _shape_plot(found, ghost, room)
     else:
-        _grid(found, room)
+        draw_figure("Falloff grid", found.grid if ghost is None else _both_grids(found, ghost), room, state.grid,
+                    named=False)
     imgui.pop_font()
+
+
+@lru_cache(maxsize=4)
+def _both_grids(found: Falling, ghost: Falling) -> Figure:
+    """The grid of B with that of A behind it."""
+    return with_ghost(found.grid, ghost.grid, "A")
 
 
 def _ghost(other: Settings | None) -> Falling | None:
@@ -124,13 +132,7 @@ def _words(found: Falling) -> None:
     paragraph(summary if light.total[-1] > 0.0 else "The corner of the film is dark", True)
     imgui.set_item_tooltip("Against the axis, of the real lens at the present stop and focus. Natural: cos⁴ of the "
                            "angle at the film,\nover the pupil; vignetting: the pupil's area, as the rims leave it")
-    percent = shape.percent[np.isfinite(shape.percent)]
-    largest = float(percent[np.argmax(np.abs(percent))]) if percent.size else 0.0
-    kind = "No distortion"
-    if shape.kind != "none":
-        kind = true_minus(f"{shape.kind.capitalize()} {significant(largest, 2, signed=True)} %")
-    imgui.text_disabled(kind if shape.projection == "rectilinear" else
-                        f"{kind} against {shape.projection}, f {fixed(shape.focal_length, 1)} mm")
+    imgui.text_disabled(distortion_words(shape))
     imgui.set_item_tooltip("The largest distortion on this film: chief rays followed to the plane in focus, against\n"
                            "the picture that keeps lines straight, or of a fisheye the rule that it follows best")
 
@@ -216,22 +218,3 @@ def _begin(name: str, size: ImVec2, label: str, x: tuple[float, float], y: tuple
     values = [i * step for i in range(math.ceil(y[0] / step), math.floor(y[1] / step) + 1)]
     implot.setup_axis_ticks(implot.ImAxis_.y1, values, list(map(true_minus, map(significant, values))), False)
     return True
-
-
-def _grid(found: Falling, size: ImVec2) -> None:
-    """The grid upright, as the picture shows it, in the film's shape."""
-    if size.y < 40.0:
-        return
-    colour, draw, corner = theme.colours(), imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
-    imgui.dummy(size)
-    draw.push_clip_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), True)
-    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, corner.y + size.y), theme.packed(colour.well))
-    reach = np.nanmax(np.abs(np.concatenate([found.ideal, found.real]).reshape(-1, 2)), 0)
-    per = 0.92 * min(0.5 * size.x / reach[0], 0.5 * size.y / reach[1])
-    middle = np.array([corner.x + 0.5 * size.x, corner.y + 0.5 * size.y])
-    for grid, tint, weight in ((found.ideal, colour.faint, 1.0), (found.real, colour.strong, 1.0)):
-        pixels = middle + per * grid                    # the film turned upright: both signs change, twice
-        for lines in (pixels, pixels.transpose(1, 0, 2)):
-            for row in lines:
-                polyline(draw, row, theme.packed(tint), weight)
-    draw.pop_clip_rect()

@@ -107,8 +107,7 @@ def _compared(settings: Settings, status: Status, other: Settings, other_status:
     pitch, gap = round(1.22 * line), theme.em(0.5)
     table = [row for row in paired_rows(settings, status, other, other_status) if (row.a, row.b) != (NONE, NONE)]
     names = min(max(imgui.calc_text_size(row.name).x for row in table), 0.42 * width)
-    column = (width - names) / 3.0
-    ends = [names + column, names + 2.0 * column, width]
+    column, ends = columns(width, names, gap + max(imgui.calc_text_size(row.apart).x for row in table))
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
     header = PairedRow("", "A", "B", "B − A", "", "The settings A, the present ones, and how much these are more")
     for row in [header, *table]:
@@ -131,6 +130,16 @@ def _compared(settings: Settings, status: Status, other: Settings, other_status:
                           theme.packed(colour.dim), row.apart)
     imgui.pop_style_var()
     imgui.pop_font()
+
+
+def columns(width: float, names: float, apart: float) -> tuple[float, tuple[float, float]]:
+    """Width of the columns of A and B, and where they end; pixels.
+
+    width: of the panel. names, apart: of the names at the left and of the differences at the right, with their gap; all
+    three columns are alike where these leave room.
+    """
+    column = (width - names - max(apart, (width - names) / 3.0)) / 2.0
+    return column, (names + column, names + 2.0 * column)
 
 
 def paired_rows(settings: Settings, status: Status, other: Settings, other_status: Status) -> list[PairedRow]:

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.cameras.fisheye import PROJECTIONS, image_height
 from lensbench.imaging.film import Film
+from lensbench.optics.focus import focused_distance
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
@@ -26,6 +28,7 @@ SLIGHT = 0.05           # percent, below which the kind is "none"
 POINTS = 33             # of the exit-pupil regions in which the search starts
 STEPS = 12              # of the secant rule
 GRID_RADII = 65         # film radii from which a grid is interpolated
+CLOSE = 1e-3            # tangent of an object point that counts as close to the axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,13 +161,14 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
 
 
 def distortion_grid(lens: Lens, film_distance: float, film: Film, lines: int = 9, projection: str = RECTILINEAR,
-                    wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
+                    wavelength: float = D_LINE, steps: int = 1) -> tuple[np.ndarray, np.ndarray]:
     """Crossings of a square grid over the film, ideal and as the lens images them.
 
     Parameters
     ----------
     lens
-        The lens.
+        The lens. One without rotational symmetry is compared with f tan θ of each direction of the film, about the
+        image of the axis, f being that of objects close to the axis.
     film_distance
         From the last vertex to the film, mm.
     film
@@ -172,27 +176,55 @@ def distortion_grid(lens: Lens, film_distance: float, film: Film, lines: int = 9
     lines
         Grid lines along the film's shorter side, at least 2; those along the longer side have nearly the same spacing.
     projection, wavelength
-        As for `distortion`.
+        As for `distortion`; a lens without rotational symmetry has RECTILINEAR alone.
+    steps
+        Points along a line from one crossing to the next: each row and column whose index is a multiple of `steps` is
+        a line of the grid.
 
     Returns
     -------
     tuple of ndarray
-        Ideal and real crossings, (rows, columns, 2) each, mm from the axis; NaN where no light falls.
+        Ideal and real points, (rows, columns, 2) each, mm from the axis; NaN where no light falls, of a lens without
+        rotational symmetry where no chief ray arrives.
 
     Raises
     ------
     LensError
         For fewer than 2 lines, and as `distortion`.
     """
-    if lines < 2:
-        raise LensError(f"a grid of {lines} lines: at least 2 are needed")
+    if lines < 2 or steps < 1:
+        raise LensError(f"a grid of {lines} lines with {steps} steps: at least 2 lines with 1 step are needed")
     gap = min(film.width, film.height) / (lines - 1)
-    across, down = (max(2, round(side / gap) + 1) for side in (film.width, film.height))
-    x, y = (np.linspace(-side / 2.0, side / 2.0, count)
-            for side, count in ((film.width, across), (film.height, down)))
+    x, y = (np.linspace(-side / 2.0, side / 2.0, max(1, round(side / gap)) * steps + 1)
+            for side in (film.width, film.height))
     ideal = np.stack(np.meshgrid(x, y), -1)
-    radii = np.linspace(0.0, 0.75 * film.diagonal, GRID_RADII)  # pincushion can put a corner beyond the film's
-    return ideal, distortion(lens, film_distance, radii, projection, wavelength).displaced(ideal)
+    if lens.is_rotationally_symmetric:
+        radii = np.linspace(0.0, 0.75 * film.diagonal, GRID_RADII)  # pincushion can put a corner beyond the film's
+        return ideal, distortion(lens, film_distance, radii, projection, wavelength).displaced(ideal)
+    if projection != RECTILINEAR:
+        raise LensError(f"projection {projection!r}: a lens with {lens.asymmetry} is compared with "
+                        f"{RECTILINEAR} alone")
+    return ideal, _displaced_every_way(lens, film_distance, ideal, wavelength)
+
+
+def _displaced_every_way(lens: Lens, film_distance: float, ideal: np.ndarray, wavelength: float) -> np.ndarray:
+    """Real images (…, 2) of ideal film points (…, 2), of a lens without rotational symmetry; NaN without a chief ray.
+
+    The ideal image is linear in the tangents of the object point, with the scale of objects close to the axis.
+    """
+    distance = focused_distance(lens, film_distance)
+    away = distance - lens.length - film_distance               # object → first vertex
+
+    def images(slopes: np.ndarray) -> np.ndarray:
+        """(n, 2) on the film, of object points in these directions (n, 2) from the axis: tangents."""
+        size = np.hypot(slopes[:, 0], slopes[:, 1])
+        angles = slopes * np.where(size > 0.0, np.arctan(size) / np.where(size > 0.0, size, 1.0), 1.0)[:, None]
+        wanted = angles if math.isinf(away) else -slopes * away
+        return find_chief_rays(lens, film_distance, wanted, away, False, wavelength).images
+
+    middle, *ends = images(CLOSE * np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]))
+    scale = np.array([ends[0][0] - ends[1][0], ends[2][1] - ends[3][1]]) / (2.0 * CLOSE)
+    return images(ideal.reshape(-1, 2) / scale).reshape(ideal.shape) - middle
 
 
 def chief_rays(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE):

@@ -14,7 +14,7 @@ from lensbench.kernels.figures import significant, true_minus
 
 def draw_cursor(draw: imgui.ImDrawList, shown: PlotMap, plot: Plot, at: tuple[float, float]) -> None:
     """A thin line where curves are read."""
-    if plot.x.label is None or not any(isinstance(layer, Curve) and layer.name for layer in plot.layers):
+    if plot.x.label is None or plot.equal or not any(isinstance(layer, Curve) and layer.name for layer in plot.layers):
         return
     place, tint = shown.at(*at), theme.packed(theme.colours().faint)
     ends = (ImVec2(shown.left, place.y), ImVec2(shown.right, place.y)) if plot.across else \

@@ -12,6 +12,7 @@ from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
 from lensbench.app.state.analysis.figure import Figure
 from lensbench.app.state.analysis.ghost_images import ghosts_figure
+from lensbench.app.state.analysis.grid_figure import grid_figure
 from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.state.analysis.point_figures import encircled_figure, line_spread_figure, psf_figure
 from lensbench.app.state.analysis.query import Query
@@ -38,6 +39,7 @@ ANALYSES = {
     "fans": Analysis(fans_figure, "transverse aberration over the height in the stop", few=True),
     "opd": Analysis(partial(fans_figure, kind="opd"), "optical path difference over the height in the stop", few=True),
     "field": Analysis(field_figure, "field curvature, distortion and lateral colour"),
+    "grid": Analysis(grid_figure, "distortion as the image of a square grid"),
     "mtf": Analysis(mtf_field_figure, "MTF over the field at 10, 20, 30 and 40 lp/mm"),
     "mtf-frequency": Analysis(mtf_frequency_figure, "MTF against the frequency", few=True),
     "mtf-map": Analysis(mtf_map_figure, "MTF over focus and field"),

@@ -50,10 +50,8 @@ class Query:
 
     @property
     def largest_height(self) -> float:
-        """The last field (mm): the film's corner, or just within the edge of light of a smaller image circle."""
-        corner = 0.5 * self.setup.film.diagonal
-        lit = lit_radius(self.setup)
-        return corner if lit >= corner or lit <= 0.0 else EDGE * lit
+        """The last field (mm), as `largest_height`."""
+        return largest_height(self.setup)
 
     def conditions(self, fields: int = FIELDS) -> Conditions:
         """So many fields from the film's centre to the largest height; wavelengths of the lens."""
@@ -114,6 +112,12 @@ class Query:
         if self.setup.reason:
             said.append(self.setup.reason)
         return tuple(said)
+
+
+def largest_height(built: Setup) -> float:
+    """Half the film's diagonal (mm), or just within the edge of light of a smaller image circle."""
+    corner, lit = 0.5 * built.film.diagonal, lit_radius(built)
+    return corner if lit >= corner or lit <= 0.0 else EDGE * lit
 
 
 def query(settings: Settings) -> Query:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from lensbench.app.panels.readouts import NONE, Status, own, readouts_panel, rows
+from lensbench.app.panels.readouts import NONE, Status, columns, own, readouts_panel, rows
 from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.warm_panels import prepare
@@ -86,6 +86,13 @@ def test_the_panel_lives_in_any_window_and_any_state(size):
             ctx.yield_(2)
 
     drive(lambda: readouts_panel(shown[0], Status()), test, size)
+
+
+@pytest.mark.parametrize(("width", "apart"), [(240.0, 64.0), (240.0, 20.0), (420.0, 64.0)])
+def test_a_long_difference_of_a_and_b_does_not_reach_the_value_of_b(width, apart):
+    column, (_, end) = columns(width, 95.0, apart)
+    assert width - apart >= end - 1e-9 and column > 0.0
+    assert apart > (width - 95.0) / 3.0 or column == pytest.approx((width - 95.0) / 3.0)
 
 
 @pytest.mark.parametrize("change", [{}, {"camera": "perspective"}, {"lens_model": "pinhole"}, {"lens": "no-such-lens"}])

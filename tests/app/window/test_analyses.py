@@ -98,6 +98,22 @@ def test_numbers_of_a_spot_under_the_cursor_are_those_of_the_table(drive):
 
 
 @pytest.mark.slow
+def test_distortion_is_a_grid_among_the_curves_over_the_field(drive):
+    def use(hand):
+        hand.picture()
+        show(hand, "Field curves")
+        state = hand.session.analyses.states["Field curves"]
+        hand.ctx.item_click("**/Grid###Shown grid")
+        settle(hand)
+        assert state.figure.title == "Distortion grid"
+        hand.ctx.mouse_move_to_pos(inside("Field curves", 0.6, 0.5))
+        hand.ctx.yield_(3)
+        assert state.drawn.told.startswith("crossing (") and "its image" in state.drawn.told
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
 def test_the_film_dragged_through_the_map_moves_the_focus_dial(drive):
     def use(hand):
         hand.picture()

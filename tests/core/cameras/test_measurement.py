@@ -211,6 +211,19 @@ def test_a_grid_bulges_as_its_radii_do():
     assert middle < corner < 0.0
 
 
+def test_a_lens_moved_aside_as_a_whole_draws_the_same_grid():
+    """By the search for a lens out of line, of far objects, whose light is the same there."""
+    lens, film = lenses.load("lentil-nikon-retrofocus-1971"), lb.Film(36.0, 24.0)
+    aside = replace(lens, surfaces=tuple(replace(each, pose=lb.SurfacePose(decentre_x=0.7, decentre_y=-0.4))
+                                         for each in lens.surfaces))
+    away = lb.film_distance(lens, math.inf)
+    ideal, real = lb.distortion_grid(lens, away, film, 5, steps=2)
+    assert real.shape == (9, 13, 2) and np.abs(real - ideal).max() > 0.3
+    np.testing.assert_allclose(lb.distortion_grid(aside, away, film, 5, steps=2)[1], real, atol=2e-3)
+    with pytest.raises(lb.LensError, match="out of line is compared"):
+        lb.distortion_grid(aside, away, film, projection="equidistant")
+
+
 def test_light_and_chief_rays_are_not_those_of_the_blades():
     lens = lenses.load("pbrt-dgauss-50mm")
     bladed = replace(lens, blades=6)

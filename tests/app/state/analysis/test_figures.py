@@ -9,6 +9,7 @@ import lensbench as lb
 from lensbench.analysis.grids.narrow_beams import close_foci
 from lensbench.analysis.transfer_function import mtf
 from lensbench.analysis.wavefront import wavefronts
+from lensbench.app.panels.analysis.under_cursor import told
 from lensbench.app.state.analysis.aperture_figures import focus_shift_figure, illumination_figure
 from lensbench.app.state.analysis.bokeh_figure import Ripple, bokeh_figure, ripple_surface
 from lensbench.app.state.analysis.depth_figure import depth_figure
@@ -16,6 +17,7 @@ from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
 from lensbench.app.state.analysis.figure import Bars, Curve, Map
 from lensbench.app.state.analysis.film_drag import focus_at
+from lensbench.app.state.analysis.grid_figure import grid_figure
 from lensbench.app.state.analysis.mtf_figures import (
     focus_range,
     mtf_field_figure,
@@ -72,6 +74,27 @@ def test_an_anamorphic_lens_has_curves_along_both_sides_of_the_film():
         assert height[close] / np.tan(np.radians(angle[close])) == pytest.approx(
             abs(lb.first_order(section).efl), rel=0.05)
     assert len(figure.rows[0]) == 3 and np.isfinite(column(figure, "tangential focus (mm)")).any()
+
+
+def test_the_grid_is_distorted_by_the_percent_of_the_curve():
+    figure = grid_figure(ASKED, 16)
+    ideal, real = (np.column_stack([column(figure, f"{name} {axis} (mm)") for axis in "xy"]) for name in
+                   ("ideal", "image"))
+    corner = np.argmax(np.hypot(*ideal.T))
+    curve = field_figure(ASKED, 16)
+    percent = np.interp(np.hypot(*real[corner]), column(curve, "image height (mm)"),
+                        column(curve, "distortion f tan (%)"))
+    moved = 100.0 * (np.hypot(*real[corner]) / np.hypot(*ideal[corner]) - 1.0)
+    assert moved == pytest.approx(percent, abs=0.03) and abs(percent) > 1.0
+    said = told(figure.rows[0][0], *ideal[corner])
+    assert "% of the radius" in said and f"{abs(moved):.1f}" in said
+
+
+def test_the_grid_of_a_small_image_circle_lies_within_it():
+    fisheye = query(replace(Settings(), lens="canon-rf-l-dual-fisheye-52-f28", f_number=None))
+    figure = grid_figure(fisheye, 16)
+    assert np.isfinite(column(figure, "image x (mm)")).all() and "edge of light" in figure.remarks[0]
+    assert "equidistant" in figure.rows[0][0].title
 
 
 def test_the_mtf_of_the_maker_chart_is_that_of_the_curves():

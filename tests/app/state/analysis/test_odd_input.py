@@ -29,7 +29,7 @@ WAVELENGTHS = replace(LENS, system=replace(LENS.system, wavelengths=()))
     (None, {"film_width": 200.0, "film_height": 150.0}, set()),             # far beyond the image circle
     ("pbrt-fisheye-10mm", {}, set()),                                       # fields beyond what the lens sees
     (WAVELENGTHS, {}, set()), (None, {"focus_distance": math.inf}, set()), (None, {"f_number": 22.0}, set()),
-    (AFOCAL, {}, {"field", "focus-shift", "breathing", "illumination"}),
+    (AFOCAL, {}, {"field", "grid", "focus-shift", "breathing", "illumination"}),
     (AFOCAL, {"focus_distance": math.inf}, {"spots", "fans", "mtf", "wavefront", "psf", "depth", "stack"}),
     (PINHOLE, {}, {"axial"}),                                               # light of the stop's 10⁻⁸
     (CLOSED, {}, set(ANALYSES) - {"breathing", "sunstar"}),                 # two pinholes out of line: no light

@@ -1,0 +1,112 @@
+"""Distortion as a picture: the image of a square grid, beside the grid that a lens without distortion draws."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.analysis.distortion import RECTILINEAR, Distortion
+from lensbench.app.state.analysis.figure import Area, Axis, Curve, Figure, Plot, Table
+from lensbench.app.state.analysis.query import Query, largest_height
+from lensbench.app.state.build import Setup
+from lensbench.kernels.figures import fixed, significant, true_minus
+from lensbench.optics.glass import D_LINE
+
+LINES = 9                       # along the shorter side of the film
+STEPS = 4                       # points from one crossing to the next, between which a line is straight
+RADII = 49
+TITLE = 0.2                     # of half the height, above the grid
+WIDE = math.radians(55.0)       # from the axis: a wider lens is compared with a fisheye projection
+
+
+def film_distortion(built: Setup, wavelength: float = D_LINE) -> Distortion:
+    """Distortion over the radii of the film, of a very wide lens against the fisheye projection that it follows best.
+
+    LensError for a lens without rotational symmetry, and for an afocal one.
+    """
+    radii = np.linspace(0.0, 0.5 * built.film.diagonal, RADII)
+    found = lb.distortion(built.lens, built.film_distance, radii, RECTILINEAR, wavelength)
+    if np.isfinite(found.angles).any() and np.nanmax(found.angles) > WIDE:
+        return lb.distortion(built.lens, built.film_distance, radii, "best", wavelength)
+    return found
+
+
+def distortion_words(shape: Distortion) -> str:
+    """The kind of the distortion, its largest value, and the projection that it is measured against."""
+    percent = shape.percent[np.isfinite(shape.percent)]
+    largest = float(percent[np.argmax(np.abs(percent))]) if percent.size else 0.0
+    kind = "No distortion" if shape.kind == "none" else true_minus(
+        f"{shape.kind.capitalize()} {significant(largest, 2, signed=True)} %")
+    against = "f tan θ" if shape.projection == RECTILINEAR else \
+        f"{shape.projection}, f {fixed(shape.focal_length, 1)} mm"
+    return f"{kind} against {against}"
+
+
+def grid_plot(built: Setup, wavelength: float = D_LINE) -> tuple[Plot, np.ndarray, np.ndarray]:
+    """The plot, and the ideal and the real crossings (rows, columns, 2), mm in the picture: upright, y up.
+
+    The grid has the shape of the film, and fills it or the image circle if that is smaller.
+
+    LensError as `film_distortion`, but for a lens without rotational symmetry.
+    """
+    projection, title = RECTILINEAR, ""
+    if built.lens.is_rotationally_symmetric:
+        shape = film_distortion(built, wavelength)
+        projection, title = shape.projection, distortion_words(shape)
+    part = largest_height(built) / (0.5 * built.film.diagonal)
+    film = replace(built.film, width=part * built.film.width, height=part * built.film.height)
+    ideal, real = (-each for each in lb.distortion_grid(built.lens, built.film_distance, film, LINES, projection,
+                                                        wavelength, STEPS))
+    layers: list = [_lines("square grid", ideal, "faint", 1.0), _lines("its image", real, "strong", 1.4)]
+    ideal, real = ideal[::STEPS, ::STEPS], real[::STEPS, ::STEPS]
+    ends = [np.concatenate([[-math.inf], 0.5 * (at[1:] + at[:-1]), [math.inf]])
+            for at in (np.sort(ideal[0, :, 0]), np.sort(ideal[:, 0, 1]))]
+    for wanted, found in zip(ideal.reshape(-1, 2), real.reshape(-1, 2), strict=True):
+        (x0, x1), (y0, y1) = ((float(each[k]), float(each[k + 1])) for each, k in zip(
+            ends, (int(np.searchsorted(each, at)) - 1 for each, at in zip(ends, wanted, strict=True)), strict=True))
+        layers.append(Area((x0, x1), (y0, y1), _said(wanted, found)))
+    reach = 1.04 * np.nanmax(np.abs(np.concatenate([ideal, real])).reshape(-1, 2), 0)
+    across, up = (float(each) for each in reach)
+    top = up * (1.0 + (TITLE if title else 0.0))
+    return Plot(Axis("x in the picture (mm)", -across, across), Axis("y in the picture (mm)", -up, top),
+                tuple(layers), title, equal=True), ideal, real
+
+
+def grid_figure(query: Query, points: int) -> Figure:
+    """The image of a square grid that covers the film, or the image circle; LensError for an afocal lens."""
+    given = query.conditions()
+    plot, ideal, real = grid_plot(query.setup, given.primary_wavelength)
+    every = query.lens.is_rotationally_symmetric
+    words = query.words(None, query.primary_alone,
+                        "chief rays" if every else "chief rays against f tan θ of each direction",
+                        f"{ideal.shape[1]} × {ideal.shape[0]} crossings")
+    dark = int(np.isnan(real[..., 0]).sum())
+    remarks = []
+    if query.largest_height < 0.5 * query.setup.film.diagonal:
+        remarks.append(f"the grid ends at the edge of light, {significant(query.largest_height, 3)} mm from the centre")
+    if dark:
+        remarks.append(f"no light reaches {dark} of {real[..., 0].size} crossings: they are left out")
+    head = ("ideal x (mm)", "ideal y (mm)", "image x (mm)", "image y (mm)")
+    return Figure("Distortion grid", ((plot,),), Table(head, lambda: (
+        (*map(float, a), *map(float, b)) for a, b in zip(ideal.reshape(-1, 2), real.reshape(-1, 2), strict=True))),
+        words, tuple(remarks))
+
+
+def _lines(name: str, points: np.ndarray, tint: str, weight: float) -> Curve:
+    """The rows and columns of a grid as one curve with gaps."""
+    gap = np.full((1, 2), math.nan)
+    runs = [run for way in (points[::STEPS], points.transpose(1, 0, 2)[::STEPS]) for line in way for run in (line, gap)]
+    return Curve.through(name, np.concatenate(runs), tint, weight=weight)
+
+
+def _said(wanted: np.ndarray, found: np.ndarray) -> str:
+    """A crossing in words."""
+    place, image = (true_minus(f"({fixed(float(at[0]), 2)}, {fixed(float(at[1]), 2)}) mm") for at in (wanted, found))
+    if np.isnan(found).any():
+        return f"crossing {place}\nno light reaches it"
+    moved = found - wanted
+    apart = float(np.hypot(*moved))
+    radius = float(np.hypot(*wanted))
+    part = f", {significant(100.0 * apart / radius, 2)} % of the radius" if radius > 0.0 else ""
+    return f"crossing {place}\nits image {image}\nmoved by {significant(1000.0 * apart, 3)} µm{part}"
