@@ -17,12 +17,16 @@ from lensbench.app.workers.compilers import Part
 
 @dataclass(frozen=True)
 class Mark:
-    """The focused point (parts of width and height), its distance, and the aim of the camera at that time."""
+    """The focused point (parts of width and height), its distance, and the aim of the camera at that time.
+
+    remark: why the point is not sharp, or "".
+    """
 
     x: float
     y: float
     distance: float
     aim: Settings
+    remark: str = ""
 
     def holds(self, settings: Settings) -> bool:
         """Whether the camera still aims and focuses at this point."""

@@ -21,6 +21,7 @@ from lensbench.app.state.picture.exposure import AppliedExposure, applied_exposu
 from lensbench.app.state.picture.false_colours import aov_codes
 from lensbench.app.state.picture.statistics import Difference, histogram
 from lensbench.app.state.settings import RESTARTS_NOTHING, Settings
+from lensbench.app.state.view_camera import leans
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.workers.light_field_worker import FieldPicture
@@ -285,7 +286,7 @@ def _light(update: RenderUpdate, settings: Settings) -> NDArray[np.float32]:
 def _first_mark(update: RenderUpdate) -> Mark | None:
     """A place near the middle of the picture that is in focus, among many that are."""
     focus, depth = update.settings.focus_distance, update.depth
-    if depth is None or not math.isfinite(focus):
+    if depth is None or not math.isfinite(focus) or leans(update.settings):     # sharp at other depths
         return None
     rows, columns = depth.shape
     sharp = np.abs(depth - focus) < 0.01 * focus

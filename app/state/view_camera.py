@@ -1,4 +1,4 @@
-"""A film or a lens out of line: what it brings into focus, the place of each of its points, and the focus at a click.
+"""A film or a lens out of line: what it brings into focus, and the place of each of its points.
 
 Lengths in mm, camera frame unless said otherwise.
 """
@@ -32,28 +32,13 @@ def seen_from(settings: Settings, raster: Place) -> tuple[Setup, Place]:
     return replace(built, film_distance=built.film_distance + z), (x, y)
 
 
-def focused_at(settings: Settings, part: Place, depth: float) -> float:
-    """The focus distance (mm) at which what lies `depth` mm before the film is sharp at a part of the picture.
-
-    part: of its width and height, from the top left. inf for a lens that then focuses beyond infinity.
-    """
-    if not (settings.film_pose.is_tilted or settings.film_pose.is_curved):
-        return depth
-    built, _ = seen_from(settings, (part[0] * settings.film.pixels_x, part[1] * settings.film.pixels_y))
-    in_line = setup(settings)
-    try:
-        at_depth = lb.film_distance(in_line.lens, depth)
-        return lb.focused_distance(in_line.lens, at_depth - (built.film_distance - in_line.film_distance))
-    except lb.LensError:
-        return math.inf
-
-
 def leans(settings: Settings) -> bool:
     """Whether the plane of sharp focus may lie askew to the axis: of a tilted film, or a lens out of line."""
-    return settings.film_pose.is_tilted or _lens_leans(settings)
+    return settings.film_pose.is_tilted or lens_leans(settings)
 
 
-def _lens_leans(settings: Settings) -> bool:
+def lens_leans(settings: Settings) -> bool:
+    """Whether elements of the lens are decentred or tilted."""
     try:
         return settings.has_lens and not setup(settings).lens.is_in_line
     except (ValueError, OSError):
@@ -69,7 +54,7 @@ def lean_at(settings: Settings, parts: np.ndarray) -> np.ndarray:
     pose = replace(settings.film_pose, radius=math.inf)
     at = pose.points((np.asarray(parts) - 0.5) * [-film.width, film.height])
     behind = built.film_distance - built.first_order.rear_principal
-    found = sharp_focus(settings) if _lens_leans(settings) else None
+    found = sharp_focus(settings) if lens_leans(settings) else None
     if found is None:
         return np.asarray(at[:, 2] / behind)
     focus = 1.0 / (settings.focus_distance - built.principal_offset) if math.isfinite(settings.focus_distance) else 0.0
@@ -83,7 +68,7 @@ def lean_at(settings: Settings, parts: np.ndarray) -> np.ndarray:
 
 def sharp_focus(settings: Settings) -> "lb.analysis.SharpFocus | None":
     """The plane of sharp focus, its wedge and its lines; None where all is in line, or nothing is in focus."""
-    if settings.film_pose.is_upright and not _lens_leans(settings) or not settings.focuses:
+    if settings.film_pose.is_upright and not lens_leans(settings) or not settings.focuses:
         return None
     try:
         return _sharp(settings.optics, file_stamp(settings.lens))
@@ -113,7 +98,7 @@ class InSection:
 
 def in_section(settings: Settings) -> InSection | None:
     """The film, the plane of sharp focus, its wedge, hinge and Scheimpflug line in the section; None in line."""
-    if not settings.has_lens or settings.film_pose.is_upright and not _lens_leans(settings):
+    if not settings.has_lens or settings.film_pose.is_upright and not lens_leans(settings):
         return None
     return _in_section(settings.optics, file_stamp(settings.lens))
 
@@ -141,13 +126,13 @@ def _in_section(settings: Settings, lens: Stamp) -> InSection:
 
 def sentence(settings: Settings) -> str:
     """What the film brings into focus, in a sentence or two."""
-    if settings.film_pose == UPRIGHT and not _lens_leans(settings):
+    if settings.film_pose == UPRIGHT and not lens_leans(settings):
         return "The film is in line: flat, centred, and perpendicular to the axis of the lens"
     if settings.film_pose.is_curved:
         towards = "towards the lens" if settings.film_pose.radius < 0.0 else "away from the lens"
         curved = f"The sides of the film are curved {towards}"
         flat = replace(settings, film_radius=None)
-        return curved if flat.film_pose.is_upright and not _lens_leans(settings) else f"{curved}. {sentence(flat)}"
+        return curved if flat.film_pose.is_upright and not lens_leans(settings) else f"{curved}. {sentence(flat)}"
     try:
         found = sharp_focus(settings)
     except (ValueError, OSError) as error:

@@ -28,11 +28,11 @@ from lensbench.app.panels.image.overlays import (
     draw_pointed,
 )
 from lensbench.app.panels.image.toolbar import picture_tools
+from lensbench.app.state.click_focus import focused_at
 from lensbench.app.state.figures import dark_corners, readings
 from lensbench.app.state.picture.false_colours import aov_note
 from lensbench.app.state.pose import dollied, orbited, panned, pivot_distance
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.view_camera import focused_at
 from lensbench.app.widgets import theme
 from lensbench.kernels.cache import NotCompiledError
 from lensbench.kernels.figures import fixed
@@ -325,8 +325,9 @@ def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
     if math.isnan(depth) or depth <= 0.0 or not settings.focuses:
         return settings
     nearest = readings(settings).nearest_focus or 0.0
-    distance = max(focused_at(settings, (x, y), depth), nearest * (1.0 + 1e-6))
-    view.mark = Mark(x, y, distance, settings.aim)
+    found = focused_at(settings, (x, y), depth)
+    distance = max(found.distance, nearest * (1.0 + 1e-6))
+    view.mark = Mark(x, y, distance, settings.aim, found.remark)
     return replace(settings, focus_distance=distance)
 
 

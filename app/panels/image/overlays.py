@@ -20,7 +20,7 @@ from lensbench.app.widgets import theme
 
 
 def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
-    """Four corners around the focused point, and its distance."""
+    """Four corners around the focused point, its distance, and why it is not sharp there."""
     pixel = theme.scale()
     half, leg = round(16.0 * pixel), round(7.0 * pixel)
     amber, shade = theme.DARK.amber, (0.0, 0.0, 0.0, 0.45)
@@ -31,14 +31,16 @@ def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
                 cx, cy = x + sx * half + offset, y + sy * half + offset
                 draw.add_polyline([ImVec2(cx - sx * leg, cy), ImVec2(cx, cy), ImVec2(cx, cy - sy * leg)],
                                   theme.packed(tint), 1.5 * pixel, 0)
-    text = format_distance(mark.distance)
     theme.small()
-    size = imgui.calc_text_size(text)
-    left, top = x - round(0.5 * size.x), y + half + round(5.0 * pixel)
-    draw.add_rect_filled(ImVec2(left - 5 * pixel, top - 1 * pixel),
-                         ImVec2(left + size.x + 5 * pixel, top + size.y + 2 * pixel),
-                         theme.packed((0.09, 0.075, 0.05, 0.78)), 3.0 * pixel)
-    draw.add_text(ImVec2(left, top), theme.packed(theme.DARK.amber_text), text)
+    top = y + half + round(5.0 * pixel)
+    for text in filter(None, (format_distance(mark.distance), mark.remark)):
+        size = imgui.calc_text_size(text)
+        left = x - round(0.5 * size.x)
+        draw.add_rect_filled(ImVec2(left - 5 * pixel, top - 1 * pixel),
+                             ImVec2(left + size.x + 5 * pixel, top + size.y + 2 * pixel),
+                             theme.packed((0.09, 0.075, 0.05, 0.78)), 3.0 * pixel)
+        draw.add_text(ImVec2(left, top), theme.packed(theme.DARK.amber_text), text)
+        top += size.y + 3.0 * pixel
     imgui.pop_font()
 
 

@@ -13,13 +13,14 @@ from lensbench.app.files.settings_file import load_settings, save_settings
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.build import camera
+from lensbench.app.state.click_focus import focused_at
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.dial_scales import curvature_scale
 from lensbench.app.state.geometry.circle_of_confusion import Blur
 from lensbench.app.state.geometry.plan import plan
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import Settings, SettingsError
-from lensbench.app.state.view_camera import focused_at, in_section, leans, seen_from, sentence, sharp_focus
+from lensbench.app.state.view_camera import in_section, leans, seen_from, sentence, sharp_focus
 from lensbench.imaging.film_pose import FilmPose
 from tests.app.stand import drive
 from tests.core.optics.test_surface_pose import posed
@@ -98,7 +99,8 @@ def test_a_click_brings_what_it_shows_into_focus_and_its_blur_is_that_of_the_ray
     chief = thick.generate_rays(raster, [[0.5, 0.5]])
     along = -plane.distance(chief.origins) / (chief.directions @ plane.normal)
     depth = -float((chief.origins + along[:, None] * chief.directions)[0, 2])
-    assert focused_at(POSED, part, depth) == pytest.approx(1500.0, rel=1e-3)        # depths from the film's middle
+    found = focused_at(replace(POSED, lens_model="thick"), part, depth)
+    assert found.distance == pytest.approx(1500.0, rel=1e-3) and not found.remark   # depths from the film's middle
     assert Blur.of(POSED).pixels(depth, part) < 1e-9
     # 0.4 m behind the plane in focus, from one end of the pupil to the other, in pixels
     ends = thick.generate_rays(raster * 2, [[0.0, 0.5], [1.0, 0.5]])
@@ -117,11 +119,12 @@ def widths(cam, part, depth):
 
 @pytest.mark.parametrize("part", [(0.5, 0.5), (0.15, 0.2), (0.8, 0.9)])
 def test_overlays_and_a_click_know_a_curved_film(part):
-    curved = replace(Settings(), film_radius=-60.0, f_number=8.0, focus_distance=1500.0, tilt=0.03)
-    thick = camera(replace(curved, lens_model="thick"))
+    curved = replace(Settings(), film_radius=-60.0, f_number=8.0, focus_distance=1500.0, tilt=0.03, lens_model="thick")
+    thick = camera(curved)
     for depth in (1000.0, 2500.0):
         assert Blur.of(curved).pixels(depth, part) == pytest.approx(widths(thick, part, depth), rel=0.03)
-    assert Blur.of(replace(curved, focus_distance=focused_at(curved, part, 2500.0))).pixels(2500.0, part) < 0.01
+    focused = replace(curved, focus_distance=focused_at(curved, part, 2500.0).distance)
+    assert Blur.of(focused).pixels(2500.0, part) < 0.01
 
 
 @pytest.mark.slow

@@ -1,0 +1,79 @@
+"""The focus distance that makes sharp what a click in the picture points at.
+
+Lengths in mm. A real lens whose film or whose elements are out of line is focused by traced beams of the film point:
+narrow ones where the film lies at the paraxial focus, those of the open stop where it lies at the least blur.
+"""
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.analysis.traced_focus import beams
+from lensbench.app.state.build import setup
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.view_camera import Place, lens_leans, seen_from
+from lensbench.kernels.root_finding import find_root
+
+ENOUGH = 1e-7                   # of the nearness of what is pointed at
+UNSHARP = 0.1                   # pixels of blur at an end of the focus, from which on a remark says so
+BEYOND = "It lies beyond the farthest focus here"
+TOO_NEAR = "It lies nearer than the nearest focus here"
+UNLIT = "No light here: focused as at the middle"
+
+
+class ClickFocus(NamedTuple):
+    """distance: of the focus (mm), inf allowed. remark: why that does not make the place sharp; "" where it does."""
+
+    distance: float
+    remark: str = ""
+
+
+def focused_at(settings: Settings, part: Place, depth: float) -> ClickFocus:
+    """The focus at which what lies `depth` mm before the film is sharp at a part of the picture.
+
+    part: of its width and height, from the top left.
+    """
+    bent = settings.film_pose.is_tilted or settings.film_pose.is_curved
+    if not (bent or lens_leans(settings)):
+        return ClickFocus(depth)
+    raster = part[0] * settings.film.pixels_x, part[1] * settings.film.pixels_y
+    try:
+        return _traced(settings, raster, depth) if settings.follows_lens else _in_line(settings, raster, depth)
+    except lb.LensError:
+        return ClickFocus(math.inf, BEYOND)
+
+
+def _in_line(settings: Settings, raster: Place, depth: float) -> ClickFocus:
+    """The focus of an ideal lens, in closed form: its film point lies before or behind the film's middle."""
+    at_middle, (here, _) = setup(settings), seen_from(settings, raster)
+    at_depth = lb.film_distance(at_middle.lens, depth)
+    found = lb.focused_distance(at_middle.lens, at_depth - (here.film_distance - at_middle.film_distance))
+    return ClickFocus(found, BEYOND if math.isinf(found) and math.isfinite(depth) else "")
+
+
+def _traced(settings: Settings, raster: Place, depth: float) -> ClickFocus:
+    """The focus distance by beams of the film point, which are traced for every trial."""
+    at_middle = setup(settings)
+    method = at_middle.focusing.method
+
+    def excess(nearness: float) -> float:
+        """How much nearer (1/mm) than the depth the beam has its focus, for a focus distance of 1 / nearness."""
+        trial = replace(settings, focus_distance=1.0 / nearness if nearness > 0.0 else math.inf, focus_position=method)
+        here, (x, y) = seen_from(trial, raster)
+        film_distance = setup(trial).film_distance
+        film = np.array([[x, y, here.film_distance - film_distance]])
+        return float(beams(here.lens, film_distance, film, method == "real").depth_nearness[0]) - 1.0 / depth
+
+    nearest = 1.0 / (lb.nearest_focus(at_middle.lens) * (1.0 + 1e-6))
+    far, near = excess(0.0), excess(nearest)
+    if math.isnan(far + near):
+        return ClickFocus(depth, UNLIT)
+    slack = UNSHARP * settings.film.pitch * at_middle.f_number / at_middle.at_infinity.efl**2
+    if far >= 0.0:
+        return ClickFocus(math.inf, BEYOND if far > slack else "")
+    if near <= 0.0:
+        return ClickFocus(1.0 / nearest, TOO_NEAR if near < -slack else "")
+    return ClickFocus(1.0 / find_root(excess, 0.0, nearest, ENOUGH / depth if math.isfinite(depth) else 0.0))
