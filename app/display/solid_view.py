@@ -15,7 +15,8 @@ from lensbench.app.state.solid.turntable import Eye
 Rgba = tuple[float, float, float, float]
 SAMPLES = 4                     # of each pixel, against jagged edges
 LIGHT = np.array([0.35, 0.55, 0.76]) / np.linalg.norm([0.35, 0.55, 0.76])     # towards the light: right, up, back
-SLACK = 64                      # buffers that are kept beyond those that are drawn
+SLACK = 64                      # buffers that are kept beyond those that are drawn,
+MOST_KEPT = 4 << 20             # and their bytes
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,8 @@ class SolidView:
         self._stroke = context.program(shader_source("stroke.vert"), shader_source("stroke.frag"))
         self._arrays: dict[Part | Strokes, tuple[moderngl.VertexArray, moderngl.Buffer]] = {}
         self._texture: moderngl.Texture | None = None
-        self._drawn: moderngl.Framebuffer | None = None         # with several samples a pixel
+        self._samples: tuple[moderngl.Renderbuffer, ...] = ()   # several a pixel: colours, depth
+        self._drawn: moderngl.Framebuffer | None = None         # into these samples
         self._resolved: moderngl.Framebuffer | None = None
         self._done: Drawing | None = None
         self._frames: dict[bool, tuple] = {}    # of the camera and of the world: matrix, eye and light
@@ -89,14 +91,15 @@ class SolidView:
 
     def _resize(self, size: tuple[int, int]) -> None:
         context = self._context
-        for thing in (self._drawn, self._resolved, self._texture):
+        for thing in (self._drawn, self._resolved, self._texture, *self._samples):
             if thing is not None:
                 thing.release()
         samples = min(SAMPLES, context.max_samples)
+        self._samples = (context.renderbuffer(size, 4, samples=samples),
+                         context.depth_renderbuffer(size, samples=samples))
         self._texture = context.texture(size, 4)
         self._texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        self._drawn = context.framebuffer([context.renderbuffer(size, 4, samples=samples)],
-                                          context.depth_renderbuffer(size, samples=samples))
+        self._drawn = context.framebuffer(self._samples[:1], self._samples[1])
         self._resolved = context.framebuffer([self._texture])
         self._done = None
 
@@ -164,14 +167,17 @@ class SolidView:
         self._arrays[line.strokes][0].render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(pieces))
 
     def _forget(self, drawing: Drawing) -> None:
-        """Release buffers of parts that are no longer drawn, once there are more than SLACK."""
-        if len(self._arrays) <= len(drawing.solids) + len(drawing.lines) + SLACK:
-            return
-        kept = {solid.part for solid in drawing.solids} | {line.strokes for line in drawing.lines}
-        for thing in [thing for thing in self._arrays if thing not in kept]:
+        """Release the oldest buffers that are no longer drawn while there are too many or too large ones."""
+        drawn = {solid.part for solid in drawing.solids} | {line.strokes for line in drawing.lines}
+        idle = {thing: buffer.size for thing, (_, buffer) in self._arrays.items() if thing not in drawn}
+        number, size = len(idle), sum(idle.values())
+        for thing, released in idle.items():
+            if number <= SLACK and size <= MOST_KEPT:
+                return
             array, buffer = self._arrays.pop(thing)
             array.release()
             buffer.release()
+            number, size = number - 1, size - released
 
 
 def _uniform(program: moderngl.Program, name: str) -> moderngl.Uniform:

@@ -1,0 +1,105 @@
+"""Textures, buffers, renderbuffers and framebuffers that stay on the graphics card, as OpenGL itself counts them."""
+
+import ctypes
+
+import moderngl
+import numpy as np
+import pytest
+
+from lensbench.app.display.gl_texture import Development, Screen
+from lensbench.app.display.panorama import Panorama
+from lensbench.app.display.small_textures import SmallTextures
+from lensbench.app.display.solid_view import MOST_KEPT, Drawing, Line, Solid, SolidView
+from lensbench.app.state.picture.look_around import LookAround
+from lensbench.app.state.solid.shapes import Part, Strokes
+from lensbench.app.state.solid.turntable import Eye
+
+KINDS = "Texture", "Buffer", "Renderbuffer", "Framebuffer", "VertexArray", "Program"
+NAMES = 500             # more than these tests ever have of a kind
+SIZES = [(40 + 3 * i, 30 + 2 * i) for i in range(8)]
+STILL = tuple(np.eye(4).ravel().tolist())
+
+
+@pytest.fixture
+def context():
+    made = moderngl.create_context(standalone=True, backend="egl")
+    yield made
+    made.release()
+
+
+def alive() -> dict[str, int]:
+    """Objects of each kind in the current context."""
+    find = ctypes.CDLL("libEGL.so.1").eglGetProcAddress
+    find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+    counts = {}
+    for kind in KINDS:
+        is_one = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(find(f"glIs{kind}".encode()))
+        counts[kind] = sum(is_one(name) != 0 for name in range(1, NAMES))
+    return counts
+
+
+def part(triangles: int = 1) -> Part:
+    points = np.tile([[-5.0, -5.0, 0.0], [5.0, -5.0, 0.0], [0.0, 5.0, 0.0]], (triangles, 1))
+    return Part("thing", points, np.tile([0.0, 0.0, 1.0], (len(points), 1)))
+
+
+def solid_drawing(*parts: Part) -> Drawing:
+    lines = (Line(Strokes("edge", np.zeros((2, 2, 3))), (1.0, 1.0, 1.0, 1.0), 1.0),)
+    return Drawing(Eye(), STILL, tuple(Solid(each, (0.9, 0.9, 0.9, 1.0)) for each in parts), lines, (0.0,) * 4)
+
+
+def test_a_3d_view_of_another_size_leaves_nothing_of_the_last_one(context):
+    view, drawing = SolidView(context), solid_drawing(part())
+    view.picture(drawing, (32, 24))
+    first = alive()
+    assert first["Renderbuffer"] == 2 and first["Texture"] >= 1
+    for size in SIZES:
+        view.picture(drawing, size)
+    assert alive() == first
+
+
+def test_a_3d_view_forgets_large_parts_that_it_no_longer_draws(context):
+    view, triangles = SolidView(context), MOST_KEPT // (3 * 24) // 3
+    view.picture(solid_drawing(part(triangles)), (32, 24))
+    first = alive()["Buffer"]
+    for _ in range(10):
+        view.picture(solid_drawing(part(triangles)), (32, 24))
+    assert alive()["Buffer"] <= first + 2 * 4           # parts and lines of what fits
+
+
+def test_pictures_of_another_size_leave_nothing_of_the_last_one(context):
+    screen, other = Screen(context), Screen(context)
+
+    def show(width: int, height: int) -> None:
+        for each in (screen, other):
+            each.load(np.full((height, width, 3), 0.2, np.float32))
+            each.developed(Development(coc_gain=1.0, share=0.3))
+        screen.apart(other, 0.5)
+        screen.draw_at(0.5)
+
+    show(32, 24)
+    first = alive()
+    for size in SIZES:
+        show(*size)
+    assert alive() == first
+
+
+def test_a_look_around_of_another_size_leaves_nothing_of_the_last_one(context):
+    panorama, source = Panorama(context), context.texture((8, 4), 4)
+    panorama.picture(source, 0, "equirectangular", LookAround(0.0, 0.0, 1.5), (32, 24))
+    first = alive()
+    for size in SIZES:
+        panorama.picture(source, 0, "equirectangular", LookAround(0.0, 0.0, 1.5), size)
+    assert alive() == first
+
+
+def test_a_small_picture_that_changes_or_goes_leaves_no_texture(context):
+    pictures = {"a": np.zeros((4, 6, 3), np.uint8)}
+    textures, before = SmallTextures(pictures), alive()
+    assert textures.of("a")
+    for _ in range(5):
+        pictures["a"] = np.zeros((4, 6, 3), np.uint8)
+        textures.of("a")
+    assert alive()["Texture"] == before["Texture"] + 1
+    del pictures["a"]
+    assert textures.of("a") is None and alive() == before
