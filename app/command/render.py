@@ -60,7 +60,6 @@ def render(arguments: argparse.Namespace) -> int:
     from lensbench.app.files.settings_file import save_settings
     from lensbench.app.state.build import camera, wavelength_remark
     from lensbench.app.state.camera_kinds import CAMERA_KINDS
-    from lensbench.app.state.scene_assets.scene_findings import scene_findings
     from lensbench.app.state.scene_file import cached_scene
     from lensbench.app.workers.warm_cache import compiling_ahead
 
@@ -76,8 +75,6 @@ def render(arguments: argparse.Namespace) -> int:
     remark = wavelength_remark(settings)
     if remark:
         say(f"{settings.lens}: {remark}")
-    for finding in scene_findings(cached_scene(settings.scene)):
-        say(f"{settings.scene}: {finding}")
     if arguments.until_noise is not None and arguments.samples is None:
         settings = replace(settings, samples=MOST_SAMPLES)
     if arguments.save_settings is not None:

@@ -199,7 +199,6 @@ class Session(WindowState):
         self.worker.hold(busy)
         self.apply()
         self.comparing.advance(busy)
-        self.say_of_scene()
         self.say_of_place()
         self.say_of_ghost()
         self.editing.advance(held)

@@ -27,8 +27,6 @@ from lensbench.app.state.coating import missing_ghost
 from lensbench.app.state.constraints import coarser, longer_side_within, showable, with_longer_side
 from lensbench.app.state.lens_choice import in_the_way
 from lensbench.app.state.request import Request
-from lensbench.app.state.scene_assets.scene_findings import scene_findings
-from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import RESTARTS_MOTION, RESTARTS_NOTHING, Settings
 from lensbench.app.state.undo import History
 from lensbench.app.widgets import theme
@@ -64,7 +62,6 @@ class WindowState:
         self.charts = ChartWorker(self.wake)
         self.light_field = LightFieldController(self.view, self.presenter, settings, self.requests, self.wake)
         self.watch = FileWatch()
-        self._scene_said, self._of_scene = "", list[str]()      # the scene of the picture, and the notes on it
         self._placed: tuple | None = None      # lens, scene and place of the camera,
         self._of_place = ""                             # and the note on them
         self._shown_ghost: tuple[object, ...] = ()      # lens and ghost of which was last asked whether it exists
@@ -205,18 +202,6 @@ class WindowState:
         remark = wavelength_remark(settings)
         if remark:
             self.view.say(f"{name}: {remark}", lens=settings.lens)
-
-    def say_of_scene(self) -> None:
-        """Show what the picture of another scene shows otherwise than the scene says, once it is on the screen."""
-        update = self.presenter.update
-        if update is None or update.settings.scene == self._scene_said:
-            return
-        name = self._scene_said = update.settings.scene
-        self.view.notices.forget(lambda notice: notice.text in self._of_scene)
-        with suppress(ValueError, OSError):             # the worker reports a scene that cannot be read
-            self._of_scene = [f"{Path(name).name}: {finding}" for finding in scene_findings(cached_scene(name))]
-            for text in self._of_scene:
-                self.view.say(text, note=True)
 
     def say_of_place(self) -> None:
         """Show what keeps the camera nearer to the subject than its lens would frame it, until it is moved."""

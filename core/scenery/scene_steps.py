@@ -40,6 +40,7 @@ from lensbench.scenery.shading.illumination import (
     rise,
 )
 from lensbench.scenery.shading.image_clearcoat import image_clearcoat_step
+from lensbench.scenery.shading.image_rough_clearcoat import image_rough_clearcoat_step
 from lensbench.scenery.shading.image_sky_light import add_tinted, sky_cells, sky_rays_step
 from lensbench.scenery.shading.many_lamps import MANY_LAMPS, has_a_share, many_lamp_steps
 from lensbench.scenery.shading.mesh_shadows import gradient_rays
@@ -109,7 +110,7 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
     bounce = shadows and scene.diffuse_bounce
     emission = [BENDS if j in excluded.bends else _emits(o) for j, o in enumerate(excluded.first)]
     steps = [Step(begin_path), *_intersection(scene, opening, shapes=excluded.first, emission=emission), *fog,
-             *_coats(scene, False, opening), Step(gather_emission),
+             *_coats(scene, False, shadows, opening), Step(gather_emission),
              *(_light(scene, shadows, opening, sky_too=False) if bounce else light)]
     if mirrors or bounce:
         lamp = LAMP if bounce else SHINES
@@ -128,7 +129,7 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
             steps += [step._replace(gated=True) for step in onward]
             steps += [Step(diffuse_leave)] if matte else []
             seen = [*met, *([Step(diffuse_sky, surround)] if matte else []), *fog,
-                    *_coats(scene, k == bounces - 1, opening), Step(gather_emission),
+                    *_coats(scene, k == bounces - 1, shadows, opening), Step(gather_emission),
                     *([Step(diffuse_end)] if matte else []), *light]
             steps += [step._replace(gated=True) for step in seen]
     return (*steps, Step(finish_path))
@@ -192,8 +193,11 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
     return steps
 
 
-def _coats(scene: Scene, last: bool, opening: float) -> list[Step]:
-    """Stages of the clear coats; in the last round of a path metal reflects as they do."""
+def _coats(scene: Scene, last: bool, shadows: bool, opening: float) -> list[Step]:
+    """Stages of the clear coats; in the last round of a path metal reflects as they do.
+
+    shadows: rough coats reflect samples of a picture of the sky, and not the nearest sky of three colours.
+    """
     steps = []
     around = sky_parameters(_gradient(scene))
     by_picture = isinstance(scene.sky, ImageSky) and not scene.enclosed
@@ -214,6 +218,10 @@ def _coats(scene: Scene, last: bool, opening: float) -> list[Step]:
         else:
             steps.append(_step(clearcoat, moving_clearcoat, still, moved))
     if is_rough(scene):
+        if shadows and _lights_by_picture(scene):
+            ground = None if scene.floor is None else floor_parameters(scene.floor)
+            steps.append(image_rough_clearcoat_step(scene.sky, ground, _floor_light(scene)))
+            around = around * 0.0
         lights = [o for o in scene.objects if o.material.shines and o.material.pattern is None]
         lights = sorted(lights, key=_brightness, reverse=True)[:MOST_HIGHLIGHTS]
         still = Packed(rough_clearcoat_parameters(around, _still(lights)))

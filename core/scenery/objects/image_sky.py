@@ -47,7 +47,7 @@ class ImageSky:
 
     @cached_property
     def gradient(self) -> Sky:
-        """The nearest sky of three colours: what rough coats reflect, and light without shadows.
+        """The nearest sky of three colours, for pictures without shadows.
 
         The radiance below the horizon is the mean of the picture there; zenith and horizon are least squares over the
         solid angle above, none negative.

@@ -51,6 +51,7 @@ from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, pack
 from lensbench.kernels.rotation import sine_versine
+from lensbench.scenery.intersect.image_sky import sky_place
 from lensbench.scenery.objects.image_sky import ImageSky
 from lensbench.scenery.shading.illumination import count_lit
 
@@ -60,7 +61,7 @@ LEAST_ACROSS, MOST_ACROSS = 512, 2048   # cells across: finer than a small pictu
 # FLUX: ∫ radiance dω, the mean of the colours, / π
 COSINE, SINE, FLUX, SKY_LIGHT = offsets(1, 1, 1)
 # Integers: places of the tables (float32), cells across and down, steps of their binary searches
-ROWS_PLACE, CELLS_PLACE, TINTS_PLACE, ACROSS, DOWN, ROW_STEPS, CELL_STEPS = range(7)
+ROWS_PLACE, CELLS_PLACE, TINTS_PLACE, ACROSS, DOWN, ROW_STEPS, CELL_STEPS, CELL_INTEGERS = range(8)
 
 
 class SkyCells(NamedTuple):
@@ -159,8 +160,13 @@ def _find(real, table, first, count, steps, share):
 @stage
 def sky_rays(lanes, p, ints, key):
     """Sample a direction of the sky: A0 … A7 as `shadow` reads them, and its tint times the flux, A8 A9 A10."""
-    if count_lit(lanes) == 0:
-        return
+    if count_lit(lanes) > 0:
+        sky_directions(lanes, p, ints)
+
+
+@stage
+def sky_directions(lanes, p, ints):
+    """`sky_rays` of all lanes.  p, ints: sky_rays_step."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
@@ -201,6 +207,34 @@ def sky_rays(lanes, p, ints, key):
         slant = nx[i] * wx[i] + ny[i] * wy[i] + nz[i] * wz[i]
         far[i] = real(math.inf)
         light[i] = slant if slant > real(0) else real(0)
+
+
+@stage
+def sky_density(lanes, ints, cosine, sine, found):
+    """Density per solid angle with which `sky_rays` chooses the direction A3 A4 A5, to the row `found`.
+
+    ints: sky_rays_step; cosine, sine: of the turn of the sky.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    wx, wy, wz = row[A3], row[A4], row[A5]
+    across, down = ints[ACROSS], ints[DOWN]
+    lines = borrowed(ints[ROWS_PLACE], down + 1, np.float32)
+    cells = borrowed(ints[CELLS_PLACE], down * (across + 1), np.float32)
+    per_down, most = real(math.pi) / real(down), real(across) * real(1 / (2 * math.pi))
+    for i in range(B):
+        u, v = sky_place(real, wx[i], wy[i], wz[i], cosine, sine)
+        u, v = u * real(across), v * real(down)
+        u = min(u, real(across) - real(0.5)) if u > real(0) else real(0)       # NaN, of a lane without a direction: 0
+        v = min(v, real(down) - real(0.5)) if v > real(0) else real(0)
+        k, c = np.uint64(np.uint32(v)), np.uint64(np.uint32(u))
+        m = k * np.uint64(across + 1) + c
+        line = real(lines[k + np.uint64(1)]) - real(lines[k])
+        share = line * (real(cells[m + np.uint64(1)]) - real(cells[m]))
+        high = real(np.uint32(v))
+        # cos a − cos (a + w) as a product, which keeps its digits near the poles
+        size = real(2) * math.sin((high + real(0.5)) * per_down) * math.sin(real(0.5) * per_down)
+        found[i] = share * most / size
 
 
 @stage

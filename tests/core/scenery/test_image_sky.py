@@ -134,6 +134,53 @@ def test_a_sharp_coat_mirrors_the_sun_before_the_picture_and_the_picture_beside_
     np.testing.assert_allclose(shoot(replace(picture, plates=(coat, lamp)).steps(), 0.0, [ahead]), plain, rtol=1e-5)
 
 
+def facets_mirror(sky, normal, view, gloss):
+    """Radiance that facets of Trowbridge and Reitz with Smith's hiding mirror, F0 = 0.04: a sum over the sphere."""
+    ways = directions(2048, 1024)
+    radiance = shoot(lb.Scene("sky", sky=sky).steps(shadows=False), 0.0, ways.reshape(-1, 3)).reshape(ways.shape)
+    edges = np.cos(math.pi * np.arange(1025) / 1024)
+    solid = (edges[:-1] - edges[1:])[:, None] * 2.0 * math.pi / 2048
+    half = ways + view
+    half /= np.linalg.norm(half, axis=-1, keepdims=True)
+    alpha2, slant, seen = (1.0 - gloss) ** 2, ways @ normal, view @ normal
+    facets = alpha2 / (math.pi * (1.0 + (alpha2 - 1.0) * (half @ normal) ** 2) ** 2)
+    open_ = [2.0 * c / (c + np.sqrt(alpha2 + (1.0 - alpha2) * c * c)) for c in (np.abs(slant), seen)]
+    mirrored = 0.04 + 0.96 * (1.0 - half @ view) ** 5
+    part = np.where(slant > 0.0, mirrored * facets * open_[0] * open_[1] / (4.0 * seen), 0.0)
+    return np.einsum("yx,yxc->c", part * solid, radiance)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gloss", [0.9, 0.6])
+@pytest.mark.parametrize("normal", [(0.0, 0.0, 1.0), (0.6, 0.64, 0.48), (0.0, 0.98, 0.199), (-0.9, 0.2, 0.387)])
+def test_a_rough_coat_spreads_the_picture_as_its_facets_do(scene, normal, gloss):
+    normal = np.asarray(normal) / np.linalg.norm(normal)
+    sky = replace(scene.sky, turn=0.7, brightness=0.5)
+    coat = lb.Disk((0.0, 0.0, -1000.0), tuple(normal), 100.0, lb.Material((0.0,) * 3, "coat", gloss=gloss))
+    v0, v1 = square_lights(400)
+    expected = facets_mirror(sky, normal, np.array([0.0, 0.0, 1.0]), gloss)
+    for real in (np.float64, np.float32):
+        seen = shoot(replace(scene, sky=sky, plates=(coat,)).steps(), np.zeros((len(v0), 3)), (0.0, 0.0, -1.0),
+                     (v0, v1), real)
+        np.testing.assert_allclose(seen.mean(0, dtype=float), expected, rtol=4e-3)
+
+
+def test_a_rough_coat_shows_the_floor_in_place_of_the_picture_below_it():
+    # Black above and a floor of its own light below: a coat that looks down sees the floor alone
+    values = np.zeros((8, 16, 3))
+    values[:4] = 0.7                                            # the floor has the irradiance / π 0.7
+    sky = lb.ImageSky(lb.Image.of(values))
+    floor = lb.Floor(-300.0, 100.0, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5))
+    tilted = np.array([0.0, -math.sin(0.3), math.cos(0.3)])     # mirrors a ray along −z downwards
+    coat = lb.Disk((0.0, 0.0, -1000.0), tuple(tilted), 100.0, lb.Material((0.0,) * 3, "coat", gloss=0.97))
+    v0, v1 = square_lights(64)
+    seen = [shoot(lb.Scene("floor", sky=sky, plates=(coat,), floor=ground).steps(), np.zeros((len(v0), 3)),
+                  (0.0, 0.0, -1.0), (v0, v1)).mean(0) for ground in (floor, None)]
+    mirrored = 0.04 + 0.96 * (1.0 - math.cos(0.3)) ** 5
+    np.testing.assert_allclose(seen[0], mirrored * 0.5 * 0.7, rtol=0.03)      # of a uniform sky above
+    assert (seen[1] < 0.05 * seen[0]).all()
+
+
 def test_the_gradient_of_a_large_picture_takes_no_copy_of_it():
     sky = lb.ImageSky(lb.Image.of(np.ones((256, 512, 3))))
     tracemalloc.start()
