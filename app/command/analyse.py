@@ -14,8 +14,11 @@ OF_FEW = {"frequencies": ("mtf", "mtf-map", "mtf-frequency"), "stack": ("stack",
 
 def add_analyse_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench analyse`."""
-    from lensbench.app.command.lens_options import LENS_HELP, add_lens_options, option
+    from dataclasses import fields
+
+    from lensbench.app.command.lens_options import LENS_HELP, add_lens_options, add_setting, option
     from lensbench.app.command.options import read_film, read_size
+    from lensbench.app.state.settings import Settings
     from lensbench.app.state.text_values import read_distance
 
     add = parser.add_argument
@@ -23,6 +26,7 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
     add("--what", metavar="NAMES", help="analyses, separated by commas (default: all); --what list names them")
     add("-o", "--output", metavar="FILE", help=f"the sheet ({', '.join(SHEETS[:3])}) or its numbers (.csv, .json)")
     add_lens_options(parser)
+    add_setting(parser, next(field for field in fields(Settings) if field.name == "stop_image"))
     add("--focus", type=option(read_distance), metavar="DISTANCE", default=math.inf,
         help="distance from the film to the plane in focus (default: infinity)")
     add("--film", type=option(read_film), metavar="FILM",

@@ -3,7 +3,9 @@
 import argparse
 import json
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from lensbench import lenses
 from lensbench.app.command.analyse import _options, add_analyse_options
@@ -49,6 +51,24 @@ def test_fields_wavelengths_and_frequencies_are_those_of_the_options(capsys):
     assert set(mtf["frequency (lp/mm)"]) == {20.0, 60.0} and len(set(mtf["field (mm)"])) > 2
     assert "--fields has no effect on mtf" in captured.err and "--stack has no effect on fans, mtf" in captured.err
     assert "--frequencies" not in captured.err
+
+
+def test_a_picture_in_the_stop_weighs_the_rays(capsys, tmp_path):
+    """A disc of half the stop's diameter is the stop two stops down."""
+    x, y = np.meshgrid(*[np.arange(256) - 127.5] * 2)
+    Image.fromarray(np.uint8(255 * (np.hypot(x, y) < 64.0))).save(tmp_path / "disc.png")
+
+    def cone(f_number, *more):
+        """How the squared rms radius of the axis point grows with the squared shift of the film."""
+        assert main(["analyse", NAME, "--what", "spots", "--points", "64", "--fields", "0", "--wavelengths", "588",
+                     "--f-number", f_number, *more, "--json"]) == 0
+        columns = json.loads(capsys.readouterr().out)["analyses"]["spots"]["columns"]
+        return np.polyfit(columns["film shift (mm)"], 1e-6 * np.square(columns["rms radius (um)"]), 2)[0]
+
+    pictured = cone("4", "--stop-image", str(tmp_path / "disc.png"))
+    assert pictured == pytest.approx(cone("8"), rel=0.02) == pytest.approx(1.0 / (8.0 * 8.0**2), rel=0.02)
+    assert main(["analyse", NAME, "--stop-image", str(tmp_path / "none.png")]) == 2
+    assert "none.png" in capsys.readouterr().err
 
 
 def test_what_a_lens_does_not_have_is_left_out_with_its_reason(capsys):
