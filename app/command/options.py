@@ -160,7 +160,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     if arguments.dispersion == "on" and not colours(settings).possible:
         raise SettingsError(f"dispersion on: {colours(settings).why}")
     if not settings.has_lens and arguments.focus is None:  # its nearest focus follows from film and view
-        settings = constrained(settings)
+        settings = constrained(settings.checked())
     settings = settings.checked()                       # errors come alone, before remarks
     if not settings.has_lens:
         settings.kind.maker(settings)
