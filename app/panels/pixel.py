@@ -22,7 +22,7 @@ from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, text
+from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, text
 from lensbench.kernels.figures import fixed, significant, true_minus
 
 NOTHING = "Point at the picture: this panel shows how the pixel under the mouse comes about. " \
@@ -105,6 +105,8 @@ def _plot(settings: Settings, got: PixelReadings, at: Place, found: Spot, size: 
                       AXIS_FLAGS | implot.AxisFlags_.lock)
     wide, high = (half * side / min(state.shape) for side in state.shape)
     implot.setup_axes_limits(-wide, wide, -high, high, implot.Cond_.always)
+    for axis, end, side, room in ((implot.ImAxis_.x1, wide, size.x, 3.4), (implot.ImAxis_.y1, high, size.y, 1.4)):
+        implot.setup_axis_ticks(axis, *linear_ticks(-end, end, 0.8 * side, room * imgui.get_text_line_height()), False)
     implot.setup_finish()
     plot = PlotMap.current(log=False)
     state.shape = max(plot.right - plot.left, 1.0), max(plot.bottom - plot.top, 1.0)

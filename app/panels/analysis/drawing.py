@@ -15,6 +15,8 @@ from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, log_ticks, pieces, text
 from lensbench.app.widgets.recorded import Calls, Recorder, record, repeat
 
+BESIDE = 3.2                    # em that ticks and labels of the other axis take from the length of an axis
+
 
 @dataclass
 class Drawn:
@@ -180,7 +182,7 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
     for index, axis, length, room, has_room in ((implot.ImAxis_.x1, plot.x, size.x, 3.4, high),
                                                 (implot.ImAxis_.y1, plot.y, size.y, 1.4, wide)):
         flags = AXIS_FLAGS | (implot.AxisFlags_.no_decorations if axis.label is None else implot.AxisFlags_.none)
-        implot.setup_axis(index, _label(axis.label, 0.85 * length) if has_room else None, flags)
+        implot.setup_axis(index, _label(axis.label, length - theme.em(BESIDE)) if has_room else None, flags)
         if axis.log:
             implot.setup_axis_scale(index, implot.Scale_.log10)
             values, labels = log_ticks(axis.low, axis.high, 0.8 * length, room * imgui.get_text_line_height())

@@ -6,6 +6,7 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
+from lensbench.app.state.analysis.ghost import rows_of_b
 from lensbench.app.state.analysis.ghost_images import ghost_ray, ghosts_figure, raster_of
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.build import design
@@ -50,7 +51,7 @@ def ghosts_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> Sett
         return settings
     if under is not None and under.column == 1:
         rank = round(under.x) - 1
-        lit = [row[0] for row in state.figure.table.rows if row[2] > 0.0]
+        lit = [row[0] for row in rows_of_b(state.figure.table) if row[2] > 0.0]
         chosen = lit[rank] if 0 <= rank < len(lit) else chosen
     chosen = chosen or state.choices.get("kept")
     if chosen:
@@ -89,7 +90,7 @@ def _table(state: AnalysisState, size: ImVec2) -> str | None:
         imgui.table_next_column()
         imgui.text_disabled(title)
         imgui.set_item_tooltip(tip)
-    for pair, bright, share, size, _, _, focus, *_ in state.figure.table.rows:
+    for pair, bright, share, size, _, _, focus, *_ in rows_of_b(state.figure.table):
         if not share > 0.0:
             continue
         imgui.table_next_row()

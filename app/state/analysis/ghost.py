@@ -10,6 +10,7 @@ import numpy as np
 
 from lensbench.app.state.analysis.figure import Area, Axis, Bars, Curve, Figure, Map, Plot, Points, Table
 
+LENS = "lens"                               # column of a table of both: "A" or "B"
 SKIPPED = ("amber", "faint", "grid")        # tints of what belongs to the axes, or is B's alone
 
 
@@ -97,8 +98,15 @@ def _both(b: str, a: str | None) -> str:
     return b if a is None else "\n".join((b, *(f"A: {line}" for line in a.split("\n"))))
 
 
+def rows_of_b(table: Table) -> list[tuple]:
+    """The rows of B in a table of one figure or of two, without the column that names the lens."""
+    if table.head[0] != LENS:
+        return list(table.rows)
+    return [row[1:] for row in table.rows if row[0] == "B"]
+
+
 def _table(b: Table, a: Table) -> Table:
     """The numbers of both, B first; of B alone where the columns differ."""
     if a.head != b.head:
         return b
-    return Table(("lens", *b.head), lambda: [("B", *row) for row in b.rows] + [("A", *row) for row in a.rows])
+    return Table((LENS, *b.head), lambda: [("B", *row) for row in b.rows] + [("A", *row) for row in a.rows])

@@ -1,5 +1,7 @@
 """The image of a point: its picture, line spread and encircled energy, the last beside that of a perfect lens."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from lensbench.analysis.grids.traced_grid import RayGrid
@@ -9,6 +11,7 @@ from lensbench.app.state.analysis.figure import DASHED, DOTTED, SOLID, Axis, Cur
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.rims import ended_marks, ends_within_stop, with_shares
 from lensbench.app.state.analysis.spots import field_label, field_tint
+from lensbench.optics.lens_surface import LensError
 
 FIELDS = {"axis": 0.0, "middle": 0.7, "full": 1.0}
 DECADES = 4.0                   # of the logarithmic view
@@ -48,6 +51,19 @@ def psf_figure(query: Query, points: int, field: str = "axis", view: str = "log"
     table = Table(head, lambda: ((x, y, light[i, j]) for i, y in list(enumerate(at))[::step]
                                  for j, x in list(enumerate(at))[::step]))
     return Figure("Point spread", ((plot,),), table, words, _remarks(query, spread))
+
+
+def seen_point_figure(query: Query, points: int, at: tuple[float, float], ahead: float, view: str = "log",
+                      pixel: bool = False) -> Figure:
+    """The picture of what a pixel shows, as `psf_figure`.
+
+    at: the point (x, y) of the film, mm. ahead: the distance of what it shows, from the film along the axis, mm or inf.
+    """
+    away = ahead - query.setup.film_z
+    if not away > 0.0:
+        raise LensError("what this pixel shows touches the lens")
+    here = replace(query, heights=(at,), object_distance=away, focus_distance=ahead)
+    return psf_figure(here, points, view=view, pixel=pixel)
 
 
 def encircled_figure(query: Query, points: int) -> Figure:

@@ -76,6 +76,29 @@ def test_a_pixel_is_pinned_and_unpinned_by_tool_key_and_mouse(drive):
 
 
 @pytest.mark.slow
+def test_the_point_spread_is_that_of_the_hovered_pixel_and_stays_when_the_mouse_leaves(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.menu_click("//##MainMenuBar/View/Analysis/Point spread")
+        hand.ctx.yield_(3)
+        state, worker = hand.session.analyses.states["Point spread"], hand.session.analyses.worker
+        hand.ctx.item_click("**/Pixel###Field pixel")
+        hand.ctx.yield_(3)
+        assert state.figure is None and "Point at the picture" in state.reason
+        found = []
+        for x, y in ((0.5, 0.5), (0.8, 0.6)):
+            point_at_picture(hand, x, y)
+            hand.ctx.mouse_move_to_pos(inside("Point spread", 0.5, 0.6))
+            hand.ctx.yield_(3)
+            hand.wait(lambda: not worker.busy, "the figure")
+            hand.ctx.yield_(2)
+            found.append((state.figure.rows[0][0].title, state.figure.conditions))
+        assert found[0] != found[1] and float(found[0][0].split()[0]) < 1.0 < 5.0 < float(found[1][0].split()[0])
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
 def test_points_of_the_pupil_and_of_the_spot_are_rays_in_the_section(drive):
     def use(hand):
         links, panels = hand.session.view.links, hand.session.panels

@@ -24,13 +24,22 @@ from lensbench.app.state.analysis.mtf_figures import (
     mtf_frequency_figure,
     mtf_map_figure,
 )
-from lensbench.app.state.analysis.point_figures import encircled_figure, line_spread_figure, psf_figure
+from lensbench.app.state.analysis.point_figures import (
+    encircled_figure,
+    line_spread_figure,
+    psf_figure,
+    seen_point_figure,
+)
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.analysis.seidel_figure import seidel_figure
 from lensbench.app.state.analysis.stack_figure import Stack, stack_figure
 from lensbench.app.state.analysis.star_figure import star_figure
 from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
+from lensbench.app.state.pixel.beam import beam
+from lensbench.app.state.pixel.lens_rays import film_place
+from lensbench.app.state.pixel.readings import pixel_readings
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_distance
 from lensbench.optics.depth_of_field import real_circle_of_confusion
 
 ASKED = query(Settings())
@@ -212,6 +221,25 @@ def test_light_of_a_point_adds_up_in_circles_and_across_lines():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("raster", [(170.5, 60.5), (40.5, 130.5)])
+def test_the_picture_of_what_a_pixel_shows_is_as_wide_as_its_spot(raster):
+    settings = replace(Settings(), pixels_x=240, pixels_y=160)
+    seen, got = beam(settings, raster), pixel_readings(settings, raster)
+    figure = seen_point_figure(query(settings), 64, film_place(settings, raster), seen.ahead, "linear")
+    shades = next(layer for layer in figure.rows[0][0].layers if isinstance(layer, Map))
+    light, half = shades.values / shades.values.sum(), shades.x[1]
+    at = half * (2.0 * (np.arange(len(light)) + 0.5) / len(light) - 1.0)
+    middle = light.sum(0) @ at, light.sum(1) @ at
+    square = (light * ((at[None, :] - middle[0])**2 + (at[:, None] - middle[1])**2)).sum()
+    assert 2.0 * np.sqrt(2.0 * square) == pytest.approx(1000.0 * got.diameter, rel=0.05)
+    assert format_distance(seen.ahead) in figure.conditions
+
+
+def test_a_point_that_touches_the_lens_has_no_picture():
+    with pytest.raises(lb.LensError, match="touches the lens"):
+        seen_point_figure(ASKED, 16, (0.0, 0.0), 0.5 * ASKED.setup.film_z)
+
+
 def test_depth_of_field_over_the_field_widens_with_the_stop():
     wide, small = (depth_figure(query(replace(Settings(), f_number=n)), 16, 0.03) for n in (5.6, 16.0))
     near, far = (column(wide, name)[0] for name in ("nearest (m)", "farthest (m)"))
