@@ -8,10 +8,11 @@ NICE = 10                   # of the rendering threads, so that the window keeps
 
 
 def lower_priority() -> None:
-    """Lower the priority of the calling thread, below the window's, if the system allows it."""
+    """Lower the priority of the calling thread, below the window's, if the system allows it; never raise it."""
     if sys.platform == "linux":
+        thread = threading.get_native_id()
         try:
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
+            os.setpriority(os.PRIO_PROCESS, thread, max(NICE, os.getpriority(os.PRIO_PROCESS, thread)))
         except OSError:                         # not allowed here: unchanged
             pass
 
