@@ -4,6 +4,7 @@ Curves, bars and points of A are faint. Points of cells, such as spots, are brou
 such as a point spread or a bokeh gallery, is drawn to the right of that of B, with the same axes.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -27,20 +28,18 @@ def with_ghost(b: Figure, a: Figure | None, name: str, reason: str = "") -> Figu
     rows = tuple(tuple(plot for pair in zip(*pairs, strict=True) for plot in _plots(*pair))
                  for pairs in zip(b.rows, a.rows, strict=True))
     return replace(b, rows=rows, table=_table(b.table, a.table),
-                   remarks=(*b.remarks, _where(rows, a.table.head == b.table.head, name),
+                   remarks=(*b.remarks, _where(rows, name),
                             *(f"A: {each}" for each in a.remarks if each not in b.remarks)))
 
 
-def _where(rows: tuple[tuple[Plot, ...], ...], numbered: bool, name: str) -> str:
-    """Where A is seen: in the plots, in the numbers, in both or in neither."""
+def _where(rows: tuple[tuple[Plot, ...], ...], name: str) -> str:
+    """Where A is seen: in the plots and in the numbers, or in these alone."""
     layers = [layer for row in rows for plot in row for layer in plot.layers]
     mapped = any(isinstance(layer, Map) for layer in layers)
     drawn = "faint or at the right" if mapped else "faint"
     if mapped or any(getattr(layer, "ghost", False) for layer in layers):
-        return f"{drawn}, and A in the numbers: {name}" if numbered else \
-            f"{drawn}: {name}; A has numbers of its own, which are left out"
-    return f"A in the numbers alone: {name} has other surfaces, or nothing to draw here" if numbered else \
-        f"A ({name}) has other plots and numbers, which are not shown"
+        return f"{drawn}, and A in the numbers: {name}"
+    return f"A in the numbers alone: {name} has nothing to draw here"
 
 
 def _plots(b: Plot, a: Plot) -> tuple[Plot, ...]:
@@ -57,9 +56,10 @@ def _plots(b: Plot, a: Plot) -> tuple[Plot, ...]:
 def _plot(b: Plot, a: Plot) -> Plot:
     """One plot with its ghost, its axes wide enough for both."""
     ghosts = [found for layer in a.layers if (found := _ghost(layer, b, a)) is not None]
+    words = {layer.text.split("\n")[0]: layer.text for layer in a.layers if isinstance(layer, Area)}
     areas = {(layer.x, layer.y): layer.text for layer in a.layers if isinstance(layer, Area)}
-    own = [replace(layer, text=_both(layer.text, areas.get((layer.x, layer.y)))) if isinstance(layer, Area) else layer
-           for layer in b.layers]
+    own = [replace(layer, text=_both(layer.text, areas.get((layer.x, layer.y)) or words.get(
+        layer.text.split("\n")[0]))) if isinstance(layer, Area) else layer for layer in b.layers]
     maps = [layer for layer in own if isinstance(layer, Map)]
     rest = [layer for layer in own if not isinstance(layer, Map)]
     legend = [Curve("A", np.zeros(0), np.zeros(0), "dim", weight=1.0)] if any(
@@ -75,9 +75,10 @@ def _ghost(layer, b: Plot, a: Plot):
         shown = layer.name and layer.tint not in SKIPPED and not b.cell
         return replace(layer, ghost=True, weight=1.0, rays=None) if shown else None
     if isinstance(layer, Bars):
-        lasting = [each.x for each in b.layers if isinstance(each, Bars) and each.name == layer.name]
-        same = any(each.shape == layer.x.shape for each in lasting)
-        return replace(layer, ghost=True, name="", width=1.6 * layer.width, tint="dim") if same else None
+        places = next((each.x for each in b.layers if isinstance(each, Bars) and each.name == layer.name
+                       and each.x.shape == layer.x.shape), None)
+        return None if places is None else replace(layer, x=places, ghost=True, name="", width=1.6 * layer.width,
+                                                   tint="dim")
     if isinstance(layer, Points):
         if not (a.cell and b.cell):
             return replace(layer, ghost=True, rays=None)
@@ -106,7 +107,14 @@ def rows_of_b(table: Table) -> list[tuple]:
 
 
 def _table(b: Table, a: Table) -> Table:
-    """The numbers of both, B first; of B alone where the columns differ."""
-    if a.head != b.head:
-        return b
-    return Table((LENS, *b.head), lambda: [("B", *row) for row in b.rows] + [("A", *row) for row in a.rows])
+    """The numbers of both, B first, in the columns of both; one that a lens does not have is empty."""
+    head = (*b.head, *(name for name in a.head if name not in b.head))
+
+    def rows() -> list[tuple]:
+        found = []
+        for lens, table in (("B", b), ("A", a)):
+            at = [table.head.index(name) if name in table.head else None for name in head]
+            found += [(lens, *(math.nan if i is None else row[i] for i in at)) for row in table.rows]
+        return found
+
+    return Table((LENS, *head), rows)

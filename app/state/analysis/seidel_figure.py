@@ -42,7 +42,8 @@ def seidel_figure(query: Query, points: int) -> Figure:
     layers += [Bars("", places[[i, i]], np.array([limit, -limit]), 0.96, "grid", surface=i) for i in range(count)]
     middle = 0.5 * (len(names) - 1)
     for k, name in enumerate(names):
-        layers.append(Bars(name, places + BAR * (k - middle), shown[:, k], BAR, TINTS[k]))
+        at = places + BAR * (k - middle)
+        layers += [Bars(name, at[part], shown[part, k], BAR, TINTS[k]) for part in (slice(count), slice(count, None))]
     for i, row in enumerate(shown):
         title = f"surface {i}" if i < count else "sum of all surfaces"
         lines = (true_minus(f"{name}   {significant(value, 3)} µm") for name, value in zip(names, row, strict=True))

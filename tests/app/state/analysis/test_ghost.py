@@ -1,5 +1,6 @@
 """A behind B in the figures, the rays that surfaces end, and the ray of a mark."""
 
+import math
 from dataclasses import replace
 from functools import partial
 
@@ -46,15 +47,21 @@ def test_curves_of_a_are_behind_those_of_b_and_read_beside_them():
     assert any("wide open" in remark for remark in both.remarks)
 
 
-def test_a_that_cannot_be_drawn_or_listed_is_said():
-    """Bars of a lens with other surfaces are not drawn beside those of B, nor are numbers of other columns listed."""
+def test_of_a_lens_with_other_surfaces_the_sums_are_drawn_and_all_columns_are_listed():
     other = query(replace(Settings(), lens="lv-nikon-z-58f095-noct", f_number=None))
     b, a = seidel_figure(B, 16), seidel_figure(other, 16)
     both = with_ghost(b, a, "Noct")
-    assert len(a.table.rows) > len(b.table.rows) and a.table.head != b.table.head
-    assert both.table is b.table and "A (Noct) has other plots and numbers, which are not shown" in both.remarks
-    alike = replace(a, table=replace(a.table, head=b.table.head))
-    assert any("A in the numbers alone: Noct" in each for each in with_ghost(b, alike, "Noct").remarks)
+    assert len(a.table.rows) > len(b.table.rows) and len(a.table.head) > len(b.table.head)
+    assert both.table.head == ("lens", *a.table.head)               # which has two colours more
+    sums = {row[0]: row for row in both.table.rows if row[1] == "sum"}
+    assert sums["A"][1:] == a.table.rows[-1] and sums["B"][1:len(b.table.head) + 1] == b.table.rows[-1]
+    assert all(math.isnan(value) for value in sums["B"][len(b.table.head) + 1:])
+    plot = both.rows[0][0]
+    ghosts = [layer for layer in plot.layers if isinstance(layer, Bars) and layer.ghost]
+    assert [layer.y[0] for layer in ghosts] == list(a.table.rows[-1][1:6])
+    own = [layer for layer in plot.layers if isinstance(layer, Bars) and layer.x.size == 1 and not layer.ghost]
+    assert [layer.x[0] for layer in ghosts] == [layer.x[0] for layer in own]
+    assert "A: sum of all surfaces" in told(plot, own[2].x[0], 0.0)
 
 
 def test_spots_of_a_have_the_scale_of_b():
@@ -76,7 +83,7 @@ def test_axes_hold_both_and_other_surfaces_or_no_figure_are_said():
     for one, whole in zip(a.rows[0], with_ghost(b, a, "A").rows[0], strict=True):
         assert whole.y.low <= one.y.low and whole.y.high >= one.y.high
     bars = with_ghost(seidel_figure(B, 16), seidel_figure(triplet, 16), "triplet").rows[0][0].layers
-    assert not any(isinstance(layer, Bars) and layer.ghost for layer in bars)
+    assert all(layer.x.size == 1 for layer in bars if isinstance(layer, Bars) and layer.ghost)
     assert "no such figure: afocal" in with_ghost(b, None, "A", "afocal").remarks[-1]
 
 
