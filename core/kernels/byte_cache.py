@@ -16,9 +16,9 @@ PLAIN = frozenset({type(None), float, int, bool, str, np.float64})
 class ByteCache(Generic[Given, Value]):
     """A function with its newest values; see `byte_cache`."""
 
-    def __init__(self, function: Callable[Given, Value], most_bytes: int, most: int):
+    def __init__(self, function: Callable[Given, Value], most_bytes: int, most: int, least: int):
         update_wrapper(self, function)
-        self._function, self._most_bytes, self._most = function, most_bytes, most
+        self._function, self._most_bytes, self._most, self._least = function, most_bytes, most, least
         self._kept: dict[Any, tuple[Value, dict[int, int]]] = {}        # with their buffers; the newest is last
         self._lock = threading.Lock()
 
@@ -34,7 +34,8 @@ class ByteCache(Generic[Given, Value]):
             for last in list(self._kept)[-1:]:          # its value may have grown by cached properties
                 self._kept[last] = self._kept[last][0], buffers((last, self._kept[last][0]))
             self._kept[key] = value, buffers((key, value))
-            while len(self._kept) > self._most or (len(self._kept) > 1 and self.held > self._most_bytes):
+            while len(self._kept) > self._most or (
+                    len(self._kept) > self._least and self.held > self._most_bytes):
                 del self._kept[next(iter(self._kept))]
         return value
 
@@ -49,10 +50,11 @@ class ByteCache(Generic[Given, Value]):
             self._kept.clear()
 
 
-def byte_cache(most_bytes: int, most: int) -> Callable[[Callable[Given, Value]], ByteCache[Given, Value]]:
+def byte_cache(most_bytes: int, most: int,
+               least: int = 1) -> Callable[[Callable[Given, Value]], ByteCache[Given, Value]]:
     """Decorator like `lru_cache`: what was used longest ago is forgotten while all values hold too much.
 
-    A buffer counts once, however many values and arguments share it. The newest value always stays.
+    A buffer counts once, however many values and arguments share it.
 
     Parameters
     ----------
@@ -60,6 +62,8 @@ def byte_cache(most_bytes: int, most: int) -> Callable[[Callable[Given, Value]],
         Bytes of arrays and `bytes` that arguments and values may hold together.
     most : int
         Number of values.
+    least : int
+        Number of newest values that stay whatever they hold, such as those that one picture asks for by turns.
 
     Returns
     -------
@@ -67,7 +71,7 @@ def byte_cache(most_bytes: int, most: int) -> Callable[[Callable[Given, Value]],
         Decorator of a function of hashable arguments.
     """
     def decorate(function: Callable[Given, Value]) -> ByteCache[Given, Value]:
-        return ByteCache(function, most_bytes, most)
+        return ByteCache(function, most_bytes, most, least)
 
     return decorate
 

@@ -81,14 +81,15 @@ from lensbench.scenery.shading.split_light import (
 from lensbench.scenery.small_lights import ExcludedLight
 
 Scene = Any
-MOST_KEPT = 512 << 20   # bytes that the stages of scenes seen before hold
+MOST_KEPT, NEWEST = 32 << 20, 4         # bytes that the stages of scenes seen before hold; lists of one picture
+MOST_SHORT, SHORT_NEWEST = 8 << 20, 2   # the same of stages that find depths and marks alone
 BOUNCES = 3             # specular bounces of a path
 SOLID_BOUNCES = 7       # where a mesh of glass takes two for each time that it is crossed
 MOST_HIGHLIGHTS = 64    # lights that a rough coat reflects: those that are brightest from the origin
 HIGHLIGHT_RADIUS = math.radians(1.5)    # least radius of the sun in mirrors and coats, its light unchanged
 
 
-@byte_cache(MOST_KEPT, 16)
+@byte_cache(MOST_KEPT, 16, NEWEST)
 def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: ExcludedLight | None,
                    medium: Medium | None) -> tuple[Step, ...]:
     """Stages from a ray to its radiance, cached: a slider asks for the same ones again and again."""
@@ -135,14 +136,14 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
     return (*steps, Step(finish_path))
 
 
-@byte_cache(MOST_KEPT, 16)
+@byte_cache(MOST_SHORT, 16, SHORT_NEWEST)
 def marking_steps(scene: Scene, shapes: tuple[Shape, ...]) -> tuple[Step, ...]:
     """Stages that mark which of these still shapes a ray meets; see `Scene.marking_steps`."""
     emission = [SMALL_LIGHT + j if o.material.shines else -SMALL_LIGHT - j for j, o in enumerate(shapes)]
     return tuple(_intersection(scene, 0.0, shapes=shapes, emission=emission))
 
 
-@byte_cache(MOST_KEPT, 16)
+@byte_cache(MOST_SHORT, 16, SHORT_NEWEST)
 def depth_steps(scene: Scene, opening: float) -> tuple[Step, ...]:
     """Stages that find the depth only; see `Scene.depth_steps`."""
     return (*_intersection(scene, opening if scene.moves else 0.0), Step(depth_picture))

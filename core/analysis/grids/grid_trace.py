@@ -32,7 +32,7 @@ from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
 
-MOST_KEPT = 96 << 20    # bytes of rays: sixteen grids of a moving picture, or one of 128 points
+MOST_KEPT = 48 << 20    # bytes of rays: sixteen grids of a moving picture; the newest stays, of 128 points too
 PUPIL = 32              # grid points across the pupil of a field: about 800 rays
 RIM = 6.4               # over the points across: share of the squared spot that rays outside a rim may have
 

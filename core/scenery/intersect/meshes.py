@@ -58,7 +58,7 @@ from lensbench.scenery.intersect.texture import REPEATED, TEXTURE, look_up_textu
 from lensbench.scenery.intersect.tree_search import inverse_of, scratch_of, search, search_group
 from lensbench.scenery.intersect.triangle_tree import TriangleTree, depth_of_stack, triangle_tree
 
-MOST_KEPT = 512 << 20   # bytes of trees and their meshes, for scenes seen before
+MOST_KEPT, NEWEST = 48 << 20, 4         # bytes of trees and their meshes, for scenes seen before; trees of one scene
 
 # Bounding sphere of all meshes
 CENTRE, REACH, MESHES = offsets(3, 1)
@@ -99,7 +99,7 @@ class Surfaces(NamedTuple):
         return pack(MESHES, {CENTRE: (low + high) / 2.0, REACH: math.dist(low, high) / 2.0 * (1.0 + 1e-5) + 1e-3})
 
 
-@byte_cache(MOST_KEPT, 8)
+@byte_cache(MOST_KEPT, 8, NEWEST)
 def surfaces(meshes: tuple) -> Surfaces:
     """One tree over all triangles of some meshes."""
     corners, vertices, owners, first = [], [], [], 0

@@ -38,6 +38,23 @@ def test_the_number_is_bounded_too_and_shared_buffers_count_once():
     assert buffers((shared[:10], shared)) == {id(shared): 5000}
 
 
+def test_the_newest_stay_by_number_whatever_they_hold():
+    made = []
+
+    @byte_cache(10_000, 8, least=3)
+    def zeros(key):
+        made.append(key)
+        return np.zeros(9000, np.uint8)
+
+    for key in (1, 2, 3, 1, 2, 3):
+        zeros(key)
+    assert made == [1, 2, 3] and zeros.held == 27_000
+    zeros(4)
+    assert zeros.held == 27_000
+    zeros(1)
+    assert made == [1, 2, 3, 4, 1]
+
+
 def test_what_a_value_gains_later_counts():
     class Grows:
         def __init__(self):
