@@ -107,7 +107,8 @@ def _torso(material: Material) -> Mesh:
     at = np.arange(len(heights))
     heights, wide, deep = (np.interp(fine, at, values) for values in (heights, wide, deep))
     kernel = np.hanning(19) / np.hanning(19).sum()
-    wide, deep = (np.convolve(np.pad(values, 9, mode="edge"), kernel, "valid") for values in (wide, deep))
+    heights, wide, deep = (np.convolve(np.pad(values, 9, mode="edge"), kernel, "valid")
+                           for values in (heights, wide, deep))
     phi = 2.0 * np.pi * np.arange(240) / 240
     # A gown that crosses in front, thick at its hem and with folds that hang from the shoulders
     away = (phi + np.pi) % (2.0 * np.pi) - np.pi

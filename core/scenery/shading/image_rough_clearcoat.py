@@ -58,6 +58,7 @@ from lensbench.scenery.shading.image_sky_light import (
     sky_directions,
     sky_rays_step,
 )
+from lensbench.scenery.shading.rough_clearcoat import smith_sum
 
 # CELLS: numbers of `sky_rays`, PICTURE: of `look_up_sky`, then the unit normal of the floor, its height, its radiance
 CELLS, PICTURE, NORMAL, HEIGHT, RADIANCE, ROUGH_SKY = offsets(SKY_LIGHT, IMAGE_SKY, 3, 1, 3)
@@ -84,8 +85,8 @@ def reflectance(real, cosine):
 
 @njit(inline="always")
 def shown(real, alpha2, cosine):
-    """Part of the facets at a cosine of incidence that others do not hide (Smith)."""
-    return real(2) * cosine / (cosine + math.sqrt(alpha2 + (real(1) - alpha2) * cosine * cosine))
+    """Part of the facets at a cosine of incidence that others do not hide."""
+    return real(2) * cosine / smith_sum(real, alpha2, cosine)
 
 
 @njit(inline="always")

@@ -53,10 +53,10 @@ from lensbench.scenery.shading.illumination import F0, schlick_edge
 
 CENTRE, FACING_AREA, COLOUR, HIGHLIGHT = offsets(3, 1, 3)       # FACING_AREA: of the light as a disk, over π (mm²)
 # Rows of what `rough_lights` knows of each coated lane. AXIS: of the surface across the ray; VIEW: cosine of incidence;
-# ALPHA2: width² of the lobe; PUPIL, PIXEL: half-widths of the part of the pupil and of the pixel at the surface, and
+# ALPHA2: width² of the lobe; HIDDEN: `smith_sum` of the ray over 4; PUPIL, PIXEL: half-widths of the part of the pupil and of the pixel at the surface, and
 # their growth per mm; SUM: what the lane reflects
-POINT, WAY, NORMAL, AXIS, VIEW, ALPHA2, PUPIL, PUPIL_FAN, PIXEL, PIXEL_FAN, SUM, KNOWN = offsets(
-    3, 3, 3, 3, 1, 1, 1, 1, 1, 1, 3)
+POINT, WAY, NORMAL, AXIS, VIEW, ALPHA2, HIDDEN, PUPIL, PUPIL_FAN, PIXEL, PIXEL_FAN, SUM, KNOWN = offsets(
+    3, 3, 3, 3, 1, 1, 1, 1, 1, 1, 1, 3)
 REGISTER = 16           # lanes of the widest vector register
 FLATTEST, FARTHEST = 0.1, 0.9       # ray through the middle: least cosine over the sample's, greatest change of length
 WIDEST = 1.0            # slope²: greatest half-width of a sample's part, half a right angle
@@ -80,12 +80,19 @@ def rough_clearcoat(lanes, p, ints, key):
 
     The slopes of the facets are distributed as 1 / (π α² (1 + tan² / α²)²) (Trowbridge and Reitz), α = 1 − gloss. A
     light of solid angle Ω is reflected by slopes of the area Ω / (4 cos θ cos³ δ), with δ the tilt of the facet half
-    way; that area widens α, so that a large light is never brighter than itself. p: rough_clearcoat_parameters.
+    way; that area widens α, so that a large light is never brighter than itself. At grazing incidence facets hide each
+    other as Smith has it. p: rough_clearcoat_parameters.
     """
     if rough_open(lanes, p) == 0:
         return
     rough_lights(lanes, p[SKY:])
     rough_close(lanes)
+
+
+@njit(inline="always")
+def smith_sum(real, alpha2, cosine):
+    """2 cos θ over the part of the facets that others do not hide at this angle of incidence (Smith 1967)."""
+    return cosine + math.sqrt(alpha2 + (real(1) - alpha2) * cosine * cosine)
 
 
 @njit(inline="always")
@@ -168,7 +175,7 @@ def rough_lights(lanes, p):
         (cx, cy, cz), size, (er, eg, eb) = vector(p, s + CENTRE), p[s + FACING_AREA], vector(p, s + COLOUR)
         for i in range(n):
             dx, dy, dz = known[WAY * B + i], known[(WAY + 1) * B + i], known[(WAY + 2) * B + i]
-            view, alpha2 = known[VIEW * B + i], known[ALPHA2 * B + i]
+            view, alpha2, hidden = known[VIEW * B + i], known[ALPHA2 * B + i], known[HIDDEN * B + i]
             qx, qy, qz = cx - known[POINT * B + i], cy - known[(POINT + 1) * B + i], cz - known[(POINT + 2) * B + i]
             d2 = qx * qx + qy * qy + qz * qz
             inverse = real(1) / math.sqrt(d2)
@@ -196,8 +203,9 @@ def rough_lights(lanes, p):
             edge2 = edge * edge
             f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
             top, bottom, more, most = lobe_mean(real, across2 * narrow * deep, real(0.75) * reach2 * deep, low)
-            share = f * area * narrow * real(0.5) * k2 * per * top * deep * deep * math.sqrt(more / (most * deep)) / (
-                bottom * low * low * (view if view > slant else slant))
+            # Of the facets that mirror the light, those that neither the ray nor the light misses
+            share = f * area * narrow * real(0.5) * k2 * per * top * deep * deep * math.sqrt(more / (most * deep)) * (
+                slant / (bottom * low * low * hidden * smith_sum(real, alpha2, slant)))
             share = share if (slant > real(0)) & (view > real(0)) & (low < real(DARK)) else real(0)
             known[SUM * B + i] += share * er
             known[(SUM + 1) * B + i] += share * eg
@@ -235,7 +243,9 @@ def coated_lanes(lanes, known, which):
         known[WAY * B + i], known[(WAY + 1) * B + i], known[(WAY + 2) * B + i] = dx, dy, dz
         known[NORMAL * B + i], known[(NORMAL + 1) * B + i], known[(NORMAL + 2) * B + i] = nx, ny, nz
         known[AXIS * B + i], known[(AXIS + 1) * B + i], known[(AXIS + 2) * B + i] = ax * size, ay * size, az * size
-        known[VIEW * B + i], known[ALPHA2 * B + i] = -(dx * nx + dy * ny + dz * nz), alpha * alpha
+        view = -(dx * nx + dy * ny + dz * nz)
+        known[VIEW * B + i], known[ALPHA2 * B + i] = view, alpha * alpha
+        known[HIDDEN * B + i] = real(0.25) * smith_sum(real, alpha * alpha, view)
         known[PUPIL * B + i], known[PUPIL_FAN * B + i] = row[PUPIL_RADIUS, k] + t * row[PUPIL_SPREAD, k], row[
             PUPIL_SPREAD, k]
         known[PIXEL * B + i], known[PIXEL_FAN * B + i] = row[PIXEL_SIDE, k] + t * row[PIXEL_SPREAD, k], row[

@@ -366,11 +366,34 @@ def test_a_rough_coat_spreads_a_small_light_and_keeps_its_flux():
     x = np.concatenate([np.linspace(0.0, 1000.0, 4001)])
     seen = shoot(scene.steps(), np.zeros(3), np.column_stack([x, np.full(x.size, -height), np.zeros(x.size)]))[:, 0]
     slope = np.tan(np.arctan(x / height) / 2.0)
-    # ∫ of radiance over slopes = F(0) L Ω / 4: as much as a smooth coat mirrors, within what the tail beyond has
-    flux = np.sum(seen * 2.0 * math.pi * slope * np.gradient(slope))
+    # ∫ of radiance over slopes, each as a facet towards the ray shows it = F(0) L Ω / 4: as much as a smooth coat
+    # mirrors, within what the tail beyond has
+    tilt = np.arctan(slope)
+    facing = np.cos(tilt) ** 4 * np.cos(2.0 * tilt)
+    flux = np.sum(seen * facing * 2.0 * math.pi * slope * np.gradient(slope))
     omega = math.pi * (1e3 / (1e6 + height)) ** 2
     tail = 1.0 / (1.0 + (slope[-1] / alpha) ** 2)
     assert flux / (FRESNEL_0 * 1e4 * omega / 4.0) == pytest.approx(1.0 - tail, abs=0.03)
+
+
+@pytest.mark.parametrize("gloss", [0.72, 0.9, 0.99])
+def test_a_small_light_in_a_rough_coat_is_as_bright_as_the_facets_that_mirror_it_and_are_not_hidden(gloss):
+    # F D G G / (4 cos θ) of Trowbridge and Reitz with Smith's G, from steep to grazing, where it is far from F
+    height, alpha2 = 300.0, (1.0 - gloss) ** 2
+    light = lb.Sphere((4e6, 1e6, 0.0), 400.0, lb.Material((1e4,) * 3, "light"))
+    scene = lb.Scene("wet", sky=BLACK, spheres=(light,),
+                     floor=lb.Floor(-height, 100.0, (0.0,) * 3, (0.0,) * 3, gloss=gloss))
+    x = np.array([300.0, 900.0, 1200.0, 3000.0, 9000.0, 20000.0])
+    points = np.column_stack([x, np.full(x.size, -height), np.zeros(x.size)])
+    seen = shoot(scene.steps(), np.zeros(3), points)[:, 0]
+    way, to = unit(points), np.array(light.centre) - points
+    half, distance = unit(unit(to) - way), np.linalg.norm(to, axis=1)
+    facets = alpha2 / (math.pi * (1.0 + (alpha2 - 1.0) * half[:, 1] ** 2) ** 2)
+    view, slant = -way[:, 1], unit(to)[:, 1]
+    open_ = np.prod([2.0 * c / (c + np.sqrt(alpha2 + (1.0 - alpha2) * c * c)) for c in (view, slant)], 0)
+    bright = schlick(np.sum(half * unit(to), 1)) * facets * open_ / (4.0 * view)
+    bright *= 1e4 * math.pi * (light.radius / distance) ** 2
+    assert seen == pytest.approx(bright, rel=2e-3)
 
 
 @pytest.mark.parametrize("gloss", [0.8, 0.95, 0.99])
