@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -49,11 +50,14 @@ def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str 
     ValueError
         For fewer than one sample, and for ghosts of a camera or scene that can have none.
     TypeError
-        For what is neither a camera nor the name of a lens, or neither a scene nor the name of one; and for the name of
-        a lens with a scene that has no name, in which its place is not known.
+        For a number of samples that is not whole; for what is neither a camera nor the name of a lens, or neither a
+        scene nor the name of one; and for the name of a lens with a scene that has no name, in which its place is not
+        known.
     LensFileError, SceneFileError, CameraError
         Names and files that are not found or cannot be read; cameras that cannot be rendered.
     """
+    if not isinstance(samples, Integral):
+        raise TypeError(f"{samples!r} samples a pixel: it must be a whole number")
     if samples < 1:
         raise ValueError(f"{samples} samples a pixel: at least 1 is needed")
     scene_name = os.fspath(scene) if isinstance(scene, str | Path) else None

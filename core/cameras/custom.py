@@ -24,6 +24,7 @@ from lensbench.kernels.python_stage import PythonStage
 from lensbench.optics.glass import D_LINE
 
 PROBES = ((0.5, 0.5), (0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75))     # of raster and pupil, as shares
+LARGEST = 1e30          # weight and coordinate (mm): a picture in single precision holds sums of such numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +68,8 @@ class CustomCamera(Camera):
     back: Callable | None = None
 
     def __post_init__(self):
+        if not isinstance(self.film, Film):
+            raise CameraError(f"the film of a custom camera is an lb.Film, not {_described(self.film)}")
         super().__post_init__()
         if not callable(self.rays):
             raise CameraError("a custom camera needs a function: CustomCamera(film, rays), with "
@@ -151,6 +154,8 @@ class CustomCamera(Camera):
         arrays = []
         for (name, shape), value in zip(shapes.items(), (*found, 1.0)[:3], strict=True):
             try:
+                if np.iscomplexobj(value):
+                    raise TypeError
                 arrays.append(np.broadcast_to(np.asarray(value, float), shape))
             except (TypeError, ValueError):
                 raise CameraError(f"the camera's function returned {name} as {_described(value)} for {n} samples: "
@@ -165,10 +170,10 @@ class CustomCamera(Camera):
                 raise CameraError(f"the camera's function returned {what} for the raster point ({at}) "
                                   f"and the pupil sample ({through})")
 
-        refuse(~np.isfinite(weights), "a weight that is not a finite number")
+        refuse(~(np.abs(weights) <= LARGEST), "a weight that is not a finite number below 1e30")
         refuse(weights < 0.0, "a negative weight")
         lit = weights > 0.0
-        refuse(lit & ~np.isfinite(origins).all(1), "an origin that is not finite")
+        refuse(lit & ~(np.abs(origins).max(1) <= LARGEST), "an origin that is not finite and within 1e30 mm")
         refuse(lit & ~np.isfinite(directions).all(1), "a direction that is not finite")
         largest = np.abs(directions).max(1)
         refuse(lit & (largest == 0.0), "a direction of length 0")

@@ -145,12 +145,20 @@ DOWN = [0.0, 0.0, -1.0]
     (lambda n: (np.zeros(3), np.full((n, 3), np.nan)), "direction that is not finite"),
     (lambda n: ([0.0, 0.0, np.inf], DOWN), "origin that is not finite"),
     (lambda n: (np.zeros(3), DOWN, np.full(n, np.nan)), "weight that is not a finite"),
+    (lambda n: (np.zeros(3), DOWN, 1e300), "weight that is not a finite number below 1e30"),
+    (lambda n: ([0.0, 1e300, 0.0], DOWN), "origin that is not finite and within 1e30 mm"),
+    (lambda n: (np.zeros(3), np.full((n, 3), 1j)), "directions as an array"),
     (lambda n: (np.zeros(3), DOWN, -np.ones(n)), "negative weight"),
     (lambda n: (np.zeros(3), DOWN, np.ones(n + 1)), "weights as an array"),
 ])
 def test_what_is_no_ray_is_refused_when_the_camera_is_made(value, message):
     with pytest.raises(lb.CameraError, match=message):
         lb.CustomCamera(FILM, returning(value))
+
+
+def test_a_film_that_is_none_is_refused():
+    with pytest.raises(lb.CameraError, match="is an lb.Film, not 36.0"):
+        lb.CustomCamera(36.0, returning(lambda n: (np.zeros(3), DOWN)))
 
 
 def test_a_fault_in_the_middle_of_a_picture_ends_it_with_its_message():

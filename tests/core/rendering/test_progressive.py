@@ -200,6 +200,8 @@ def test_every_scene_renders_to_numbers(scene, model):
 def test_no_sample_at_all_is_refused():
     with pytest.raises(ValueError, match="at least 1"):
         lb.render(camera(), lb.builtin_scene("still-life"), samples=0)
+    with pytest.raises(TypeError, match="must be a whole number"):
+        lb.render(camera(), lb.builtin_scene("still-life"), samples=1.5)
 
 
 @pytest.mark.parametrize(("across", "down"), [(1, 1), (1, 700), (700, 1), (63, 9), (513, 2)])
