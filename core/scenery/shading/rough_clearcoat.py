@@ -53,8 +53,8 @@ from lensbench.scenery.shading.illumination import F0, schlick_edge
 
 CENTRE, FACING_AREA, COLOUR, HIGHLIGHT = offsets(3, 1, 3)       # FACING_AREA: of the light as a disk, over π (mm²)
 # Rows of what `rough_lights` knows of each coated lane. AXIS: of the surface across the ray; VIEW: cosine of incidence;
-# ALPHA2: width² of the lobe; HIDDEN: `smith_sum` of the ray over 4; PUPIL, PIXEL: half-widths of the part of the pupil and of the pixel at the surface, and
-# their growth per mm; SUM: what the lane reflects
+# ALPHA2: width² of the lobe; HIDDEN: `smith_sum` of the ray over 4; PUPIL, PIXEL: half-widths of the part of the pupil
+# and of the pixel at the surface, and their growth per mm; SUM: what the lane reflects
 POINT, WAY, NORMAL, AXIS, VIEW, ALPHA2, HIDDEN, PUPIL, PUPIL_FAN, PIXEL, PIXEL_FAN, SUM, KNOWN = offsets(
     3, 3, 3, 3, 1, 1, 1, 1, 1, 1, 1, 3)
 REGISTER = 16           # lanes of the widest vector register
