@@ -85,7 +85,7 @@ def _sharp(settings: Settings, lens: Stamp) -> "lb.analysis.SharpFocus":
 
 @dataclass(frozen=True)
 class InSection:
-    """What the section y–z shows of a film, or a lens, out of line. Lens frame (z, y), mm.
+    """What the section y–z shows of a film, or a lens, out of line. Lens frame (z, y), mm; (z, x) of the section x–z.
 
     film: points along it (n, 2). planes: by name, a point and a unit direction. points: by name, where a line crosses
     the section.
@@ -96,32 +96,39 @@ class InSection:
     points: dict[str, np.ndarray]
 
 
-def in_section(settings: Settings) -> InSection | None:
-    """The film, the plane of sharp focus, its wedge, hinge and Scheimpflug line in the section; None in line."""
+def in_section(settings: Settings, above: bool = False) -> InSection | None:
+    """The film, the plane of sharp focus, its wedge, hinge and Scheimpflug line in the section; None in line.
+
+    above: in the section x–z, and not in y–z.
+    """
     if not settings.has_lens or settings.film_pose.is_upright and not lens_leans(settings):
         return None
-    return _in_section(settings.optics, file_stamp(settings.lens))
+    return _in_section(settings.optics, file_stamp(settings.lens), above)
 
 
 @lru_cache(maxsize=16)
-def _in_section(settings: Settings, lens: Stamp) -> InSection:
+def _in_section(settings: Settings, lens: Stamp, above: bool) -> InSection:
     film_z, film, pose = setup(settings).film_z, settings.film, settings.film_pose
-    half = 0.5 * (film.height if pose.swing == 0.0 else film.diagonal)
+    up, aside = (0, 1) if above else (1, 0)
+    side, turn = (film.width, pose.tilt) if above else (film.height, pose.swing)
+    half = 0.5 * (side if turn == 0.0 else film.diagonal)
     along = np.linspace(-half, half, POINTS if pose.is_curved else 2)
+    at = np.zeros((len(along), 2))
+    at[:, up] = along
     with np.errstate(invalid="ignore"):
-        shown = pose.points(np.column_stack([np.zeros_like(along), along]))
+        shown = pose.points(at)
     found, planes, points = sharp_focus(settings), {}, {}
     if found is not None:
         for name, plane in (("sharp", found.plane), ("near", found.near), ("far", found.far)):
             if plane is not None:
-                at, along = plane.crossing("yz")
-                if np.isfinite(at).all():
-                    planes[name] = np.array([at[1] + film_z, at[0]]), np.array([along[1], along[0]])
+                point, way = plane.crossing("xz" if above else "yz")
+                if np.isfinite(point).all():
+                    planes[name] = np.array([point[1] + film_z, point[0]]), np.array([way[1], way[0]])
         for name, line in (("Hinge line", found.hinge), ("Scheimpflug line", found.scheimpflug)):
-            if line is not None and abs(line.direction[0]) > 1e-9:
-                at = line.point - line.point[0] / line.direction[0] * line.direction
-                points[name] = np.array([at[2] + film_z, at[1]])
-    return InSection(np.stack([shown[:, 2] + film_z, shown[:, 1]], 1), planes, points)
+            if line is not None and abs(line.direction[aside]) > 1e-9:
+                crossed = line.point - line.point[aside] / line.direction[aside] * line.direction
+                points[name] = np.array([crossed[2] + film_z, crossed[up]])
+    return InSection(np.stack([shown[:, 2] + film_z, shown[:, up]], 1), planes, points)
 
 
 def sentence(settings: Settings) -> str:

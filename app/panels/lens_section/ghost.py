@@ -33,7 +33,7 @@ def ghost_of(other: Settings | None, settings: Settings, shown: Sketch) -> Ghost
     if other is None:
         return None
     try:
-        sketched = sketch(other)
+        sketched = sketch(other, shown.above)
     except (ValueError, OSError):
         return None
     if settings.edited and other == reverted(settings):

@@ -5,7 +5,7 @@ Ctrl bends an element at constant power; Shift moves at a tenth of the speed.
 
 from dataclasses import dataclass
 
-from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+from imgui_bundle import imgui
 
 from lensbench.app.panels.lens_section.draw import Canvas
 from lensbench.app.state.geometry.section import Sketch
@@ -112,25 +112,3 @@ def draw_handle(draw: imgui.ImDrawList, settings: Settings, canvas: Canvas, stat
             imgui.text_colored(imgui.ImVec4(*colour.warning), state.problem)
             imgui.pop_text_wrap_pos()
         imgui.end_tooltip()
-
-
-def edit_switch(corner: ImVec2, left: float, state: HandleState) -> bool:
-    """The switch of editing, `left` pixels right of the corner of the panel; returns whether the mouse is over it."""
-    colour = theme.colours()
-    text = f"{icons_fontawesome_6.ICON_FA_PEN}  Edit"
-    extent, pad = imgui.calc_text_size(text), theme.em(0.4)
-    at = ImVec2(corner.x + left, corner.y + pad)
-    imgui.set_cursor_screen_pos(ImVec2(at.x - pad, at.y - 0.5 * pad))
-    if imgui.invisible_button("Edit section", ImVec2(extent.x + 2.0 * pad, extent.y + pad)):
-        state.active = not state.active
-    hovered = imgui.is_item_hovered()
-    imgui.set_item_tooltip("Drag vertices, rims, surfaces, gaps and elements of the lens\n"
-                           "Ctrl bends an element at constant power, Shift is finer")
-    draw = imgui.get_window_draw_list()
-    if state.active:
-        draw.add_rect_filled(ImVec2(at.x - pad, at.y - 0.5 * pad), ImVec2(at.x + extent.x + pad, at.y + extent.y
-                                                                          + 0.5 * pad),
-                             theme.packed(colour.frame_active), imgui.get_style().frame_rounding)
-    tint = colour.strong if state.active else colour.text if hovered else colour.dim
-    draw.add_text(at, theme.packed(tint, 1.0 if state.active or hovered else 0.7), text)
-    return hovered

@@ -8,14 +8,14 @@ speed.
 import math
 from dataclasses import dataclass, field, replace
 
-from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench.app.panels.lens_section import cardinal_points as marks
 from lensbench.app.panels.lens_section import draw as drawing
 from lensbench.app.panels.lens_section.draw import Canvas
 from lensbench.app.panels.lens_section.ghost import Ghost, draw_ghost, front_of, ghost_of
-from lensbench.app.panels.lens_section.handles import HandleState, draw_handle, edit_by_handles, edit_switch
+from lensbench.app.panels.lens_section.handles import HandleState, draw_handle, edit_by_handles
 from lensbench.app.panels.lens_section.links import (
     FADED,
     draw_faults,
@@ -25,6 +25,7 @@ from lensbench.app.panels.lens_section.links import (
     surfaces_at,
 )
 from lensbench.app.panels.lens_section.posed_film import draw_posed
+from lensbench.app.panels.lens_section.switches import dead_ray_switch, edit_switch, view_switch
 from lensbench.app.panels.lens_section.viewport import View, fitted
 from lensbench.app.state.build import design
 from lensbench.app.state.figures import readings
@@ -32,6 +33,7 @@ from lensbench.app.state.geometry.elements import elements
 from lensbench.app.state.geometry.exit_pupil import region
 from lensbench.app.state.geometry.ray_fans import Fan
 from lensbench.app.state.geometry.section import Sketch, sketch
+from lensbench.app.state.geometry.top_view import has_two_sections
 from lensbench.app.state.lens_edit.editing import lens_faults
 from lensbench.app.state.pixel.lens_rays import in_section, pixel_fan
 from lensbench.app.state.pixel.pointed import Pointed
@@ -47,7 +49,6 @@ from lensbench.optics.finding import Finding
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
 FINE = 0.1
 NEAR = 4.0                      # pixels from the mouse to a surface that it points at
-ONE_OF_TWO = "Section y–z, up the picture"
 
 
 @dataclass
@@ -63,6 +64,7 @@ class SectionState:
     memo: Memo = field(default_factory=lambda: Memo(64))   # glass, surfaces and rays in pixels
     pixel_rays: int = 0             # rays of the pointed pixel that are drawn
     edit: HandleState = field(default_factory=HandleState)
+    above: bool = False             # the section x–z, and not y–z
 
 
 def lens_section_panel(settings: Settings, state: SectionState, film_radius: float | None = None,
@@ -79,7 +81,7 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
     draw, colour = imgui.get_window_draw_list(), theme.colours()
     draw.add_rect_filled(corner, ImVec2(corner.x + size.x, corner.y + size.y), theme.packed(colour.well))
     try:
-        shown = sketch(settings)
+        shown = sketch(settings, state.above)
     except (ValueError, OSError) as error:
         imgui.dummy(size)
         _reason(draw, corner, size, str(error))
@@ -118,32 +120,41 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
     if ghost is not None:
         draw_ghost(draw, ghost, canvas)
     _draw(draw, settings, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None, links, state)
-    if shown.lens is not None and not shown.lens.is_rotationally_symmetric:
-        extent = imgui.calc_text_size(ONE_OF_TWO)
-        draw.add_text(ImVec2(corner.x + size.x - extent.x - theme.em(0.8), corner.y + theme.em(0.4)),
-                      theme.packed(colour.dim), ONE_OF_TWO)
-    over_toggle = not shown.ideal and _dead_ray_toggle(corner, size, state)
-    if shown.lens is not None and not shown.ideal and size.x > theme.em(16.0):
-        over_toggle = edit_switch(corner, theme.em(7.6), state.edit) or over_toggle
+    over_switch = _switches(settings, shown, corner, size, state)
     imgui.pop_font()
     draw.pop_clip_rect()
-    if hovered and not (film_lit or over_toggle) and not imgui.is_mouse_down(imgui.MouseButton_.left):
+    if hovered and not (film_lit or over_switch) and not imgui.is_mouse_down(imgui.MouseButton_.left):
         lit = (shown.lens.stop_index,) if stop_lit and shown.lens is not None else \
             surfaces_at(shown, canvas, imgui.get_mouse_pos(), NEAR * theme.scale())
         links.point_at_surfaces(lit)
         if not stop_lit and state.edit.handle is None:
             _explain(shown, canvas, lit, state)
-    if not (stop_lit or film_lit or over_toggle):
+    if not (stop_lit or film_lit or over_switch):
         draw_handle(draw, settings, canvas, state.edit)
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(size)
     return changed
 
 
+def _switches(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2, state: SectionState) -> bool:
+    """The switches that have room; whether the mouse is over one."""
+    over = False
+    if not shown.ideal:
+        state.dead_rays, over = dead_ray_switch(corner, size.x, state.dead_rays)
+        if shown.lens is not None and size.x > theme.em(16.0):
+            over = edit_switch(corner, theme.em(7.6), state.edit) or over
+    if not (has_two_sections(settings, shown.lens) or shown.lens is not None and state.edit.active):
+        state.above = False
+    elif size.x > theme.em(24.0):
+        state.above, over_view = view_switch(corner, size.x, state.above)
+        over = over or over_view
+    return over
+
+
 def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Canvas, film_radius: float | None,
           stop_lit: bool, film_lit: bool, movable: bool, links: Pointed, state: SectionState) -> None:
     raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
-    fan = _pixel_fan(settings, links)
+    fan = _pixel_fan(settings, links, shown.above)
     drawing.draw_axis(draw, canvas)
     drawing.draw_glass(draw, shown, canvas)
     drawing.draw_rays(draw, shown, canvas, state.dead_rays, 1.0 if fan is None else FADED)
@@ -152,7 +163,7 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
     draw_faults(draw, shown, canvas, _faults(settings))
     draw_lit_surfaces(draw, shown, canvas, links.surfaces, fan)
     if links.ray is not None and shown.lens is not None and not shown.ideal:
-        draw_ray(draw, in_section(settings, raster, links.ray), links.ray.surface >= 0, canvas)
+        draw_ray(draw, in_section(settings, raster, links.ray, shown.above), links.ray.surface >= 0, canvas)
     if fan is not None:
         at = canvas.at(shown.film_z, fan.height)
         draw.add_circle_filled(at, 3.0 * theme.scale(), theme.packed(theme.colours().strong))
@@ -163,10 +174,16 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
     signs = marks.draw_marks(draw, shown, canvas)
     drawing.draw_stop(draw, shown, canvas)
     drawing.draw_stop_handles(draw, shown, canvas, stop_lit)
-    posed = in_section_of_film(settings) if shown.lens is not None else None
+    posed = in_section_of_film(settings, shown.above) if shown.lens is not None else None
     drawing.draw_film(draw, shown, canvas, film_lit, movable, posed is None)
     if posed is not None:
         draw_posed(draw, posed, canvas)
+    if shown.unmarked:
+        extent, pad = imgui.calc_text_size(shown.unmarked), theme.em(0.4)
+        at = ImVec2(canvas.x + 2.0 * pad, canvas.y + canvas.height - extent.y - pad)
+        draw.add_rect_filled(ImVec2(at.x - pad, at.y), ImVec2(at.x + extent.x + pad, at.y + extent.y),
+                             theme.packed(theme.colours().well, 0.8), 2.0 * theme.scale())
+        draw.add_text(at, theme.packed(theme.colours().dim), shown.unmarked)
     drawing.draw_scale_bar(draw, shown, canvas, signs)
     if shown.reason:
         _reason(draw, canvas.corner, ImVec2(canvas.width, 2.0 * imgui.get_text_line_height()), shown.reason)
@@ -180,13 +197,13 @@ def _faults(settings: Settings) -> tuple[Finding, ...]:
         return ()
 
 
-def _pixel_fan(settings: Settings, links: Pointed) -> Fan | None:
+def _pixel_fan(settings: Settings, links: Pointed, above: bool) -> Fan | None:
     """The rays of the pointed pixel; None without such a pixel, or where they cannot be traced."""
     raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
     if raster is None:
         return None
     try:
-        return pixel_fan(settings, raster)
+        return pixel_fan(settings, raster, above)
     except (ValueError, OSError):           # the panel “Pixel” says why
         return None
 
@@ -306,25 +323,6 @@ def _tooltip(what: str, value: str) -> None:
         imgui.text_unformatted(what)
         imgui.text_disabled(value)
         imgui.end_tooltip()
-
-
-def _dead_ray_toggle(corner: ImVec2, size: ImVec2, state: SectionState) -> bool:
-    """Draw a small switch in the upper left corner, where the fewest rays run; returns whether the mouse is over it."""
-    colour = theme.colours()
-    icon = icons_fontawesome_6.ICON_FA_EYE if state.dead_rays else icons_fontawesome_6.ICON_FA_EYE_SLASH
-    text = f"{icon}  Dead rays"
-    extent, pad = imgui.calc_text_size(text), theme.em(0.4)
-    if size.x < extent.x + 4.0 * pad:
-        return False
-    at = ImVec2(corner.x + 2.0 * pad, corner.y + pad)
-    imgui.set_cursor_screen_pos(ImVec2(at.x - pad, at.y - 0.5 * pad))
-    if imgui.invisible_button("Dead rays", ImVec2(extent.x + 2.0 * pad, extent.y + pad)):
-        state.dead_rays = not state.dead_rays
-    hovered = imgui.is_item_hovered()
-    imgui.set_item_tooltip("Show the rays that do not reach the film, each up to its end")
-    tint = colour.text if hovered else colour.dim
-    imgui.get_window_draw_list().add_text(at, theme.packed(tint, 1.0 if state.dead_rays else 0.7), text)
-    return hovered
 
 
 def _explain(shown: Sketch, canvas: Canvas, lit: tuple[int, ...], state: SectionState) -> None:

@@ -1,11 +1,11 @@
 """The lens section: its stop, film, ray fans and cardinal points; `elements` has the glass.
 
-Lengths in mm, lens frame, in the meridional plane: points are (z, y). The ideal thin lens of the perspective camera
-lies at z = 0.
+Lengths in mm, lens frame, in the meridional plane: points are (z, y), or from above (z, x) of a lens turned by a
+quarter. The ideal thin lens of the perspective camera lies at z = 0.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import lensbench as lb
@@ -13,7 +13,10 @@ from lensbench.app.state.build import Setup, design, published, setup
 from lensbench.app.state.figures import readings
 from lensbench.app.state.geometry.elements import cut
 from lensbench.app.state.geometry.ray_fans import FIELDS, Fan, fans, ideal_fan
+from lensbench.app.state.geometry.top_view import quarter_turned
 from lensbench.app.state.settings import Settings
+
+UNMARKED = "No F, P, E: the elements are out of line"
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,7 @@ class Sketch:
 
     stop_radius, open_radius: of the stop at stop_z, now and wide open; both None for a pinhole.
     glasses: behind each surface, with their dispersion, which `lens` lacks where it is that of another line than d.
+    above: whether it is the section x–z, and `lens` turned for it. unmarked: why there are no cardinal points.
     """
 
     lens: lb.Lens | None
@@ -47,6 +51,8 @@ class Sketch:
     ideal: bool                     # the rays are those of an ideal lens
     reason: str = ""
     glasses: tuple[lb.Glass, ...] = ()
+    above: bool = False
+    unmarked: str = ""
 
     @property
     def stop_is_in_line(self) -> bool:
@@ -61,18 +67,23 @@ class Sketch:
         return float(z), float(y)
 
 
-def sketch(settings: Settings) -> Sketch:
-    """The sketch of these settings; ValueError or OSError if there is nothing to draw."""
+def sketch(settings: Settings, above: bool = False) -> Sketch:
+    """The sketch of these settings, from the side or from above; ValueError or OSError if there is nothing to draw."""
     if settings.kind.ideal_lens:
         return _of_ideal_lens(settings.optics)
     if not settings.has_lens:
         raise ValueError(readings(settings).reason or "This camera has no lens to draw")
     glasses = tuple(surface.glass for surface in published(settings).surfaces)
-    return _of_lens(setup(settings), design(settings), glasses, settings.optics)
+    built = setup(settings)
+    if above:
+        lens = quarter_turned(built.lens)
+        built = replace(built, lens=lens, first_order=lb.first_order(lens))
+    return _of_lens(built, design(settings), glasses, settings.optics, above)
 
 
 @lru_cache(maxsize=16)
-def _of_lens(lens_setup: Setup, wide_open: lb.Lens, glasses: tuple[lb.Glass, ...], settings: Settings) -> Sketch:
+def _of_lens(lens_setup: Setup, wide_open: lb.Lens, glasses: tuple[lb.Glass, ...], settings: Settings,
+             above: bool) -> Sketch:
     lens, fo = lens_setup.lens, lens_setup.first_order
     focus = settings.focus_distance
     if lens_setup.reason:                                        # not focused as set: find the actual focus distance
@@ -87,16 +98,18 @@ def _of_lens(lens_setup: Setup, wide_open: lb.Lens, glasses: tuple[lb.Glass, ...
         ("E", fo.entrance_pupil.z, "Entrance pupil: the stop as the scene sees it"),
         ("E′", fo.exit_pupil.z, "Exit pupil: the stop as the film sees it"),
     )
+    is_marked = lens.is_in_line or not settings.follows_lens
     return Sketch(
         lens=lens, fans=fans(lens_setup, focus, settings.follows_lens, settings.has_stop, wide_open.stop.semi_diameter),
-        marks=tuple(Mark(sign, z, meaning) for sign, z, meaning in points if math.isfinite(z)),
+        marks=tuple(Mark(sign, z, meaning) for sign, z, meaning in points if math.isfinite(z) and is_marked),
         film_z=lens_setup.film_z, film_height=0.5 * lens_setup.film.diagonal, rear_z=lens.length,
         glass_radius=max(s.semi_diameter for s in lens.surfaces),
         near_stop=max(s.semi_diameter for s in lens.surfaces[max(lens.stop_index - 2, 0):lens.stop_index + 3]),
         stop_z=lens.vertices[lens.stop_index],
         stop_radius=lens.stop.semi_diameter if settings.has_stop else None,
         open_radius=wide_open.stop.semi_diameter if settings.has_stop else None,
-        ideal=not settings.follows_lens, reason=lens_setup.reason, glasses=glasses,
+        ideal=not settings.follows_lens, reason=lens_setup.reason, glasses=glasses, above=above,
+        unmarked="" if is_marked else UNMARKED,
     )
 
 

@@ -15,6 +15,7 @@ from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.figures import readings
 from lensbench.app.state.geometry.exit_pupil import from_film, region, turn
 from lensbench.app.state.geometry.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan
+from lensbench.app.state.geometry.top_view import quarter_turned
 from lensbench.app.state.pixel.beam import landing
 from lensbench.app.state.pixel.pointed import Place, PointedRay
 from lensbench.app.state.settings import Settings
@@ -35,8 +36,11 @@ def film_place(settings: Settings, raster: Place) -> Place:
     return x, y
 
 
-def pixel_fan(settings: Settings, raster: Place) -> Fan:
-    """The rays of a raster point in the section; ValueError or OSError for a camera without any lens."""
+def pixel_fan(settings: Settings, raster: Place, above: bool = False) -> Fan:
+    """The rays of a raster point in the section; ValueError or OSError for a camera without any lens.
+
+    above: in the section x–z of a lens without rotational symmetry.
+    """
     at = film_place(settings, raster)
     if settings.kind.ideal_lens:
         return _perspective_fan(settings.optics, math.hypot(*at))
@@ -46,6 +50,8 @@ def pixel_fan(settings: Settings, raster: Place) -> Fan:
     if not settings.follows_lens:
         return ideal_lens_fan(built.lens, built.film_distance, "pixel", math.hypot(*at),
                               COUNT if settings.has_stop else 1)
+    if above:
+        return _traced_fan(quarter_turned(built.lens), built.film_distance, (-at[1], at[0]))
     return _traced_fan(built.lens, built.film_distance, at)
 
 
@@ -125,9 +131,15 @@ def _upright(points: np.ndarray, back: np.ndarray) -> np.ndarray:
     return np.stack([points[..., 2], points[..., :2] @ back[1]], axis=-1)
 
 
-def in_section(settings: Settings, raster: Place | None, ray: PointedRay) -> np.ndarray:
-    """The path (n, 2) of a pointed ray as (z, y) of the section, in which the film point of the pixel is upright."""
-    back = np.eye(2) if raster is None else turn(setup(settings).lens, film_place(settings, raster))
+def in_section(settings: Settings, raster: Place | None, ray: PointedRay, above: bool = False) -> np.ndarray:
+    """The path (n, 2) of a pointed ray as (z, y) of the section, in which the film point of the pixel is upright.
+
+    above: as (z, x), of a lens without rotational symmetry.
+    """
+    lens = setup(settings).lens
+    back = np.eye(2) if raster is None else turn(lens, film_place(settings, raster))
+    if above and not lens.is_rotationally_symmetric:
+        back = back[::-1]
     return _upright(ray.path, back)
 
 

@@ -12,7 +12,7 @@ from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.panels.exit_pupil import UPWARDS
 from lensbench.app.panels.falloff import EVERY_WAY
-from lensbench.app.panels.lens_section import panel
+from lensbench.app.panels.lens_section.switches import SIDE, TOP
 from lensbench.app.panels.readouts import Status, rows
 from lensbench.app.state.build import setup
 from lensbench.app.state.figures import dark_corners, readings
@@ -70,13 +70,18 @@ def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, mon
 
     def use(hand):
         hand.picture()
-        assert not {panel.ONE_OF_TWO, UPWARDS} & set(words)
+        assert UPWARDS not in words and not any(str(word).endswith(SIDE) for word in words)
         hand.session.dropped(None, [str(path)])
         hand.picture()
         assert hand.settings.lens == str(path)
         words.clear()
         hand.ctx.yield_(3)
-        assert {panel.ONE_OF_TWO, UPWARDS, "Focal length across", "Foci across, up"} <= set(words)
+        assert {UPWARDS, "Focal length across", "Foci across, up"} <= set(words)
+        assert any(str(word).endswith(SIDE) for word in words)
+        hand.ctx.item_click("**/Section side")
+        hand.ctx.yield_(3)
+        assert hand.session.panels._section_state.above and any(str(word).endswith(TOP) for word in words)
+        hand.ctx.item_click("**/Section side")
         hand.ctx.window_focus("//Falloff")
         hand.ctx.yield_(3)
         assert EVERY_WAY in words

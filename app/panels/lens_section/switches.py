@@ -1,0 +1,58 @@
+"""The switches over the section: dead rays, editing, and the view from the side or from above."""
+
+from imgui_bundle import ImVec2, imgui
+from imgui_bundle import icons_fontawesome_6 as fa
+
+from lensbench.app.panels.lens_section.handles import HandleState
+from lensbench.app.widgets import theme
+
+SIDE, TOP = "Side view, y–z", "Top view, x–z"
+
+
+def dead_ray_switch(corner: ImVec2, width: float, shown: bool) -> tuple[bool, bool]:
+    """The switch of the lost rays, in the upper left corner; whether they are shown, and the mouse over it."""
+    text = f"{fa.ICON_FA_EYE if shown else fa.ICON_FA_EYE_SLASH}  Dead rays"
+    pad = theme.em(0.4)
+    if width < imgui.calc_text_size(text).x + 4.0 * pad:
+        return shown, False
+    pressed, hovered = _switch("Dead rays", text, ImVec2(corner.x + 2.0 * pad, corner.y + pad), shown, False,
+                               "Show the rays that do not reach the film, each up to its end")
+    return shown != pressed, hovered
+
+
+def edit_switch(corner: ImVec2, left: float, state: HandleState) -> bool:
+    """The switch of editing, `left` pixels right of the corner of the panel; returns whether the mouse is over it."""
+    pressed, hovered = _switch("Edit section", f"{fa.ICON_FA_PEN}  Edit", ImVec2(corner.x + left, corner.y
+                                                                                + theme.em(0.4)),
+                               state.active, True, "Drag vertices, rims, surfaces, gaps and elements of the lens\n"
+                               "Ctrl bends an element at constant power, Shift is finer")
+    state.active = state.active != pressed
+    return hovered
+
+
+def view_switch(corner: ImVec2, width: float, above: bool) -> tuple[bool, bool]:
+    """The switch between side and top, in the upper right corner; whether it is the top, and the mouse over it."""
+    text = f"{fa.ICON_FA_ROTATE}  {TOP if above else SIDE}"
+    at = ImVec2(corner.x + width - imgui.calc_text_size(text).x - theme.em(0.8), corner.y + theme.em(0.4))
+    pressed, hovered = _switch("Section side", text, at, above, False,
+                               "From above: right of the camera is up\nClick: from the side" if above else
+                               "From the side: up in the scene is up\nClick: from above")
+    return above != pressed, hovered
+
+
+def _switch(name: str, text: str, at: ImVec2, is_on: bool, framed: bool, hint: str) -> tuple[bool, bool]:
+    """A flat switch with its text at a place; whether it was pressed, and whether the mouse is over it."""
+    colour, pad, draw = theme.colours(), theme.em(0.4), imgui.get_window_draw_list()
+    extent = imgui.calc_text_size(text)
+    low = ImVec2(at.x - pad, at.y - 0.5 * pad)
+    imgui.set_cursor_screen_pos(low)
+    pressed = imgui.invisible_button(name, ImVec2(extent.x + 2.0 * pad, extent.y + pad))
+    hovered = imgui.is_item_hovered()
+    imgui.set_item_tooltip(hint)
+    lit = is_on != pressed
+    if framed and lit:
+        draw.add_rect_filled(low, ImVec2(at.x + extent.x + pad, at.y + extent.y + 0.5 * pad),
+                             theme.packed(colour.frame_active), imgui.get_style().frame_rounding)
+    tint = colour.strong if framed and lit else colour.text if hovered else colour.dim
+    draw.add_text(at, theme.packed(tint, 1.0 if lit or hovered else 0.7), text)
+    return pressed, hovered

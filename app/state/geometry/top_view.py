@@ -1,0 +1,54 @@
+"""A lens and its film seen from above: turned by a quarter about the axis, so that the section x–z takes that of y–z.
+
+Lens frame, mm: what lies at +x before lies at +y after.
+"""
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.state.settings import Settings
+from lensbench.optics.stop_image import StopImage
+from lensbench.optics.surface_pose import Frame, SurfacePose
+
+
+@lru_cache(maxsize=16)
+def quarter_turned(lens: lb.Lens) -> lb.Lens:
+    """The lens turned so that +x becomes +y; itself where it is rotationally symmetric.
+
+    A pose has no angle about its own axis: behind tilts about x and y at once, cylinders and blades turn by up to half
+    the product of both angles less than their surface does.
+    """
+    if lens.is_rotationally_symmetric and lens.stop_image is None and not lens.blades:
+        return lens
+    image = lens.stop_image
+    return replace(lens, surfaces=tuple(_turned(surface) for surface in lens.surfaces),
+                   blade_rotation=lens.blade_rotation + 0.5 * math.pi if lens.blades else lens.blade_rotation,
+                   stop_image=None if image is None else _turned_image(image))
+
+
+def _turned(surface: lb.Surface) -> lb.Surface:
+    pose = surface.pose
+    if pose is not None:
+        x, y, z = Frame.of(pose, 0.0).rotation[:, 2]
+        pose = SurfacePose(-pose.decentre_y or 0.0, pose.decentre_x, -math.asin(x) or 0.0, math.atan2(-y, z) or 0.0,
+                           pose.pivot)
+    if surface.curvature_x is None:
+        return surface if pose is None else replace(surface, pose=pose)
+    return replace(surface, curvature=surface.curvature_x, curvature_x=surface.curvature, pose=pose)
+
+
+def _turned_image(image: StopImage) -> StopImage:
+    texels = np.frombuffer(image.texels, np.float32).reshape(image.side, image.side)
+    return replace(image, texels=np.ascontiguousarray(np.rot90(texels)).tobytes())
+
+
+def has_two_sections(settings: Settings, lens: lb.Lens | None) -> bool:
+    """Whether the section from above differs from that from the side: of a lens without symmetry, or its film."""
+    if lens is None:
+        return False
+    pose = settings.film_pose
+    return not lens.is_rotationally_symmetric or pose.is_tilted or bool(pose.rise or pose.shift)
