@@ -69,6 +69,10 @@ class _Sections:
         self._wanted: SectionLook | None = None
         self._since = 0.0                               # when it was first wanted
 
+    def begin_frame(self) -> None:
+        """Call before the sections of a frame."""
+        self._textures.begin_frame()
+
     def of(self, name: str) -> tuple[int, tuple[int, int]] | None:
         """The texture of a section and its size in pixels; None until it is there."""
         return self._textures.of(name)
@@ -191,6 +195,8 @@ class LensBrowsing:
                                | flags.no_docking | flags.no_nav_inputs)
         if shown:
             self._fill()
+            self._textures.begin_frame()
+            self._sections.begin_frame()
             lens_browser_panel(_cards(), state, self._textures.of, self._sections.of, thumbnails.problems,
                                thumbnails.missing)
         imgui.end()

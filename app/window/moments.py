@@ -50,6 +50,7 @@ class Moments:
             return
         self._pictures.clear()
         self._pictures.update({str(moment.path): moment.thumbnail for moment in self.shelf.moments})
+        self._textures.begin_frame()
         panel.moments_panel(self.shelf.moments, self.state, lambda moment: self._textures.of(str(moment.path)))
 
     def _load(self) -> Task[None]:

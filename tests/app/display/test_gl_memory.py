@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 import pytest
 
+from lensbench.app.display import small_textures
 from lensbench.app.display.gl_texture import Development, Screen
 from lensbench.app.display.panorama import Panorama
 from lensbench.app.display.small_textures import SmallTextures
@@ -103,3 +104,24 @@ def test_a_small_picture_that_changes_or_goes_leaves_no_texture(context):
     assert alive()["Texture"] == before["Texture"] + 1
     del pictures["a"]
     assert textures.of("a") is None and alive() == before
+
+
+def test_textures_of_pictures_that_are_gone_or_no_longer_shown_are_released_but_none_of_the_last_frame(
+        context, monkeypatch):
+    monkeypatch.setattr(small_textures, "MOST_KEPT", 3 * 4 * 24)        # three of these
+    pictures = {name: np.zeros((4, 6, 3), np.uint8) for name in "abcdefgh"}
+    textures, before = SmallTextures(pictures), alive()["Texture"]
+
+    def frame(names: str) -> int:
+        textures.begin_frame()
+        for name in names:
+            textures.of(name)
+        return alive()["Texture"] - before
+
+    assert frame("abcde") == 5                          # more than may stay, but all are shown
+    first = textures.of("d")
+    assert frame("abcde") == 5
+    assert frame("df") == 6
+    assert frame("") == 3 and textures.of("d") == first     # of f, d and the last of the others
+    pictures.clear()
+    assert frame("") == 0
