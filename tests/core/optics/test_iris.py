@@ -81,6 +81,16 @@ def test_an_ideal_lens_fills_its_iris_evenly(shape, real):
     np.testing.assert_allclose(counts[whole], n * (1 / 36) / area, rtol=0.04)      # a cell's 600 to 1,400 points
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+def test_blades_leave_samples_on_their_side_of_the_axis(shape):
+    """Equal areas turn a point of the circle by less than the angle of half a blade."""
+    uv = lattice(1000)
+    round_, bladed = (lb.PerspectiveCamera(FILM, lens_radius=4.0, focus_distance=900.0, blades=blades,
+                                           blade_rotation=shape[1], roundness=shape[2]).generate_rays(
+        np.tile([480.0, 320.0], (1000, 1)), uv).origins[:, :2] @ [1.0, 1.0j] for blades in (0, shape[0]))
+    assert np.abs(np.angle(bladed / round_)).max() < math.pi / shape[0]
+
+
 @pytest.mark.parametrize("f_number", [None, 5.6, 22.0])
 @pytest.mark.parametrize("model", ["trace", "polynomial", "thick", "thin", "pinhole"])
 def test_the_axis_has_weight_one_behind_any_iris_and_light_as_its_area(model, f_number):
