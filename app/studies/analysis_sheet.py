@@ -1,6 +1,7 @@
 """Figures of analyses written to files: SVG and PNG on the light sheet of the charts, numbers as CSV."""
 
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 WIDTH = 8.0                     # inches
+LETTER = 0.0077                 # inches of a letter of 1 point, on average; somewhat more than that
+SAMPLE = 0.5                    # inches of the sample in a legend, with its gaps
 TINTS = {"strong": INK, "text": DIM, "dim": COLOURS["grey"], "faint": FAINT, "grid": GRID, "amber": AMBER,
          "field0": COLOURS["blue"], "field1": COLOURS["green"], "field2": COLOURS["vermilion"], "dead": FAINT}
 CHART = ("vermilion", "purple", "blue", "green", "olive", "sky", "black", "grey")
@@ -102,13 +105,20 @@ def _fill(drawn, figure: Figure, title: str) -> None:
         for j, each in enumerate(row):
             _axes(drawn.add_subplot(cells[0, j]), each)
     named = {layer.name: layer for row in figure.rows for each in row for layer in each.named()}
-    handles = [_handle(layer) for layer in named.values()]
+    handles, room = [_handle(layer) for layer in named.values()], WIDTH
     if handles:
-        drawn.legend(handles=handles, loc="outside upper right", ncols=len(handles) if len(handles) < 6 else 3,
-                     frameon=False, fontsize=8)
+        columns = len(handles) if len(handles) < 6 else 3
+        room -= columns * (SAMPLE + LETTER * 8.0 * max(map(len, named)))
+        drawn.legend(handles=handles, loc="outside upper right", ncols=columns, frameon=False, fontsize=8)
     words = f"{title}: {figure.title}" if title else figure.title
-    drawn.suptitle(words, x=0.01, ha="left", fontsize=10.5)
-    drawn.supxlabel("\n".join((figure.conditions, *figure.remarks)), x=0.01, ha="left", fontsize=7.5, color=DIM)
+    drawn.suptitle(_wrapped(words, 10.5, max(room, 0.3 * WIDTH)), x=0.01, ha="left", fontsize=10.5)
+    below = (_wrapped(line, 7.5, WIDTH) for line in (figure.conditions, *figure.remarks))
+    drawn.supxlabel("\n".join(below), x=0.01, ha="left", fontsize=7.5, color=DIM)
+
+
+def _wrapped(words: str, size: float, room: float) -> str:
+    """Words of this size (points) in lines of `room` inches."""
+    return "\n".join(wrap(words, max(int(room / (LETTER * size)), 10)))
 
 
 def _shape(row: tuple[Plot, ...]) -> float:

@@ -102,7 +102,7 @@ def _colour(found: FieldCurves, end: float, rays: RayGrid) -> Plot:
         curves.append(Curve("Airy radius", np.array([0.0, _axis(found).high]), np.full(2, sign * radius), "dim", DOTTED,
                             1.0))
     limit = reach([*shown[np.isfinite(shown)], 1.2 * radius], 1.0)
-    title = "Lateral colour" if len(given.wavelengths) > 1 else "Lateral colour: one wavelength, hence none"
+    title = "Lateral colour" if len(given.wavelengths) > 1 else "Lateral colour: one wavelength"
     return Plot(_axis(found), Axis("Colour (µm)", -limit, limit), tuple(curves), title)
 
 

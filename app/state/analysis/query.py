@@ -24,6 +24,7 @@ from lensbench.lenses.paraxial import is_d_line, reference_wavelength
 from lensbench.optics.finding import Kind, note
 
 EDGE = 0.98                     # of the radius of light: the last field is not quite dark
+CENTRE = 1e-7                   # of the largest height: a field that counts as the film's centre, but has a direction
 NO_LENS = "This camera has no lens to analyse. Choose one with a lens in the left column"
 
 
@@ -57,9 +58,17 @@ class Query:
         """So many fields from the film's centre to the largest height; wavelengths of the lens."""
         return _conditions(self, self.parts(*np.linspace(0.0, 1.0, fields).tolist()))
 
-    def parts(self, *parts: float) -> tuple[float, ...]:
-        """Image heights (mm) at these parts of the largest."""
-        return tuple(part * self.largest_height for part in parts)
+    def parts(self, *parts: float) -> tuple[float, ...] | tuple[tuple[float, float], ...]:
+        """Image heights (mm) at these parts of the largest; of a lens without rotational symmetry points (x, y).
+
+        The latter lie on the way to the lower left corner of the picture, also the first, whose sagittal and tangential
+        directions are those of the others.
+        """
+        if self.lens.is_rotationally_symmetric:
+            return tuple(part * self.largest_height for part in parts)
+        film = self.setup.film
+        x, y = (self.largest_height * side / film.diagonal for side in (film.width, film.height))
+        return tuple((max(part, CENTRE) * x, max(part, CENTRE) * y) for part in parts)
 
     def few(self, *parts: float) -> tuple[float, ...] | tuple[tuple[float, float], ...]:
         """The chosen `heights`; without any, those at these parts of the largest."""
@@ -105,6 +114,9 @@ class Query:
         if self.largest_height < corner and not self.heights:
             said.append(f"the fields end at the edge of light, {significant(self.largest_height, 3)} mm from the "
                         f"centre: the film's corner, at {significant(corner, 3)} mm, is dark")
+        if not (self.lens.is_rotationally_symmetric or self.heights):
+            said.append("the fields run to the lower left corner of the picture: in other directions a lens with "
+                        f"{self.lens.asymmetry} draws otherwise")
         if self.model:
             said.append(f"figures of the traced lens; the picture is taken with the model “{self.model}”")
         if self.posed:

@@ -27,6 +27,7 @@ from lensbench.app.state.analysis.figure import (
 from lensbench.app.state.analysis.query import Query
 from lensbench.kernels.figures import fixed, significant, true_minus
 
+AXIS = 1e-5                     # mm from the film's centre, to which a field counts as the axis
 COLUMNS = 5                     # of a row through focus
 DRAWN = 260                     # points of a wavelength in one spot, at most; its size counts all rays
 FEW = 40                        # the same over the picture of the point, which they must not hide
@@ -83,7 +84,7 @@ def field_tint(f: int, count: int) -> str:
 def field_label(rays: RayGrid, f: int) -> str:
     """A field by its image height, such as "axis" or "12.4 mm"."""
     height = float(rays.image_heights[f])
-    return "axis" if height < 1e-9 else f"{significant(height, 3)} mm" if math.isfinite(height) else "dark"
+    return "axis" if height < AXIS else f"{significant(height, 3)} mm" if math.isfinite(height) else "dark"
 
 
 def _step(rays: RayGrid, still: Spots) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.analysis.grids.grid_trace import ray_grid
+from lensbench.analysis.grids.narrow_beams import close_foci
 from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.meridional_curves import field_curves
 from lensbench.analysis.sensor_stack import with_sensor_stack
@@ -15,7 +16,6 @@ from lensbench.analysis.transfer_function import mtf
 from lensbench.app.state.analysis.figure import DASHED, SOLID, Axis, Curve, Figure, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.rims import with_rims
-from lensbench.app.state.analysis.section_curves import primary_foci
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import significant, true_minus
 
@@ -52,7 +52,7 @@ def stack_figure(query: Query, points: int, stack: Stack = USUAL) -> Figure:
         primary = given.primary
         foci = [(each.heights, each.sagittal[:, primary], each.tangential[:, primary]) for each in curves]
     else:
-        both = [(rays, primary_foci(rays)) for rays in (bare, behind)]
+        both = [(rays, close_foci(rays)[:, given.primary]) for rays in (bare, behind)]
         foci = [(rays.image_heights, found[:, 0], found[:, 1]) for rays, found in both]
     plots = (_contrast(bare, *contrast), _foci(foci[0], foci[1], bare))
     words = query.words(behind, f"stack {significant(stack.thickness)} mm, index {significant(stack.refractive_index)}",

@@ -25,8 +25,10 @@ def star_figure(query: Query, points: int, field: str = "axis") -> Figure:
     lens = query.setup.lens
     if lens.iris.is_round:
         raise lb.LensError(NO_BLADES)
-    height = FIELDS[field] * query.largest_height
-    found = _star(lens, query.setup.film_distance, height, points > 16)
+    at = query.parts(FIELDS[field])[0]
+    point = (0.0, at) if isinstance(at, float) else at
+    height = math.hypot(*point)
+    found = _star(lens, query.setup.film_distance, point, points > 16)
     half = 1000.0 * float(found.radii[-1]) / math.sqrt(2.0)
     light = _picture(found, half / 1000.0)
     count, number = len(found.rays), lb.first_order(lens.in_air).f_number
@@ -49,9 +51,9 @@ def star_figure(query: Query, points: int, field: str = "axis") -> Figure:
 
 
 @lru_cache(maxsize=8)
-def _star(lens: lb.Lens, film_distance: float, height: float, fine: bool) -> Sunstar:
-    """The star of a film point at (0, height); coarse ones have fewer directions and wavelengths."""
-    return sunstar(lens, film_distance, (0.0, height), azimuths=720 if fine else 360, colours=24 if fine else 10)
+def _star(lens: lb.Lens, film_distance: float, point: tuple[float, float], fine: bool) -> Sunstar:
+    """The star of a film point (mm); coarse ones have fewer directions and wavelengths."""
+    return sunstar(lens, film_distance, point, azimuths=720 if fine else 360, colours=24 if fine else 10)
 
 
 def _picture(found: Sunstar, half: float) -> np.ndarray:

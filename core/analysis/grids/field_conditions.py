@@ -165,7 +165,7 @@ def field_name(given: Conditions, i: int) -> str:
     str
         Such as "12.4 mm" or "14°".
     """
-    x, y = given.fields[i]
+    x, y = (round(each, 5) for each in given.fields[i])
     unit = "°" if given.field_kind is FieldKind.ANGLE else " mm"
     return f"{significant(y, 4)}{unit}" if x == 0.0 else f"({significant(x, 4)}, {significant(y, 4)}){unit}"
 

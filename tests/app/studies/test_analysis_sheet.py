@@ -1,13 +1,20 @@
 """Figures of analyses in files: every layer in SVG and PNG, the numbers in CSV."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import lensbench as lb
 from lensbench.app.files.export import ExportError
+from lensbench.app.state.analysis.catalogue import ANALYSES
 from lensbench.app.state.analysis.figure import Area, Axis, Bars, Curve, Figure, Label, Map, Plot, Points, Table
+from lensbench.app.state.analysis.query import query
+from lensbench.app.state.settings import Settings
+from lensbench.app.studies import analysis_sheet
 from lensbench.app.studies.analysis_sheet import write_figure
+from lensbench.app.studies.plotting import look
 
 X = np.linspace(0.0, 1.0, 5)
 LAYERS = (Map("contrast", np.outer(X, X), (0.0, 1.0), (0.0, 1.0), levels=(0.5,)), Curve("587 nm", X, X**2, 0.5876),
@@ -54,3 +61,23 @@ def test_a_map_of_equal_units_is_drawn_without_distortion(tmp_path):
     dark[:dark.shape[0] // 8] = False                           # the title
     rows, columns = np.flatnonzero(dark.any(1)), np.flatnonzero(dark.any(0))
     assert np.ptp(rows) > 50 and np.ptp(rows) == pytest.approx(np.ptp(columns), rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lens", ["lentil-schneider-anamorphic-31-2001", "lv-nikon-z-58f095-noct"])
+def test_words_of_every_sheet_lie_within_it_and_beside_the_legend(lens):
+    """Long conditions were cut off at the right, and the title ran into the legend."""
+    asked = query(replace(Settings(), lens=lens, f_number=None, blades=7))
+    for name, each in ANALYSES.items():
+        try:
+            figure = each.figure(asked, 16)
+        except lb.LensError:
+            continue
+        with look():
+            drawn = analysis_sheet._drawn(figure, f"{asked.lens.name}, f/2.8")
+            drawn.draw_without_rendering()
+            page, title = drawn.bbox, drawn._suptitle.get_window_extent()
+            for words in (title, drawn._supxlabel.get_window_extent(),
+                          *(axes.title.get_window_extent() for axes in drawn.axes)):
+                assert page.x0 <= words.x0 and words.x1 <= page.x1, name
+            assert all(not title.overlaps(legend.get_window_extent()) for legend in drawn.legends), name

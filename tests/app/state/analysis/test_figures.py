@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench import lenses
 from lensbench.analysis.grids.narrow_beams import close_foci
 from lensbench.analysis.transfer_function import mtf
 from lensbench.analysis.wavefront import wavefronts
@@ -32,6 +33,7 @@ from lensbench.app.state.analysis.point_figures import (
 )
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.analysis.seidel_figure import seidel_figure
+from lensbench.app.state.analysis.spots import field_label
 from lensbench.app.state.analysis.stack_figure import Stack, stack_figure
 from lensbench.app.state.analysis.star_figure import star_figure
 from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
@@ -76,7 +78,7 @@ def test_an_anamorphic_lens_has_curves_along_both_sides_of_the_film():
     squeezed = query(replace(Settings(), lens="lentil-schneider-anamorphic-31-2001", f_number=None))
     figure = field_figure(squeezed, 8)
     along = np.array([row[0] for row in figure.table.rows])
-    angle, height = (column(figure, name) for name in ("field (deg)", "image height (mm)"))
+    angle, height = (column(figure, name) for name in ("field (deg)", "place on the film (mm)"))
     sections = squeezed.lens.sections
     for way, section in zip(("width", "height"), sections, strict=True):
         close = np.flatnonzero(along == way)[1]         # its height over its angle is the focal length of the section
@@ -104,6 +106,35 @@ def test_the_grid_of_a_small_image_circle_lies_within_it():
     figure = grid_figure(fisheye, 16)
     assert np.isfinite(column(figure, "image x (mm)")).all() and "edge of light" in figure.remarks[0]
     assert "equidistant" in figure.rows[0][0].title
+
+
+def test_the_field_of_a_leaning_lens_runs_from_edge_to_edge_and_is_mirrored_with_it(tmp_path):
+    """Curves of one side alone hid what a lens out of line does."""
+    lens, found = lenses.load("pbrt-dgauss-50mm"), []
+    for way in (1.0, -1.0):
+        leaning = replace(lens, surfaces=tuple(
+            replace(each, pose=lb.SurfacePose(decentre_y=way * 0.5, tilt_x=way * 0.01)) if 2 <= i <= 4 else each
+            for i, each in enumerate(lens.surfaces)))
+        lenses.save(leaning, str(tmp_path / "leaning.toml"))
+        figure = field_figure(query(replace(Settings(), lens=str(tmp_path / "leaning.toml"), f_number=4.0)), 8)
+        rows = np.array([row[2:] for row in figure.table.rows if row[0] == "height"], float)
+        assert figure.rows[0][0].x.low == -figure.rows[0][0].x.high == pytest.approx(-18.0)
+        assert not any("corner" in remark for remark in figure.remarks)
+        found.append(rows)
+    np.testing.assert_allclose(found[1][::-1] * [-1.0, 1.0, 1.0, 1.0], found[0], atol=2e-6)
+    assert np.nanmax(np.abs(found[0][::-1, 2] - found[0][:, 2])) > 0.3
+
+
+def test_fields_of_a_lens_without_symmetry_lie_on_the_film_and_have_one_direction():
+    squeezed = query(replace(Settings(), lens="lentil-schneider-anamorphic-31-2001", f_number=None))
+    film, places = squeezed.setup.film, np.array(squeezed.parts(0.0, 0.5, 1.0))
+    assert (np.abs(places) <= [0.5 * film.width, 0.5 * film.height]).all()
+    rays = squeezed.grid(16, tuple(map(tuple, places.tolist())))
+    assert field_label(rays, 0) == "axis"
+    found = mtf(rays, [5.0]).white_modulus[:, :, 0]             # no jump from the axis to a field close to it
+    close = mtf(squeezed.grid(16, squeezed.parts(0.01)), [5.0]).white_modulus[0, :, 0]
+    assert found[0] == pytest.approx(close, abs=0.03) and abs(found[0, 0] - found[0, 1]) < 0.5
+    assert any("lower left corner" in remark for remark in mtf_field_figure(squeezed, 16).remarks)
 
 
 def test_the_mtf_of_the_maker_chart_is_that_of_the_curves():
