@@ -10,6 +10,7 @@ mm.
 """
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -148,12 +149,22 @@ def _adopt_neighbours(centres: np.ndarray, rims: np.ndarray, which: np.ndarray, 
 
 def _hull(points: np.ndarray) -> np.ndarray:
     """Points (POINTS, 2) at equal angles from +x on the convex outline around points (p, 2) about 0."""
+    across, way, normals = _hull_directions()
+    support = (points @ normals).max(0)
+    return np.min(support * across, 1, where=across > 0.0, initial=np.inf)[:, None] * way
+
+
+@cache
+def _hull_directions() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of POINTS even directions and four times as many normals: 1 / cosine between them, 0 where they are not facing.
+
+    Also the directions (POINTS, 2) and the normals (2, 4 POINTS).
+    """
     turn = 2.0 * math.pi * np.arange(POINTS) / POINTS
     normals = 2.0 * math.pi * np.arange(4 * POINTS) / (4 * POINTS)
-    support = (points @ np.stack([np.cos(normals), np.sin(normals)])).max(0)
     facing = np.cos(turn[:, None] - normals)
-    reach = np.where(facing > 1e-3, support / np.maximum(facing, 1e-3), np.inf).min(1)
-    return np.stack([reach * np.cos(turn), reach * np.sin(turn)], 1)
+    across = np.where(facing > 1e-3, 1.0 / np.maximum(facing, 1e-3), 0.0)
+    return across, np.stack([np.cos(turn), np.sin(turn)], 1), np.stack([np.cos(normals), np.sin(normals)])
 
 
 def _corners(outline: np.ndarray) -> np.ndarray:
@@ -189,14 +200,15 @@ def _needed_growth(polygons, rims, offsets):
             for k in range(1, corners):
                 step = math.atan2(polygon[k, 1], polygon[k, 0]) - turn[k - 1]
                 turn[k] = turn[k - 1] + (step + math.pi) % whole - math.pi
+            chord = 0
             for point in range(points):
                 x, y = rims[i, j, point, 0] + offsets[i, j, 0], rims[i, j, point, 1] + offsets[i, j, 1]
                 angle = turn[0] + (math.atan2(y, x) - turn[0]) % whole
-                before = 0
-                for k in range(corners):
-                    before += turn[k] <= angle
-                # The chord in the direction of the rim point, and how far beyond it the point lies
-                chord = min(max(before - 1, 0), corners - 2)
+                # The chord in the direction of the rim point, mostly that of the point before or the next one, and
+                # how far beyond it the point lies
+                chord = chord if turn[chord] <= angle else 0
+                while chord < corners - 2 and turn[chord + 1] <= angle:
+                    chord += 1
                 ax, ay = polygon[chord]
                 bx, by = polygon[chord + 1]
                 doubled = ax * by - ay * bx

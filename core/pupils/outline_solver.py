@@ -14,7 +14,7 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.image_circle import Placement
 from lensbench.pupils.ray_aiming import Aim
-from lensbench.pupils.rim_solver import REACH, ROUGH, rim_distances
+from lensbench.pupils.rim_solver import DIGITS, REACH, ROUGH, rim_distances
 
 ROUGH_POINTS = 16       # of a rough rim, along which the final points are spaced evenly
 DIRECTIONS = 128        # in which the length of the rough rim is measured
@@ -36,11 +36,11 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
     reach, size = REACH * rear, REACH * min(rear, lens.stop.semi_diameter)
 
     def solved(centre: np.ndarray, level: np.ndarray, cosine: np.ndarray, sine: np.ndarray, guess: np.ndarray,
-               accuracy: float) -> np.ndarray:
-        """Distances (n, directions) to the rims from these centres."""
+               accuracy: float, error: float) -> np.ndarray:
+        """Distances (n, directions) to the rims from these centres, to `accuracy` mm; error: of clearances."""
         rim = np.zeros(cosine.shape)
         rim_distances(film_x, film_y, film_z, *np.ascontiguousarray(centre.T), level, np.ascontiguousarray(cosine),
-             np.ascontiguousarray(sine), guess, film_distance, reach, accuracy, rim, aim.tracer, 0.0)
+             np.ascontiguousarray(sine), guess, film_distance, reach, accuracy, rim, aim.tracer, error)
         return rim
 
     centre, level = aim.find_light(film)
@@ -50,7 +50,7 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
     turn = 2.0 * math.pi * np.arange(ROUGH_POINTS) / ROUGH_POINTS
     cosine, sine = (np.tile(f(turn), (n, 1)) for f in (np.cos, np.sin))
     begin = np.where(lit, 0.6 * reach * np.maximum(1.0 - level, 1e-3), reach)
-    rough = solved(centre, level, cosine, sine, np.tile(begin[:, None], ROUGH_POINTS), ROUGH * size)
+    rough = solved(centre, level, cosine, sine, np.tile(begin[:, None], ROUGH_POINTS), ROUGH * size, ROUGH)
     outline = np.stack([rough * cosine, rough * sine], 2)
     moved = centre + _centroids(outline)
     there = aim.clearances(film, moved)
@@ -58,7 +58,8 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
     outline += np.where(better[:, None], centre - moved, 0.0)[:, None, :]
     centre, level = np.where(better[:, None], moved, centre), np.where(better, there, level)
     angle, guess = _even_directions(outline, points)
-    rim = solved(centre, level, np.cos(angle), np.sin(angle), np.maximum(guess, 1e-3 * tolerance), tolerance)
+    rim = solved(centre, level, np.cos(angle), np.sin(angle), np.maximum(guess, 1e-3 * tolerance), tolerance,
+                 DIGITS * tolerance / size)
     centre[~lit] = 0.0
     return centre, np.stack([rim * np.cos(angle), rim * np.sin(angle)], 2)
 
@@ -80,6 +81,7 @@ def _even_directions(outlines, points):
     turn, length = np.empty(corners + 2), np.empty(corners + 2)
     size, along = np.empty(DIRECTIONS + 1), np.zeros(DIRECTIONS + 1)
     step = 2.0 * math.pi / DIRECTIONS
+    cosine, sine = np.cos(step * np.arange(DIRECTIONS + 1)), np.sin(step * np.arange(DIRECTIONS + 1))
     for k in range(count):
         # Corners by rising angle in [0, 2π), and those at the ends once more beyond the other end
         for i in range(corners):
@@ -101,8 +103,7 @@ def _even_directions(outlines, points):
         size[DIRECTIONS] = size[0]
         for j in range(DIRECTIONS):
             along[j + 1] = along[j] + math.hypot(
-                size[j + 1] * math.cos((j + 1) * step) - size[j] * math.cos(j * step),
-                size[j + 1] * math.sin((j + 1) * step) - size[j] * math.sin(j * step))
+                size[j + 1] * cosine[j + 1] - size[j] * cosine[j], size[j + 1] * sine[j + 1] - size[j] * sine[j])
         if along[DIRECTIONS] == 0.0:                    # an empty region
             continue
         i = 0

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from lensbench.kernels.block import L, M, N, X, Y
+from lensbench.kernels.cache import njit
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
@@ -28,6 +29,44 @@ SCAN = 12               # points across and up in one scan
 NEARBY = 2              # cells about the best point that the next scan covers
 SCANS = 7
 WINDOW = 1.25           # × the scanned area: the map of the stop bends farther than its slopes say
+COARSE = 0.05           # error of a clearance in a scan, × its cell in stop radii
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _scan(film_x, film_y, film_z, at, window, distance, enough, tracer):
+    """Move the rear points `at` (n, 2) to the least clearance within at ± window · (±1, ±1); overwrites window.
+
+    The first scans tell apart places whose clearances differ so much that float32 is exact enough.
+    """
+    n, cells = film_x.size, SCAN * SCAN
+    from_x, from_y, from_z = np.empty(n * cells), np.empty(n * cells), np.empty(n * cells)
+    px, py, out = np.empty(n * cells), np.empty(n * cells), np.empty(n * cells)
+    level, finer = np.full(n, np.inf), 2.0 * NEARBY / SCAN
+    accuracy = COARSE * WINDOW * 2.0 / SCAN
+    for _ in range(SCANS):
+        count = 0
+        for k in range(n):
+            if not level[k] < enough:
+                for j in range(cells):
+                    across, up = (j % SCAN + 0.5) * (2.0 / SCAN) - 1.0, (j // SCAN + 0.5) * (2.0 / SCAN) - 1.0
+                    from_x[count], from_y[count], from_z[count] = film_x[k], film_y[k], film_z[k]
+                    px[count] = at[k, 0] + window[k, 0, 0] * across + window[k, 0, 1] * up
+                    py[count] = at[k, 1] + window[k, 1, 0] * across + window[k, 1, 1] * up
+                    count += 1
+        if count == 0:
+            return
+        clearances(from_x, from_y, from_z, px, py, distance, out[:count], tracer, accuracy)
+        first = 0
+        for k in range(n):
+            if not level[k] < enough:
+                least = first
+                for j in range(first + 1, first + cells):
+                    least = j if out[j] < out[least] else least
+                if out[least] < level[k]:
+                    at[k, 0], at[k, 1], level[k] = px[least], py[least], out[least]
+                window[k] *= finer
+                first += cells
+        accuracy *= finer
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,22 +150,12 @@ class Aim:
 
         window: (n, 2, 2). Scans ever more finely about the best point, until its clearance is below `enough`.
         """
-        at, window = centre.copy(), WINDOW * window
-        level = np.full(len(film), np.inf)
-        cells = (np.stack(np.meshgrid(np.arange(SCAN), np.arange(SCAN)), 2).reshape(-1, 2) + 0.5) * (2.0 / SCAN) - 1.0
-        left = np.flatnonzero(np.isfinite(window).all((1, 2)))
-        for _ in range(SCANS):
-            if not left.size:
-                break
-            places = at[left, None, :] + cells @ window[left].transpose(0, 2, 1)
-            found = self.clearances(np.repeat(film[left], len(cells), 0), places.reshape(-1, 2))
-            found = found.reshape(left.size, -1)
-            least = np.argmin(found, 1)
-            there = found[np.arange(left.size), least]
-            better = there < level[left]
-            at[left[better]], level[left[better]] = places[np.arange(left.size), least][better], there[better]
-            window[left] *= 2.0 * NEARBY / SCAN
-            left = left[~(level[left] < enough)]
+        at, level = centre.copy(), np.full(len(film), np.inf)
+        scanned = np.flatnonzero(np.isfinite(window).all((1, 2)))
+        if scanned.size:
+            there = at[scanned]
+            _scan(*_columns(film[scanned]), there, WINDOW * window[scanned], self.film_distance, enough, self.tracer)
+            at[scanned], level[scanned] = there, self.clearances(film[scanned], there)
         return at, level
 
     def paraxial_centres(self, film: np.ndarray) -> np.ndarray:
