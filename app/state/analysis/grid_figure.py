@@ -16,6 +16,7 @@ from lensbench.optics.glass import D_LINE
 LINES = 9                       # along the shorter side of the film
 STEPS = 4                       # points from one crossing to the next, between which a line is straight
 RADII = 49
+DARK = 16                       # points across the pupil that find out whether there is light
 TITLE = 0.2                     # of half the height, above the grid
 WIDE = math.radians(55.0)       # from the axis: a wider lens is compared with a fisheye projection
 
@@ -74,8 +75,11 @@ def grid_plot(built: Setup, wavelength: float = D_LINE) -> tuple[Plot, np.ndarra
 
 
 def grid_figure(query: Query, points: int) -> Figure:
-    """The image of a square grid that covers the film, or the image circle; LensError for an afocal lens."""
-    given = query.conditions()
+    """The image of a square grid that covers the film, or the image circle.
+
+    LensError for an afocal lens, and where no light reaches the film.
+    """
+    given = query.grid(min(points, DARK)).conditions            # LensError without light: chief rays pass all rims
     plot, ideal, real = grid_plot(query.setup, given.primary_wavelength)
     every = query.lens.is_rotationally_symmetric
     words = query.words(None, query.primary_alone,
