@@ -8,6 +8,7 @@
 # make abuse      4,000 random commands of odd and impossible values (a quarter of an hour); the tests run a short form
 # make numbers    trace 20,000 random lenses and cameras: finite numbers and unit directions, or a refusal
 # make soak       two hours of random use of the window by mouse and keyboard: does its memory grow? (MINUTES=10)
+# make interrupts 20,000 small renders interrupted at random moments, with bounds checked (half an hour)
 # make mutants    put known kinds of one-line faults into the core, and list those that the nearest tests miss
 # make compat     the quick tests with the lowest and with the newest versions of the dependencies
 # make choices    choose the model of 400 random cameras: good enough, and the simplest that is? (ten minutes)
@@ -21,7 +22,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6
 
-.PHONY: run test test-slow wheel lint fuzz abuse numbers soak mutants compat choices peers needs clean
+.PHONY: run test test-slow wheel lint fuzz abuse numbers soak interrupts mutants compat choices peers needs clean
 
 run: $(VENV)/.installed
 	@$(BIN)/lensbench
@@ -61,6 +62,9 @@ numbers: $(VENV)/.installed-test
 
 soak: $(VENV)/.installed-test
 	$(BIN)/python -m trials.soak --minutes $(MINUTES)
+
+interrupts: $(VENV)/.installed-test
+	$(BIN)/python -m trials.interrupts
 
 mutants: $(VENV)/.installed-test
 	$(BIN)/python -m trials.mutants
