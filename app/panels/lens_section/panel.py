@@ -15,7 +15,7 @@ from lensbench.app.panels.lens_section import cardinal_points as marks
 from lensbench.app.panels.lens_section import draw as drawing
 from lensbench.app.panels.lens_section.draw import Canvas
 from lensbench.app.panels.lens_section.ghost import Ghost, draw_ghost, front_of, ghost_of
-from lensbench.app.panels.lens_section.handles import HandleState, draw_handle, edit_by_handles
+from lensbench.app.panels.lens_section.handles import HandleState, draw_body, draw_handle, edit_by_handles
 from lensbench.app.panels.lens_section.links import (
     FADED,
     draw_faults,
@@ -129,6 +129,7 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
         links.point_at_surfaces(lit)
         if not stop_lit and state.edit.handle is None:
             _explain(shown, canvas, lit, state)
+    draw_body(draw, shown, canvas, state.edit)
     if not (stop_lit or film_lit or over_switch):
         draw_handle(draw, settings, canvas, state.edit)
     imgui.set_cursor_screen_pos(corner)

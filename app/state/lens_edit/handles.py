@@ -1,18 +1,20 @@
 """The handles of the section: what a drag in the drawn lens takes hold of, and the edit that it makes.
 
 Lengths in mm, lens frame, in the section y–z. A handle is found by a point (z, y) of the drawing; a drag is the way of
-the mouse since the press. Each drag changes just its own numbers of the document.
+the mouse since the press. Each drag changes just its own numbers of the document. From above, the drawing is that of
+the lens turned by a quarter (`top_view`), and its y the x of the document.
 """
 
 from dataclasses import dataclass
 from enum import StrEnum
-from math import hypot
+from math import degrees, hypot
 
 import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.geometry.elements import elements, surface_curves
 from lensbench.app.state.lens_edit.cells import shown
+from lensbench.kernels.figures import fixed, true_minus
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import (
     CURVATURE,
@@ -23,8 +25,11 @@ from lensbench.lenses.editing.document import (
     words,
 )
 from lensbench.lenses.editing.elements import element_at
+from lensbench.lenses.editing.poses import body_at, with_pose
 from lensbench.lenses.paraxial import index_of, reference_wavelength
 
+BESIDE = 2.5                    # × the reach: from the rims of a body to the handles of its place
+APART = 1.5                     # × the reach: half the way from one of them to the other
 ROOM = 0.3                      # of a gap, that a handle beside it takes at most
 
 
@@ -37,11 +42,16 @@ class HandleKind(StrEnum):
     GAP = "gap"                 # the gap between two elements; all behind it moves
     GROUP = "group"             # an element, a cemented group or the selected surfaces; all others stay
     BEND = "bending"            # both curvatures of an element, at constant power
+    DECENTRE = "decentre"       # a surface, or several as one body, across the axis; all others stay
+    TILT = "tilt"               # the same body, about the vertex of its first surface
 
 
 @dataclass(frozen=True)
 class Handle:
-    """A place to take hold of. first, last: surfaces. height: of the point on a curve (mm). z, y: where it is drawn."""
+    """A place to take hold of. first, last: surfaces. z, y: where it is drawn, from above where `above` says so.
+
+    height: of the point on a curve, or of the handle of a tilt over its pivot (mm).
+    """
 
     kind: HandleKind
     first: int
@@ -49,10 +59,11 @@ class Handle:
     z: float
     y: float
     height: float = 0.0
+    above: bool = False
 
 
 def handle_at(lens: lb.Lens, z: float, y: float, reach: float, selected: tuple[int, int] | None = None,
-              bend: bool = False) -> Handle | None:
+              bend: bool = False, above: bool = False) -> Handle | None:
     """The handle at a point.
 
     Parameters
@@ -67,6 +78,8 @@ def handle_at(lens: lb.Lens, z: float, y: float, reach: float, selected: tuple[i
         First and last of the selected surfaces: an element among them takes all of them along.
     bend : bool
         Whether glass is bent, and not moved.
+    above : bool
+        Whether the drawing is that from above, where cylinders and toroids show a curvature that no handle changes.
 
     Returns
     -------
@@ -82,6 +95,8 @@ def handle_at(lens: lb.Lens, z: float, y: float, reach: float, selected: tuple[i
             return Handle(HandleKind.RIM, i, i, float(end[0]), float(end[1]))
     for i, surface in enumerate(lens.surfaces):
         if i == lens.stop_index and _is_dummy(lens, i) or abs(y) >= surface.semi_diameter:
+            continue
+        if above and surface.curvature_x is not None:
             continue
         at = vertices[i] + float(surface.sag(0.0, y))
         if abs(z - at) <= _near(lens, i, reach) and abs(y) > 0.15 * surface.semi_diameter:
@@ -99,6 +114,38 @@ def handle_at(lens: lb.Lens, z: float, y: float, reach: float, selected: tuple[i
                 first, last = selected
             return Handle(HandleKind.GROUP, first, last, z, y)
     return None
+
+
+def body_of(lens: lb.Lens, handle: Handle) -> tuple[int, int]:
+    """First and last surface of what a handle belongs to: its surfaces, or the body out of line around them."""
+    if handle.first == handle.last and lens.surfaces[handle.first].pose is not None:
+        return body_at(lens, handle.first)
+    return handle.first, handle.last
+
+
+def pose_handles(lens: lb.Lens, body: tuple[int, int], reach: float, highest: float,
+                 above: bool) -> tuple[Handle, Handle]:
+    """The handles of decentre and tilt of a body, side by side above its upper rims.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens as it is drawn.
+    body : (int, int)
+        First and last surface.
+    reach : float
+        How near the mouse must be to take hold of one (mm).
+    highest : float
+        The upper end of the drawing (mm).
+    above : bool
+        Whether the drawing is that from above.
+    """
+    first, last = body
+    tops = np.array([curve[-1] for curve in surface_curves(lens)[first:last + 1]])
+    z, y = float(tops[:, 0].mean()), min(float(tops[:, 1].max()) + BESIDE * reach, highest)
+    arm = max(y - float(lens.vertex(first)[1]), reach)
+    return (Handle(HandleKind.DECENTRE, first, last, z - APART * reach, y, 0.0, above),
+            Handle(HandleKind.TILT, first, last, z + APART * reach, y, arm, above))
 
 
 def _near(lens: lb.Lens, surface: int, reach: float) -> float:
@@ -122,7 +169,19 @@ def dragged(document: LensDocument, handle: Handle, dz: float, dy: float) -> Len
                           max(surface.semi_diameter + out, 0.01 * surface.semi_diameter))
     if handle.kind is HandleKind.CURVE:
         return with_value(document, handle.first, CURVATURE, _curvature(surface, handle.height, dz))
+    if handle.kind in (HandleKind.DECENTRE, HandleKind.TILT):
+        pose, quantity = surface.pose or lb.SurfacePose(), _pose_quantity(handle)
+        moved = getattr(pose, quantity) + (
+            dy if handle.kind is HandleKind.DECENTRE else (-dz if handle.above else dz) / handle.height)
+        return with_pose(document, handle.first, handle.last, quantity, moved)
     return _bent(document, handle.first, dz)
+
+
+def _pose_quantity(handle: Handle) -> str:
+    """The number of a pose that a handle changes: a decentre in the section, or a tilt about the axis across it."""
+    if handle.kind is HandleKind.DECENTRE:
+        return "decentre_x" if handle.above else "decentre_y"
+    return "tilt_y" if handle.above else "tilt_x"
 
 
 def label(document: LensDocument, handle: Handle) -> tuple[str, str]:
@@ -141,8 +200,15 @@ def label(document: LensDocument, handle: Handle) -> tuple[str, str]:
     if handle.kind is HandleKind.BEND:
         return (f"Bend the element at surface {i}, at constant power",
                 f"R {shown(surfaces[i], CURVATURE)} and {shown(surfaces[j], CURVATURE)} mm")
+    if handle.kind in (HandleKind.DECENTRE, HandleKind.TILT):
+        quantity = _pose_quantity(handle)
+        value = getattr(surfaces[i].pose or lb.SurfacePose(), quantity)
+        body = f"surface {i}" if i == j else f"surfaces {i} to {j} as one"
+        if handle.kind is HandleKind.DECENTRE:
+            return f"Decentre {body}", f"{quantity[-1]} {true_minus(fixed(value, 3))} mm"
+        return f"Tilt {body}", f"about {quantity[-1]} {true_minus(fixed(degrees(value), 2))}°"
     what = f"Vertex of surface {i}" if handle.kind is HandleKind.VERTEX else (
-        f"Surfaces {i} to {j}: drag to move, Ctrl + drag to bend")
+        f"Surfaces {i} to {j}: drag to move, Ctrl + drag to bend, click to tilt or decentre")
     before = f"{gap(i - 1)} before, " if i else ""
     return what, f"{before}{gap(j)} behind"
 

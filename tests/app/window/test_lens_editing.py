@@ -9,9 +9,12 @@ from imgui_bundle import ImVec2, imgui
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.files.unsaved_lens import Autosave, left_behind
+from lensbench.app.panels.lens_section.handles import REACH
 from lensbench.app.state.build import design
 from lensbench.app.state.geometry.elements import surface_curves
+from lensbench.app.state.geometry.section import sketch
 from lensbench.app.state.lens_edit.editing import document_of, original
+from lensbench.app.state.lens_edit.handles import HandleKind, pose_handles
 from lensbench.app.studies.improvement import substitution
 from lensbench.app.window.lens_editing import LensEditing
 from lensbench.lenses.editing.document import Solve
@@ -463,5 +466,60 @@ def test_a_lens_of_the_library_is_attached_reversed_and_taken_off_again(drive, t
         assert surfaces(hand)[0].curvature == -added[-1].curvature
         hand.press(KEY.mod_ctrl | KEY.z)
         assert surfaces(hand) == start
+
+    drive(use, TRIPLET)
+
+
+def test_handles_of_the_section_decentre_and_tilt_a_body_from_both_sides(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.window_focus("//Section")
+        hand.ctx.item_click("**/Edit section")
+        state, start = hand.session.panels._section_state, surfaces(hand)
+        lens, corner, view = design(hand.settings), hand.box("**/Section canvas").min, state.view
+
+        def press(z, y):
+            hand.ctx.mouse_move_to_pos(state.view.to_screen(corner, z, y))
+            hand.ctx.yield_(2)
+            hand.ctx.mouse_click(0)
+            hand.ctx.yield_(2)
+
+        def pull(kind, dx, dy, shift=False):
+            """Drag the handle of the chosen body; the poses of all surfaces after it."""
+            state.view = view
+            press(lens.vertices[0] + 1.6, 1.5)                  # in the glass of the first element
+            assert state.edit.body == (0, 1)
+            found = pose_handles(sketch(hand.settings, state.above).lens, (0, 1), REACH / view.scale, 1e3,
+                                 state.above)[kind is HandleKind.TILT]
+            at = view.to_screen(corner, found.z, found.y)
+            if shift:
+                hand.ctx.key_down(KEY.mod_shift)
+            hand.drag(at, ImVec2(at.x + dx, at.y + dy))
+            if shift:
+                hand.ctx.key_up(KEY.mod_shift)
+            assert changed(hand, start) == []                   # nothing but poses
+            return [surface.pose for surface in surfaces(hand)]
+
+        for above, decentre, tilt in ((False, "decentre_y", "tilt_x"), (True, "decentre_x", "tilt_y")):
+            for kind, quantity, dx, dy in ((HandleKind.DECENTRE, decentre, 0, -12), (HandleKind.TILT, tilt, 12, 0)):
+                poses = pull(kind, dx, dy)
+                wanted = lb.SurfacePose(**{quantity: getattr(poses[0], quantity)})
+                assert poses == [wanted, replace(wanted, pivot=1), *[None] * (len(poses) - 2)]
+                hand.press(KEY.mod_ctrl | KEY.z)                # one gesture, one undo
+                assert hand.settings == TRIPLET and surfaces(hand) == start
+                if not above:
+                    fine = pull(kind, dx, dy, shift=True)[0]
+                    assert getattr(fine, quantity) == pytest.approx(0.1 * getattr(wanted, quantity), rel=1e-6)
+                    hand.press(KEY.mod_ctrl | KEY.z)
+                if kind is HandleKind.DECENTRE:
+                    assert getattr(wanted, quantity) == pytest.approx(12.0 / view.scale)
+            if not above:
+                hand.ctx.item_click("**/Section side")
+                assert state.above
+        press(-30.0, 12.0)                                      # beside the lens
+        assert state.edit.body is None
+        hand.ctx.item_click("**/Edit section")
+        hand.ctx.yield_(2)
+        assert not state.above                                  # a lens in line has one section
 
     drive(use, TRIPLET)

@@ -8,13 +8,22 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.geometry.elements import surface_curves
-from lensbench.app.state.lens_edit.handles import Handle, HandleKind, dragged, handle_at, label
+from lensbench.app.state.geometry.top_view import quarter_turned
+from lensbench.app.state.lens_edit.handles import (
+    Handle,
+    HandleKind,
+    body_of,
+    dragged,
+    handle_at,
+    label,
+    pose_handles,
+)
 from lensbench.lenses.editing.cells import with_rule, with_value
 from lensbench.lenses.editing.document import EditError, LensDocument, Solve
 
 TRIPLET = LensDocument(lenses.load("lenshh-cooke-triplet-50"))
 GAUSS = LensDocument(lenses.load("pbrt-dgauss-50mm"))
-FIELDS = ("curvature", "thickness", "semi_diameter", "conic", "aspheric", "glass", "curvature_x")
+FIELDS = ("curvature", "thickness", "semi_diameter", "conic", "aspheric", "glass", "curvature_x", "pose")
 
 
 def changed(before, after):
@@ -88,6 +97,54 @@ def test_handles_are_found_where_they_are_drawn():
     assert handle_at(lens, -20.0, 3.0, 0.5) is None
     for kind in HandleKind:
         assert all(label(TRIPLET, at(kind, 0, 1)))
+
+
+@pytest.mark.parametrize("above", [False, True])
+@pytest.mark.parametrize("body", [(0, 1), (4, 4), (2, 5)])
+def test_a_body_is_decentred_and_tilted_under_the_mouse(body, above):
+    def drawn(document):
+        return quarter_turned(document.lens) if above else document.lens
+
+    def tops(document):
+        return np.array([curve[-1] for curve in surface_curves(drawn(document))])
+
+    start = dragged(TRIPLET, Handle(HandleKind.TILT, *body, 0.0, 0.0, 10.0, not above), 0.3, 0.0)   # the other way
+    start = dragged(start, Handle(HandleKind.DECENTRE, *body, 0.0, 0.0, 0.0, not above), 0.0, 0.2)
+    decentre, tilt = pose_handles(drawn(start), body, 0.4, 99.0, above)
+    assert min(decentre.y, tilt.y) > tops(start)[body[0]:body[1] + 1, 1].max()
+    assert tilt.z - decentre.z == pytest.approx(1.2) and tilt.y == decentre.y
+    assert pose_handles(drawn(start), body, 0.4, 3.0, above)[0].y == 3.0
+    numbers = {(i, "pose") for i in range(body[0], body[1] + 1)}
+    for handle, quantity in ((decentre, "decentre_y"), (tilt, "tilt_x")):
+        quantity = {"decentre_y": "decentre_x", "tilt_x": "tilt_y"}[quantity] if above else quantity
+        after = dragged(start, handle, 0.25, 0.125)
+        assert changed(start, after) == numbers
+        for i, _ in numbers:
+            one, two = start.surfaces[i].pose, after.surfaces[i].pose
+            assert {name for name in ("decentre_x", "decentre_y", "tilt_x", "tilt_y", "pivot")
+                    if getattr(one, name) != getattr(two, name)} == {quantity}
+        moved, chosen = tops(after) - tops(start), slice(body[0], body[1] + 1)
+        others = np.delete(moved, range(body[0], body[1] + 1), 0)
+        assert np.abs(others).max() == 0.0
+        if handle is decentre:
+            assert moved[chosen] == pytest.approx(np.tile([0.0, 0.125], (len(numbers), 1)), abs=0.002)
+        else:                       # the point of the body beside the handle moves as the mouse, about the pivot
+            arm = tops(start)[body[0], 1] - drawn(start).vertex(body[0])[1]
+            assert moved[body[0], 0] == pytest.approx(0.25 * arm / tilt.height, rel=0.03) and moved[body[0], 0] > 0.0
+            assert drawn(after).vertex(body[0]) == pytest.approx(drawn(start).vertex(body[0]), abs=1e-12)
+        assert label(after, handle)[0].split()[0] in ("Decentre", "Tilt") and label(after, handle)[1][-1] in "m°"
+    assert body_of(TRIPLET.lens, at(HandleKind.VERTEX, 4)) == (4, 4)
+    assert body_of(start.lens, at(HandleKind.RIM, body[1])) == body
+    with pytest.raises(EditError, match="tilt"):
+        dragged(start, tilt, 2.0 * tilt.height, 0.0)
+
+
+def test_from_above_a_cylinder_has_no_handle_of_its_curvature():
+    lens = replace(TRIPLET.lens, surfaces=(replace(TRIPLET.surfaces[0], curvature_x=0.0), *TRIPLET.surfaces[1:]))
+    z, y = lens.vertices[0] + float(lens.surfaces[0].sag(0.0, 5.0)), 5.0
+    assert handle_at(lens, z, y, 0.2).kind is HandleKind.CURVE
+    assert handle_at(quarter_turned(lens), 0.0, y, 0.2, above=True).kind is not HandleKind.CURVE
+    assert handle_at(quarter_turned(lens), 0.0, y, 0.2).kind is HandleKind.CURVE
 
 
 def test_a_number_that_follows_from_a_rule_holds_its_handle_and_nothing_moves_halfway():
