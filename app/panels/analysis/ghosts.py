@@ -23,8 +23,8 @@ NARROW = 22.0                   # em: below it the discs have no table beside th
 PLOTS = 13.0                    # em: least height of plots and conditions, unless the table has no three rows then
 FIELDS = {"axis": "Centre", "middle": "0.7", "corner": "Corner", "outside": "Outside"}
 TIPS = {"axis": "A distant light in the middle of the picture", "middle": "0.7 of the angle to the corner, upward",
-        "corner": "At the angle of the corner, upward", "outside": "1.3 times the angle of the corner: a light outside "
-        "the picture"}
+        "corner": "At the angle of the corner, upward; of a lens without rotational symmetry in the corner, lower left",
+        "outside": "1.3 times the angle of the corner: a light outside the picture"}
 COLUMNS = {"Pair": "Surfaces that reflect, from the scene", "Bright": "Light on a mm² of the film, in millionths of "
            "the direct light", "Light": "Part of the direct light, in millionths", "Size": "Diameter on the film (mm)",
            "Focus": "Where it is in focus, behind the film (mm), for a light on the axis"}

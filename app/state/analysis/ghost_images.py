@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
+from lensbench.analysis.ghost_ranking import light_place
 from lensbench.app.state.analysis.figure import Area, Axis, Curve, Figure, Plot, Points, Table
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.coating import coating
@@ -16,6 +17,7 @@ from lensbench.optics.coatings import COATINGS
 FIELDS = {"axis": 0.0, "middle": 0.7, "corner": 1.0, "outside": 1.3}
 SHOWN = 16                      # discs on the film
 DECADES = 6
+WIDEST = math.radians(89.0)     # of a light from the axis
 Key = tuple[int, int]           # surfaces that reflect, the one nearer to the scene first
 
 
@@ -26,8 +28,8 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     LensError where no light of the field reaches the film.
     """
     name = coating or usual_coating(query.lens)
-    angle = field_angle(query, field)
-    found = _ghosts(query.setup.lens, query.setup.film_distance, angle, name, 31 if points > 16 else 21)
+    way = field_direction(query, field)
+    found = _ghosts(query.setup.lens, query.setup.film_distance, way, name, 31 if points > 16 else 21)
     if not any(row.share > 0.0 for row in found.rows) and not found.direct > 0.0:
         raise lb.LensError("no light of this field reaches the film, directly or by a ghost" + (
             ": choose one nearer to the centre" if FIELDS[field] else ""))
@@ -54,7 +56,8 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     marks += [Area((rank - 0.5, rank + 0.5), (low, top), _words(row)) for rank, row in zip(ranks, bright, strict=True)]
     order = Plot(Axis("Rank", 0.4, max(len(bright), 1) + 0.6, whole=True), Axis("Brightness, log10 (1/mm²)", low, top),
                  tuple(marks))
-    where = f"field {significant(math.degrees(angle), 3)}°"
+    angle = math.atan(math.hypot(math.tan(way[0]), math.tan(way[1])))
+    where = f"field {significant(math.degrees(angle), 3)}°" + (", towards the lower left corner" if way[0] else "")
     words = query.words(None, where, query.primary_alone, f"coating {name}",
                         "brightness: light per mm² of the film, for 1 of the direct light")
     dark = () if found.direct > 0.0 else ("no light of this field reaches the film directly: shares are not known",)
@@ -75,18 +78,28 @@ def usual_coating(lens: lb.Lens) -> str:
     return coating(Settings(), lens).name
 
 
-def field_angle(query: Query, field: str) -> float:
-    """Angle of a distant light from the axis (radians): a part of that to the last field."""
-    angles = query.grid(8).field_angles
-    known = angles[np.isfinite(angles)]
+def field_direction(query: Query, field: str) -> tuple[float, float]:
+    """Angles of a distant light from the axis, across to the right and up (radians).
+
+    It lies at a part of the angle to the last field: upward, for a lens without rotational symmetry towards that field,
+    the lower left corner of the picture.
+    """
+    angles = query.grid(8).angles
+    known = angles[np.isfinite(angles).all(1)]
     if not known.size:
         raise lb.LensError("no light reaches the film")
-    return min(FIELDS[field] * float(np.abs(known).max()), math.radians(89.0))
+    angle = float(np.hypot(*known[-1]))
+    away = min(FIELDS[field] * angle, WIDEST)
+    if query.lens.is_rotationally_symmetric or angle == 0.0:
+        return 0.0, away
+    x, y = math.tan(away) * known[-1] / angle
+    return -math.atan(x), -math.atan(y)                 # of where the light comes from
 
 
 @lru_cache(maxsize=32)
-def _ghosts(lens: lb.Lens, film_distance: float, angle: float, coating: str, cells: int) -> lb.analysis.Ghosts:
-    return lb.analysis.ghosts(lens, film_distance, (0.0, angle, math.inf), coating=COATINGS[coating], cells=cells)
+def _ghosts(lens: lb.Lens, film_distance: float, way: tuple[float, float], coating: str,
+            cells: int) -> lb.analysis.Ghosts:
+    return lb.analysis.ghosts(lens, film_distance, (*way, math.inf), coating=COATINGS[coating], cells=cells)
 
 
 @lru_cache(maxsize=64)
@@ -100,8 +113,7 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
 
     lens, distance = query.setup.lens, query.setup.film_distance
     tracer = GhostTracer(lens, distance, [landing_step(lb.Film(2.0, 2.0, 2, 2), 1.0)], real=np.float64)
-    angle, lanes = field_angle(query, field), lane_buffer(np.float64)
-    light = np.array([0.0, math.sin(angle), -math.cos(angle), 0.0])
+    light, lanes = light_place(lens, distance, (*field_direction(query, field), math.inf)), lane_buffer(np.float64)
     box = pair_box(tracer, lanes, light, pair)
     if box is None:
         return None

@@ -9,6 +9,7 @@ import lensbench as lb
 from lensbench.analysis.blade_star import Sunstar, sunstar
 from lensbench.app.state.analysis.figure import Area, Axis, Curve, Figure, Map, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.spots import AXIS
 from lensbench.kernels.figures import significant
 
 FIELDS = {"axis": 0.0, "middle": 0.7}
@@ -43,7 +44,7 @@ def star_figure(query: Query, points: int, field: str = "axis") -> Figure:
     layers += [Area((at - 5.0, at + 5.0), (0.1, top), f"ray at {significant(at, 3)}°")
                for at in np.degrees(found.rays).tolist()]
     profile = Plot(Axis("Direction (°)", 0.0, 360.0), Axis("Brightness (× median)", 0.1, top, log=True), tuple(layers))
-    words = query.words(None, blades, "a point of light at the " + ("centre" if height == 0.0 else
+    words = query.words(None, blades, "a point of light at the " + ("centre" if height < AXIS else
                                                                     f"height {significant(height, 3)} mm"),
                         "white light by diffraction, 0.42 to 0.68 µm", "aberrations left out")
     table = Table(("direction (deg)", "brightness (x median)"), tuple(zip(degrees[:-1], around[:-1], strict=True)))

@@ -164,6 +164,27 @@ def test_a_figure_is_saved_where_the_dialog_says(drive, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+def test_the_figure_of_every_panel_is_drawn_into_a_file_and_its_numbers_are_saved(drive, tmp_path):
+    def use(hand):
+        hand.picture()
+        analyses, view = hand.session.analyses, hand.session.view
+        for name in PANELS:
+            show(hand, name)
+            figure = analyses.sheet.saving = analyses.states[name].figure
+            for suffix in (".csv", ".svg"):
+                path, said = tmp_path / f"{name}{suffix}", len(view.messages)
+                analyses.save(path)
+                hand.wait(lambda said=said: len(view.messages) > said, "the message")
+                assert view.messages[-1] == f"The figure was saved as {path.name}"
+                content = path.read_bytes()
+                assert content.startswith({".csv": figure.table.head[0].encode(), ".svg": b"<?xml"}[suffix]), path.name
+                if suffix == ".svg":
+                    assert all(word in content.decode() for word in figure.title.split())
+
+    assert not drive(use, replace(SMALL, blades=7)).view.notices.errors()
+
+
+@pytest.mark.slow
 def test_a_is_behind_b_in_the_plots_while_both_are_compared(drive):
     def use(hand):
         hand.picture()

@@ -16,7 +16,7 @@ from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
 from lensbench.app.state.analysis.figure import Bars, Curve, Map, Points
 from lensbench.app.state.analysis.ghost import with_ghost
-from lensbench.app.state.analysis.ghost_images import ghosts_figure, raster_of
+from lensbench.app.state.analysis.ghost_images import field_direction, ghosts_figure, raster_of
 from lensbench.app.state.analysis.grid_ray import nearest_ray, pointed_ray
 from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.state.analysis.point_figures import encircled_figure, line_spread_figure, psf_figure
@@ -119,6 +119,20 @@ def test_the_picture_shows_a_ghost_where_its_ray_meets_the_film(pose):
     own = (0.5 - column / film.pixels_x) * film.width, (row / film.pixels_y - 0.5) * film.height
     there = settings.film_pose.points(np.array([own]))[0] + [0.0, 0.0, 90.0]
     assert np.linalg.norm(np.cross(there - path[0], path[1] - path[0])) < 1e-9
+
+
+def test_the_light_of_a_ghost_without_symmetry_comes_from_the_field_of_the_other_figures():
+    squeezed = query(replace(Settings(), lens="lentil-schneider-anamorphic-31-2001", f_number=None))
+    figure = ghosts_figure(squeezed, 8, "middle")
+    assert any(row[2] > 0.0 for row in figure.table.rows) and "lower left corner" in figure.conditions
+    towards = np.array([*np.tan(field_direction(squeezed, "middle")), -1.0])
+    lens, away = squeezed.lens, squeezed.setup.film_distance
+    aims = np.stack([*np.meshgrid(*2 * [np.linspace(-15.0, 15.0, 31)]), np.zeros((31, 31))], -1).reshape(-1, 3)
+    traced = lb.trace(lens, aims + 100.0 * towards, np.tile(-towards, (len(aims), 1)), forward=True)
+    good = traced.fate == lb.Fate.PASSED
+    reach = (lens.length + away - traced.points[good, 2:]) / traced.directions[good, 2:]
+    landed = (traced.points[good] + reach * traced.directions[good])[:, :2].mean(0)
+    assert landed == pytest.approx(squeezed.parts(0.7)[0], rel=0.15)
 
 
 def test_the_ray_of_a_mark_lands_where_the_mark_is():
