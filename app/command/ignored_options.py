@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.setting_table import SHAPES
 from lensbench.app.state.settings import Settings
 
@@ -23,18 +24,29 @@ def _of_kinds_with(name: str) -> Callable[[Settings], bool]:
     return lambda settings: name in settings.kind.own
 
 
-_STOP = _Need(lambda settings: settings.kind.has_stop and (not settings.has_lens or settings.has_stop))
+def _exposes(settings: Settings) -> bool:
+    return settings.exposing != "plain"
+
+
+def _moves(settings: Settings) -> bool:
+    return settings.keyframed or cached_scene(settings.scene).moves
+
+
+_STOP = _Need(lambda settings: settings.has_stop)
 _BLADES = _Need(lambda settings: _STOP.has_effect(settings) and not settings.stop_image,
                 "leave out --stop-image, which takes the place of blades")
 _FOG = _Need(lambda settings: settings.medium != "air", "give --medium too")
+_SENSOR = _Need(lambda settings: settings.noise, "give --noise too")
+_MOTION = _Need(_moves, "nothing moves; give --end-position, or a scene that moves")
 _END = _Need(lambda settings: settings.keyframed, "give --end-position too")
 _NEEDS = {
     **{name: _Need(_of_kinds_with(name)) for kind in CAMERA_KINDS.values() for name in kind.own},
     "lens_radius": _Need(lambda settings: settings.kind.lens_radius, "the aperture of a lens is --f-number"),
-    "f_number": _Need(lambda settings: settings.kind.f_number),
+    "f_number": _Need(lambda settings: settings.kind.f_number and (settings.has_stop or _exposes(settings))),
     "focus_distance": _Need(lambda settings: settings.kind.focuses),
     "blades": _BLADES, "blade_rotation": _BLADES, "roundness": _BLADES, "stop_image": _STOP,
-    "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens), "focus_position": _Need(_of_lens),
+    "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens),
+    "focus_position": _Need(lambda settings: settings.follows_lens),
     "ghost_strength": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
     "ghost_pair": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
     "star_strength": _Need(lambda settings: settings.stars, "give --stars too"),
@@ -46,19 +58,36 @@ _NEEDS = {
     "fov_axis": _Need(lambda settings: "fov_axis" in settings.kind.lists),
     "visibility": _FOG, "fog_light": _FOG, "end_yaw": _END, "end_pitch": _END,
 }
+# Of a picture that a command renders; a window or another program may take the exposure and movement that are set
+_RENDERED = {
+    "iso": _Need(lambda settings: _exposes(settings) or settings.noise, "give --exposing triangle too"),
+    "metering": _Need(lambda settings: settings.exposing == "automatic", "give --exposing automatic too"),
+    "full_well": _SENSOR, "quantum_efficiency": _SENSOR, "read_noise": _SENSOR, "bits": _SENSOR,
+    "shutter": _Need(lambda settings: _exposes(settings) or _moves(settings),
+                     "nothing moves; give --exposing triangle for its light"),
+    "shutter_ramp": _MOTION, "readout": _MOTION, "readout_direction": _MOTION, "moment": _MOTION,
+}
+# What an ideal lens model lacks, for the settings that need it
+_WITH_LENS_MODEL = {**dict.fromkeys(("f_number", "blades", "blade_rotation", "roundness", "stop_image"), "has no stop"),
+                    "focus_position": "has one focus"}
 
 
-def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: str | None) -> Iterator[str]:
+def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: str | None,
+            rendered: bool) -> Iterator[str]:
     """A line for each option without an effect, and for an aperture that is none.
 
     given: settings that options name. options: the option of each. lens: the LENS that was named.
+    rendered: the command renders a picture.
     """
     if lens is not None and not settings.kind.has_lens:
         yield f"{lens} has no effect: the camera {settings.camera} has no lens; give --camera lens"
-    for name, need in _NEEDS.items():
+    for name, need in (_NEEDS | _RENDERED if rendered else _NEEDS).items():
         if name in given and not need.has_effect(settings):
+            instead = need.instead
+            if settings.has_lens and name in _WITH_LENS_MODEL and not settings.follows_lens:
+                instead = f"the lens model {settings.lens_model} " + _WITH_LENS_MODEL[name]
             yield f"--{options[name]} has no effect on the camera {settings.camera}" + (
-                f": {need.instead}" if need.instead else "")
+                f": {instead}" if instead else "")
     if settings.kind.panorama:
         across, down = SHAPES[settings.layout]
         if settings.pixels_x * down != settings.pixels_y * across:

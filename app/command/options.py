@@ -167,7 +167,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     named = {field.name: spec(field).option or field.name.replace("_", "-") for field in fields(Settings)}
     unnamed = arguments.settings is not None or lens is None or Path(lens).suffix.lower() in PICTURES
     for remark in remarks(settings, set(asked) | ({"camera"} if arguments.camera else set()), named,
-                          None if unnamed else lens):
+                          None if unnamed else lens, "until_noise" in arguments):
         say(remark)
     return settings
 

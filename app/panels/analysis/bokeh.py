@@ -6,6 +6,7 @@ from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, 
 from lensbench.app.state.analysis.bokeh_figure import Ripple, bokeh_figure, ripple_surface
 from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
+from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.number import number
 from lensbench.app.widgets.row import beside
 from lensbench.app.widgets.toggles import toggles
@@ -21,7 +22,7 @@ def bokeh_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
     choices = state.choices
     choices["view"] = toggles("View", VIEWS, choices.get("view", "linear"), TIPS, 0.0)
     imgui.same_line(0.0, 12.0)
-    _, choices["rings"] = imgui.checkbox("Ripple", choices.get("rings", False))
+    choices["rings"] = check_box("Ripple", choices.get("rings", False))
     imgui.set_item_tooltip("Onion rings: a ripple that the tool left on one surface")
     ripple = _ripple(settings, choices) if choices["rings"] and settings.has_lens else None
     tools(NAME, state)

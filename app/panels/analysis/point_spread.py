@@ -17,6 +17,7 @@ from lensbench.app.state.pixel.beam import beam
 from lensbench.app.state.pixel.lens_rays import film_place
 from lensbench.app.state.pixel.pointed import Place
 from lensbench.app.state.settings import Settings
+from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.row import beside
 from lensbench.app.widgets.toggles import toggles
@@ -51,7 +52,7 @@ def point_spread_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -
     beside(6.5)
     choices["view"] = toggles("View", VIEWS, choices.get("view", "log"), VIEW_TIPS, 0.0)
     beside(6.0)
-    _, choices["averaged"] = imgui.checkbox("Averaged", choices.get("averaged", False))
+    choices["averaged"] = check_box("Averaged", choices.get("averaged", False))
     imgui.set_item_tooltip("Average the light over a pixel of the film")
     tools(NAME, state)
     shown = choices["view"], choices["averaged"]

@@ -5,6 +5,7 @@ from imgui_bundle import imgui
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, point_at_ray, tools
 from lensbench.app.state.analysis.spots import COLUMNS, spots_figure
 from lensbench.app.state.settings import Settings
+from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.row import beside
 from lensbench.app.widgets.toggles import toggles
 
@@ -24,7 +25,7 @@ def spots_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
     imgui.same_line(0.0, 12.0)
     choices["reference"] = toggles("Reference", REFERENCE, choices.get("reference", "chief"), REFERENCE_TIPS, 0.0)
     beside(6.0)                             # with room for the menu
-    _, choices["blur"] = imgui.checkbox("Blur", choices.get("blur", False))
+    choices["blur"] = check_box("Blur", choices.get("blur", False))
     imgui.set_item_tooltip("Behind the rays: the light as the picture of the point has it, without diffraction.\n"
                            "Each cell is as bright as its brightest place")
     tools(NAME, state)

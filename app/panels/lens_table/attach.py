@@ -9,6 +9,7 @@ from lensbench.app.panels.lens_table.state import LensTableState
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.fitted_dialog import begin_fitted_dialog
+from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.toggles import toggles
 from lensbench.lenses.editing import attachments
 from lensbench.lenses.editing.document import EditError, LensDocument
@@ -45,7 +46,7 @@ def attach_dialog(settings: Settings, state: LensTableState) -> Settings:
     imgui.end_child()
     choice.side = toggles("Side", SIDES, choice.side, TIPS, 0.0)
     imgui.same_line(0.0, theme.em(1.0))
-    _, choice.is_reversed = imgui.checkbox("Reversed", choice.is_reversed)
+    choice.is_reversed = check_box("Reversed", choice.is_reversed)
     imgui.set_item_tooltip("Turned round, as with a reversing ring")
     if state.problem:
         imgui.push_text_wrap_pos(theme.em(WIDTH))

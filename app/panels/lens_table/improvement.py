@@ -10,6 +10,7 @@ from lensbench.app.state.lens_choice import image_circle
 from lensbench.app.state.lens_edit.editing import with_document
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.marked import check_box
 from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import significant
 from lensbench.lenses.editing.document import LensDocument
@@ -39,8 +40,8 @@ def improve_button(settings: Settings, document: LensDocument, state: LensTableS
         "wavefront": "The rms wave error: for lenses whose sharpness diffraction limits"})
     imgui.text_disabled("On the axis, at 0.7 and at the edge of the image, in three colours.\n"
                         "Focal length, solves and thinnest edges are held.")
-    _, state.hold_back_focus = imgui.checkbox("Hold the back focus", state.hold_back_focus)
-    _, state.try_glasses = imgui.checkbox("Try other glasses", state.try_glasses)
+    state.hold_back_focus = check_box("Hold the back focus", state.hold_back_focus)
+    state.try_glasses = check_box("Try other glasses", state.try_glasses)
     imgui.set_item_tooltip("Then also puts glasses of the catalogues in place of those of the lens, one after the\n"
                            "other, and keeps those that make the spots smaller. The stop button ends it")
     if imgui.button("Improve###Start improving"):

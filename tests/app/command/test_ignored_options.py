@@ -21,6 +21,15 @@ from lensbench.app.command.main import main
     ("--camera perspective --ghosts --stars", ["--ghosts: ghosts need a lens with surfaces",
                                                "--stars: stars need a lens with surfaces"]),
     ("pbrt-dgauss-50mm --star-strength 2", ["--star-strength has no effect on the camera lens: give --stars too"]),
+    ("pbrt-dgauss-50mm --lens-model pinhole --f-number 4 --blades 5",
+     ["--f-number has no effect on the camera lens: the lens model pinhole has no stop", "--blades has no effect"]),
+    ("pbrt-dgauss-50mm --lens-model thin --focus-position real", ["the lens model thin has one focus"]),
+    ("pbrt-dgauss-50mm --iso 800 --metering highlights --shutter 0.01 --readout 5ms --read-noise 3",
+     ["--iso has no effect on the camera lens: give --exposing triangle", "give --exposing automatic",
+      "--shutter has no effect on the camera lens: nothing moves", "--readout has no effect", "give --noise"]),
+    ("pbrt-dgauss-50mm --exposing triangle --iso 800 --shutter 0.01 --f-number 4", []),
+    ("pbrt-dgauss-50mm --noise --iso 800 --read-noise 3 --lens-model pinhole", []),
+    ("pbrt-dgauss-50mm --end-position 9,0,0 --shutter 0.01 --readout 5ms", []),
     ("pbrt-dgauss-50mm --camera bare-sensor", ["pbrt-dgauss-50mm has no effect: the camera bare-sensor has no lens"]),
 ])
 def test_options_without_an_effect_are_named(options, said, tmp_path, capsys):

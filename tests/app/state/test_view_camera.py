@@ -37,7 +37,7 @@ def test_settings_pose_the_film_and_are_kept(tmp_path):
     with pytest.raises(SettingsError, match="tilt of the film 61°"):
         replace(POSED, tilt=math.radians(61.0)).checked()
     assert replace(POSED, camera="fisheye").film_pose.is_upright
-    said = remarks(replace(POSED, camera="fisheye"), {"tilt"}, {"tilt": "tilt"}, None)
+    said = remarks(replace(POSED, camera="fisheye"), {"tilt"}, {"tilt": "tilt"}, None, False)
     assert "--tilt has no effect on the camera fisheye" in " ".join(said)
 
 
