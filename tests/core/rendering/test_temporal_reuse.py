@@ -41,11 +41,14 @@ def test_a_sample_lands_where_the_projection_puts_its_point(turned, pool):
     y, x = np.mgrid[4:50:5, 4:92:7]
     rays = turned.generate_rays(np.stack([x.ravel(), y.ravel()], 1) + 0.5, np.full((x.size, 2), 0.5))
     far = (-depth - rays.origins[:, 2]) / rays.directions[:, 2]     # the plane is seen at that depth before the turn
-    there, visible = before.raster_from_point(rays.origins + far[:, None] * rays.directions)
+    points = rays.origins + far[:, None] * rays.directions
+    there, visible = before.raster_from_point(points)
     inside = visible & (there > 1.0).all(1) & (there < [95.0, 53.0]).all(1)
     assert inside.sum() > 20
     np.testing.assert_allclose(found.image[y, x].reshape(-1, 3)[inside, :2], there[inside], atol=0.35)
     assert (found.counts[y, x].ravel()[inside] == 8.0).all()            # a pinhole blurs nothing
+    ahead = -(np.linalg.inv(turned.world_from_camera) @ np.column_stack([points, np.ones(len(points))]).T)[2]
+    np.testing.assert_allclose(found.depth[y, x].ravel()[inside], ahead[inside], rtol=2e-3)
 
 
 def test_an_unchanged_camera_keeps_every_sample(pool):
