@@ -13,7 +13,6 @@ from lensbench.kernels.block import (
     A2,
     A3,
     A4,
-    A5,
     A6,
     A7,
     A8,
@@ -23,20 +22,18 @@ from lensbench.kernels.block import (
     U0,
     WEIGHT,
     B,
-    L,
-    M,
     X,
     Y,
-    gather,
     rows,
     stage,
+    weigh_four,
 )
 from lensbench.pupils.film_grid import COLUMNS, DEGREE, EDGE_POINTS, GENERAL_TERMS, RINGS, SECTORS, TERMS
 
 ROUNDING = 1e-5                 # share by which rounding may put a point in the film's corner beyond the last ring
 
 # Parameters of `aim_in_quadrant` and `aim_from_posed_grid`, then the tables, quadrant by quadrant: distances of the
-# last ring at EDGE_POINTS columns; the corners of all nodes, x, then y; their centres, x, then y
+# last ring at EDGE_POINTS columns; the corners of all nodes, x and y of each; their centres, x and y of each
 (FILM_DISTANCE,                 # mm
  INVERSE_WIDTH, INVERSE_HEIGHT, # 1 / half the film's width and height, 1/mm
  CROWDING,                      # of the rings
@@ -45,7 +42,7 @@ ROUNDING = 1e-5                 # share by which rounding may put a point in the
  COURSE) = range(7)             # coefficients of the course, along x, then y
 NODE_CORNERS, NODES = SECTORS + 1, RINGS * COLUMNS
 # Integers: number of quadrants, 1 or 4; offsets of the tables, and of the pose of a film out of line behind them
-QUADRANTS, EDGE, CORNERS_X, CORNERS_Y, CENTRES_X, CENTRES_Y, POSE = range(7)
+QUADRANTS, EDGE, CORNERS, CENTRES, POSE = range(5)
 # Scratch rows with the triangle: the place of the sample in it, its corners, and the region's centre
 TURN, CORNER_AX, CORNER_AY, CORNER_BX, CORNER_BY, CENTRE_X, CENTRE_Y = A3, A6, A7, A8, A9, A10, A11
 
@@ -55,44 +52,29 @@ def find_triangle(lanes, p, ints):
     """Find the triangle of each pupil sample, as mirrored into the first quadrant: rows TURN to CENTRE_Y.
 
     Adds up the corners and the centres of the four nodes around the film point X, Y. WEIGHT: 0 beyond the last ring,
-    else 1. L and M are scratch.
+    else 1.
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    node, right, up, turn, corner, found = row[A0], row[A1], row[A2], row[TURN], row[A4], row[A5]
+    node, right, up, turn = row[A0], row[A1], row[A2], row[TURN]
     ax, ay, bx, by = row[CORNER_AX], row[CORNER_AY], row[CORNER_BX], row[CORNER_BY]
     centre_x, centre_y = row[CENTRE_X], row[CENTRE_Y]
-    at, share = row[L], row[M]
-    corners_x, corners_y = p[ints[CORNERS_X]:], p[ints[CORNERS_Y]:]
-    centres_x, centres_y = p[ints[CENTRES_X]:], p[ints[CENTRES_Y]:]
+    corners, centres = p[ints[CORNERS]:], p[ints[CENTRES]:]
     _find_cell(lanes, p, ints)
-    # Add up the triangle's corners and the centre of the four nodes by their shares
-    for k in range(4):
-        beside, above = real(k % 2), real(k // 2)
-        for i in range(B):
-            f, g = right[i], up[i]
-            f, g = beside * f + (real(1) - beside) * (real(1) - f), above * g + (real(1) - above) * (real(1) - g)
-            share[i] = f * g
-            at[i] = node[i] + beside + above * real(COLUMNS)
-            corner[i] = at[i] * real(NODE_CORNERS) + np.floor(turn[i])
-        gather(found, corners_x, corner)
-        for i in range(B):
-            ax[i] += share[i] * found[i]
-        gather(found, corners_x[1:], corner)
-        for i in range(B):
-            bx[i] += share[i] * found[i]
-        gather(found, corners_y, corner)
-        for i in range(B):
-            ay[i] += share[i] * found[i]
-        gather(found, corners_y[1:], corner)
-        for i in range(B):
-            by[i] += share[i] * found[i]
-        gather(found, centres_x, at)
-        for i in range(B):
-            centre_x[i] += share[i] * found[i]
-        gather(found, centres_y, at)
-        for i in range(B):
-            centre_y[i] += share[i] * found[i]
+    # Add up the triangle's corners and the centre of the four nodes by their shares, lane by lane: what a node has lies
+    # side by side, and the gather instructions of some processors cost more than its loads
+    for i in range(B):
+        at, sector = np.uint32(node[i]), np.uint32(turn[i])
+        f, g = right[i], up[i]
+        shares = (real(1) - f) * (real(1) - g), f * (real(1) - g), (real(1) - f) * g, f * g
+        beside, above, both = at + np.uint32(1), at + np.uint32(COLUMNS), at + np.uint32(COLUMNS + 1)
+        size, corner = np.uint32(2 * NODE_CORNERS), np.uint32(2) * sector
+        ax[i], ay[i], bx[i], by[i] = weigh_four(
+            corners, (at * size + corner, beside * size + corner, above * size + corner, both * size + corner), shares)
+        for k in range(4):
+            d = np.uint32(2) * (at + np.uint32(k % 2 + k // 2 * COLUMNS))
+            centre_x[i] += shares[k] * centres[d]
+            centre_y[i] += shares[k] * centres[d + np.uint32(1)]
 
 
 @stage
@@ -126,8 +108,9 @@ def _find_cell(lanes, p, ints):
     for i in range(B):
         node[i], place[i] = ax[i] * real(NODES), place[i] + ax[i] * real(EDGE_POINTS)
     # Ring, from the distance of the last ring at this column
-    gather(near, edges, place)
-    gather(far, edges[1:], place)
+    for i in range(B):
+        at = np.uint32(place[i])
+        near[i], far[i] = edges[at], edges[at + np.uint32(1)]
     for i in range(B):
         s = right[i] / (near[i] + turn[i] * (far[i] - near[i]))
         weight[i] = real(1) if s <= real(1 + ROUNDING) else real(0)

@@ -124,8 +124,7 @@ class PupilGrid:
         the film's normal; the ray then starts at z = 0.
         """
         nodes = self.nodes
-        tables = (nodes.course, nodes.edge, nodes.outline[..., 0], nodes.outline[..., 1], nodes.centres[..., 0],
-                  nodes.centres[..., 1])
+        tables = (nodes.course, nodes.edge, nodes.outline, nodes.centres)
         starts = np.cumsum([COURSE, *(table.size for table in tables[:-1])])
         p = np.empty(COURSE)
         p[FILM_DISTANCE] = self.film_distance

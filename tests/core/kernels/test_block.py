@@ -3,7 +3,26 @@
 import numpy as np
 import pytest
 
-from lensbench.kernels.block import A0, A1, A2, ALIVE, GREEN, LOST, RED, B, Step, X, gather, lane_buffer, rows, stage
+from lensbench.kernels.block import (
+    A0,
+    A1,
+    A2,
+    ALIVE,
+    BLUE,
+    GREEN,
+    LOST,
+    RED,
+    WEIGHT,
+    B,
+    Step,
+    X,
+    Y,
+    gather,
+    lane_buffer,
+    rows,
+    stage,
+    weigh_four,
+)
 from lensbench.kernels.program import Program
 
 
@@ -23,6 +42,18 @@ def fetch(lanes, p, ints, key):
 
 
 @stage
+def weigh(lanes, p, ints, key):
+    """RED, GREEN, BLUE, WEIGHT: four numbers from X, and half of each four from Y, from X + 1 and from X again."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, red, green, blue, weight = row[X], row[Y], row[RED], row[GREEN], row[BLUE], row[WEIGHT]
+    for i in range(B):
+        at, there = np.uint32(x[i]), np.uint32(y[i])
+        red[i], green[i], blue[i], weight[i] = weigh_four(
+            p, (at, there, at + np.uint32(1), at), (real(1), real(0.5), real(0.5), real(0.5)))
+
+
+@stage
 def show_parity(lanes, p, ints, key):
     """RED: parity of the first integer; GREEN: of the second."""
     real = lanes.dtype.type
@@ -38,6 +69,16 @@ def halt(lanes, p, ints, key):
 
 
 REALS = pytest.mark.parametrize("real", [np.float32, np.float64])
+
+
+@REALS
+def test_four_numbers_side_by_side_are_weighed(real):
+    table, random = np.random.default_rng(0).random(1000).astype(real), np.random.default_rng(1)
+    x, y = random.integers(0, 995, (2, 3 * B))
+    found = Program([Step(weigh, table)], real).run({X: x, Y: y}, [RED, GREEN, BLUE, WEIGHT], 3 * B)
+    four = np.arange(4)[:, None]
+    wanted = 1.5 * table[x + four] + 0.5 * table[y + four] + 0.5 * table[x + 1 + four]
+    assert np.abs(found - wanted).max() < 8.0 * np.finfo(real).eps
 
 
 @REALS
