@@ -85,6 +85,8 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
     except (ValueError, OSError) as error:
         imgui.dummy(size)
         _reason(draw, corner, size, str(error))
+        if state.above:                                 # a lens that cannot be turned: back to its side
+            state.above, _ = view_switch(corner, size.x, True)
         return settings
 
     links = links if links is not None else Pointed()

@@ -19,6 +19,7 @@ from lensbench.app.state.geometry.section import sketch
 from lensbench.app.state.settings import Settings
 from tests.app.kinds import of_kind
 from tests.app.stand import centre, drive
+from tests.core.optics.test_surface_pose import posed
 
 START = Settings(lens="pbrt-dgauss-50mm")
 some_lenses = pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-wide-22mm", "pbrt-fisheye-10mm",
@@ -344,6 +345,23 @@ def test_the_section_lives_in_any_window_and_any_state(size):
             assert panel.settings == state
 
     drive(panel.show, test, size)
+
+
+def test_a_lens_too_steep_for_the_view_from_above_says_so_and_is_turned_back(tmp_path):
+    lens = posed(lenses.load("lenshh-cooke-triplet-50"), 2, 2, tilt_x=math.radians(60.0), tilt_y=math.radians(60.0))
+    lenses.save(lens, tmp_path / "steep.toml")
+    panel = Panel(replace(START, lens=str(tmp_path / "steep.toml"), f_number=None))
+    panel.state.above = True
+
+    def test(ctx):
+        ctx.yield_(2)
+        with pytest.raises(ValueError, match="must lie from −60° to 60°"):
+            sketch(panel.settings, above=True)
+        ctx.item_click("**/Section side")
+        ctx.yield_(2)
+        assert not panel.state.above
+
+    drive(panel.show, test, (800, 300))
 
 
 def test_the_lens_before_its_edits_lies_where_they_have_changed_nothing():
