@@ -4,8 +4,9 @@ python -m trials.soak --minutes 120 --seed 1
 
 The window needs no display; its folder is empty at first. Between its frames come clicks, drags, wheel turns, keys and
 text, on every panel of every layout; now and then another lens, scene and camera. Printed once a minute: resident
-memory, frames, actions. At the end: growth after the first tenth of the time (least squares), exceptions, threads left.
-Ends with 1 for an exception or a thread.
+memory, frames, actions. What is shown at that moment takes 50 MB more or less, so that every few minutes the first
+settings and layout come back, rest, and are measured alone. At the end: growth after the first tenth of the time (least
+squares), of all samples and of those at rest, exceptions, threads left. Ends with 1 for an exception or a thread.
 """
 
 import argparse
@@ -16,7 +17,7 @@ import sys
 import tempfile
 import threading
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -29,6 +30,8 @@ SIZE = (1280, 720)
 LEAVE = 0.1                                             # part of the time before growth is measured: caches fill
 SHARED = ("pymp", "lensbench analysis_")                # threads that stay for the next analysis, at most two
 REST = 120                                              # actions between two looks at another lens, scene or camera
+HOME = 5.0                                              # least minutes between two samples at rest
+QUIET = 30.0                                            # s of rest before one: longer than free memory is kept
 
 
 def memory() -> float:
@@ -37,12 +40,12 @@ def memory() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def growth(samples: list[tuple[float, float]]) -> float:
+def growth(samples: Sequence[tuple[float, float]]) -> float:
     """MB a minute, by least squares, of (minutes, MB) after the first part of the time."""
     import numpy as np
 
-    times, sizes = np.array([each for each in samples if each[0] >= LEAVE * samples[-1][0]]).T
-    return float(np.polyfit(times, sizes, 1)[0]) if len(times) > 2 else float("nan")
+    late = np.array([each for each in samples if each[0] >= LEAVE * samples[-1][0]]).reshape(-1, 2)
+    return float(np.polyfit(*late.T, 1)[0]) if len(late) > 2 else float("nan")
 
 
 class Hand:
@@ -52,11 +55,17 @@ class Hand:
         self.random, self.size = random.Random(seed), size
         self.place = (0.5 * size[0], 0.5 * size[1])
         self.actions = 0
+        self.rests = [0.0]                              # when the window was at rest, in minutes
 
-    def script(self, session: Any) -> Iterator[None]:
-        """One action after the other; goes on once a frame."""
+    def script(self, session: Any, every: float) -> Iterator[None]:
+        """One action after the other; goes on once a frame. every: minutes between two rests."""
         choices = (self.click, self.drag, self.wheel, self.key, self.text, self.wander)
+        first, layout, start = session.history.present, session.layout, monotonic()
         while True:
+            if monotonic() - start >= 60.0 * (self.rests[-1] + every):
+                yield from self.home(session, first, layout)
+                self.rests.append((monotonic() - start) / 60.0)
+                yield
             self.actions += 1
             if self.actions % REST == 0:
                 self.elsewhere(session)
@@ -139,6 +148,24 @@ class Hand:
             io.add_key_event(imgui.Key.enter, down)
             yield
 
+    def home(self, session: Any, first: Any, layout: str) -> Iterator[None]:
+        """Close all that lies over the panels, and show these settings in this layout until the window is at rest."""
+        from imgui_bundle import imgui
+
+        for _ in range(3):                              # a popup of a popup
+            for down in (True, False):
+                imgui.get_io().add_key_event(imgui.Key.escape, down)
+                yield
+        if session.browsing.is_open:
+            session.browsing.toggle()
+        session.layout = layout
+        yield
+        session.take(first)
+        start = monotonic()
+        while monotonic() - start < QUIET:
+            yield
+        gc.collect()
+
     def elsewhere(self, session: Any) -> None:
         """Close popups and dialogs, and take another lens, scene, camera or layout."""
         from dataclasses import replace
@@ -170,8 +197,11 @@ class Hand:
         session.take(small)
 
 
-def soak(minutes: float, seed: int) -> tuple[list[tuple[float, float]], list[str]]:
-    """(minutes, MB) once a minute, and what failed."""
+Samples = list[tuple[float, float]]                     # minutes, MB
+
+
+def soak(minutes: float, seed: int) -> tuple[Samples, Samples, list[str]]:
+    """Memory once a minute, memory at rest, and what failed."""
     from lensbench.app.window import window
 
     failures: list[str] = []
@@ -189,7 +219,8 @@ def soak(minutes: float, seed: int) -> tuple[list[tuple[float, float]], list[str
     runner = window.parameters(session, SIZE)
     runner.fps_idling.enable_idling = False
     hand, start = Hand(seed, SIZE), monotonic()
-    steps, samples, frames = hand.script(session), [(0.0, memory())], [0]
+    steps, samples, frames = hand.script(session, max(HOME, minutes / 12.0)), [(0.0, memory())], [0]
+    rests: Samples = []
 
     def step() -> None:
         frames[0] += 1
@@ -202,6 +233,9 @@ def soak(minutes: float, seed: int) -> tuple[list[tuple[float, float]], list[str
             runner.app_shall_exit = True
         elif session.presenter.update is not None:      # from the first picture on
             next(steps)
+            if len(hand.rests) > len(rests) + 1:
+                rests.append((now, memory()))
+                print(f"{now:6.1f} min {rests[-1][1]:7.1f} MB at rest", flush=True)
 
     runner.callbacks.after_swap = step
     try:
@@ -210,7 +244,7 @@ def soak(minutes: float, seed: int) -> tuple[list[tuple[float, float]], list[str
         failed(error)
     gc.collect()
     left = [thread.name for thread in set(threading.enumerate()) - before if not thread.name.startswith(SHARED)]
-    return samples, failures + [f"a thread is left: {name}" for name in left]
+    return samples, rests, failures + [f"a thread is left: {name}" for name in left]
 
 
 def main() -> None:
@@ -223,9 +257,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as home:
         os.environ["HOME"] = os.environ["XDG_CONFIG_HOME"] = home
         os.chdir(home)
-        samples, failures = soak(asked.minutes, asked.seed)
+        samples, rests, failures = soak(asked.minutes, asked.seed)
     print(f"seed {asked.seed}: {samples[-1][1]:.0f} MB after {samples[-1][0]:.0f} minutes, growth "
-          f"{growth(samples):.3f} MB a minute, {len(failures)} failures")
+          f"{growth(samples):.3f} MB a minute, at rest {growth(rests):.3f}, {len(failures)} failures")
     print("\n".join(failures))
     sys.exit(bool(failures))
 
