@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench import lenses
 from lensbench.kernels.concentric_map import unit_disk
 
 FILM = lb.Film(36.0, 24.0, 60, 40)
@@ -221,3 +222,34 @@ def test_a_camera_that_overrides_generate_rays_is_not_rendered_as_another():
     for use in (lb.render, lb.depth_map):
         with pytest.raises(lb.CameraError, match="Own overrides generate_rays.*CustomCamera"):
             use(Own(FILM), lb.builtin_scene("grid-wall"))
+
+
+def test_a_custom_camera_sends_the_rays_of_a_thin_lens_before_a_tilted_film():
+    """The built-in twin of Scheimpflug: a point of the film, a point of the lens, and Newton's image of the former."""
+    tilt, distance = 0.2, 1500.0
+    twin = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, distance, 4.0, model="thin", weights="one",
+                         film_pose=lb.FilmPose(tilt=tilt))
+    data = lb.first_order(twin.lens)
+    front = -twin.lens.length - twin.film_distance                      # z of the first vertex, of the film 0
+    place = data.entrance_pupil.z + front
+    # In focus at `distance` with the magnification of the real lens: f over the distance to its front focus
+    image = (distance + place) * data.efl / (distance + front + data.front_principal - data.efl)
+    focal = 1.0 / (1.0 / image + 1.0 / (distance + place))
+
+    def rays(raster, uv, time):
+        film = -film_points(raster)
+        # The top of the film tips back, away from the lens
+        point = np.stack([film[:, 0], film[:, 1] * math.cos(tilt), film[:, 1] * math.sin(tilt)], 1)
+        behind = image + point[:, 2]
+        ahead = 1.0 / (1.0 / focal - 1.0 / behind)
+        met = np.stack([*(-point[:, :2] * (ahead / behind)[:, None]).T, place - ahead], 1)
+        lens = np.pad(data.entrance_pupil.radius * unit_disk(uv), ((0, 0), (0, 1))) + [0.0, 0.0, place]
+        return lens, np.where(ahead[:, None] > 0.0, met - lens, lens - met)
+
+    raster, uv = samples()
+    own, given = (camera.generate_rays(raster, uv, dtype=np.float64)
+                  for camera in (lb.CustomCamera(FILM, rays, time_dependent=False), twin))
+    np.testing.assert_allclose(own.directions, given.directions, rtol=0, atol=1e-6)
+    beside = np.cross(given.origins - own.origins, given.directions)                # mm between the two lines
+    np.testing.assert_allclose(beside, 0.0, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(own.weights, given.weights, rtol=0, atol=1e-6)
