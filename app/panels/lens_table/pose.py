@@ -7,6 +7,7 @@ from lensbench.app.panels.lens_table.state import LensTableState
 from lensbench.app.state.lens_edit import cells
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.marked import radio
 from lensbench.lenses.editing.document import POSE, LensDocument
 from lensbench.lenses.editing.elements import element_at
 from lensbench.lenses.editing.poses import body_at
@@ -36,7 +37,7 @@ def pose_cell(settings: Settings, document: LensDocument, i: int, state: LensTab
     group = [(state.first, state.last)] if state.first < state.last else []
     for choice in dict.fromkeys([(i, i), element_at(document.lens, i), body_at(document.lens, i), *group, body]):
         title = f"Surface {i}" if choice == (i, i) else f"Surfaces {choice[0]} to {choice[1]} as one"
-        if imgui.radio_button(title, choice == body):
+        if radio(title, choice == body):
             state.body = body = choice
         if choice != (i, i):
             imgui.set_item_tooltip(f"They turn about the vertex of surface {choice[0]}; all surfaces behind them stay")
