@@ -5,10 +5,9 @@ python -m trials.mutants --random 40       random ones, in the files that differ
 python -m trials.mutants --random 40 core/imaging/sensor.py
 
 The nearest tests of a module are those in files that name it, or that have its name: first the quick ones, then the
-slow ones. The faults are put into a
-copy of the sources in a temporary folder; kernels are compiled afresh there, because the cache knows them by their
-code. Ends with 1 if a fault survives. An equivalent one, which changes no result, survives rightly: see
-docs/reliability.md.
+slow ones, then the quick ones of its room. The faults are put into a copy of the sources in a temporary folder; kernels
+are compiled afresh there, because the cache knows them by their code. Ends with 1 if a fault survives. An equivalent
+one, which changes no result, survives rightly: see docs/reliability.md.
 """
 
 import argparse
@@ -136,9 +135,13 @@ def nearest_tests(path: str) -> list[str]:
     dotted = "lensbench." + ".".join(inside.parts)
     files = [file for file in sorted((ROOT / "tests").rglob("test_*.py"))
              if dotted in file.read_text(encoding="utf-8") or file.stem == f"test_{inside.name}"]
-    if not files:
-        files = sorted((ROOT / "tests" / "core" / inside.parts[0]).glob("test_*.py"))
-    return [str(file.relative_to(ROOT)) for file in files]
+    return [str(file.relative_to(ROOT)) for file in files] or tests_of_room(path)
+
+
+def tests_of_room(path: str) -> list[str]:
+    """The test files of the room of a module."""
+    room = ROOT / "tests" / "core" / Path(path).parts[1]
+    return [str(file.relative_to(ROOT)) for file in sorted(room.rglob("test_*.py"))]
 
 
 def survives(mutant: Mutant, folder: Path) -> bool:
@@ -156,10 +159,12 @@ def survives(mutant: Mutant, folder: Path) -> bool:
     try:
         compile(changed, mutant.path, "exec")
         place.write_text(changed, encoding="utf-8")
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *nearest_tests(mutant.path)]
+        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
         environment = {**os.environ, "PYTHONPATH": str(folder)}
-        return all(subprocess.run([*command, "-m", marked], cwd=folder, env=environment, timeout=SECONDS,
-                                  capture_output=True).returncode in (0, NO_TESTS) for marked in ("not slow", "slow"))
+        nearest, room = nearest_tests(mutant.path), tests_of_room(mutant.path)
+        return all(subprocess.run([*command, *files, "-m", marked], cwd=folder, env=environment, timeout=SECONDS,
+                                  capture_output=True).returncode in (0, NO_TESTS)
+                   for marked, files in (("not slow", nearest), ("slow", nearest), ("not slow", room)) if files)
     except (subprocess.TimeoutExpired, SyntaxError):
         return False
     finally:

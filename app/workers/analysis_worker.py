@@ -69,6 +69,13 @@ class AnalysisWorker:
             return any(not self._is_done(name, job, refined=True)
                        for name, (job, _) in (*self._wanted.items(), *self._asked.items()))
 
+    @property
+    def is_behind(self) -> bool:
+        """Whether a panel shows a figure of former settings, or none."""
+        with self._lock:
+            return any(not self._is_done(name, job, refined=False)
+                       for name, (job, _) in (*self._wanted.items(), *self._asked.items()))
+
     def advance(self, jobs: Mapping[str, Job] = NO_JOBS) -> None:
         """Begin a frame: what the panels of the last one did not want is no longer wanted.
 

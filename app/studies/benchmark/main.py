@@ -248,6 +248,7 @@ def main(argv: list[str] | None = None) -> int:
     """Run the named parts, or all of them; print a table or JSON."""
     from lensbench.app.studies.benchmark.analysis import analysis
     from lensbench.app.studies.benchmark.camera_models import polynomials
+    from lensbench.app.studies.benchmark.edit import edits
     from lensbench.app.studies.benchmark.exposure import exposure
     from lensbench.app.studies.benchmark.ghosts import ghosts
     from lensbench.app.studies.benchmark.lens_files import files
@@ -259,10 +260,10 @@ def main(argv: list[str] | None = None) -> int:
     from lensbench.app.studies.benchmark.ray_differentials import differentials
     from lensbench.app.studies.benchmark.window import browser, drag, starts, window
 
-    parts = {"start": starts, "drag": drag, "window": window, "browser": browser, "plots": beside_plots, **PARTS,
-             "meshes": meshes, "models": polynomials, "choice": choices, "pixel": pixels, "light-field": light_fields,
-             "motion": motion, "exposure": exposure, "analysis": analysis, "differentials": differentials,
-             "files": files, "ghosts": ghosts}
+    parts = {"start": starts, "drag": drag, "window": window, "browser": browser, "plots": beside_plots,
+             "edit": edits, **PARTS, "meshes": meshes, "models": polynomials, "choice": choices, "pixel": pixels,
+             "light-field": light_fields, "motion": motion, "exposure": exposure, "analysis": analysis,
+             "differentials": differentials, "files": files, "ghosts": ghosts}
     parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
     usual = [name for name in parts if name not in LONG]
     parser.add_argument("part", nargs="*", help=f"parts to run: {', '.join(parts)} (default: all but the long ones, "

@@ -31,7 +31,7 @@ def test_the_costs_are_bars_with_the_signs_of_their_errors():
         assert bars.y.tolist() == [scale * row[column] for row in figure.table.rows[:SHOWN]]
         assert plot.y.low < bars.y.min() <= bars.y.max() < plot.y.high
         labels = [layer.text for layer in plot.layers if isinstance(layer, Label)]
-        assert labels[0] == f"d {figure.table.rows[0][1]:.0f}" and len(labels) == SHOWN
+        assert labels[0] == f"d{figure.table.rows[0][1]:.0f}" and len(labels) == SHOWN
     assert figure.remarks == (f"the costliest: {error_name('decentre', int(figure.table.rows[0][1]))}, ± 0.1 mm",)
 
 
