@@ -141,7 +141,8 @@ def _entries(state: WindowState) -> list[Entry]:
     entries = [Entry(command.name, command.keys, command.run) for command in COMMANDS]
     for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
         if panel.label != "Render":
-            entries.append(Entry(f"Panel: {panel.label}", "shown" if panel.is_visible else "", partial(_panel, panel)))
+            shown = "shown" if panel.is_visible else ""
+            entries.append(Entry(f"Panel: {panel.label}", shown, partial(_panel, panel.label)))
     for scene in lb.SCENES:
         entries.append(Entry(f"Scene: {scene_title(scene)}", "", _sets(partial(
             with_scene, scene=scene, locked=state.chooser.locked))))
@@ -236,7 +237,9 @@ def _sets(change: Callable[[Settings], Settings]) -> Callable[[WindowState], Non
     return run
 
 
-def _panel(panel: hello_imgui.DockableWindow, state: WindowState) -> None:
+def _panel(name: str, state: WindowState) -> None:
+    """Show a panel, found by its name: laying out makes the list of panels anew."""
+    panel = hello_imgui.get_runner_params().docking_params.dockable_window_of_name(name)
     panel.is_visible = panel.focus_window_at_next_frame = True
 
 

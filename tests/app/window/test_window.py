@@ -182,10 +182,10 @@ def test_menus_undo_redo_theme_and_panels(drive):
         assert not hand.session.dark
         hand.ctx.menu_click("//##MainMenuBar/View/Section")
         hand.ctx.yield_(2)
-        section = hello_imgui.get_runner_params().docking_params.dockable_window_of_name("Section")
-        assert not section.is_visible
+        docking = hello_imgui.get_runner_params().docking_params       # a new layout makes the list of panels anew
+        assert not docking.dockable_window_of_name("Section").is_visible
         hand.ctx.menu_click("//##MainMenuBar/View/Reset layout")
-        hand.wait(lambda: section.is_visible, "the layout")
+        hand.wait(lambda: docking.dockable_window_of_name("Section").is_visible, "the layout")
         hand.press(imgui.Key.f1)
         hand.ctx.yield_(2)
         hand.press(imgui.Key.escape)
