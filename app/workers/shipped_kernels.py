@@ -23,6 +23,7 @@ from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba.core import sigutils
 
 import lensbench as lb
 from lensbench import lenses
@@ -183,11 +184,15 @@ class Kernel(NamedTuple):
         return cls(function.__module__, name, inspect.getclosurevars(function).nonlocals[parameter], signature)
 
     def compile(self) -> Path:
-        """Compile it in this process; its file."""
+        """Compile it in this process; its file, which is written again if it is gone."""
         found = getattr(import_module(self.module), self.name)
         kernel = found if self.argument is None else found(self.argument)
         kernel.compile(self.signature)
-        return kernel._cache.path(self.signature, kernel.targetctx.codegen())
+        path = kernel._cache.path(self.signature, kernel.targetctx.codegen())
+        if not path.exists():
+            arguments, _ = sigutils.normalize_signature(self.signature)
+            kernel._cache.save_overload(self.signature, kernel.overloads[tuple(arguments)])
+        return path
 
 
 def asked(listed: Path) -> None:
