@@ -53,8 +53,9 @@ from lensbench.kernels.sampling import mix
 from lensbench.scenery.emission import DIFFUSE, shines
 from lensbench.scenery.intersect.sky import SKY_DISTANCE, gradient
 from lensbench.scenery.shading.illumination import AMBIENT
+from lensbench.scenery.shading.rounding import rounded_length
 
-LIFT = 2e-5             # offset of the new ray from the surface, as a fraction of the coordinates of its origin
+LIFT = 2e-5             # offset of the new ray from the surface, as a fraction of `rounded_length`
 MARK = 2.0              # H6 of a path that bounces
 
 
@@ -70,7 +71,7 @@ def diffuse_bend(lanes, p, ints, key):
         lit = red[i] + green[i] + blue[i] > real(0)
         t = depth[i]
         hx, hy, hz = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
-        lift = real(LIFT) * (abs(hx) + abs(hy) + abs(hz))
+        lift = real(LIFT) * rounded_length(hx, hy, hz, t)
         a, b, c = cosine_direction(real, v0[i], v1[i], nx[i], ny[i], nz[i])
         px[i] = hx + lift * nx[i] if lit else px[i]
         py[i] = hy + lift * ny[i] if lit else py[i]

@@ -34,6 +34,7 @@ from lensbench.kernels.borrowed_array import address, borrowed
 from lensbench.kernels.byte_cache import byte_cache
 from lensbench.scenery.shading.illumination import count_lit
 from lensbench.scenery.shading.mesh_shadows import LIFT
+from lensbench.scenery.shading.rounding import rounded_length
 
 MOST_KEPT = 256 << 20   # bytes of the tables of meshes seen before
 GRAZING = 0.02          # least cosine at the mesh that its own shadow regards
@@ -104,6 +105,6 @@ def mesh_lamp_rays(lanes, p, ints, key):
         facing = abs(real(ux) * qx + real(uy) * qy + real(uz) * qz) / real(math.sqrt(ux * ux + uy * uy + uz * uz))
         arriving = slant * facing * p[0] / d2
         # `mesh_shadows` lifts the point before it looks for the mesh itself: end the ray before this triangle
-        lift = real(LIFT) * (abs(hx[i]) + abs(hy[i]) + abs(hz[i]))
+        lift = real(LIFT) * rounded_length(hx[i], hy[i], hz[i], depth[i])
         wx[i], wy[i], wz[i], far[i] = qx, qy, qz, d2 * size - lift / max(facing, real(GRAZING))
         light[i] = arriving if arriving > real(0) else real(0)

@@ -56,8 +56,9 @@ from lensbench.scenery.intersect.meshes import (
 from lensbench.scenery.intersect.sky import gradient
 from lensbench.scenery.intersect.tree_search import inverse_of, place_ray, scratch_of, search, search_group
 from lensbench.scenery.shading.illumination import AMBIENT, F0, count_lit, schlick_edge
+from lensbench.scenery.shading.rounding import rounded_length
 
-LIFT = 2e-5             # offset of a shadow ray from its surface, as a fraction of the coordinates of the point
+LIFT = 2e-5             # offset of a shadow ray from its surface, as a fraction of `rounded_length`
 CROSSINGS = 16          # surfaces of glass that light passes at the most
 
 
@@ -87,6 +88,7 @@ def mesh_shadows(lanes, p, ints, key):
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
     nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
+    depth = row[DEPTH]
     nodes = borrowed(ints[NODES], ints[NODE_COUNT], np.float32)
     leaves = borrowed(ints[LEAVES], ints[LEAF_COUNT], np.float32)
     scratch = scratch_of(real, ints[STACK])
@@ -94,7 +96,7 @@ def mesh_shadows(lanes, p, ints, key):
         for k in range(GROUP):
             i = np.uint64(first + k)
             lit = (light[i] > real(0)) & (red[i] + green[i] + blue[i] > real(0))
-            lift = real(LIFT) * (abs(hx[i]) + abs(hy[i]) + abs(hz[i]))
+            lift = real(LIFT) * rounded_length(hx[i], hy[i], hz[i], depth[i])
             origin = (hx[i] + lift * nx[i], hy[i] + lift * ny[i], hz[i] + lift * nz[i])
             place_ray(real, scratch.group, k, origin, (wx[i], wy[i], wz[i]),
                       far[i] - real(2) * lift if lit else real(-1))
@@ -115,6 +117,7 @@ def glass_shadows(lanes, p, ints, key):
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
     nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
+    depth = row[DEPTH]
     nodes = borrowed(ints[NODES], ints[NODE_COUNT], np.float32)
     leaves = borrowed(ints[LEAVES], ints[LEAF_COUNT], np.float32)
     corners = borrowed(ints[CORNERS], ints[CORNER_COUNT], np.int32)
@@ -124,7 +127,7 @@ def glass_shadows(lanes, p, ints, key):
         if not ((light[i] > real(0)) & (red[i] + green[i] + blue[i] > real(0))):
             continue
         dx, dy, dz = wx[i], wy[i], wz[i]
-        lift = real(LIFT) * (abs(hx[i]) + abs(hy[i]) + abs(hz[i]))
+        lift = real(LIFT) * rounded_length(hx[i], hy[i], hz[i], depth[i])
         x, y, z, left = hx[i] + lift * nx[i], hy[i] + lift * ny[i], hz[i] + lift * nz[i], far[i] - real(2) * lift
         inverse = inverse_of(real, (dx, dy, dz))
         for _ in range(CROSSINGS):
@@ -136,7 +139,7 @@ def glass_shadows(lanes, p, ints, key):
             fx, fy, fz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
             cosine = abs(fx * dx + fy * dy + fz * dz) / math.sqrt(fx * fx + fy * fy + fz * fz)
             light[i] *= real(1 - F0) * (real(1) - schlick_edge(real, cosine))
-            t += real(LIFT) * (abs(x) + abs(y) + abs(z) + t)
+            t += real(LIFT) * rounded_length(x, y, z, depth[i] + t)
             x, y, z, left = x + t * dx, y + t * dy, z + t * dz, left - t
 
 

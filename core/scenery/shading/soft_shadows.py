@@ -54,6 +54,7 @@ from lensbench.scenery.intersect.block_bounds import (
 from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
 from lensbench.scenery.intersect.sphere_tree import CROWD, bounding_sphere, counts_below, sphere_tree
 from lensbench.scenery.shading.illumination import POINT, POINT_AREA, POINT_LIGHT, POINT_PLACE, POINT_RADIUS2, count_lit
+from lensbench.scenery.shading.rounding import rounded_length
 from lensbench.scenery.values import across, unit
 
 # Occluders: spheres and nodes of many, then planar shapes. RADIUS2: of a node, of a sphere around it. TRANSMITTED,
@@ -144,6 +145,7 @@ def shadow(lanes, p, ints):
     real = lanes.dtype.type
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
+    depth = row[DEPTH]
     if p.size == 0:
         return
     box = shadow_bounds(lanes)
@@ -186,8 +188,8 @@ def shadow(lanes, p, ints):
         for i in range(B):
             ox, oy, oz = hx[i] - cx, hy[i] - cy, hz[i] - cz
             off = ox * ux + oy * uy + oz * uz
-            # A point of the shape itself is off it by the rounding of its coordinates, whatever the angle
-            blur = real(4e-6) * (abs(hx[i]) + abs(hy[i]) + abs(hz[i]))
+            # A point of the shape itself is off it by its rounding, whatever the angle
+            blur = real(4e-6) * rounded_length(hx[i], hy[i], hz[i], depth[i])
             t, qa, qb = plane_point(ox, oy, oz, wx[i], wy[i], wz[i], ux, uy, uz, ax, ay, az, bx, by, bz)
             held = inside_edge(real, qa, qb, disk) & (t > real(0)) & (t < far[i]) & (abs(off) > blur)
             light[i] *= clear if held else real(1)

@@ -34,8 +34,9 @@ from lensbench.kernels.block import (
 )
 from lensbench.scenery.finish import INSIDE, METAL, is_solid
 from lensbench.scenery.shading.illumination import F0, INDEX, schlick_edge
+from lensbench.scenery.shading.rounding import rounded_length
 
-LIFT = 2e-5             # offset of the new ray from the surface, as a fraction of the coordinates of its origin
+LIFT = 2e-5             # offset of the new ray from the surface, as a fraction of `rounded_length`
 
 
 @stage
@@ -62,7 +63,7 @@ def solid_bend(lanes, p, ints, key):
         a, b, c = ratio * u + bend * ux, ratio * v + bend * uy, ratio * w + bend * uz
         mirror = real(2) * cosine
         a, b, c = (u + mirror * ux if total else a, v + mirror * uy if total else b, w + mirror * uz if total else c)
-        lift = real(LIFT) * (abs(hx) + abs(hy) + abs(hz))
+        lift = real(LIFT) * rounded_length(hx, hy, hz, t)
         lift = lift if total else -lift
         px[i], py[i], pz[i] = hx + lift * ux, hy + lift * uy, hz + lift * uz
         size = real(1) / math.sqrt(a * a + b * b + c * c)

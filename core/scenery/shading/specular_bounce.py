@@ -36,8 +36,9 @@ from lensbench.kernels.block import (
 from lensbench.scenery.emission import DARK, DIRECT, SPECULAR
 from lensbench.scenery.finish import ball_radius, is_ball, is_glass, is_specular
 from lensbench.scenery.shading.illumination import INDEX
+from lensbench.scenery.shading.rounding import rounded_length
 
-LIFT = 4e-6             # offset of a new ray from the surface, as a fraction of the coordinates of its origin
+LIFT = 4e-6             # offset of a new ray from the surface, as a fraction of `rounded_length`
 
 
 @stage
@@ -89,7 +90,7 @@ def specular_bounce(lanes, p, ints, key):
         gx, gy, gz = real(INDEX) * ix - back * ex, real(INDEX) * iy - back * ey, real(INDEX) * iz - back * ez
 
         # Choose one of the three, and offset the ray from the surface
-        lift = real(LIFT) * (abs(hx) + abs(hy) + abs(hz))
+        lift = real(LIFT) * rounded_length(hx, hy, hz, t)
         lift = -lift if glass & (not ball) else lift
         sx, sy, sz = (ex, ey, ez) if ball else (ux, uy, uz)
         chord = chord if ball else real(0)

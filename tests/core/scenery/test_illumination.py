@@ -406,3 +406,21 @@ def test_a_large_light_in_a_rough_coat_is_no_brighter_than_itself(gloss):
     f = schlick(300.0 / np.hypot(300.0, x))
     assert np.all(seen <= 2.0 * f * (1.0 + 1e-6))
     assert seen[0] > 0.3 * 2.0 * FRESNEL_0
+
+
+def floors():
+    """A floor through the origin of the world, as a planar shape and as a mesh."""
+    corners = [[-500.0, 0.0, 500.0], [500.0, 0.0, 500.0], [500.0, 0.0, -500.0], [-500.0, 0.0, -500.0]]
+    grey = lb.Material((0.5,) * 3)
+    return {"planar": {"plates": (lb.Rectangle((0.0, 0.0, 0.0), (500.0, 0.0, 0.0), (0.0, 0.0, -500.0), grey),)},
+            "mesh": {"meshes": (lb.Mesh.of(corners, [[0, 1, 2], [0, 2, 3]], grey),)}}
+
+
+@pytest.mark.parametrize("kind", floors())
+def test_a_floor_through_the_origin_seen_from_afar_does_not_shadow_itself(kind):
+    """The points are small numbers there, but off the floor by the rounding of the way from the camera."""
+    scene = lb.Scene(kind, sky=BLACK, sun=lb.Sun((0.3, 1.0, 0.2), (1.0, 1.0, 1.0)), **floors()[kind])
+    view = lb.PerspectiveCamera(lb.Film(36.0, 24.0, 300, 200), fov=0.03, weights="one",
+                                world_from_camera=lb.look_at((0.0, 2000.0, 3000.0), (0.0, 0.0, 0.0)))
+    shown = lb.render(view, scene, samples=2)
+    assert np.ptp(shown) < 2e-3 * shown.max()           # points of the sun's disk: 1e-3
