@@ -218,7 +218,8 @@ class SettingTable(LensSettings):
     readout_direction: str = setting("down", choices=READOUT_DIRECTIONS, restarts=MOTION,
                                      help="in which the rows of a rolling shutter open")
     samples: int = setting(256, bounds=Interval(1, 1_000_000_000), restarts=NOTHING, read=read_count, metavar="N",
-                           help="samples a pixel at which the render stops")
+                           help="samples a pixel, on average, at which the render stops: noisy parts of the picture "
+                                "take more of them")
     seed: int = setting(0, bounds=Interval(0, LARGEST_SEED), rule=f"it must be a whole number from 0 to {LARGEST_SEED}",
                         figures=False, read=read_seed, metavar="N", help="sampler seed")
     view: str = setting("picture", choices=VIEWS, figures=False,

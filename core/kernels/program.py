@@ -94,13 +94,17 @@ class Program:
                          np.concatenate([*numbers, np.zeros(1, real)]), np.concatenate([*integers, [0]]),
                          np.array([np.cumsum([0] + [part.size for part in parts]) for parts in (numbers, integers)]))
 
-    def expose(self, film: np.ndarray, lanes: np.ndarray, first: int, last: int,
-               sample: int, samples: int, seed: np.uint32, origin: int = 0) -> None:
+    def expose(self, film: np.ndarray, lanes: np.ndarray, first: int, last: int, sample: int | np.ndarray,
+               samples: int | np.ndarray, seed: np.uint32, origin: int = 0, weight: float | np.ndarray = 1.0) -> None:
         """Add samples `sample` … `sample` + `samples` − 1 to the blocks first … last − 1 of the film, (blocks, 3 B).
 
+        sample, samples, and the weight of each in the sums: numbers, or arrays (last − first,) with one for each block.
         origin: the block that is the first one in `film`.
         """
-        _expose(film, lanes, self.code, first, last, sample, samples, seed, origin)
+        each = np.empty((2, last - first), np.int64)
+        weights = np.empty(last - first, self.real)
+        each[0], each[1], weights[:] = sample, samples, weight
+        _expose(film, lanes, self.code, first, last, each, weights, seed, origin)
         if self._called:
             raise_pending()
 
@@ -122,13 +126,13 @@ class Program:
 
 
 @stage
-def accumulate(lanes, film):
-    """Add the weighted colours of a block to the film's sums: B each of red, green and blue."""
+def accumulate(lanes, film, share):
+    """Add the weighted colours of a block, times a share, to the film's sums: B each of red, green and blue."""
     real = lanes.dtype.type
     row = rows(lanes)
     weight, red, green, blue = row[WEIGHT], row[RED], row[GREEN], row[BLUE]
     for i in range(B):
-        w = weight[i]
+        w = share * weight[i]
         alive = w > real(0)
         film[i] += w * red[i] if alive else real(0)
         film[B + i] += w * green[i] if alive else real(0)
@@ -149,15 +153,16 @@ def run_steps(lanes, code, key):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _expose(film, lanes, code, first, last, sample, samples, seed, origin):
+def _expose(film, lanes, code, first, last, samples, weights, seed, origin):
+    """samples: (2, last - first), the number of the first sample of each block, and how many it has."""
     key = np.empty(KEYS, np.uint32)
     key[SEED] = seed
-    for block in range(first, last):
-        key[PIXEL] = block * B
-        for k in range(sample, sample + samples):
+    for i in range(last - first):
+        key[PIXEL] = (first + i) * B
+        for k in range(samples[0, i], samples[0, i] + samples[1, i]):
             key[SAMPLE] = k
             run_steps(lanes, code, key)
-            accumulate(lanes, film[block - origin])
+            accumulate(lanes, film[first + i - origin], weights[i])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -65,19 +65,22 @@ def add_corners(lanes, p, ints, key):
         column = left
 
 
-def raster_image(sums: np.ndarray, w: int, h: int, scale: float = 1.0) -> np.ndarray:
+def raster_image(sums: np.ndarray, w: int, h: int, scale: float | np.ndarray = 1.0) -> np.ndarray:
     """The picture (h, w, c) of c sums a pixel, stored by blocks in this order as (n, c B); each times `scale`.
 
-    The sums of some successive bands with the lines of these bands for h give this part of the film's picture.
+    scale: a number, or an array (n,) with one for each block. The sums of some successive bands with the lines of these
+    bands for h give this part of the film's picture.
     """
     picture = np.empty((h, w, sums.shape[1] // B), sums.dtype)
+    scales = np.empty(len(sums), sums.dtype)
+    scales[:] = scale
     for top in range(0, h, BAND_LINES):
-        _unroll(sums[top * w // B:], sums.dtype.type(scale), picture[top:top + BAND_LINES])
+        _unroll(sums[top * w // B:], scales[top * w // B:], picture[top:top + BAND_LINES])
     return picture
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _unroll(sums, scale, picture):
+def _unroll(sums, scales, picture):
     """Write the picture of one band."""
     h, w, colours = picture.shape
     strip, left, end, _, line = pixel_at(0, w, h)
@@ -87,7 +90,7 @@ def _unroll(sums, scale, picture):
         run = min(B - i, end - column)
         for colour in range(colours):
             for q in range(run):
-                picture[line, column + q, colour] = sums[block, colour * B + i + q] * scale
+                picture[line, column + q, colour] = sums[block, colour * B + i + q] * scales[block]
         k, column = k + run, column + run
         if column == end:
             strip, left, end, line = next_line(strip, left, end, line, w, h)

@@ -16,6 +16,7 @@ from lensbench.rendering.flare_image import FlareImage
 from lensbench.rendering.ghost_image import Flare
 from lensbench.rendering.light_image import LightImage
 from lensbench.rendering.light_layer import LightLayer
+from lensbench.rendering.sample_allocation import SampleAllocation
 from lensbench.rendering.sample_programs import SamplePrograms
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.small_lights import ExcludedLight
@@ -70,6 +71,9 @@ class Rendering:
     flare
         Ghosts and stars of the sun and of small lights, added to the picture of a lens; None: none. `why_no_ghosts`
         says where there are none for other reasons.
+    adaptive
+        Whether parts of the film with a larger error take more of the samples after the first 16 (`sample_allocation`);
+        an AOV, and `steps`, take the same everywhere.
     in_bands
         Whether the rendering holds one band of lines at a time, so that a large picture takes little memory: give the
         first band all of its samples, take its `image`, then `next_band`.
@@ -79,7 +83,7 @@ class Rendering:
     shape
         (h, w) pixels.
     samples
-        Samples per pixel so far; in bands, per pixel of the present one.
+        Samples per pixel so far, on average; in bands, per pixel of the present one.
     lines
         The lines of the film that are held: all, or those of the present band.
 
@@ -91,7 +95,8 @@ class Rendering:
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
                  view: str = "", light_tracing: bool = True, filtered: bool = True, light_passes: int | None = None,
-                 layer: LightLayer | None = None, flare: Flare | None = None, in_bands: bool = False):
+                 layer: LightLayer | None = None, flare: Flare | None = None, adaptive: bool = True,
+                 in_bands: bool = False):
         camera.check_overrides()
         camera = camera if view else resolved(camera, scene)
         film = camera.film
@@ -111,6 +116,8 @@ class Rendering:
         self._programs.compose(self.excluded)
         self._sums = np.zeros((-(-film.pixels_x * len(self.lines) // B), 3 * B), real)
         self._arrived = np.zeros_like(self._sums) if self._programs.counting else None
+        self._allocation = SampleAllocation(len(self._sums), film.pixels_x, real,
+                                            even=not adaptive or bool(view) or steps is not None)
 
     @property
     def camera(self) -> Camera:
@@ -197,6 +204,7 @@ class Rendering:
         if not self.leaves_out(former):
             self._programs.compose(self.excluded)
             self._sums[:] = 0.0
+            self._allocation.clear()
             self.samples = 0
 
     @property
@@ -216,7 +224,7 @@ class Rendering:
 
         A borrowed layer of light is not among them.
         """
-        found = {"samples": np.array(self.samples, np.int64), "sums": self._sums}
+        found = {"samples": np.array(self.samples, np.int64), "sums": self._sums} | self._allocation.state
         if self._arrived is not None:
             found["arrived"] = self._arrived
         return found | {name: value for part in (self._traced, self._flare) if part is not None
@@ -248,7 +256,7 @@ class Rendering:
         for name, sums in (("sums", self._sums), ("arrived", self._arrived)):
             if sums is not None and sums is not state[name]:
                 sums[:] = state[name]
-        for part in (self._traced, self._flare):
+        for part in (self._allocation, self._traced, self._flare):
             if part is not None:
                 part.restore(state)
 
@@ -276,39 +284,55 @@ class Rendering:
         if pool is None:
             with ThreadPoolExecutor(threads) as own:
                 return self.add(samples, own, wanted, threads)
-        turns, stop = count(0, TURN), len(self._sums)
+        if self._borrowed is not None and self._borrowed_image is None:
+            self._borrowed_image = self._borrowed.seen_by(self._camera, pool, threads, wanted)
+        programs, end = self._programs, self.samples + samples
+        if self.lines.start == 0:               # a later band has the light of the first one's samples
+            traced = self._traced
+            if traced is not None and not traced.add(programs.numbers(self.samples, samples), self._is_fresh, pool,
+                                                     threads, wanted):
+                return False
+            if self._flare is not None and not self._flare.add(samples, pool, threads, wanted):
+                return False
+        if self._is_fresh:
+            self._sums[:] = 0.0
+        for begin, stop in self._allocation.pieces(programs.kept(self.samples), programs.counted(end)):
+            if not self._expose(begin, stop, end == 1, pool, threads, wanted):
+                return False
+            self._allocation.finish(stop, self._sums)
+        self.samples = end
+        return True
+
+    @property
+    def _is_fresh(self) -> bool:
+        """Whether the next samples replace that of the d line."""
+        return self._programs.disperses and self.samples == 1
+
+    def _expose(self, done: int, end: int, is_first: bool, pool: Executor, threads: int, wanted: Callable[[], bool]
+                ) -> bool:
+        """Add the samples of all blocks between two numbers of samples a pixel; False when `wanted` cancelled."""
+        turns, stop, counting = count(0, TURN), len(self._sums), self._programs.counting
         origin = self.lines.start * self.shape[1] // B
-        counting, passes = self._programs.counting, self._programs.passes(self.samples, samples, wanted)
+        first_samples, counts, weights = self._allocation.samples(done, end)
+        passes = self._programs.passes(first_samples, counts, is_first, wanted)
         if passes is None:
             return False
-        afresh = self._programs.disperses and self.samples == 1     # drop the sample of the d line
 
         def work(_: int) -> bool:
             lanes = lane_buffer(self._real)
             while (first := next(turns)) < stop:
                 if not wanted():
                     return False
-                last = min(first + TURN, stop)
-                if afresh:
-                    self._sums[first:last] = 0.0
-                place = origin + first, origin + last
+                part = slice(first, min(first + TURN, stop))
+                place = origin + first, origin + part.stop
                 for program, sample, number in passes:
-                    program.expose(self._sums, lanes, *place, sample, number, self.seed, origin)
+                    given = sample[part], number[part], self.seed, origin
+                    program.expose(self._sums, lanes, *place, *given, weights[part])
                     if counting and self._arrived is not None:
-                        counting.expose(self._arrived, lanes, *place, sample, number, self.seed, origin)
+                        counting.expose(self._arrived, lanes, *place, *given)
             return True
 
-        if self._borrowed is not None and self._borrowed_image is None:
-            self._borrowed_image = self._borrowed.seen_by(self._camera, pool, threads, wanted)
-        done = True
-        if self.lines.start == 0:               # a later band has the light of the first one's samples
-            traced = self._traced
-            numbers = self._programs.numbers(self.samples, samples)
-            done = traced is None or traced.add(numbers, afresh, pool, threads, wanted)
-            done = done and (self._flare is None or self._flare.add(samples, pool, threads, wanted))
-        done = done and all(list(pool.map(work, range(threads))))
-        self.samples += samples
-        return done
+        return all(list(pool.map(work, range(threads))))
 
     def next_band(self) -> bool:
         """Go on to the next band of lines, of 0 samples: it needs as many as the first one has had.
@@ -326,6 +350,7 @@ class Rendering:
             if sums is not None:
                 sums[:] = 0.0
         blocks = -(-self.shape[1] * len(self.lines) // B)           # fewer in the last band
+        self._allocation.clear(blocks)
         self._sums, self._arrived = self._sums[:blocks], None if self._arrived is None else self._arrived[:blocks]
         return True
 
@@ -374,10 +399,12 @@ class Rendering:
         """The part of whole bands of lines."""
         h, w = len(lines), self.shape[1]
         first = (lines.start - self.lines.start) * w // B
+        sums = self._sums[first:]
         if self._arrived is not None:
             arrived = raster_image(self._arrived[first:], w, h)
-            return raster_image(self._sums[first:], w, h) / np.maximum(arrived, np.float32(1))
-        return raster_image(self._sums[first:], w, h, 1.0 / max(self._programs.counted(self.samples), 1))
+            return raster_image(sums, w, h) / np.maximum(arrived, np.float32(1))
+        weights = self._allocation.weights(self._programs.counted(self.samples))
+        return raster_image(sums, w, h, 1.0 / np.maximum(weights[first:], 1.0))
 
     def light(self) -> np.ndarray | None:
         """The part of `image` that is traced from small lights, its own or borrowed, with ghosts and stars.

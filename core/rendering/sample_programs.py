@@ -66,20 +66,24 @@ class SamplePrograms:
         self._program = Program([*self.before, *steps], self._real)
         self._channel_programs: dict[int, list[Program]] = {}   # of each part of the spectrum, one for each channel
 
-    def passes(self, done: int, samples: int, wanted: Callable[[], bool]) -> list[tuple[Program, int, int]] | None:
-        """The samples that follow `done` samples, as passes: program, first sample, number of samples.
+    def passes(self, samples: np.ndarray, counts: np.ndarray, is_first: bool, wanted: Callable[[], bool]
+               ) -> list[tuple[Program, np.ndarray, np.ndarray]] | None:
+        """The samples of some blocks as passes: program, number of the first sample of each block, number of samples.
 
-        None when `wanted` returned False: the cameras of a new part of the spectrum take time.
+        samples, counts: (blocks,) int64, number of the first sample of each block and of its samples. is_first: whether
+        they are the first sample alone, of the d line. None when `wanted` returned False: the cameras of a new part of
+        the spectrum take time.
         """
-        numbers = self.numbers(done, samples)
-        if not numbers or numbers[0][1] is None:
-            return [(self._program, done, samples)]
+        if not self.disperses or is_first:
+            return [(self._program, samples, counts)]
         passes = []
-        for sample, place in numbers:
-            if place is not None:
-                if not wanted():
-                    return None
-                passes += [(program, sample, 1) for program in self._channels(place)]
+        ranges = np.unique(np.stack([samples, samples + counts]), axis=1).T
+        for sample in np.unique(np.concatenate([np.arange(*each) for each in ranges])):
+            if not wanted():
+                return None
+            now = ((samples <= sample) & (sample < samples + counts)).astype(np.int64)
+            passes += [(program, np.full_like(samples, sample), now)
+                       for program in self._channels(spectral_part(sample, self._seed))]
         return passes
 
     def numbers(self, done: int, samples: int) -> list[tuple[int, int | None]]:
@@ -97,6 +101,10 @@ class SamplePrograms:
     def counted(self, done: int) -> int:
         """Number of samples that the picture is the mean of: that of the d line is dropped once others follow."""
         return done - 1 if self.disperses and done > 1 else done
+
+    def kept(self, done: int) -> int:
+        """Number of samples among the first `done` that count when others follow."""
+        return max(done - 1, 0) if self.disperses else done
 
     def _channels(self, place: int) -> list[Program]:
         """The programs of a part of the spectrum, one for each channel."""

@@ -186,6 +186,33 @@ def sampling() -> Iterator[tuple[str, float, str]]:
             yield f"gain over white noise at {count}, {name}", gain, "×"
 
 
+def allocation() -> Iterator[tuple[str, float, str]]:
+    """What samples shared out by error win over even ones: variance of tone-mapped values after as many, and in time.
+
+    480 × 320 pixels, camera rays, processor time; the error is that against a picture of 2048 even samples.
+    """
+    film = lb.Film(36.0, 24.0, 480, 320)
+    camera = lb.LensCamera(lenses.load(LENS), film, 1200.0, 2.8)
+    for name in ("still-life", "night-lights"):
+        scene = lb.builtin_scene(name)
+        plain = lb.Rendering(camera, scene, seed=12345, light_tracing=False, adaptive=False)
+        plain.add(2048)
+        truth = tone.develop(plain.image(), 0.0, "filmic")
+        renderings = [lb.Rendering(camera, scene, seed=1, light_tracing=False, adaptive=each) for each in (False, True)]
+        seconds = [0.0, 0.0]
+        for count in (16, 32, 64, 128, 256):
+            variances = []
+            for k, rendering in enumerate(renderings):
+                start = time.process_time()
+                rendering.add(count - rendering.samples, threads=1)
+                seconds[k] += time.process_time() - start
+                variances.append(((tone.develop(rendering.image(), 0.0, "filmic") - truth) ** 2).mean())
+            if count in (64, 256):
+                gain = variances[0] / variances[1]
+                yield f"variance, even / shared samples, {name}, {count}", gain, "×"
+                yield f"the same in as much time, {name}, {count}", gain * seconds[0] / seconds[1], "×"
+
+
 def light_tracing_errors() -> Iterator[tuple[str, float, str]]:
     """Displayed error of small lights with light tracing against camera rays alone.
 
@@ -239,8 +266,8 @@ def precision() -> Iterator[tuple[str, float, str]]:
 
 
 PARTS = {"tracer": block_against_scalar, "render": fused, "crowds": crowds, "cameras": cameras, "pupil": pupil,
-         "setup": setup, "sampling": sampling, "light-tracing": light_tracing_errors, "precision": precision}
-LONG = ("sampling", "light-tracing", "precision", "light-field", "differentials")    # studies of errors: minutes each
+         "setup": setup, "sampling": sampling, "allocation": allocation, "light-tracing": light_tracing_errors, "precision": precision}
+LONG = ("sampling", "allocation", "light-tracing", "precision", "light-field", "differentials")    # studies of errors: minutes each
 FORMER = {"splats": "light-tracing"}        # former: present name of a part
 
 
