@@ -323,13 +323,13 @@ class Rendering:
             while (first := next(turns)) < stop:
                 if not wanted():
                     return False
-                part = slice(first, min(first + TURN, stop))
-                place = origin + first, origin + part.stop
+                last = min(first + TURN, stop)
+                place = origin + first, origin + last
                 for program, sample, number in passes:
-                    given = sample[part], number[part], self.seed, origin
-                    program.expose(self._sums, lanes, *place, *given, weights[part])
+                    begins, many = sample[first:last], number[first:last]
+                    program.expose(self._sums, lanes, *place, begins, many, self.seed, origin, weights[first:last])
                     if counting and self._arrived is not None:
-                        counting.expose(self._arrived, lanes, *place, *given)
+                        counting.expose(self._arrived, lanes, *place, begins, many, self.seed, origin)
             return True
 
         return all(list(pool.map(work, range(threads))))

@@ -1,17 +1,18 @@
 """Sample allocation: blocks of the film with a larger error take more of a picture's samples.
 
-The first EVEN samples of a picture are the same for all blocks. Rounds follow, each of as many samples a pixel, on
-average, as the picture has had before it. At the beginning of a round every block is given a share, a power of two from
-1 / 4 to 4: so many times the samples of an even round, each of which counts so many times less. Shares that are 1 on
-average and in proportion to the error of a block make the error of the picture least.
+The first EVEN samples of a picture are the same for all blocks. Rounds follow, each of which ends with GROWTH times the
+samples of its beginning. For a round every block is given a share, a power of two from 1 / 4 to 4: so many times the
+samples of an even round, each of which counts so many times less. Shares that are 1 on average and in proportion to the
+error of a block make the error of the picture least.
 
 The picture stays unbiased: a share follows from samples of earlier rounds alone, and what a round counts in the picture
 does not depend on the shares. (Means over as many samples as a block happened to get would be too dark where the first
 samples missed a light.) A share depends on no other samples than those of its band of lines (`tile_order`), so that a
 picture that is finished band by band is the same, bit for bit, and so is one that was stopped and resumed.
 
-The error of a block is estimated from the difference of the means of the first and the second half of its samples, in
-luminances as a tone curve shows them: compared with the log-average luminance of the band, so that no exposure enters.
+The error of a block is estimated from the difference of the means of the first and the second half of its samples.
+Each luminance is compared with itself and the mean of the band, as an eye or a tone curve does, so that no exposure
+enters.
 """
 
 import math
@@ -22,9 +23,9 @@ import numpy as np
 from lensbench.kernels.block import B
 from lensbench.kernels.cache import njit
 
-EVEN = 16               # samples a pixel before the first round; a power of two
+EVEN = 16               # samples a pixel before the first round
+GROWTH = 4              # of the samples in a round; both are powers of two, so that the samples of rounds are nets
 LEAST, MOST = -2, 2     # log₂ of the shares
-DARK = 1e-3             # of the mean luminance: added to each before the logarithm, for a band that is partly black
 
 
 class SampleAllocation:
@@ -46,14 +47,12 @@ class SampleAllocation:
         self._band, self._even = band, even
         self._levels = np.zeros(blocks, np.int64)       # log2 of the shares
         self._starts = np.zeros(blocks, np.int64)       # number of the first sample of the round
-        self._variances = np.zeros(blocks)              # of the mean so far, if that of a sample is 1
-        self._earlier = np.zeros((0 if even else blocks, B), real)      # sums of luminance at half of the next bound
+        self._earlier: np.ndarray = np.zeros((0 if even else blocks, B), real)  # sums of luminance at half of the round's end
 
     @property
     def state(self) -> dict[str, np.ndarray]:
         """Arrays by name, all 0 at first, for `restore`; none for even samples."""
-        return {} if self._even else {"levels": self._levels, "starts": self._starts, "variances": self._variances,
-                                      "earlier": self._earlier}
+        return {} if self._even else {"levels": self._levels, "starts": self._starts, "earlier": self._earlier}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over the arrays of another allocation for the same picture."""
@@ -64,15 +63,16 @@ class SampleAllocation:
     def clear(self, blocks: int | None = None) -> None:
         """Begin a picture anew, or another band of `blocks` blocks."""
         self._levels, self._starts = self._levels[:blocks], self._starts[:blocks]
-        self._variances, self._earlier = self._variances[:blocks], self._earlier[:blocks]
+        self._earlier = self._earlier[:blocks]
         self._levels[:] = self._starts[:] = 0
 
     def pieces(self, done: int, end: int) -> Iterator[tuple[int, int]]:
         """The samples from `done` to `end` in pieces that end where `finish` is to be called: (first, last + 1)."""
         while done < end:
-            bound = end if self._even else min(max(1 << done.bit_length(), EVEN // 2), end)
-            yield done, bound
-            done = bound
+            bound = GROWTH * self._round_start(done) or EVEN
+            stop = end if self._even else min(bound // 2 if done < bound // 2 else bound, end)
+            yield done, stop
+            done = stop
 
     def samples(self, done: int, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What each block does between two numbers of samples a pixel, of one piece.
@@ -80,44 +80,49 @@ class SampleAllocation:
         Returns for each block the number of its first sample, the number of its samples (int64), and the weight of
         each.
         """
-        levels, round_start = self._levels, self._round_start(done)
-        before = _scaled(done - round_start, levels)
-        count = _scaled(end - round_start, levels) - before
-        return self._starts + before, count, np.exp2(-levels, dtype=self._earlier.dtype)
+        start = self._round_start(done)
+        before = _scaled(done - start, self._levels)
+        count = _scaled(end - start, self._levels) - before
+        return self._starts + before, count, np.exp2(-self._levels, dtype=self._earlier.dtype)
 
     def weights(self, done: int) -> np.ndarray:
         """Sum of the weights of the samples of each block, (blocks,), of `done` samples a pixel.
 
         It is `done`, or up to three more where a part of a block's samples is under way.
         """
-        round_start = self._round_start(done)
-        return round_start + np.exp2(-self._levels) * _scaled(done - round_start, self._levels)
+        start = self._round_start(done)
+        return start + np.exp2(-self._levels) * _scaled(done - start, self._levels)
 
     def finish(self, done: int, sums: np.ndarray) -> None:
         """Note the end of a piece. At the end of a round, share the samples of the next one out among the blocks.
 
         done: samples a pixel so far; sums: (blocks, 3 B), the weighted colours of these samples.
         """
-        if self._even or done < EVEN // 2 or done & (done - 1):
+        start, former, half = self._round_start(done), self._round_start(done - 1), done // 2
+        if self._even or done < EVEN // 2:
             return
-        if done < EVEN:
-            self._variances[:] = 1.0 / done
-        else:
-            taken = _scaled(done - self._round_start(done - 1), self._levels)
-            later = np.exp2(-self._levels) * 2.0 / done
+        if start == done:
+            # Errors of one sample: `half` even ones would have a variance of 1 / half in each half
+            shares = np.exp2(self._levels)
+            variances = (former + (half - former) / shares) / half**2 + 1.0 / (half * shares)
+            used = self._starts + _scaled(done - former, self._levels)
             for first in range(0, len(sums), self._band):
                 band = slice(first, first + self._band)
-                apart = _errors(sums[band], self._earlier[band])
-                self._levels[band] = _levels(apart / np.sqrt(self._variances[band] + later[band]))
-            self._variances[:] = 0.25 * (self._variances + later)
-            # Later samples have smaller footprints, as in even rounds; a part of the Sobol net of this size begins there
-            self._starts[:] = np.maximum(self._starts + taken, done)
-            self._starts += -self._starts % _scaled(done, self._levels)
-        _luminances(sums, self._earlier)
+                self._levels[band] = _levels(_errors(sums[band], self._earlier[band]) / np.sqrt(variances[band]))
+            # The samples that would follow if the share had always been this one, in a part of the net not used before
+            begin, whole = _scaled(done, self._levels), _scaled(GROWTH * done, self._levels)
+            self._starts[:] = begin + np.where(used > begin, -(-used // whole) * whole, 0)
+        elif 2 * done == (GROWTH * start or EVEN):
+            _luminances(sums, self._earlier)
 
     def _round_start(self, done: int) -> int:
         """Samples a pixel at the beginning of the round to which sample `done` belongs; 0 for the even samples."""
-        return 0 if self._even or done < EVEN else 1 << (done.bit_length() - 1)
+        if self._even or done < EVEN:
+            return 0
+        start = EVEN
+        while GROWTH * start <= done:
+            start *= GROWTH
+        return start
 
 
 def _scaled(count: int, levels: np.ndarray) -> np.ndarray:
@@ -126,13 +131,13 @@ def _scaled(count: int, levels: np.ndarray) -> np.ndarray:
 
 
 def _errors(sums: np.ndarray, earlier: np.ndarray) -> np.ndarray:
-    """Error of each block of a band (root mean square over its lanes, tone-mapped) as float64.
+    """Error of each block of a band as float64: root mean square over its lanes.
 
     sums: (blocks, 3 B) colours; earlier: (blocks, B), luminances at half of the samples.
     """
     errors = np.zeros(len(sums))
     if (mean := _mean(sums)) > 0.0:
-        _differences(sums, earlier, math.exp(_log_mean(sums, DARK * mean)), errors)
+        _differences(sums, earlier, mean, errors)
     return errors
 
 
@@ -185,22 +190,12 @@ def _mean(sums):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _log_mean(sums, dark):
-    """Mean logarithm of the luminance and `dark` of colours (blocks, 3 B)."""
-    total = 0.0
-    for block in range(len(sums)):
-        for i in range(B):
-            total += math.log(_luminance(sums, block, i) + dark)
-    return total / (len(sums) * B)
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _differences(sums, earlier, reference, errors):
-    """Root mean square difference of the halves of each block, each luminance divided by itself and the reference."""
+def _differences(sums, earlier, mean, errors):
+    """Root mean square difference of the halves of each block, each luminance divided by itself and the mean."""
     for block in range(len(sums)):
         total = 0.0
         for i in range(B):
             now = _luminance(sums, block, i)
-            apart = (now - 2.0 * earlier[block, i]) / (now + reference)
+            apart = (now - 2.0 * earlier[block, i]) / (now + mean)
             total += apart * apart
         errors[block] = math.sqrt(total / B)

@@ -266,8 +266,9 @@ def precision() -> Iterator[tuple[str, float, str]]:
 
 
 PARTS = {"tracer": block_against_scalar, "render": fused, "crowds": crowds, "cameras": cameras, "pupil": pupil,
-         "setup": setup, "sampling": sampling, "allocation": allocation, "light-tracing": light_tracing_errors, "precision": precision}
-LONG = ("sampling", "allocation", "light-tracing", "precision", "light-field", "differentials")    # studies of errors: minutes each
+         "setup": setup, "sampling": sampling, "allocation": allocation, "light-tracing": light_tracing_errors,
+         "precision": precision}
+LONG = ("sampling", "allocation", "light-tracing", "precision", "light-field", "differentials")    # minutes each
 FORMER = {"splats": "light-tracing"}        # former: present name of a part
 
 

@@ -41,7 +41,7 @@ def test_shares_are_in_proportion_to_errors_within_a_power_of_two():
     assert ratio.max() / ratio.min() <= 2.0
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(1, 300))
+@given(st.integers(0, 2**32 - 1), st.integers(1, 400))
 def test_no_sample_of_a_block_is_taken_twice_and_weights_add_up(seed, end):
     random = np.random.default_rng(seed)
     blocks = 6
@@ -75,7 +75,7 @@ def test_rare_light_keeps_its_mean():
     """A light in one sample of a hundred that a block sees as a whole: the least even case for a choice by samples.
 
     Among 40,000 blocks of 64 samples its mean has a standard error of 0.6 %. Means over all samples of a block, in
-    which each counted as much, come out 43 % too dark.
+    which each counted as much, come out 26 % too dark.
     """
     blocks, chance, end = 40_000, 0.01, 64
     allocation = SampleAllocation(blocks, 40, np.float32)
@@ -89,7 +89,7 @@ def test_rare_light_keeps_its_mean():
         allocation.finish(last, np.broadcast_to(1e-3 * last + sums, (blocks, 3 * B)).astype(np.float32))
     error = np.sqrt(chance / (blocks * end))
     assert abs(sums.mean() / end - chance) < 5.0 * error
-    assert (plain / number).mean() < 0.7 * chance               # the test would see such a bias
+    assert (plain / number).mean() < 0.8 * chance               # the test would see such a bias
 
 
 @pytest.mark.parametrize("disperses", [False, pytest.param(True, marks=pytest.mark.slow)])

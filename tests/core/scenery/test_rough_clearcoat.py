@@ -60,7 +60,7 @@ def camera(model, **more):
 
 
 def picture(view, scene, samples, **more):
-    rendering = lb.Rendering(view, scene, light_tracing=False, **more)
+    rendering = lb.Rendering(view, scene, light_tracing=False, adaptive=False, **more)
     rendering.add(samples)
     return rendering.image().astype(float)
 
@@ -89,7 +89,7 @@ def test_many_samples_show_what_they_would_at_points(model):
     scene = Scene("turned", sky=DARK, floor=STREET.floor, spheres=tuple(
         Sphere(tuple(TURNED[:3, :3] @ s.centre + TURNED[:3, 3]), s.radius, s.material) for s in LIGHTS))
     truth = picture(view, scene, 4096, seed=5, filtered=False)[36:]
-    rendering, off = lb.Rendering(view, scene, seed=4, light_tracing=False), []
+    rendering, off = lb.Rendering(view, scene, seed=4, light_tracing=False, adaptive=False), []
     for samples in (256, 1024):
         rendering.add(samples - rendering.samples)
         found = rendering.image().astype(float)[36:]
