@@ -47,7 +47,7 @@ class SampleAllocation:
         self._band, self._even = band, even
         self._levels = np.zeros(blocks, np.int64)       # log2 of the shares
         self._starts = np.zeros(blocks, np.int64)       # number of the first sample of the round
-        self._earlier: np.ndarray = np.zeros((0 if even else blocks, B), real)  # sums of luminance at half of the round's end
+        self._earlier: np.ndarray = np.zeros((0 if even else blocks, B), real)  # luminances, half-way
 
     @property
     def state(self) -> dict[str, np.ndarray]:
