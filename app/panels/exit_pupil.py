@@ -25,7 +25,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.curve_paths import simplified
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.marked import check_box
-from lensbench.app.widgets.memo import Memo
+from lensbench.app.widgets.memo import FrameMemo
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
 from lensbench.app.widgets.recorded import Recorded
@@ -49,7 +49,7 @@ class PupilState:
     span: float = 20.0          # mm shown across
     shape: tuple[int, int] = (1, 1)     # pixels
     box: bool = False           # the bounding box and its samples are drawn
-    memo: Memo = field(default_factory=lambda: Memo(20))   # outlines and samples in pixels
+    memo: FrameMemo = field(default_factory=FrameMemo)     # outlines and samples in pixels
     drawing: Recorded = field(default_factory=Recorded)
 
 
@@ -211,6 +211,7 @@ def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
 def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Region], seen: Region,
           samples: BoxSamples, reach: float, lit: tuple[int, ...], state: PupilState) -> None:
     colour, pixel = theme.colours(), theme.scale()
+    state.memo.begin_frame()                            # one that is drawn anew
     turn = np.linspace(0.0, 2.0 * math.pi, 97)[:-1]
     polyline(draw, plot.pixels(rear * np.cos(turn), rear * np.sin(turn)), theme.packed(colour.faint), 1.0, closed=True)
     at = plot.at(-0.71 * rear, -0.71 * rear)

@@ -23,7 +23,7 @@ from lensbench.app.state.solid.scene_solid import scene_parts
 from lensbench.app.state.solid.shapes import Part, Strokes, grid_part, strokes
 from lensbench.app.state.solid.turntable import Eye
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.memo import Memo
+from lensbench.app.widgets.memo import FrameMemo
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.toggles import toggles
 
@@ -45,7 +45,7 @@ class View3DState:
     fitted_to: tuple = ()
     drawn: tuple[int, int] = (0, 0)     # parts and lines
     problem: str = ""                   # what is missing, and why
-    memo: Memo = field(default_factory=lambda: Memo(12))    # parts, by what they follow from
+    memo: FrameMemo = field(default_factory=FrameMemo)      # parts, by what they follow from
 
 
 def view_3d_panel(settings: Settings, links: Pointed, state: View3DState,
@@ -141,6 +141,7 @@ def _fitted(settings: Settings, shown: Sketch | None, chosen: str, size: ImVec2,
 def composed(settings: Settings, shown: Sketch | None, links: Pointed, state: View3DState) -> Drawing:
     """The parts and lines with their colours in the present theme. shown: the section, None without a lens."""
     colour, memo, pixel = theme.colours(), state.memo, theme.scale()
+    memo.begin_frame()
     solids: list[Solid] = []
     lines: list[Line] = []
     problems = []
@@ -183,7 +184,7 @@ def composed(settings: Settings, shown: Sketch | None, links: Pointed, state: Vi
     return Drawing(state.eye, pose, tuple(solids), tuple(lines), (*colour.well[:3], 1.0))
 
 
-def _pointed_lines(settings: Settings, shown: Sketch | None, links: Pointed, memo: Memo, problems: list[str],
+def _pointed_lines(settings: Settings, shown: Sketch | None, links: Pointed, memo: FrameMemo, problems: list[str],
                    pixel: float) -> list[Line]:
     """The beam of the pointed pixel, and the pointed ray."""
     colour, found = theme.colours(), []

@@ -11,7 +11,7 @@ from lensbench.app.panels.analysis.layers import colour_of, draw_layers, draw_ma
 from lensbench.app.panels.analysis.under_cursor import draw_cursor, told, tooltip, unit_of
 from lensbench.app.state.analysis.figure import Curve, Figure, Map, Plot, Points
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.memo import Memo
+from lensbench.app.widgets.memo import FrameMemo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, log_ticks, pieces, text
 from lensbench.app.widgets.recorded import Calls, Recorder, record, repeat
 
@@ -22,7 +22,7 @@ BESIDE = 3.2                    # em that ticks and labels of the other axis tak
 class Drawn:
     """State of a figure between frames."""
 
-    memo: Memo = field(default_factory=lambda: Memo(96))    # what is drawn, in pixels
+    memo: FrameMemo = field(default_factory=FrameMemo)      # what is drawn, in pixels
     told: str = ""                                          # the numbers under the cursor
     fitted: dict[str, tuple] = field(default_factory=dict)  # the limits that each plot was fitted to
     limits: dict[str, tuple] = field(default_factory=dict)  # of each plot as drawn last, x and y
@@ -60,6 +60,7 @@ def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Gri
     leaves the legend out; the text at the cursor has its names as well.
     """
     top = imgui.get_cursor_screen_pos()
+    state.memo.begin_frame()
     if named:
         _legend(figure, size.x, state.memo)
     corner = imgui.get_cursor_screen_pos()
@@ -83,7 +84,7 @@ def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Gri
 # The legend
 
 
-def _legend(figure: Figure, width: float, memo: Memo) -> None:
+def _legend(figure: Figure, width: float, memo: FrameMemo) -> None:
     """Names with a sample of each line or mark, in as many lines as they need."""
     corner = imgui.get_cursor_screen_pos()
     calls, height = memo.of((figure.rows, width, corner.x, corner.y, theme.look()),

@@ -10,7 +10,7 @@ from imgui_bundle import ImVec2, ImVec4, imgui, implot
 
 from lensbench.app.state.analysis.figure import Bars, Curve, Label, Map, Points, Tint, wavelength_colour
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.memo import Memo
+from lensbench.app.widgets.memo import FrameMemo
 from lensbench.app.widgets.plot_axes import PlotMap, pieces, text
 from lensbench.kernels.figures import significant
 
@@ -100,7 +100,7 @@ def _draw_label(draw: imgui.ImDrawList, shown: PlotMap, label: Label, above: lis
     text(draw, ImVec2(x, y), colour_of(tint), label.text, plate=True)
 
 
-def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, memo: Memo) -> None:
+def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, memo: FrameMemo) -> None:
     """Shades from the ground to strong, and contours at the levels."""
     implot.push_colormap(_shades(theme.colours().dark))
     implot.plot_heatmap("##map", np.ascontiguousarray(shades.shades[::-1]), 0.0, 1.0, "",

@@ -17,7 +17,7 @@ from lensbench.app.state.geometry.ray_fans import Fan
 from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.curve_paths import simplified
-from lensbench.app.widgets.memo import Memo
+from lensbench.app.widgets.memo import FrameMemo
 from lensbench.kernels.figures import significant
 
 LIVE_ALPHA, DEAD_ALPHA = 0.55, 0.45
@@ -35,7 +35,7 @@ class Canvas:
     width: float
     height: float
     view: View
-    memo: Memo = field(default_factory=lambda: Memo(16), compare=False)     # of the panel: geometry in pixels
+    memo: FrameMemo = field(default_factory=FrameMemo, compare=False)   # of the panel: geometry in pixels
 
     @property
     def corner(self) -> ImVec2:

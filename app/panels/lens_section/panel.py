@@ -41,7 +41,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.state.view_camera import in_section as in_section_of_film
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.memo import Memo
+from lensbench.app.widgets.memo import FrameMemo
 from lensbench.kernels.figures import fixed, significant, true_minus
 from lensbench.lenses.paraxial import index_of, is_d_line, reference_wavelength
 from lensbench.optics.finding import Finding
@@ -61,7 +61,7 @@ class SectionState:
     dead_rays: bool = True
     held: float = 0.0               # stop radius or film z (mm) under the mouse while a handle is dragged
     mouse: float = 0.0
-    memo: Memo = field(default_factory=lambda: Memo(64))   # glass, surfaces and rays in pixels
+    memo: FrameMemo = field(default_factory=FrameMemo)     # glass, surfaces and rays in pixels
     pixel_rays: int = 0             # rays of the pointed pixel that are drawn
     edit: HandleState = field(default_factory=HandleState)
     above: bool = False             # the section x–z, and not y–z
@@ -91,6 +91,7 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
 
     links = links if links is not None else Pointed()
     ghost = ghost_of(other, settings, shown)
+    state.memo.begin_frame()
     canvas = _canvas(settings, shown, ghost, corner, size, state)
     stop_handle, film_handle = _handles(shown, canvas)
     imgui.set_next_item_allow_overlap()

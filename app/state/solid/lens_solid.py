@@ -12,11 +12,13 @@ import lensbench as lb
 from lensbench.app.state.geometry.elements import elements, sag
 from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.state.solid.shapes import Part, Strokes, flat_part, grid_part, strokes
+from lensbench.kernels.byte_cache import byte_cache
 from lensbench.optics.surface_pose import Frame
 
 ACROSS = 17                     # points along each side of a curved film
 AROUND = 37                     # points about the axis, from +y past +x to −y
 TURNS = 0.5 * np.pi * np.linspace(1.0, -1.0, AROUND)
+MOST_KEPT = 6 << 20             # bytes of glass: three double Gausses
 RADII = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 15))        # parts of a rim, closer towards it
 
 
@@ -31,7 +33,7 @@ def lens_parts(shown: Sketch) -> tuple[Part, ...]:
     return tuple(parts)
 
 
-@lru_cache(maxsize=8)
+@byte_cache(MOST_KEPT, 8)
 def _glass(lens: lb.Lens, glasses: tuple[lb.Glass, ...], film_z: float) -> tuple[Part, ...]:
     """Of each element the half shell and its cut face."""
     found = []

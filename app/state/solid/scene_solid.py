@@ -10,12 +10,14 @@ from lensbench.app.state.file_cache import Stamp
 from lensbench.app.state.scene_file import SceneFileError, cached_scene, scene_stamp
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.solid.shapes import Part, Rgb, Strokes, flat_part, grid_part, pieces_of
+from lensbench.kernels.byte_cache import byte_cache
 from lensbench.scenery.objects import Shape, displaced
 
 RINGS, AROUND = 13, 25          # points of a sphere from pole to pole, and about it
 MOST_TRIANGLES = 20_000         # of a mesh that is drawn: of more, every second, third, …
 LONGEST = 20_000.0              # mm: larger things are skies
 WALL, SMALL_WALL = 0.6, 900.0   # radius of a planar thing about the camera, of its distance and in mm: it is a wall
+MOST_KEPT = 12 << 20            # bytes of two scenes; a larger one is kept alone
 TILE, FLOOR_TILES = 250.0, 16   # mm of a drawn tile of the floor, and how many each way
 
 
@@ -50,7 +52,7 @@ class _Things:
     floor: lb.Floor | None
 
 
-@lru_cache(maxsize=2)
+@byte_cache(MOST_KEPT, 2)
 def _things(scene: str, moment: float, stamp: tuple[Stamp, ...]) -> _Things | None:
     try:
         found = cached_scene(scene)
