@@ -12,6 +12,7 @@ from lensbench.app.state.auto_model import Chosen, choice_key, choose, is_automa
 from lensbench.app.state.settings import Settings
 
 Finished = Callable[[Future], bool]         # waits for work; False: it is no longer wanted
+MOST_SPEEDS = 64            # that are kept: each place of a zoom has its own
 
 
 class AutomaticModel:
@@ -58,6 +59,8 @@ class AutomaticModel:
         timing = self._pool.submit(lambda: (choice.ns_per_ray, choice.trace_ns_per_ray))
         if not finished(timing):
             return False
+        while len(self._speeds) >= MOST_SPEEDS:
+            del self._speeds[next(iter(self._speeds))]
         self._speeds[_speed_key(settings, camera)] = timing.result()
         return True
 
