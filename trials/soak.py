@@ -2,15 +2,22 @@
 
 python -m trials.soak --minutes 120 --seed 1
 
-The window needs no display; its folder is empty at first. Between its frames come clicks, drags, wheel turns, keys and
-text, on every panel of every layout; now and then another lens, scene and camera. Printed once a minute: resident
-memory, frames, actions. What is shown at that moment takes 50 MB more or less, so that every few minutes the first
-settings and layout come back, rest, and are measured alone. At the end: growth after the first tenth of the time (least
-squares), of all samples and of those at rest, exceptions, threads left. Ends with 1 for an exception or a thread.
+The window needs no display; its folder is empty at first. A tour comes first: every layout and panel, every scene and
+camera, more lenses than a cache holds, every way to develop a picture, the lens browser until it has all pictures. What
+a first use takes is then there, and what grows later is growth. After the tour come clicks, drags, wheel turns, keys
+and text, on every panel of every layout; now and then another lens, scene and camera.
+
+Printed once a minute: resident memory, frames, actions, and the parts of that memory. What is shown at that moment
+takes 50 MB more or less, so that every few minutes the first settings and layout come back, rest, and are measured
+alone; moments that were kept are removed then, for these are the user's. At the end: growth after the tour and after
+10, 20 and 40 minutes from its end (least squares, with its standard error), of all samples and of those at rest,
+exceptions, threads left. Ends with 1 for an exception or a thread. A run of less than 20 minutes has no tour.
 """
 
 import argparse
+import ctypes
 import gc
+import math
 import os
 import random
 import sys
@@ -27,11 +34,15 @@ KEYS = ("a b c d e f g h i j k l m n o p q r s t u v w x y z _0 _1 _2 _5 enter e
 MODIFIERS = ((), (), (), (), ("ctrl",), ("shift",), ("ctrl", "shift"), ("alt",))
 QUIT = {("q", "ctrl"), ("q", "ctrl", "shift")}          # would end the trial
 SIZE = (1280, 720)
-LEAVE = 0.1                                             # part of the time before growth is measured: caches fill
+AFTER = (0.0, 10.0, 20.0, 40.0)                         # minutes after the tour, from which on growth is measured
 SHARED = ("pymp", "lensbench analysis_")                # threads that stay for the next analysis, at most two
 REST = 120                                              # actions between two looks at another lens, scene or camera
 HOME = 5.0                                              # least minutes between two samples at rest
 QUIET = 30.0                                            # s of rest before one: longer than free memory is kept
+SHORT = 20.0                                            # minutes: a shorter run has no tour
+LENSES = 72                                             # of the tour: more than any cache holds
+STAY = 6.0                                              # s for which the tour waits for one picture and its panels
+BROWSED = 300.0                                         # s for which it waits for all pictures of the lens browser
 
 
 def memory() -> float:
@@ -40,27 +51,55 @@ def memory() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def growth(samples: Sequence[tuple[float, float]]) -> float:
-    """MB a minute, by least squares, of (minutes, MB) after the first part of the time."""
+class Mallinfo(ctypes.Structure):
+    """What glibc says of its heap, bytes."""
+
+    _fields_ = tuple((name, ctypes.c_size_t) for name in (  # noqa: RUF012
+        "arena", "ordblks", "smblks", "hblks", "mapped", "usmblks", "fsmblks", "used", "free", "keepcost"))
+
+
+def parts() -> str:
+    """The parts of the resident memory in words: what C's heap holds, what is free in it, small Python objects."""
+    library = ctypes.CDLL(None)
+    if not hasattr(library, "mallinfo2"):
+        return ""
+    library.mallinfo2.restype = Mallinfo
+    heap = library.mallinfo2()
+    return (f"heap {(heap.used + heap.mapped) / 1e6:.1f} MB used, {heap.free / 1e6:.1f} free; "
+            f"{sys.getallocatedblocks() / 1e3:.0f} thousand Python blocks")
+
+
+def growth(samples: Sequence[tuple[float, float]], after: float) -> tuple[float, float]:
+    """MB a minute, by least squares, of (minutes, MB) from a time on, and its standard error."""
     import numpy as np
 
-    late = np.array([each for each in samples if each[0] >= LEAVE * samples[-1][0]]).reshape(-1, 2)
-    return float(np.polyfit(*late.T, 1)[0]) if len(late) > 2 else float("nan")
+    late = np.array([each for each in samples if each[0] >= after]).reshape(-1, 2)
+    if len(late) < 4:
+        return math.nan, math.nan
+    slope, variance = np.polyfit(*late.T, 1, cov=True)
+    return float(slope[0]), math.sqrt(float(variance[0, 0]))
 
 
 class Hand:
     """Random events, as a person's hand makes them between two frames."""
 
-    def __init__(self, seed: int, size: tuple[int, int]):
+    def __init__(self, seed: int, size: tuple[int, int], toured: bool = False):
         self.random, self.size = random.Random(seed), size
         self.place = (0.5 * size[0], 0.5 * size[1])
         self.actions = 0
         self.rests = [0.0]                              # when the window was at rest, in minutes
+        self.toured = toured                            # the tour is over, or there is none
 
     def script(self, session: Any, every: float) -> Iterator[None]:
         """One action after the other; goes on once a frame. every: minutes between two rests."""
         choices = (self.click, self.drag, self.wheel, self.key, self.text, self.wander)
         first, layout, start = session.history.present, session.layout, monotonic()
+        if not self.toured:
+            yield from self.tour(session)
+            yield from self.home(session, first, layout)
+            self.toured = True
+            self.rests.append((monotonic() - start) / 60.0)
+            yield
         while True:
             if monotonic() - start >= 60.0 * (self.rests[-1] + every):
                 yield from self.home(session, first, layout)
@@ -71,6 +110,84 @@ class Hand:
                 self.elsewhere(session)
                 yield
             yield from self.random.choices(choices, (5, 5, 2, 3, 1, 3))[0]()
+
+    def tour(self, session: Any) -> Iterator[None]:
+        """Show all that there is once."""
+        from dataclasses import replace
+
+        from imgui_bundle import hello_imgui, imgui
+
+        import lensbench as lb
+        from lensbench import lenses
+        from lensbench.app.state.camera_kinds import CAMERA_KINDS
+        from lensbench.app.state.constraints import with_camera
+        from lensbench.app.state.lens_choice import with_lens
+        from lensbench.app.state.request import Request
+        from lensbench.app.state.setting_table import COMPARISONS, OVERLAYS, TONES
+        from lensbench.app.window.layouts import LAYOUTS
+
+        first, docking = session.history.present, hello_imgui.get_runner_params().docking_params
+
+        def panels() -> Iterator[None]:
+            """Each panel in turn before those of its dock."""
+            for label in [panel.label for panel in docking.dockable_windows]:
+                for panel in docking.dockable_windows:
+                    if panel.label == label:
+                        panel.is_visible = panel.focus_window_at_next_frame = True
+                yield from self.stay(session)
+
+        for name in LAYOUTS:
+            session.layout = name
+            yield from self.stay(session)
+        yield from panels()
+        for name in lb.SCENES:
+            session.take(self.small(replace(first, scene=name)))
+            yield from self.stay(session)
+        for name in CAMERA_KINDS:
+            session.take(self.small(with_camera(first, name)))
+            yield from self.stay(session)
+        for tone in TONES:
+            for overlay in OVERLAYS:
+                session.take(replace(first, tone=tone, overlay=overlay))
+                yield from self.stay(session)
+        names = lenses.names()
+        for name in names[::max(1, len(names) // LENSES)]:
+            session.take(self.small(with_lens(first, name)))
+            yield from self.stay(session)
+        session.take(first)
+        for request in (Request.KEEP_MOMENT, Request.PIN, Request.SHOW_HELP, Request.SHOW_PALETTE, Request.SHOW_TERMS,
+                        Request.EXPORT):
+            yield from self.stay(session)
+            session.requests.add(request)
+            yield from self.stay(session)
+            for down in (True, False):
+                imgui.get_io().add_key_event(imgui.Key.escape, down)
+                yield
+        for name in COMPARISONS:
+            session.take(replace(first, compare=name))
+            yield from self.stay(session)
+        session.take(first)
+        session.browsing.toggle()
+        start = monotonic()
+        while monotonic() - start < BROWSED and not session.browsing.complete:
+            yield
+        if not session.browsing.complete:
+            print("the tour ends before the lens browser has all its pictures", flush=True)
+
+    def stay(self, session: Any) -> Iterator[None]:
+        """Until the picture and the figures of the panels are there, or STAY is over."""
+        start = monotonic()
+        yield
+        yield
+        while monotonic() - start < STAY and not (session.worker.on_screen and not session.analyses.worker.is_behind):
+            yield
+
+    @staticmethod
+    def small(settings: Any) -> Any:
+        """The settings with few pixels."""
+        from dataclasses import replace
+
+        return replace(settings, pixels_x=min(settings.pixels_x, 480), pixels_y=min(settings.pixels_y, 480))
 
     def move(self, x: float, y: float) -> None:
         """Put the mouse there."""
@@ -159,6 +276,8 @@ class Hand:
         if session.browsing.is_open:
             session.browsing.toggle()
         session.layout = layout
+        for moment in list(session.moments.shelf.moments):
+            session.moments.shelf.remove(moment)
         yield
         session.take(first)
         start = monotonic()
@@ -193,15 +312,14 @@ class Hand:
         else:
             for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
                 panel.is_visible = self.random.random() < 0.6
-        small = replace(settings, pixels_x=min(settings.pixels_x, 480), pixels_y=min(settings.pixels_y, 480))
-        session.take(small)
+        session.take(self.small(settings))
 
 
 Samples = list[tuple[float, float]]                     # minutes, MB
 
 
 def soak(minutes: float, seed: int) -> tuple[Samples, Samples, list[str]]:
-    """Memory once a minute, memory at rest, and what failed."""
+    """Memory once a minute, memory at rest from the end of the tour on, and what failed."""
     from lensbench.app.window import window
 
     failures: list[str] = []
@@ -218,7 +336,7 @@ def soak(minutes: float, seed: int) -> tuple[Samples, Samples, list[str]]:
     window.without_display()
     runner = window.parameters(session, SIZE)
     runner.fps_idling.enable_idling = False
-    hand, start = Hand(seed, SIZE), monotonic()
+    hand, start = Hand(seed, SIZE, minutes < SHORT), monotonic()
     steps, samples, frames = hand.script(session, max(HOME, minutes / 12.0)), [(0.0, memory())], [0]
     rests: Samples = []
 
@@ -228,14 +346,14 @@ def soak(minutes: float, seed: int) -> tuple[Samples, Samples, list[str]]:
         if now >= samples[-1][0] + min(1.0, minutes / 20.0):
             samples.append((now, memory()))
             print(f"{now:6.1f} min {samples[-1][1]:7.1f} MB {frames[0]} frames {hand.actions} actions "
-                  f"{len(failures)} exceptions", flush=True)
+                  f"{len(failures)} exceptions; {parts()}{'' if hand.toured else '; on tour'}", flush=True)
         if now >= minutes:
             runner.app_shall_exit = True
         elif session.presenter.update is not None:      # from the first picture on
             next(steps)
             if len(hand.rests) > len(rests) + 1:
                 rests.append((now, memory()))
-                print(f"{now:6.1f} min {rests[-1][1]:7.1f} MB at rest", flush=True)
+                print(f"{now:6.1f} min {rests[-1][1]:7.1f} MB at rest; {parts()}", flush=True)
 
     runner.callbacks.after_swap = step
     try:
@@ -258,8 +376,12 @@ def main() -> None:
         os.environ["HOME"] = os.environ["XDG_CONFIG_HOME"] = home
         os.chdir(home)
         samples, rests, failures = soak(asked.minutes, asked.seed)
-    print(f"seed {asked.seed}: {samples[-1][1]:.0f} MB after {samples[-1][0]:.0f} minutes, growth "
-          f"{growth(samples):.3f} MB a minute, at rest {growth(rests):.3f}, {len(failures)} failures")
+    print(f"seed {asked.seed}: {samples[-1][1]:.0f} MB after {samples[-1][0]:.0f} minutes, {len(failures)} failures")
+    toured = rests[0][0] if rests else samples[-1][0]
+    print(f"growth in MB a minute after the tour of {toured:.0f} minutes:")
+    for after in AFTER:
+        (over_all, error), (resting, its_error) = (growth(each, toured + after) for each in (samples, rests))
+        print(f"from {after:2.0f} minutes on {over_all:.3f} ± {error:.3f}, at rest {resting:.3f} ± {its_error:.3f}")
     print("\n".join(failures))
     sys.exit(bool(failures))
 
