@@ -377,9 +377,9 @@ def main() -> None:
         os.chdir(home)
         samples, rests, failures = soak(asked.minutes, asked.seed)
     print(f"seed {asked.seed}: {samples[-1][1]:.0f} MB after {samples[-1][0]:.0f} minutes, {len(failures)} failures")
-    toured = rests[0][0] if rests else samples[-1][0]
-    print(f"growth in MB a minute after the tour of {toured:.0f} minutes:")
-    for after in AFTER:
+    toured = rests[0][0] if rests and asked.minutes >= SHORT else 0.0
+    print(f"growth in MB a minute after a tour of {toured:.0f} minutes; nan where there are too few samples:")
+    for after in (each for each in AFTER if toured + each < samples[-1][0]):
         (over_all, error), (resting, its_error) = (growth(each, toured + after) for each in (samples, rests))
         print(f"from {after:2.0f} minutes on {over_all:.3f} ± {error:.3f}, at rest {resting:.3f} ± {its_error:.3f}")
     print("\n".join(failures))
