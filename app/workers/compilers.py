@@ -47,7 +47,7 @@ class Compilers:
     def __init__(self, wake: Callable[[], None] = lambda: None):
         self._wake = wake
         self._change = threading.Condition()
-        self._wanted: dict[tuple, Kernel] = {}      # by module, name, argument and signature; also those that are done
+        self._wanted: dict[tuple, Kernel] = {}      # by module, name and signature; also those that are done
         self._done: set[tuple] = set()
         self._queue: PriorityQueue[tuple[int, int, tuple]] = PriorityQueue()
         self._processes: list[subprocess.Popen] = []
@@ -131,7 +131,7 @@ class Compilers:
         if getattr(self._inside, "compiles", False):
             return
         kernel = Kernel.of(function, signature)
-        key = kernel.module, kernel.name, str(kernel.argument), str(signature)
+        key = kernel.module, kernel.name, str(signature)
         waits = threading.get_ident() != self._drawing
         with self._change:
             if key in self._done and waits:         # and yet not in the cache: it cannot be kept there

@@ -5,7 +5,6 @@ are compiled for every level of x86-64, also for those that this processor canno
 where `lensbench.kernels.cache` finds them in an installed package.
 """
 
-import inspect
 import os
 import pickle
 import subprocess
@@ -29,7 +28,6 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels import cache
 from lensbench.kernels.figures import fixed
-from lensbench.lens_models.polynomial import DEGREES
 from lensbench.rendering.temporal_reuse import Reusable
 from lensbench.scenery.builtin.benchmark import lamps_scene
 from lensbench.scenery.shading.many_lamps import MANY_LAMPS
@@ -55,8 +53,6 @@ def pictures() -> Iterator[Any]:
         yield with_camera(plain, name)
     for model in LENS_MODELS:
         yield replace(plain, lens_model=model)
-    for degree in DEGREES:
-        yield replace(plain, lens_model="polynomial", degree=degree)
     for lens in LENSES:
         opened = with_lens(plain, lens)
         yield replace(opened, lens_model="trace")
@@ -167,26 +163,20 @@ def analyses(settings: Any) -> None:
 
 
 class Kernel(NamedTuple):
-    """A kernel as another process finds it: an attribute of a module, or made by a function of one argument."""
+    """A kernel as another process finds it: an attribute of a module, and the types of its arguments."""
 
     module: str
     name: str
-    argument: int | None
     signature: Any
 
     @classmethod
     def of(cls, function: FunctionType, signature: Any) -> "Kernel":
-        """The kernel of this function; made in a factory, its closure has the factory's argument."""
-        name, _, inner = function.__qualname__.partition(".<locals>.")
-        if not inner:
-            return cls(function.__module__, name, None, signature)
-        parameter, = inspect.signature(getattr(import_module(function.__module__), name)).parameters
-        return cls(function.__module__, name, inspect.getclosurevars(function).nonlocals[parameter], signature)
+        """The kernel of this function of a module."""
+        return cls(function.__module__, function.__qualname__, signature)
 
     def compile(self) -> Path:
         """Compile it in this process; its file, which is written again if it is gone."""
-        found = getattr(import_module(self.module), self.name)
-        kernel = found if self.argument is None else found(self.argument)
+        kernel = getattr(import_module(self.module), self.name)
         kernel.compile(self.signature)
         path = kernel._cache.path(self.signature, kernel.targetctx.codegen())
         if not path.exists():

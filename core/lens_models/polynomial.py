@@ -29,7 +29,7 @@ from lensbench.lens_models.polynomial_stage import (
     INVERSE_RADIUS,
     NEARNESS,
     monomial_count,
-    polynomial_stage,
+    polynomial,
     position_degree,
 )
 from lensbench.optics.block_trace import trace_steps
@@ -132,7 +132,8 @@ class Polynomial:
     @property
     def step(self) -> Step:
         """Step from an aimed ray at the film to the ray in front of the lens."""
-        return Step(polynomial_stage(self.degree // 2), self.numbers)
+        n = self.degree // 2
+        return Step(polynomial, self.numbers, (n, position_degree(n)))
 
 
 @cache

@@ -85,7 +85,7 @@ def test_what_is_compiled_for_later_begins_only_where_a_kernel_was_missing_and_e
     found = Compilers()
     found.compile_for_later("import time; time.sleep(60)")
     assert not found._processes
-    found._wanted[("lensbench.optics.focus", "f", "None", "()")] = None
+    found._wanted[("lensbench.optics.focus", "f", "()")] = None
     found.compile_for_later("import time; time.sleep(60)")
     process, = found._processes
     assert process.poll() is None
