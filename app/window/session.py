@@ -130,6 +130,7 @@ class Session(WindowState):
         self.charts.stop()
         self.comparing.closed()
         self.worker.stop()
+        self.compilers.leave()
 
     def _prepare(self, task: Task[None]) -> None:
         """Compile the kernels of the panels, after those of the picture."""

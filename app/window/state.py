@@ -57,7 +57,7 @@ class WindowState:
             self.say_findings(settings)
         self.history = History(settings)
         self.edited = settings                          # the settings on their way through this frame's panels
-        self.worker = RenderWorker(settings, self.wake, threads)
+        self.worker = RenderWorker(settings, self.wake, threads, expect=self.compilers.expect)
         self.presenter = Presenter(self.worker)
         self.charts = ChartWorker(self.wake)
         self.light_field = LightFieldController(self.view, self.presenter, settings, self.requests, self.wake)

@@ -99,6 +99,7 @@ def run(settings: Settings, screenshot: Path | str | None = None, follows: bool 
     finally:
         session.compilers.stop()
         session.worker.stop()
+        session.compilers.leave()
     if screenshot is not None and session.shot_problem:
         raise OSError(session.shot_problem)
     return int(session.shot_is_early)

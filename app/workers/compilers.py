@@ -1,10 +1,10 @@
 """Processes that compile the kernels which the window lacks, so that no thread of the window compiles any.
 
 Numba compiles one function at a time in a process, and a thread that loads a compiled kernel waits for it meanwhile. So
-other processes compile, as many as there are cores, and leave the kernels in the common cache. A thread of the window
-that needs such a kernel waits for it; the thread that draws does not: `NotCompiledError` ends the drawing of one panel,
-which shows the progress until the kernel is there. After the first picture one more process, at the lowest priority,
-compiles what later first uses need.
+other processes compile, as many as there are cores, and leave the kernels in the common cache. They begin with the
+kernels of the first picture, which are known beforehand. A thread of the window that needs a kernel waits for it; the
+thread that draws does not: `NotCompiledError` ends the drawing of one panel, which shows the progress until the kernel
+is there. After the first picture one more process, at the lowest priority, compiles what later first uses need.
 
 Such a process is `python -m lensbench.app.workers.compilers`: it reads pickled kernels and answers each with a line.
 """
@@ -21,14 +21,17 @@ from queue import PriorityQueue
 from types import FunctionType
 from typing import Any, NamedTuple
 
+from lensbench.app.state.settings import Settings
+from lensbench.app.workers.first_kernels import missing_kernels
 from lensbench.app.workers.shipped_kernels import Kernel
 from lensbench.app.workers.threads import thread_count
 from lensbench.kernels import cache
 from lensbench.kernels.cache import NotCompiledError
 
+END, PLANNED, DRAWN, AWAITED = range(4)     # order of the queue; panels get theirs once the first picture has its own
 LOWEST = 19                     # the nice value of the process that compiles for later
 LATER = "from lensbench.app.workers.shipped_kernels import exercise; exercise(str)"     # small pictures of every kind
-FIRST = {"lens": 26, "camera": 14, "scene": 30, "light": 8}     # kernels of a first picture, about: the plan of a start
+TITLES = ("lens", "camera", "scene", "light")      # of the parts of the plan of a start
 PARTS = {"optics": "lens", "pupils": "lens", "lens_models": "lens", "analysis": "lens", "scenery": "scene",
          "rendering": "light"}  # what the kernels of a room are for; all others are for the camera
 
@@ -38,16 +41,16 @@ class Part(NamedTuple):
 
     title: str
     done: int
-    wanted: int                 # so far, or as a first picture needs
+    wanted: int                 # so far, with all that the first picture is known to need
 
 
 class Compilers:
-    """The processes of one window; `begin` them before its first kernel, and `stop` them at its end."""
+    """The processes of one window: `begin` before its first kernel, `stop` at its end, `leave` after its threads."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None):
         self._wake = wake
         self._change = threading.Condition()
-        self._wanted: dict[tuple, Kernel] = {}      # by module, name and signature; also those that are done
+        self._wanted: dict[tuple, Kernel] = {}      # by their keys; also those that are done
         self._done: set[tuple] = set()
         self._queue: PriorityQueue[tuple[int, int, tuple]] = PriorityQueue()
         self._processes: list[subprocess.Popen] = []
@@ -64,17 +67,26 @@ class Compilers:
         """Never let this thread wait: it draws the window."""
         self._drawing = threading.get_ident()
 
+    def expect(self, settings: Settings) -> bool:
+        """Compile what the first picture of the settings needs, before it asks for it; whether anything is missing."""
+        try:
+            kernels = [Kernel.of(kernel.py_func, signature) for kernel, signature in missing_kernels(settings)]
+        except (ValueError, OSError):               # of the lens or the scene: the render reports it
+            return False
+        with self._change:
+            for kernel in kernels:
+                self._ask(kernel, PLANNED)
+        return bool(kernels)
+
     def stop(self) -> None:
-        """End; threads that wait get a `NotCompiledError`."""
+        """End; threads that wait for a kernel, or need one from now on, get a `NotCompiledError`."""
         with self._change:
             if self._stopped:
                 return
             self._stopped = True
-            if cache.missing == self._want:
-                cache.missing = None
             self._change.notify_all()
         for _ in self._threads:
-            self._queue.put((-1, 0, ()))
+            self._queue.put((END, 0, ()))
         for process in self._processes:
             with suppress(OSError):
                 process.kill()
@@ -87,6 +99,11 @@ class Compilers:
                     with suppress(OSError):
                         pipe.close()
         self._processes = []
+
+    def leave(self) -> None:
+        """Let this process compile for itself again, after the threads of the window have ended."""
+        if cache.missing == self._want:
+            cache.missing = None
 
     def compile_for_later(self, code: str = LATER) -> None:
         """If a kernel was missing in this session, compile those of all other first uses, at the lowest priority."""
@@ -117,12 +134,12 @@ class Compilers:
             wanted, done = list(self._wanted), set(self._done)
         if not wanted:
             return []
-        found = {title: [0, 0] for title in FIRST}
+        found = {title: [0, 0] for title in TITLES}
         for key in wanted:
             count = found[PARTS.get(key[0].split(".")[1], "camera")]
             count[0] += key in done
             count[1] += 1
-        return [Part(title, have, max(asked, FIRST[title])) for title, (have, asked) in found.items()]
+        return [Part(title, have, asked) for title, (have, asked) in found.items() if asked]
 
     # The threads that need a kernel
 
@@ -131,21 +148,24 @@ class Compilers:
         if getattr(self._inside, "compiles", False):
             return
         kernel = Kernel.of(function, signature)
-        key = kernel.module, kernel.name, str(signature)
-        waits = threading.get_ident() != self._drawing
+        key, waits = kernel.key, threading.get_ident() != self._drawing
         with self._change:
             if key in self._done and waits:         # and yet not in the cache: it cannot be kept there
                 return
-            if key not in self._wanted:
-                self._wanted[key] = kernel
-                self._queue.put((int(waits), len(self._wanted), key))
-                if len(self._threads) < thread_count():
-                    self._threads.append(threading.Thread(target=self._serve, name="lensbench compiler", daemon=True))
-                    self._threads[-1].start()
+            self._ask(kernel, AWAITED if waits else DRAWN)
             if waits:
                 self._change.wait_for(lambda: key in self._done or self._stopped)
             if not waits or self._stopped:
                 raise NotCompiledError(f"{kernel.module}.{kernel.name} is being compiled")
+
+    def _ask(self, kernel: Kernel, priority: int) -> None:
+        """Queue a kernel unless it is queued or done, and begin to serve the queue."""
+        if kernel.key not in self._wanted:
+            self._wanted[kernel.key] = kernel
+            self._queue.put((priority, len(self._wanted), kernel.key))
+            if len(self._threads) < thread_count():
+                self._threads.append(threading.Thread(target=self._serve, name="lensbench compiler", daemon=True))
+                self._threads[-1].start()
 
     def _serve(self) -> None:
         """Hand kernels to one process until the end."""

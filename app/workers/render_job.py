@@ -29,7 +29,7 @@ class RenderJob:
     scene: Any
     rendering: Any = None                       # after `begin`
     automatic: Any = None                       # the camera whose model is to be chosen, until it is
-    light_tracing: bool = True
+    light_tracing: bool = True                  # where the settings want it
     seconds: float = 0.0
     rate: float = 0.0                           # samples a second, over the whole picture
     pass_samples: int = 1

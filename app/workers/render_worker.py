@@ -28,20 +28,21 @@ HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its 
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
 REUSED_SAMPLES = 16         # from which on a picture has no samples of the one before
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
-WARM_UP_SECONDS = 0.2       # between two looks at the process that warms the cache
 
 
 class RenderWorker:
     """Renders the latest settings until their samples are reached; see the module."""
 
     def __init__(self, settings: Settings, wake: Callable[[], None] = lambda: None, threads: int | None = None,
-                 urgent: bool = True):
+                 urgent: bool = True, expect: Callable[[Settings], bool] = lambda settings: False):
         """Begin with these settings.
 
         wake: called from another thread when there is something new to show. urgent: the user waits for its first
-        passes; False for a picture beside another one, all of whose threads have a low priority.
+        passes; False for a picture beside another one, all of whose threads have a low priority. expect: called with
+        the settings before the first picture; True if kernels are compiled for it, by others: then it is rendered
+        without light tracing until the kernels of that are compiled too.
         """
-        self._wake, self._urgent = wake, urgent
+        self._wake, self._urgent, self._expect = wake, urgent, expect
         self._threads = threads or thread_count()
         self._change = threading.Condition()
         self._settings = settings
@@ -182,12 +183,9 @@ class RenderWorker:
     # The worker's side
 
     def _work(self, task: Task[None]) -> None:
-        from lensbench.app.workers.warm_cache import compiling_ahead
-        from lensbench.scenery.small_lights import small_lights
-
+        self._traces_lights, self._warming = not self._expect(self._settings), False
         # The user waits for the first pass; the others run behind the window
-        with compiling_ahead(self._settings.scene) as helper, \
-                ThreadPoolExecutor(1, "lensbench choice", initializer=lower_priority) as choices, \
+        with ThreadPoolExecutor(1, "lensbench choice", initializer=lower_priority) as choices, \
                 ThreadPoolExecutor(1, "lensbench light", initializer=lower_priority) as lights, \
                 ThreadPoolExecutor(4, "lensbench pass") as passes, \
                 ThreadPoolExecutor(self._threads, "lensbench first",
@@ -198,13 +196,8 @@ class RenderWorker:
             self._making: tuple[Any, Future] | None = None      # a rendering, and its light on the way
             job: RenderJob | None = None
             while True:
-                if helper is not None and helper.poll() is not None:
-                    helper = None                               # now the kernels of light tracing are there
-                    if job is not None and small_lights(job.scene.objects):
-                        self.again()
                 with self._change:
-                    if not self._change.wait_for(partial(self._due, job), None if helper is None else WARM_UP_SECONDS):
-                        continue
+                    self._change.wait_for(partial(self._due, job))
                     if task.cancelled:
                         return
                     generation, settings = self._generation, self._settings
@@ -214,7 +207,7 @@ class RenderWorker:
                         self._model.forget()
                         self._before = PictureBefore()
                     if job is None or job.generation != generation:
-                        job = self._begun(generation, settings, helper is None)
+                        job = self._begun(generation, settings)
                         self._note(_set_up_for=generation)
                     self._advance(job, passes)
                 except Exception as error:              # any error: the window shows it and goes on
@@ -238,13 +231,26 @@ class RenderWorker:
         return job.depth is None and job.rendering.samples >= (
             1 if self._depth_wanted else min(DEPTH_SAMPLES, self._target))
 
-    def _begun(self, generation: int, settings: Settings, light_tracing: bool) -> RenderJob:
+    def _begun(self, generation: int, settings: Settings) -> RenderJob:
         camera, scene = prepare(settings.checked())
-        job = RenderJob(generation, settings, camera, scene, light_tracing=light_tracing)
+        job = RenderJob(generation, settings, camera, scene, light_tracing=self._traces_lights)
         job.camera, is_provisional = self._model.first_camera(settings, camera)
         job.automatic = camera if is_provisional else None
         job.begin(self._before.layer(job.scene, job.camera))
         return job
+
+    def _compile_light_tracing(self, scene: Any) -> None:
+        """Trace the lights of a small picture, which waits for its kernels; then begin the picture again with light."""
+        from lensbench.app.workers.warm_cache import trace_lights
+        from lensbench.scenery.small_lights import small_lights
+
+        def begin_again(_: Future) -> None:
+            self._traces_lights = True
+            if small_lights(scene.objects) and self.alive:
+                self.again()
+
+        self._warming = True
+        self._lights.submit(trace_lights, scene).add_done_callback(begin_again)
 
     def _trace_lights(self, job: RenderJob) -> None:
         """Begin with the picture's own light, unless that is under way.
@@ -347,6 +353,8 @@ class RenderWorker:
                                           or not self.alive, HOLD_SECONDS)
                 if rendering.is_borrowing:
                     self._trace_lights(job)
+                elif not (self._traces_lights or self._warming):
+                    self._compile_light_tracing(job.scene)
 
     def _show(self, job: RenderJob) -> RenderUpdate:
         """Hand the picture so far to the window, its first samples with those of the picture before."""

@@ -174,6 +174,11 @@ class Kernel(NamedTuple):
         """The kernel of this function of a module."""
         return cls(function.__module__, function.__qualname__, signature)
 
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """What tells it from other kernels, and can be hashed."""
+        return self.module, self.name, str(self.signature)
+
     def compile(self) -> Path:
         """Compile it in this process; its file, which is written again if it is gone."""
         kernel = getattr(import_module(self.module), self.name)

@@ -1,8 +1,8 @@
-"""Cache warm-up at the first start: a second process compiles the scene's kernels beside this one.
+"""Cache warm-up of a first command: a second process compiles the scene's kernels beside this one.
 
 Numba compiles one function at a time in a process. This process reaches the scene's kernels last, so the helper
-begins with the last of them and leaves them in the common cache. Then it renders a picture with light tracing, which
-the first picture leaves out so that it need not wait for those kernels.
+begins with the last of them and leaves them in the common cache. Then it traces the small lights of the scene. The
+window has its own processes for that (`compilers`).
 
 The helper is `python -m lensbench.app.workers.warm_cache SCENE`.
 """
@@ -12,11 +12,16 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
+from lensbench.app.state.build import camera
 from lensbench.app.state.scene_file import cached_scene, find_scene
+from lensbench.app.state.settings import Settings
 from lensbench.kernels.program import is_stage_compiled, stage_address
+from lensbench.rendering.progressive import Rendering
+from lensbench.scenery.small_lights import small_lights
 
 
 @contextmanager
@@ -44,15 +49,15 @@ def _helper(scene: str) -> subprocess.Popen | None:
         return None
 
 
-if __name__ == "__main__":
-    from lensbench.app.state.build import camera
-    from lensbench.app.state.settings import Settings
-    from lensbench.rendering.progressive import Rendering
-    from lensbench.scenery.small_lights import small_lights
+def trace_lights(scene: Any) -> None:
+    """Trace the small lights of a scene in a small picture, and so compile what that needs."""
+    if small_lights(scene.objects):
+        Rendering(camera(Settings(lens_model="trace", pixels_x=60, pixels_y=40)), scene).add(2, threads=1)
 
+
+if __name__ == "__main__":
     gc.disable()                                # an eighth of the time
     scene = find_scene(sys.argv[1])
     for step in reversed(scene.steps()):
         stage_address(step.kernel, np.float32)
-    if small_lights(scene.objects):
-        Rendering(camera(Settings(lens_model="trace", pixels_x=60, pixels_y=40)), scene).add(2, threads=1)
+    trace_lights(scene)

@@ -182,10 +182,12 @@ def _warn_of_other_versions() -> None:
 
 
 def is_compiled(kernel: Any, signature: Any) -> bool:
-    """Whether a kernel need not be compiled for this signature: this process, the folder or the package has it."""
-    if signature.args in kernel.overloads:
-        return True
-    return _is_stored(kernel, signature)
+    """Whether a kernel need not be compiled for this signature, or for these types of arguments.
+
+    This process, the folder or the package has it then.
+    """
+    arguments, _ = sigutils.normalize_signature(signature)
+    return tuple(arguments) in kernel.overloads or _is_stored(kernel, signature)
 
 
 def _is_stored(kernel: Any, signature: Any) -> bool:

@@ -37,7 +37,8 @@ from lensbench.kernels.cache import is_compiled, njit
 from lensbench.kernels.python_stage import raise_pending
 
 
-def _signature(real):
+def stage_signature(real):
+    """Signature of a stage for lanes of the type `real`."""
     number = from_dtype(np.dtype(real))
     return void(number[::1], number[::1], int64[::1], uint32[::1])
 
@@ -45,14 +46,14 @@ def _signature(real):
 @cache
 def stage_address(kernel, real) -> int:
     """Address of the machine code of a stage, for lanes of the type `real`."""
-    kernel.compile(_signature(real))
-    made = kernel.get_compile_result(_signature(real))
+    kernel.compile(stage_signature(real))
+    made = kernel.get_compile_result(stage_signature(real))
     return made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
 
 
 def is_stage_compiled(kernel, real) -> bool:
     """Whether `stage_address` finds the machine code of a stage and need not compile it."""
-    return is_compiled(kernel, _signature(real))
+    return is_compiled(kernel, stage_signature(real))
 
 
 @intrinsic

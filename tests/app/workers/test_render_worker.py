@@ -279,26 +279,15 @@ def test_a_second_model_of_the_same_picture_gives_way_at_once(start, monkeypatch
 
 @pytest.mark.slow
 def test_a_complete_picture_is_rendered_again_when_its_light_tracing_is_compiled(start, monkeypatch):
-    ended = []
-
-    class Helper:
-        def poll(self):
-            return 0 if ended else None
-
-        def terminate(self):
-            ended.append(True)
-
-        def wait(self):
-            assert ended
-
-    monkeypatch.setattr(warm_cache, "_helper", lambda scene: Helper())
+    compiled, traced = threading.Event(), []
+    monkeypatch.setattr(warm_cache, "trace_lights", lambda scene: traced.append(scene) or compiled.wait(PATIENCE))
     settings = replace(SMALL, scene="night-lights")
-    worker = start(settings)
+    worker = start(settings, expect=lambda asked: asked == settings)
     wait(lambda: done(worker))
     first = worker.newest()
     sleep(0.1)
-    assert worker.generation == first.generation
-    ended.append(True)
+    assert worker.generation == first.generation and len(traced) == 1
+    compiled.set()
     wait(lambda: worker.generation > first.generation and done(worker))
     assert not np.array_equal(worker.newest().image, first.image)
 
