@@ -98,8 +98,10 @@ def sample_pixels(lanes, p, ints, key):
     u0, u1, x, y = row[U0], row[U1], row[X], row[Y]
     w, h = np.int64(p[WIDTH]), np.int64(p[HEIGHT])
     k, seed = key[SAMPLE], key[SEED]
-    d0, d1 = sobol(k, PUPIL, seed), sobol(k, PUPIL + 1, seed)
-    d2, d3 = sobol(k, RASTER, seed), sobol(k, RASTER + 1, seed)
+    # Not as literals, for each of which numba would compile the function once more
+    pupil, raster = np.int64(PUPIL), np.int64(RASTER)
+    d0, d1 = sobol(k, pupil, seed), sobol(k, pupil + 1, seed)
+    d2, d3 = sobol(k, raster, seed), sobol(k, raster + 1, seed)
     unit = real(1 / 16777216)
     strip, left, end, column, line = pixel_at(np.int64(key[PIXEL]), w, h)
     i = np.uint64(0)
@@ -129,7 +131,8 @@ def sample_lights(lanes, p, ints, key):
     row = rows(lanes)
     v0, v1 = row[V0], row[V1]
     k, seed = key[SAMPLE], key[SEED]
-    d0, d1 = sobol(k, LIGHT, seed), sobol(k, LIGHT + 1, seed)
+    light = np.int64(LIGHT)
+    d0, d1 = sobol(k, light, seed), sobol(k, light + 1, seed)
     unit = real(1 / 16777216)
     for i in range(B):
         a = mix(uint32(key[PIXEL] + uint32(i)))
@@ -143,7 +146,7 @@ def sample_times(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     time = row[TIME]
-    d = sobol(key[SAMPLE], CLOCK, key[SEED])
+    d = sobol(key[SAMPLE], np.int64(CLOCK), key[SEED])
     unit = real(1 / 16777216)
     for i in range(B):
         a = mix(uint32(uint32(key[PIXEL] + uint32(i)) ^ _u(0x68E31DA4)))
