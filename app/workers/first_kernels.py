@@ -73,8 +73,9 @@ def _wanted(settings: Settings) -> Iterator[tuple[Any, Any]]:
         yield pupil_footprint.pupil_part, single
     yield sampling.sample_pixels, single
     yield sampling.sample_lights, single
-    yield program._expose, (numbers, float32[::1], code, *[int64] * 4, uint32, int64)
-    yield tile_order._unroll, (numbers, float32, float32[:, :, ::1])
+    yield program._expose, (numbers, float32[::1], code, int64, int64, int64[:, ::1], float32[::1], uint32,
+                           int64)
+    yield tile_order._unroll, (numbers, float32[::1], float32[:, :, ::1])
 
 
 def _code(real: Any) -> Any:
