@@ -1,6 +1,6 @@
 """The analysis panels of a window: their table, what they share, and the saving of their figures."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
@@ -42,16 +42,19 @@ class Analyses:
         self.states = {name: AnalysisState() for name in PANELS}
         self._saving: Task[None] | None = None
         self._path = Path()
-        self._asked_of: Settings | None = None          # the settings at the beginning of the frame before
+        self._asked_of: Settings | None = None          # the settings of the newest jobs
 
     def panel(self, name: str) -> Callable[[Settings], Settings]:
         """Draws the panel of this name: settings to settings."""
-        return lambda settings: _drawing(name)(settings, self.states[name], self.sheet) or settings
+        def draw(settings: Settings) -> Settings:
+            self.worker.await_coarse()
+            return _drawing(name)(settings, self.states[name], self.sheet) or settings
+
+        return draw
 
     def begin(self, settings: Settings) -> None:
         """Call it at the beginning of each frame, with the settings that the panels will show."""
-        self.worker.advance(self._jobs(settings) if settings is not self._asked_of else NO_JOBS)
-        self._asked_of = settings
+        self.worker.advance(self._changed(settings))
         window = self._window
         self.sheet.other = window.view.pinned if window.history.present.compare != "off" else None
         if self._saving is not None and self._saving.done:
@@ -61,9 +64,20 @@ class Analyses:
             else:
                 self._window.view.say(task.message)
 
-    def _jobs(self, settings: Settings) -> dict[str, Job]:
-        """What the panels drawn last will ask for."""
-        found = {}
+    def follow(self, settings: Settings) -> None:
+        """Call it at the end of each frame, with the settings that the panels will show in the next one.
+
+        The work begins when this frame is handed over.
+        """
+        changed = self._changed(settings)
+        if changed:
+            self.worker.follow(changed)
+
+    def _changed(self, settings: Settings) -> Mapping[str, Job]:
+        """What the panels drawn last will ask for, where that has changed."""
+        if settings is self._asked_of:
+            return NO_JOBS
+        self._asked_of, found = settings, {}
         for name, state in self.states.items():
             if state.job is not None and self.worker.wants(name):
                 with suppress(ValueError, OSError, NotCompiledError):       # the panel says so

@@ -199,6 +199,7 @@ class Session(WindowState):
         busy = self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor
         self.worker.hold(busy)
         self.apply()
+        self.analyses.follow(self.panels.behind)
         self.comparing.advance(busy)
         self.say_of_place()
         self.say_of_ghost()
@@ -360,7 +361,8 @@ class Session(WindowState):
         self.analyses.handed_over()
         if self._finish is not None:
             self._finish()
-        self.worker.shown(self.presenter.update)
+        if not self.analyses.worker.is_behind:          # the next pass and light leave the processors to the plots
+            self.worker.shown(self.presenter.update)
         if self.screenshot is None:
             return
         path, self.screenshot = self.screenshot, None

@@ -2,15 +2,17 @@
 
 Panels say in every frame what they show; what no panel shows is not computed. All figures of one lens share its rays.
 While the picture waits for its first pass, it has the processors to itself: no figure begins, and one under way pauses
-at the next place where its computation allows it. Coarse figures have the window's priority: with a lower one their
-thread would hold the interpreter's lock without getting a processor. Refined ones make way for coarse ones.
+at the next place where its computation allows it. Then coarse figures are made beside the drawing of that frame, and
+the next frame is held for them if they are about to come. Coarse figures have the window's priority: with a lower one
+their thread would hold the interpreter's lock without getting a processor. Refined ones have a thread of their own,
+which ends when its panel shows something else.
 """
 
 import threading
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from time import monotonic
+from time import monotonic, thread_time
 from types import MappingProxyType
 
 from lensbench.app.state.analysis.figure import Figure
@@ -21,6 +23,7 @@ from lensbench.kernels.pauses import pause, pausing
 STILL = 0.25                    # seconds without a change before a figure is refined
 NO_JOBS: Mapping[str, "Job"] = MappingProxyType({})
 PATIENCE = 0.5                  # seconds in a row that figures leave to first passes, at the most
+HOLD_SECONDS = 0.05             # from its beginning, that a frame may be held for coarse figures
 
 
 class _NoLongerWantedError(Exception):
@@ -55,11 +58,14 @@ class AnalysisWorker:
 
     def __init__(self, wake: Callable[[], None] = lambda: None, waits: Callable[[], bool] = lambda: False):
         self._wake, self._waits = wake, waits
-        self._lock = threading.Lock()
+        self._lock = threading.Condition(threading.Lock())      # told of each answer
         self._wanted: dict[str, tuple[Job, float]] = {}         # of the panels of the frame before, and of this one
         self._asked: dict[str, tuple[Job, float]] = {}          # of this frame: the job, and since when it is wanted
         self._answers: dict[str, Answer] = {}
-        self._task: Task[None] | None = None
+        self._tasks: dict[bool, Task[None]] = {}                # the newest of coarse figures, and of refined ones
+        self._late: set[str] = set()            # panels that got no figure of their job in this frame
+        self._begun = 0.0                       # when this frame began
+        self._seconds: dict[str, float] = {}    # of a processor, that the latest coarse figure of a panel took
         self._free = 0.0                        # when a figure could go on the last time
 
     @property
@@ -71,22 +77,45 @@ class AnalysisWorker:
 
     @property
     def is_behind(self) -> bool:
-        """Whether a panel shows a figure of former settings, or none."""
+        """Whether coarse figures are under way."""
         with self._lock:
-            return any(not self._is_done(name, job, refined=False)
-                       for name, (job, _) in (*self._wanted.items(), *self._asked.items()))
+            return bool(self._missing())
+
+    @property
+    def is_late(self) -> bool:
+        """Whether a panel of this frame got a figure of former settings, or none."""
+        return bool(self._late)
 
     def advance(self, jobs: Mapping[str, Job] = NO_JOBS) -> None:
-        """Begin a frame: what the panels of the last one did not want is no longer wanted.
-
-        jobs: what these panels will want now, if they are still there; the work begins before they say so.
-        """
+        """Begin a frame: what the panels of the last one did not want is no longer wanted. jobs: as of `follow`."""
         with self._lock:
             self._wanted, self._asked = self._asked, {}
-            for name, (job, _) in self._wanted.items():
-                if jobs.get(name, job) != job:
-                    self._wanted[name] = jobs[name], monotonic()
+            self._late.clear()
+            self._begun = monotonic()
+        self.follow(jobs)
+
+    def follow(self, jobs: Mapping[str, Job]) -> None:
+        """Begin what the panels of this frame or the one before will want next, if they are still there.
+
+        jobs: by panel; one that is left out goes on to want what it does.
+        """
+        with self._lock:
+            for wanted in (self._wanted, self._asked):
+                for name, (job, _) in wanted.items():
+                    if jobs.get(name, job) != job:
+                        wanted[name] = jobs[name], monotonic()
             self._begin()
+
+    def await_coarse(self) -> None:
+        """Hold the frame for the coarse figures under way: drawing beside them would only make both slow.
+
+        Not beyond HOLD_SECONDS after its beginning, and not at all where they took longer the last time.
+        """
+        with self._lock:
+            left = self._begun + HOLD_SECONDS - monotonic()
+            if sum(self._seconds.get(name, HOLD_SECONDS) for name in self._missing()) < left:
+                self._lock.wait_for(lambda: not (self._missing() and self._is_working(refined=False)) or self._waits(),
+                                    left)
 
     def want(self, name: str, job: Job) -> Answer | None:
         """The newest answer for the panel of this name, and a request for that of this job. None: there is none yet.
@@ -98,6 +127,8 @@ class AnalysisWorker:
             new = known is None or known[0] != job
             self._asked[name] = known if known is not None and not new else (job, monotonic())
             answer = self._answers.get(name)
+            if answer is None or answer.job != job:
+                self._late.add(name)
         if new:
             self._wake()
         return answer
@@ -111,21 +142,26 @@ class AnalysisWorker:
         """Compute nothing more; a coarse figure at work is finished."""
         with self._lock:
             self._wanted, self._asked = {}, {}
-        if self._task is not None:
-            self._task.cancel()
+        for task in self._tasks.values():
+            task.cancel()
 
     def _begin(self) -> None:
         """Compute on a thread what is wanted, if anything is, unless one is at work."""
-        if self._task is None or self._task.done:
-            found = self._next()
-            if found is not None:
-                refined = found[2]
-                self._free = monotonic()
-                self._task = Task("Analysis", partial(self._work, refined), self._wake, lowered=refined)
+        found = self._next()
+        if found is not None and not self._is_working(refined=found[2]):
+            self._free = monotonic()
+            self._tasks[found[2]] = Task("Analysis", partial(self._work, found[2]), self._wake, lowered=found[2])
+
+    def _is_working(self, refined: bool) -> bool:
+        return refined in self._tasks and not self._tasks[refined].done
 
     def _is_done(self, name: str, job: Job, refined: bool) -> bool:
         answer = self._answers.get(name)
         return answer is not None and answer.job == job and (answer.refined or not refined)
+
+    def _missing(self) -> list[str]:
+        """Panels whose coarse figure is wanted and not there."""
+        return [name for name, (job, _) in self._wanted.items() if not self._is_done(name, job, refined=False)]
 
     def _next(self) -> tuple[str, Job, bool] | None:
         """The most urgent figure: a coarse one that is missing, or a refined one whose job has been still.
@@ -133,9 +169,8 @@ class AnalysisWorker:
         Its panel, its job, and whether it is refined.
         """
         now = monotonic()
-        for name, (job, _) in self._wanted.items():
-            if not self._is_done(name, job, refined=False):
-                return name, job, False
+        for name in self._missing():
+            return name, self._wanted[name][0], False
         for name, (job, since) in self._wanted.items():
             if now - since > STILL and not self._is_done(name, job, refined=True):
                 return name, job, True
@@ -150,13 +185,19 @@ class AnalysisWorker:
             if found is None or found[2] != refined:
                 return
             name, job, _ = found
+            began = thread_time()
             try:
                 with pausing(partial(self._refined_pauses, name, job) if refined else self._pauses):
                     answer = _answer(job, refined)
             except _NoLongerWantedError:
                 continue
             with self._lock:
+                if not refined:
+                    self._seconds[name] = thread_time() - began
+                elif self._is_of_another(name, job):
+                    continue
                 self._answers[name] = answer
+                self._lock.notify_all()
             self._wake()
 
     def _pauses(self) -> bool:
@@ -169,10 +210,14 @@ class AnalysisWorker:
     def _refined_pauses(self, name: str, job: Job) -> bool:
         """The same of a refined figure, which ends where its panel shows another one."""
         with self._lock:
-            wanted = self._asked.get(name) or self._wanted.get(name)
-        if wanted is None or wanted[0] != job:
-            raise _NoLongerWantedError
+            if self._is_of_another(name, job):
+                raise _NoLongerWantedError
         return self._pauses()
+
+    def _is_of_another(self, name: str, job: Job) -> bool:
+        """Whether a panel shows something else than this job, or is gone."""
+        wanted = self._asked.get(name) or self._wanted.get(name)
+        return wanted is None or wanted[0] != job
 
 
 def _answer(job: Job, refined: bool) -> Answer:

@@ -1,6 +1,7 @@
 """The worker of the analysis panels: coarse first, refined when still, and only what a panel wants."""
 
-from threading import Event
+from dataclasses import replace
+from threading import Event, Timer
 from time import monotonic, sleep
 
 from lensbench.app.state.analysis.figure import Figure, Table
@@ -54,7 +55,7 @@ def test_a_panel_that_is_no_longer_drawn_computes_nothing(monkeypatch):
     assert begun.wait(20.0)
     worker.advance()
     go_on.set()
-    while worker._task is not None and not worker._task.done:
+    while worker._is_working(refined=False):
         sleep(0.002)
     assert seen == [("first", 16)] and not worker.busy
 
@@ -178,3 +179,54 @@ def test_the_work_begins_before_the_panel_asks_where_the_window_knows_what_it_wi
     assert begun.wait(60.0) and worker.wants("Spots") and not worker.wants("no longer drawn")
     assert waited(worker, after, lambda answer: answer.job == after).figure is not None
     assert seen.count("after") == 1 and "never" not in seen
+
+
+def test_a_coarse_figure_does_not_wait_for_a_refined_one_that_is_under_way(monkeypatch):
+    monkeypatch.setattr(analysis_worker, "STILL", 0.0)
+    refining, go_on = Event(), Event()
+
+    def make(query, points):
+        if points == 64:
+            refining.set()
+            assert go_on.wait(60.0)             # without a place where it could pause or end
+        return Figure(query, (), Table((), ()))
+
+    worker = AnalysisWorker()
+    waited(worker, Job(make, "before", (), (16, 64)), lambda answer: refining.is_set())
+    after = Job(make, "after", (), (16, 64))
+    assert waited(worker, after, lambda answer: answer.job == after).figure.title == "after"
+    assert not go_on.is_set()
+    go_on.set()                                 # the older figure, done at last, does not take the place of the newer
+    assert waited(worker, after, lambda answer: answer.refined).job == after
+
+
+def test_a_frame_is_held_for_figures_that_are_about_to_come_and_not_for_slow_ones(monkeypatch):
+    monkeypatch.setattr(analysis_worker, "STILL", 1e9)
+    monkeypatch.setattr(analysis_worker, "HOLD_SECONDS", 30.0)
+    begun, go_on = Event(), Event()
+
+    def make(query, points):
+        begun.set()
+        if query == "awaited":
+            go_on.wait(60.0)
+        return Figure(query, (), Table((), ()))
+
+    worker, awaited = AnalysisWorker(), Job(make, "awaited")
+    waited(worker, Job(make, "first"), lambda answer: True)
+    begun.clear()
+    worker.follow({"Spots": awaited})           # at the end of the frame before
+    assert begun.wait(60.0) and worker.is_behind
+    worker.advance()
+    Timer(0.05, go_on.set).start()
+    worker.await_coarse()
+    answer = worker.want("Spots", awaited)
+    assert answer is not None and answer.job == awaited and not worker.is_late and not worker.is_behind
+
+    go_on.clear()
+    monkeypatch.setattr(worker, "_seconds", {"Spots": 40.0})       # of a processor, the last time
+    worker.follow({"Spots": replace(awaited, points=(8, 16))})
+    worker.advance()
+    worker.await_coarse()                       # at once
+    worker.want("Spots", replace(awaited, points=(8, 16)))
+    assert worker.is_late and worker.is_behind
+    go_on.set()
