@@ -27,6 +27,7 @@ from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
 if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
+    from lensbench.lenses.editing.document import LensDocument
 
 VISIBLE = WAVELENGTHS[BLUE][0], WAVELENGTHS[RED][-1]    # µm, of pictures with dispersion
 ENOUGH = 0.5                    # of a pixel: a smaller gain does not move the film
@@ -87,11 +88,20 @@ def _load(lens: str, stamp: Stamp) -> lb.Lens:
 
 
 @lru_cache(maxsize=64)
-def _edited(text: str, name: str, stamp: Stamp) -> lb.Lens:
-    """The lens of a document's text, with what the reader of its file assumed: the text does not hold that."""
+def document_of_text(text: str, name: str) -> "LensDocument":
+    """The document of an edited lens from the text of the settings; name: of the lens that was edited, or its file.
+
+    LensFileError or OSError for a text that is no document.
+    """
     from lensbench.lenses.editing.document_text import from_text
 
-    lens = from_text(text, folder=Path(name).parent if Path(name).suffix else None).lens.at(zoom=0.0, close=0.0)
+    return from_text(text, folder=Path(name).parent if Path(name).suffix else None)
+
+
+@lru_cache(maxsize=64)
+def _edited(text: str, name: str, stamp: Stamp) -> lb.Lens:
+    """The lens of a document's text, with what the reader of its file assumed: the text does not hold that."""
+    lens = document_of_text(text, name).lens.at(zoom=0.0, close=0.0)
     try:
         assumed = _load(name, stamp).findings
     except (ValueError, OSError):                       # the edits outlive their file

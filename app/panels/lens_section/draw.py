@@ -5,6 +5,7 @@ weights and lengths in pixels hold at a scale of 1, and are scaled to the screen
 """
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from math import floor
 
 import numpy as np
@@ -47,24 +48,24 @@ class Canvas:
         return self.view.to_screen(self.corner, z, y)
 
     def points(self, points: np.ndarray) -> list[ImVec2]:
-        """Screen positions of points (n, 2), z and y, clipped so that a strong zoom remains drawable."""
-        return [ImVec2(x, y) for x, y in self.pixels(points).tolist()]
+        """Screen positions of points (…, 2), z and y, in one row, clipped so that a strong zoom remains drawable."""
+        return [ImVec2(x, y) for x, y in self.pixels(points).reshape(-1, 2).tolist()]
 
     def curve(self, points: np.ndarray) -> list[ImVec2]:
         """The same for a curve, without points that the eye would not miss."""
         return [ImVec2(x, y) for x, y in simplified(self.pixels(points)).tolist()]
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
-        """The same as an array (n, 2)."""
+        """The same as an array (…, 2)."""
         xy = np.asarray(points) * [self.view.scale, -self.view.scale] + [self.x + self.view.x, self.y + self.view.y]
-        return np.clip(xy, -1e6, 1e6)
+        return np.minimum(np.maximum(xy, -1e6), 1e6)
 
 
-def _glass(sketch: Sketch, canvas: Canvas) -> list[tuple[lb.Glass, list[list[ImVec2]], list[ImVec2]]]:
-    """Each element's glass, its strips and its outline, in pixels."""
+def _glass(sketch: Sketch, canvas: Canvas) -> list[tuple[lb.Glass, list[ImVec2], list[ImVec2]]]:
+    """Each element's glass, the corners of its strips, four each, and its outline, in pixels."""
     lens, glasses = sketch.lens, sketch.glasses
     return [] if lens is None else canvas.memo.of((lens, glasses, canvas), lambda: [
-        (glasses[e.front], [canvas.points(strip) for strip in e.strips], canvas.curve(e.outline))
+        (glasses[e.front], canvas.points(e.strips), canvas.curve(e.outline))
         for e in elements(lens)])
 
 
@@ -74,7 +75,10 @@ def ray_paths(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
 
 
 def _paths_in_pixels(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
-    return [canvas.points(within(ray.path, canvas)) for ray in fan.rays]
+    paths = [within(ray.path, canvas) for ray in fan.rays]
+    points = canvas.points(np.concatenate(paths)) if paths else []
+    ends = np.cumsum([0, *map(len, paths)]).tolist()
+    return [points[a:b] for a, b in pairwise(ends)]
 
 
 def within(path: np.ndarray, canvas: Canvas) -> np.ndarray:
@@ -110,8 +114,8 @@ def draw_glass(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
     draw.push_draw_flag(imgui.ImDrawFlags_.aa_fill, False)             # otherwise the seams of the strips show
     for glass, strips, _ in _glass(sketch, canvas):
         fill = theme.packed(colour.glass(glass.n_d, glass.v_d if glass.v_d is not None else 60.0), alpha)
-        for a, b, c, d in strips:
-            draw.add_quad_filled(a, b, c, d, fill)
+        for k in range(0, len(strips), 4):
+            draw.add_quad_filled(*strips[k:k + 4], fill)
     draw.pop_draw_flag()
 
 

@@ -6,6 +6,7 @@ returns. An ideal lens refracts them at its principal planes.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -71,8 +72,9 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
                      for name, part in FIELDS)
     lit = _lit_radius(lens, film_distance, half_diagonal)
     lit *= 1.0 if lit >= half_diagonal else INSIDE
-    return tuple(_traced(lens, film_distance, EDGE if part == 1.0 and lit < half_diagonal else name,
-                         part * min(lit, half_diagonal), focus_distance, count) for name, part in FIELDS)
+    names = [EDGE if part == 1.0 and lit < half_diagonal else name for name, part in FIELDS]
+    return tuple(_traced(lens, film_distance, names, [part * min(lit, half_diagonal) for _, part in FIELDS],
+                         focus_distance, count))
 
 
 def lit_radius(lens_setup: Setup) -> float:
@@ -93,138 +95,170 @@ def _lit_radius(lens: lb.Lens, film_distance: float, half_diagonal: float) -> fl
             dark = int(np.argmin(lit))
             low, high = float(radii[dark - 1]), float(radii[dark])
         return low
-    if _chief_ray(lens, film_distance, half_diagonal) is not None:
+
+    def is_dark(height: float) -> bool:
+        return bool(np.isnan(_chief_rays(lens, film_distance, np.array([height]))[0]).any())
+
+    if not is_dark(half_diagonal):
         return half_diagonal
     for _ in range(12):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if _chief_ray(lens, film_distance, middle) is None else (middle, high)
+        low, high = (low, middle) if is_dark(middle) else (middle, high)
     return low
 
 
 # Through the real lens
 
 
-def _traced(lens: lb.Lens, film_distance: float, name: str, height: float, focus_distance: float, count: int) -> Fan:
-    chief = _chief_ray(lens, film_distance, height)
-    if chief is None:
-        return Fan(name, height, (), DARK)
-    front, toward_scene = chief
-
-    # The point of the scene in focus along the chief ray, and the rays from it
+def _traced(lens: lb.Lens, film_distance: float, names: list[str], heights: list[float], focus_distance: float,
+            count: int) -> list[Fan]:
+    """The fans of film points, by names and heights (mm), `count` rays each; their rays are traced together."""
     film_z = lens.length + film_distance
-    along = np.inf
+    fronts, towards_scene = _chief_rays(lens, film_distance, np.array(heights))
+    found = [Fan(name, height, (), DARK) for name, height in zip(names, heights, strict=True)]
+
+    # The point of the scene in focus along each chief ray, and the rays from it
+    along = np.full(len(found), np.inf)
     if math.isfinite(focus_distance):
-        steep = -toward_scene[0]
-        along = (front[0] - (film_z - focus_distance)) / steep if steep > 0.1 else focus_distance
-    if along <= 0.0:
-        return Fan(name, height, (), "the plane in focus lies within the lens")
-    aside = np.array([-toward_scene[1], toward_scene[0]])           # unit, across the chief ray
-    aside *= math.copysign(1.0, aside[1])
-    beginning = min(0.98 * along, 4.0 * (lens.length + film_distance) + 20.0 * lens.surfaces[0].semi_diameter)
+        steep = -towards_scene[:, 0]
+        along = np.where(steep > 0.1, (fronts[:, 0] - (film_z - focus_distance)) / np.maximum(steep, 0.1),
+                         focus_distance)
+    for i in np.flatnonzero(along <= 0.0).tolist():
+        found[i] = Fan(names[i], heights[i], (), "the plane in focus lies within the lens")
+    left = np.flatnonzero(np.isfinite(fronts[:, 0]) & (along > 0.0))
+    aside = np.stack([-towards_scene[:, 1], towards_scene[:, 0]], axis=1)      # unit, across the chief ray
+    aside *= np.copysign(1.0, aside[:, 1:])
+    beginning = np.minimum(0.98 * along, 4.0 * film_z + 20.0 * lens.surfaces[0].semi_diameter)
 
-    def shot(offsets: np.ndarray, record: bool = False) -> lb.Trace:
-        """Rays that cross the chief ray's front point at these offsets (mm), begun well before the lens."""
-        shrink = 1.0 - beginning / along
-        starts = front + beginning * toward_scene + shrink * offsets[:, None] * aside
-        ways = front + offsets[:, None] * aside - starts
-        return lb.trace(lens, _in_space(starts), _in_space(ways), record=record)
+    def shot(which: np.ndarray, offsets: np.ndarray, record: bool = False) -> lb.Trace:
+        """Rays of fans (k,) that cross the chief ray's front point at offsets (k, n), mm; begun well before the lens.
 
-    reach = 2.4 * max(lens.surfaces[0].semi_diameter, abs(front[1]))
-    edges = _passing_interval(lambda offsets: shot(offsets).fate == lb.Fate.PASSED, reach)
-    if edges is None:
-        return Fan(name, height, (), DARK)
-    low, high = edges
-    step = (high - low) / (count - 1)
-    offsets = list(np.linspace(low, high, count))
-    middle = int(np.argmin(np.abs(offsets)))
-    if low < 0.0 < high:
-        offsets[middle] = 0.0                                       # the chief ray itself
-    beyond = [k * step for k in range(1, DEAD_EACH_SIDE + 1)]
-    dead = [low - way for way in beyond] + [high + way for way in beyond]
-    trace = shot(np.array(offsets + dead), record=True)
+        The trace has k · n rays.
+        """
+        shrink, front = (1.0 - beginning / along)[which, None, None], fronts[which, None]
+        across = offsets[..., None] * aside[which, None]
+        starts = front + (beginning[:, None] * towards_scene)[which, None] + shrink * across
+        return lb.trace(lens, _in_space(starts), _in_space(front + across - starts), record=record)
+
+    def passes(which: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+        return (shot(which, offsets).fate == lb.Fate.PASSED).reshape(offsets.shape)
+
+    edges = _passing_intervals(passes, left, 2.4 * np.maximum(lens.surfaces[0].semi_diameter, np.abs(fronts[:, 1])))
+    lit = np.isfinite(edges[:, 0])
+    left, edges = left[lit], edges[lit]
+    if not left.size:
+        return found
+    low, high = edges[:, :1], edges[:, 1:]
+    live = np.linspace(low[:, 0], high[:, 0], count, axis=-1)
+    middle = np.argmin(np.abs(live), axis=1)
+    rows = np.arange(len(left))
+    live[rows, middle] = np.where((low < 0.0) & (0.0 < high), 0.0, live[rows, middle, None])[:, 0]  # the chief ray
+    beyond = np.arange(1.0, DEAD_EACH_SIDE + 1.0) * (high - low) / (count - 1)
+    trace = shot(left, np.concatenate([live, low - beyond, high + beyond], axis=1), record=True)
+    ended = blockers(lens, trace, forward=True).tolist()
+    each = count + 2 * DEAD_EACH_SIDE
+    for row, i in enumerate(left.tolist()):
+        rays = [_ray(lens, film_z, trace, row * each + k, ended[row * each + k],
+                     "chief" if k == middle[row] else "marginal" if k in (0, count - 1) else "") for k in range(each)]
+        found[i] = Fan(names[i], heights[i], tuple(ray for ray in rays if ray is not None))
+    return found
+
+
+def _ray(lens: lb.Lens, film_z: float, trace: lb.Trace, i: int, surface: int, kind: str) -> Ray | None:
+    """Ray i of a trace to the film, or to the `surface` that ends it; None for one that is lost far from the glass."""
     assert trace.paths is not None
-
-    rays = []
-    for i in range(len(offsets) + len(dead)):
-        live = trace.fate[i] == lb.Fate.PASSED
-        path = trace.paths[i][:, [2, 1]]
-        path = path[np.isfinite(path[:, 0])]
-        if live:
-            direction = trace.directions[i]
-            run = (film_z - trace.points[i][2]) / direction[2]
-            path = np.vstack([path, [film_z, trace.points[i][1] + run * direction[1]]])
-            kind = "chief" if i == middle else "marginal" if i in (0, count - 1) else ""
-            rays.append(Ray(path, kind, f"{kind} ray".strip() if kind else "ray"))
-        elif _near_the_glass(lens, path):
-            fate, surface = lb.Fate(int(trace.fate[i])), int(blockers(lens, trace, forward=True)[i])
-            rays.append(Ray(path, "dead", end_text(lens, fate, surface), surface))
-    return Fan(name, height, tuple(rays))
+    path = trace.paths[i, :, [2, 1]].T
+    fate = int(trace.fate[i])
+    if fate == lb.Fate.PASSED:
+        direction, point = trace.directions[i], trace.points[i]
+        run = (film_z - point[2]) / direction[2]
+        return Ray(np.concatenate([path, [[film_z, point[1] + run * direction[1]]]]), kind,
+                   f"{kind} ray" if kind else "ray")
+    path = path[np.isfinite(path[:, 0])]
+    return Ray(path, "dead", end_text(lens, lb.Fate(fate), surface), surface) if _near_the_glass(lens, path) else None
 
 
-def _chief_ray(lens: lb.Lens, film_distance: float, height: float):
-    """Where the chief ray of a film point meets the first surface (z, y), and its unit direction to the scene.
+def _chief_rays(lens: lb.Lens, film_distance: float, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where the chief rays of film points at heights (F,) meet the first surface, and their unit directions from there.
 
-    The chief ray passes the centre of the stop; if that ray is lost, it is the middle one of those that pass. None
-    if no ray passes.
+    Both (F, 2) of (z, y); the directions are those to the scene. A chief ray passes the centre of the stop; if that ray
+    is lost, it is the middle one of those that pass. NaN if no ray passes.
     """
-    start = np.array([lens.length + film_distance, height])
+    start = np.stack([np.full_like(at, lens.length + film_distance), at], axis=1)
     at_stop = len(lens.surfaces) - lens.stop_index                  # in a path traced from the film
 
-    def back(heights: np.ndarray) -> lb.Trace:
-        ways = np.stack([np.full_like(heights, lens.length), heights], axis=1) - start
-        return lb.trace(lens, _in_space(start[None, :]), _in_space(ways))
+    def back(which: np.ndarray, heights: np.ndarray, free: bool = False) -> lb.Trace:
+        """Rays from film points (k,) through heights (k, n) at the last vertex: k · n. free: recorded, without rims."""
+        ends = np.stack([np.full_like(heights, lens.length), heights], axis=-1)
+        starts = np.broadcast_to(start[which, None], ends.shape)
+        return lb.trace(lens, _in_space(starts), _in_space(ends - starts), clip=not free, record=free)
+
+    def passes(which: np.ndarray, heights: np.ndarray) -> np.ndarray:
+        return (back(which, heights).fate == lb.Fate.PASSED).reshape(heights.shape)
 
     # The ray through the centre of the stop, without the rims
-    reach = 1.3 * lens.surfaces[-1].semi_diameter
-    heights = np.linspace(-reach, reach, SCAN)
-    ways = np.stack([np.full_like(heights, lens.length), heights], axis=1) - start
-    free = lb.trace(lens, _in_space(start[None, :]), _in_space(ways), clip=False, record=True)
+    every, reach = np.arange(len(at)), np.full(len(at), 1.3 * lens.surfaces[-1].semi_diameter)
+    heights = np.linspace(-reach[0], reach[0], SCAN)
+    free = back(every, np.broadcast_to(heights, (len(at), SCAN)), free=True)
     assert free.paths is not None
-    stop_heights = free.paths[:, at_stop, 1] - lens.vertex(lens.stop_index)[1]
-    crossing = np.flatnonzero(stop_heights[:-1] * stop_heights[1:] <= 0.0)
-    if crossing.size:
-        k = crossing[np.argmin(np.abs(heights[crossing]))]
-        a, b = stop_heights[k], stop_heights[k + 1]
-        chosen = heights[k] - a / (b - a) * (heights[k + 1] - heights[k]) if b != a else heights[k]
-        trace = back(np.array([chosen]))
+    stop_heights = free.paths[:, at_stop, 1].reshape(len(at), SCAN) - lens.vertex(lens.stop_index)[1]
+    chosen = np.full(len(at), np.nan)
+    for i, (places, crosses) in enumerate(zip(stop_heights, stop_heights[:, :-1] * stop_heights[:, 1:] <= 0.0,
+                                              strict=True)):
+        crossing = np.flatnonzero(crosses)
+        if crossing.size:
+            k = crossing[np.argmin(np.abs(heights[crossing]))]
+            a, b = places[k], places[k + 1]
+            chosen[i] = heights[k] - a / (b - a) * (heights[k + 1] - heights[k]) if b != a else heights[k]
+
     # Otherwise the middle ray of those that pass
-    if not crossing.size or trace.fate[0] != lb.Fate.PASSED:
-        interval = _passing_interval(lambda heights: back(heights).fate == lb.Fate.PASSED, reach, centred=False)
-        if interval is None:
-            return None
-        trace = back(np.array([0.5 * (interval[0] + interval[1])]))
-    if trace.fate[0] != lb.Fate.PASSED or trace.directions[0][2] >= 0.0:
-        return None
-    point, way = trace.points[0][[2, 1]], trace.directions[0][[2, 1]]
-    return point, way / np.hypot(*way)
+    found = back(every, np.nan_to_num(chosen)[:, None])
+    lost = np.flatnonzero(np.isnan(chosen) | (found.fate != lb.Fate.PASSED))
+    if lost.size:
+        chosen[lost] = _passing_intervals(passes, lost, reach, centred=False).mean(1)
+        found = back(every, np.nan_to_num(chosen)[:, None])
+    points, ways = found.points[:, [2, 1]].copy(), found.directions[:, [2, 1]]
+    dark = np.isnan(chosen) | (found.fate != lb.Fate.PASSED) | (ways[:, 0] >= 0.0)
+    points[dark] = np.nan
+    return points, np.where(dark[:, None], np.nan, ways / np.hypot(ways[:, :1], ways[:, 1:]))
 
 
-def _passing_interval(passes, reach: float, centred: bool = True) -> tuple[float, float] | None:
-    """The ends of the run of offsets in ±reach that pass: the one about 0, otherwise the longest; to 1e-6 of reach."""
-    offsets = np.linspace(-reach, reach, SCAN)
-    mask = passes(offsets)
+def _passing_intervals(passes: Callable[[np.ndarray, np.ndarray], np.ndarray], which: np.ndarray, reach: np.ndarray,
+                       centred: bool = True) -> np.ndarray:
+    """The ends (k, 2) of the runs of offsets in ±reach that pass: the one about 0, otherwise the longest.
+
+    passes: of fields (k,) and offsets (k, n), booleans (k, n). which: the fields (k,); reach: of all fields, mm. The
+    ends are known to 1e-6 of reach; NaN where nothing passes.
+    """
+    ends = np.full((len(which), 2), np.nan)
+    if not which.size:
+        return ends
+    offsets = np.linspace(-reach[which], reach[which], SCAN, axis=-1)
+    mask = passes(which, offsets)
     for _ in range(3):                                              # a nearly closed stop lies between two rays
-        if mask.any() or not centred:
+        closed = ~mask.any(1)
+        if not closed.any() or not centred:
             break
-        offsets = offsets / 16.0
-        mask = passes(offsets)
-    if not mask.any():
-        return None
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
-    runs = [(int(a), int(b) - 1) for a, b in zip(ends[::2], ends[1::2], strict=True)]
-    middle = SCAN // 2
-    first, last = next((run for run in runs if centred and run[0] <= middle <= run[1]),
-                       max(runs, key=lambda run: run[1] - run[0]))
-    spacing = offsets[1] - offsets[0]
-    found = []
-    for inside, outward in ((offsets[first], -spacing), (offsets[last], spacing)):
-        for _ in range(3):
-            trial = inside + outward * np.linspace(0.0, 1.0, 33)
-            good = np.flatnonzero(~passes(trial))
-            k = int(good[0]) - 1 if good.size else 32
-            inside, outward = float(trial[max(k, 0)]), outward / 32.0
-        found.append(inside)
-    return found[0], found[1]
+        offsets[closed] /= 16.0
+        mask[closed] = passes(which[closed], offsets[closed])
+    lit = np.flatnonzero(mask.any(1))
+    if not lit.size:
+        return ends
+    steps, middle = np.diff(np.pad(mask[lit].astype(np.int8), ((0, 0), (1, 1)))), SCAN // 2
+    inside = np.empty((len(lit), 2))
+    for row, (step, places) in enumerate(zip(steps, offsets[lit], strict=True)):
+        runs = list(zip(np.flatnonzero(step > 0).tolist(), (np.flatnonzero(step < 0) - 1).tolist(), strict=True))
+        first, last = next((run for run in runs if centred and run[0] <= middle <= run[1]),
+                           max(runs, key=lambda run: run[1] - run[0]))
+        inside[row] = places[first], places[last]
+    outward = (offsets[lit, 1] - offsets[lit, 0])[:, None] * [-1.0, 1.0]
+    for _ in range(3):
+        trial = inside[..., None] + outward[..., None] * np.linspace(0.0, 1.0, 33)
+        good = passes(which[lit], trial.reshape(len(lit), -1)).reshape(trial.shape)
+        k = np.where(good.all(2), 32, np.maximum(np.argmin(good, axis=2) - 1, 0))
+        inside, outward = np.take_along_axis(trial, k[..., None], 2)[..., 0], outward / 32.0
+    ends[lit] = inside
+    return ends
 
 
 def _near_the_glass(lens: lb.Lens, path: np.ndarray) -> bool:
@@ -256,8 +290,10 @@ def end_text(lens: lb.Lens, fate: lb.Fate, surface: int) -> str:
 
 
 def _in_space(points: np.ndarray) -> np.ndarray:
-    """(n, 2) of (z, y) as (n, 3) of (x, y, z)."""
-    return np.stack([np.zeros(len(points)), points[:, 1], points[:, 0]], axis=1)
+    """(…, 2) of (z, y) as (n, 3) of (x, y, z)."""
+    made = np.zeros((points.size // 2, 3))
+    made[:, 1:] = points.reshape(-1, 2)[:, ::-1]
+    return made
 
 
 # Through an ideal lens

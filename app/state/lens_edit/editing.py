@@ -11,7 +11,7 @@ from pathlib import Path
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state.build import prescription
+from lensbench.app.state.build import document_of_text, prescription
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.settings import Settings
 from lensbench.lenses.editing.document import EditError, LensDocument
@@ -24,7 +24,7 @@ from lensbench.optics.finding import Finding, Kind
 
 @lru_cache(maxsize=64)
 def _read(text: str, name: str) -> LensDocument:
-    return settled(from_text(text, folder=Path(name).parent if Path(name).suffix else None))
+    return settled(document_of_text(text, name))
 
 
 @keeps_last_good(16)
