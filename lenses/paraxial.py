@@ -88,15 +88,15 @@ def at_reference(lens: Lens) -> tuple[Lens, float]:
 
     At the d line it is the lens itself. Its figures at any wavelength are those of the lens at the reference.
     """
-    wavelength = reference_wavelength(lens.surfaces, lens.system)
-    if is_d_line(wavelength):
-        return lens, wavelength
-    seen = lens.known.get(("at reference", wavelength))
-    if seen is None:
-        surfaces = tuple(replace(surface, glass=Glass(surface.glass.index(wavelength), None, surface.glass.name))
-                         for surface in lens.surfaces)
-        seen = lens.known["at reference", wavelength] = replace(lens, surfaces=surfaces)
-    return seen, wavelength
+    known = lens.known.get(("at reference", D_LINE))
+    if known is None:
+        wavelength, seen = reference_wavelength(lens.surfaces, lens.system), None
+        if not is_d_line(wavelength):
+            seen = replace(lens, surfaces=tuple(
+                replace(surface, glass=Glass(surface.glass.index(wavelength), None, surface.glass.name))
+                for surface in lens.surfaces))
+        known = lens.known["at reference", D_LINE] = seen, wavelength
+    return known[0] or lens, known[1]
 
 
 def is_d_line(wavelength: float) -> bool:

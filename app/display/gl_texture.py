@@ -7,6 +7,7 @@ from it how far the object is out of focus.
 
 from dataclasses import dataclass, replace
 from importlib.resources import files
+from math import ceil, log2
 
 import moderngl
 import numpy as np
@@ -18,6 +19,7 @@ TONES = {"none": 0, "filmic": 1, "agx": 2, "raw": 3}
 OVERLAYS = {"none": 0, "coc": 1, "peaking": 2, "clipping": 3}
 SOFTENING = 0.35            # radius of the first passes' softening, of the circle of confusion's diameter
 SOFTENED_SAMPLES = 16       # from here on the picture is not softened
+SMALLEST = 1e-4             # screen pixels, for which a picture's pixel has copies
 SQUARES = 2.0               # screen pixels: from this size on the picture's pixels are drawn as squares
 
 RGB = np.dtype("V12")       # three float32 that are copied as one
@@ -62,7 +64,7 @@ class _Target:
     def __init__(self, context: moderngl.Context, size: tuple[int, int], components: int, dtype: str):
         self.texture = _texture(context, size, components, dtype)
         self.framebuffer = context.framebuffer([self.texture])
-        self.is_reduced = False                 # it has smaller copies
+        self.copies = 0                         # half as large each as the one before
 
 
 class Screen:
@@ -178,12 +180,13 @@ class Screen:
     def draw_at(self, scale: float) -> None:
         """Draw each pixel of the picture with this many screen pixels: as squares if far enlarged."""
         above = moderngl.NEAREST if scale >= SQUARES else moderngl.LINEAR
+        copies = max(0, ceil(-log2(max(scale, SMALLEST))))
         for target in (self._shown, self._apart):
             if target is None:
                 continue
-            if scale < 1.0 and not target.is_reduced:
-                target.texture.build_mipmaps()
-                target.is_reduced = True
+            if copies > target.copies:
+                target.texture.build_mipmaps(0, copies)         # no more: each takes a processor that draws 0.5 ms
+                target.copies = copies
             target.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR if scale < 1.0 else moderngl.LINEAR, above)
 
     def _program(self, name: str, *inserted: str) -> moderngl.VertexArray:
@@ -197,7 +200,7 @@ class Screen:
 
     def _draw(self, array: moderngl.VertexArray, target: _Target, source: moderngl.Texture, **uniforms) -> None:
         target.framebuffer.use()
-        target.is_reduced = False
+        target.copies = 0
         self._context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         source.use(0)
         program = array.program

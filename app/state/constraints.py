@@ -94,7 +94,7 @@ def full_view(settings: Settings) -> tuple[float, float]:
 def _focal_length(settings: Settings) -> float:
     """The focal length of the lens at infinity; a usual one where there is no lens, or it has none."""
     try:
-        efl = abs(focal_length(design(replace(settings, zoom=0.0)), settings.zoom))
+        efl = abs(focal_length(design(_unzoomed(settings)), settings.zoom))
     except (ValueError, OSError):
         return 50.0
     return efl if math.isfinite(efl) and efl else 50.0
@@ -117,7 +117,11 @@ def ends_of_view(settings: Settings) -> tuple[float, float]:
 
 def zooms(settings: Settings) -> bool:
     """Whether the camera has a lens that zooms."""
-    return settings.has_lens and design(replace(settings, zoom=0.0)).zooms
+    return settings.has_lens and design(_unzoomed(settings)).zooms
+
+
+def _unzoomed(settings: Settings) -> Settings:
+    return replace(settings, zoom=0.0) if settings.zoom else settings
 
 
 def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) -> Settings:

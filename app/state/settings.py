@@ -169,7 +169,9 @@ class Settings(SettingTable):
 
     def plain(self, *names: str) -> "Settings":
         """The same settings with these fields at their defaults."""
-        return replace(self, **{name: DEFAULTS[name] for name in names})
+        made, values = object.__new__(Settings), vars(self)         # `replace` takes ten times as long
+        vars(made).update({name: values[name] for name in DEFAULTS}, **{name: DEFAULTS[name] for name in names})
+        return made
 
     @property
     def picture(self) -> "Settings":

@@ -47,14 +47,18 @@ class PlotMap:
 
     def pixels(self, x, y) -> np.ndarray:
         """Arrays (n,) of plot coordinates to (n, 2) pixels."""
-        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+        x, y = np.asarray(x, float), np.asarray(y, float)
+        if x.shape != y.shape:
+            x, y = np.broadcast_arrays(x, y)
         if self.log:
             x = np.log10(np.maximum(x, 1e-12))
         if self.log if self.log_y is None else self.log_y:
             y = np.log10(np.maximum(y, 1e-12))
         px = self.left + (x - self.x0) / (self.x1 - self.x0) * (self.right - self.left)
         py = self.bottom - (y - self.y0) / (self.y1 - self.y0) * (self.bottom - self.top)
-        return np.clip(np.stack([px, py], axis=-1), -FAR, FAR)
+        found = np.empty((*px.shape, 2))
+        found[..., 0], found[..., 1] = px, py
+        return np.minimum(np.maximum(found, -FAR), FAR)
 
     def at(self, x: float, y: float) -> ImVec2:
         """One point."""
@@ -110,6 +114,8 @@ def dashed_line(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int, on: f
 
 def _runs(points: np.ndarray) -> list[np.ndarray]:
     good = np.isfinite(points).all(axis=1)
+    if good.all() or not good.any():
+        return [points] if good.size > 1 and good[0] else []
     ends = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
     return [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a > 1]
 

@@ -17,6 +17,13 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(THREADS, "lensbench analysis")
 
 
+def each_in_turn(work: Callable[[Item], object], items: Iterable[Item]) -> None:
+    """Do the work of each item on the present thread, which may pause before each: of work that is soon done."""
+    for item in items:
+        pause()
+        work(item)
+
+
 def each_of(work: Callable[[Item], object], items: Iterable[Item]) -> None:
     """Do the work of each item on the threads and wait for all; an error in one is raised. `work` must not call it.
 

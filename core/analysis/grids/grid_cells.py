@@ -13,10 +13,11 @@ from lensbench.analysis.grids.beam_areas import beam_areas
 from lensbench.analysis.grids.cell_coverage import cover
 from lensbench.analysis.grids.field_beams import LANDED, LEVEL, OFFSET_S, PUPIL_S, PUPIL_T, SLOPE_S, FieldBeams
 from lensbench.analysis.grids.field_conditions import Conditions
-from lensbench.analysis.grids.field_threads import each_of
+from lensbench.analysis.grids.field_threads import each_in_turn, each_of
 from lensbench.kernels.cache import njit
 from lensbench.kernels.pauses import pause
 
+FEW = 8000              # rays of all wavelengths, below which threads cost more than they save
 MANY = 24               # fields, from which on a wavelength is divided among the threads
 WIDENED, WIDER = 3, 0.25        # times that a field cut off at the edge of the grid is widened, by which part a side
 MOST_CUT = 0.35         # × the square root of the open cells: open ones at the edge of the rays
@@ -164,9 +165,10 @@ def _landed(beams: FieldBeams, cells: Cells, wavelengths: tuple[float, ...]) -> 
               made.open_centre[:, some])
 
     colours, half = range(len(wavelengths)), count // 2
-    each_of(find_chief, colours)
     parts = [slice(0, count)] if count < MANY else [slice(0, half), slice(half, count)]
-    each_of(trace, [(c, some) for c in colours for some in parts])
+    each = each_in_turn if of_field.size * len(wavelengths) < FEW else each_of
+    each(find_chief, colours)
+    each(trace, [(c, some) for c in colours for some in parts])
     dark = np.broadcast_to((cells.beam == 0.0)[:, None], shape)
     made.coverage[dark], made.weight[dark] = 0.0, 0.0
     return made

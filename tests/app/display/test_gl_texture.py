@@ -119,3 +119,17 @@ def test_the_sky_and_the_dark_count_as_infinitely_far_and_a_map_of_another_size_
         screen.developed(Development(overlay=overlay, coc_gain=20_000.0, coc_focus=1 / 1000.0, share=softening(1)))
         shown.append(screen.read().copy())
     assert (shown[0] == shown[1]).all() and np.ptp(shown[0]) > 50
+
+
+@pytest.mark.parametrize("scale", [0.9, 0.5, 0.3, 0.1])
+def test_a_picture_drawn_smaller_has_the_copies_that_its_scale_reads(screen, scale):
+    level = int(np.ceil(-np.log2(scale)))
+    for shade in (0.3, 0.6):                            # the second picture has copies of its own
+        screen.load(np.random.default_rng(1).random((48, 64, 3), np.float32) * np.float32(shade))
+        screen.developed(Development())
+        screen.draw_at(scale)
+        texture, _ = screen.shown
+        made = np.frombuffer(texture.read(level=level), np.uint8)
+        texture.build_mipmaps()                         # all of them
+        assert np.array_equal(made, np.frombuffer(texture.read(level=level), np.uint8))
+        assert len(made) == 4 * (48 >> level) * (64 >> level) and made.reshape(-1, 4)[:, :3].std() > 1.0
