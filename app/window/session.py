@@ -361,8 +361,7 @@ class Session(WindowState):
         self.analyses.handed_over()
         if self._finish is not None:
             self._finish()
-        if not self.analyses.worker.is_behind:          # the next pass and light leave the processors to the plots
-            self.worker.shown(self.presenter.update)
+        self.worker.shown(self.presenter.update)
         if self.screenshot is None:
             return
         path, self.screenshot = self.screenshot, None

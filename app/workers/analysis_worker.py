@@ -76,12 +76,6 @@ class AnalysisWorker:
                        for name, (job, _) in (*self._wanted.items(), *self._asked.items()))
 
     @property
-    def is_behind(self) -> bool:
-        """Whether coarse figures are under way."""
-        with self._lock:
-            return bool(self._missing())
-
-    @property
     def is_late(self) -> bool:
         """Whether a panel of this frame got a figure of former settings, or none."""
         return bool(self._late)
