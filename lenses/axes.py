@@ -6,13 +6,13 @@ in the unit of the file, angles in radians.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import asin, atan2, cos, hypot, sin
+from math import asin, atan2, cos, sin
 
 import numpy as np
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_pose import PoseError, SurfacePose
+from lensbench.optics.surface_pose import PoseError, SurfacePose, tilts_of
 
 ROUNDING = 1e-9         # of places over their size, and of directions
 FARTHEST = 1e6          # units of the file: a decentre is known to a thousandth of one there
@@ -83,9 +83,10 @@ def in_one_line(places: Sequence[Place], image: Place, round_: Sequence[bool]) -
         float, list[float], list[SurfacePose | None]]:
     """Z of the first vertex in line, thicknesses and poses of surfaces at these places, the image behind them.
 
-    round_: whether each surface is rotationally symmetric, so that a turn about its own axis changes nothing. A body is
-    a run of surfaces with one direction of the axis, each on the axis of the first: it pivots about the first vertex.
-    AxesError for an image out of line, a surface turned about its axis, and tilts that no pose has.
+    round_: whether each surface is rotationally symmetric, so that a roll changes nothing: it has the one of a cylinder
+    or toroid of its body, else none. A body is a run of surfaces with one direction of the axis and one roll, each on
+    the axis of the first: it pivots about the first vertex. AxesError for an image out of line, and tilts that no pose
+    has.
     """
     sizes = [float(np.abs(place.vertex).max()) for place in (*places, image)]
     size, whole = max(1e-30, *sizes[:-1]), max(1e-30, *sizes)       # the image may lie at infinity
@@ -96,31 +97,25 @@ def in_one_line(places: Sequence[Place], image: Place, round_: Sequence[bool]) -
     heights: list[float] = []
     poses: list[SurfacePose | None] = []
     body = -1                                           # first surface of the body
+    rolls = _rolls(places, round_, size)
     for i, place in enumerate(places):
         straight = np.abs(place.axes[:, 2] - [0.0, 0.0, 1.0]).max() < ROUNDING
         centred = np.abs(place.vertex[:2]).max() < ROUNDING * size
-        if not round_[i] and np.abs(place.axes - _upright(place)).max() > ROUNDING:
-            raise AxesError(i, f"surface {i} is turned about its own axis, which is not traced for a cylinder or "
-                               "toroid")
-        if straight and centred:
+        if straight and centred and not rolls[i]:
             heights.append(float(place.vertex[2]))
             poses.append(None)
             body = -1
             continue
-        if body >= 0:
-            first = places[body]
-            way = place.vertex - first.vertex
-            on_axis = way @ first.axes[:, 2]
-            if np.abs(way - on_axis * first.axes[:, 2]).max() > ROUNDING * size \
-                    or np.abs(place.axes[:, 2] - first.axes[:, 2]).max() > ROUNDING:
-                body = -1
-        if body < 0:
-            body, on_axis = i, 0.0
+        if body >= 0 and not (_on_axis(place, places[body], size) and rolls[i] == rolls[body]):
+            body = -1
+        body = i if body < 0 else body
+        on_axis = float((place.vertex - places[body].vertex) @ places[body].axes[:, 2])
         origin = places[body].vertex
         if not places[body].axes[2, 2] > 0.0:
             raise AxesError(i, f"surface {i} is tilted by 90° or more")
         try:
-            poses.append(SurfacePose(float(origin[0]), float(origin[1]), *_tilts(places[body]), i - body))
+            poses.append(SurfacePose(float(origin[0]), float(origin[1]), *tilts_of(places[body].axes)[:2], i - body,
+                                     rolls[i]))
         except PoseError as error:
             raise AxesError(i, f"surface {i}: {error}") from None
         heights.append(float(origin[2] + on_axis))
@@ -134,23 +129,33 @@ def in_one_line(places: Sequence[Place], image: Place, round_: Sequence[bool]) -
 def alike(poses: Sequence[SurfacePose | None], others: Sequence[SurfacePose | None]) -> bool:
     """Whether the poses of surfaces are the same but for rounding."""
     def numbers(pose: SurfacePose | None) -> np.ndarray:
-        return np.zeros(5) if pose is None else np.array([pose.decentre_x, pose.decentre_y, pose.tilt_x, pose.tilt_y,
-                                                          pose.pivot])
+        return np.zeros(6) if pose is None else np.array([pose.decentre_x, pose.decentre_y, pose.tilt_x, pose.tilt_y,
+                                                          pose.pivot, pose.roll])
 
     one, two = (np.array([numbers(pose) for pose in each]) for each in (poses, others))
     return bool(np.abs(one - two).max(initial=0.0) <= 1e2 * ROUNDING * max(1.0, np.abs(one[:, :2]).max(initial=0.0)))
 
 
-def _tilts(place: Place) -> tuple[float, float]:
-    """Tilts about x and y of the pose with the axis of a place."""
-    x, y, z = place.axes[:, 2].tolist()
-    return atan2(-y, hypot(x, z)) + 0.0, atan2(x, z)        # + 0.0: no −0
+def _on_axis(place: Place, first: Place, size: float) -> bool:
+    """Whether a place lies on the axis of another one, with the same direction of the axis."""
+    way, axis = place.vertex - first.vertex, first.axes[:, 2]
+    return bool(np.abs(way - (way @ axis) * axis).max() <= ROUNDING * size
+                and np.abs(place.axes[:, 2] - axis).max() <= ROUNDING)
 
 
-def _upright(place: Place) -> np.ndarray:
-    """The axes of a pose with the axis of a place."""
-    about_x, about_y = _tilts(place)
-    return intrinsic(0.0, about_y) @ intrinsic(about_x, 0.0)
+def _rolls(places: Sequence[Place], round_: Sequence[bool], size: float) -> list[float]:
+    """The roll of each surface (radians): its own, or of a round one that of a neighbour which is none, on one axis."""
+    own = [tilts_of(place.axes)[2] for place in places]
+    own = [0.0 if abs(roll) <= ROUNDING else roll for roll in own]
+    rolls, first = [0.0] * len(places), 0
+    for i, place in enumerate(places):
+        if i and not (_on_axis(place, places[first], size) and abs(own[i] - own[first]) <= ROUNDING):
+            first = i
+        if not round_[i]:
+            end = next((k for k in range(i, len(places)) if not (
+                _on_axis(places[k], places[first], size) and abs(own[k] - own[first]) <= ROUNDING)), len(places))
+            rolls[first:end] = [own[first]] * (end - first)
+    return rolls
 
 
 def axes_at(lens: Lens, i: int) -> np.ndarray:

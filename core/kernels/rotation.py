@@ -17,6 +17,12 @@ def rotation_matrix(about_x: float, about_y: float) -> np.ndarray:
     return np.array([[cb, sb * sa, sb * ca], [0.0, ca, -sa], [-sb, cb * sa, cb * ca]])
 
 
+def rotation_about_z(angle: float) -> np.ndarray:
+    """R_z(angle), (3, 3): right-handed, by radians, about the axis z: it takes +x towards +y."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
 @njit(inline="always")
 def sine_versine(real, turns):
     """Sine and versine 1 − cos α of α = 2π · turns, in numbers of the type `real`.

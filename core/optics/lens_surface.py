@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
-from math import inf, isfinite
+from math import cos, inf, isfinite, sin
 
 import numpy as np
 
@@ -63,7 +63,7 @@ class Surface:
     coating : Coating or None
         None: not known; what asks for it then says which it assumes.
     pose : SurfacePose or None
-        Decentre and tilt of this surface; None where it is in line.
+        Decentre, tilt and roll of this surface; None where it is in line.
     radius : float
         Keyword alone, in place of the curvature: R in mm, positive if the centre of curvature lies at +z; math.inf for
         a plane.
@@ -172,6 +172,20 @@ class Surface:
         if self.curvature_x is None:
             return self
         return replace(self, curvature=self.curvature if axis == "y" else self.curvature_x, curvature_x=None)
+
+    @property
+    def in_line(self) -> "Surface":
+        """The surface without its pose; a rolled cylinder or toroid has the curvatures of its sections x–z and y–z.
+
+        These follow from Euler's theorem: to first order the sections of the rolled surface have them.
+        """
+        if self.pose is None:
+            return self
+        if self.curvature_x is None or not self.pose.roll:
+            return replace(self, pose=None)
+        c2, s2 = cos(self.pose.roll) ** 2, sin(self.pose.roll) ** 2
+        return replace(self, pose=None, curvature=c2 * self.curvature + s2 * self.curvature_x,
+                       curvature_x=c2 * self.curvature_x + s2 * self.curvature)
 
     @cached_property
     def vertex_curvature(self) -> float:

@@ -137,7 +137,7 @@ class Lens:
 
     @cached_property
     def is_in_line(self) -> bool:
-        """Whether no surface is decentred or tilted."""
+        """Whether no surface is decentred, tilted or rolled."""
         return all(surface.pose is None for surface in self.surfaces)
 
     @property
@@ -148,9 +148,8 @@ class Lens:
 
     @cached_property
     def in_line(self) -> "Lens":
-        """The lens without its decentres and tilts."""
-        return self if self.is_in_line else replace(self, surfaces=tuple(replace(surface, pose=None)
-                                                                         for surface in self.surfaces))
+        """The lens without its poses; of rolled cylinders and toroids see `Surface.in_line`."""
+        return self if self.is_in_line else replace(self, surfaces=tuple(surface.in_line for surface in self.surfaces))
 
     @cached_property
     def frames(self) -> tuple[Frame | None, ...]:

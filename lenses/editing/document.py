@@ -22,7 +22,7 @@ WORDS = {CURVATURE: "radius", CURVATURE_X: "radius of the section x–z", THICKN
          SEMI_DIAMETER: "semi-diameter", CONIC: "conic constant"}
 # Numbers of the place of a surface that is out of line, which `poses` edits; no rule holds them
 POSE = {"decentre_x": "decentre along x", "decentre_y": "decentre along y", "tilt_x": "tilt about x",
-        "tilt_y": "tilt about y"}
+        "tilt_y": "tilt about y", "roll": "roll about its axis"}
 # What a solve keeps, and the quantity of a surface that it adjusts for that
 SOLVES = {"image": THICKNESS, "edge": THICKNESS, "efl": CURVATURE, "marginal slope": CURVATURE,
           "f-number": SEMI_DIAMETER}

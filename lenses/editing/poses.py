@@ -25,7 +25,7 @@ def with_pose(document: LensDocument, first: int, last: int, quantity: str, valu
         The body: its surfaces have one pose from now on, about the vertex of surface `first`, with the other numbers
         of that surface.
     quantity : str
-        "decentre_x", "decentre_y" (mm), "tilt_x" or "tilt_y" (radians), as of `lb.SurfacePose`.
+        "decentre_x", "decentre_y" (mm), "tilt_x", "tilt_y" or "roll" (radians), as of `lb.SurfacePose`.
     value : float
         The new number.
 

@@ -26,7 +26,7 @@ medium are those *after* the surface. Radius 0 or inf is a plane, V_d 0 is unkno
 "stop" at the end of a row marks the aperture stop. Tables hold the properties that few
 surfaces have, by the number of the surface from 0: `aspheric`, the coefficients of r^p
 (mm^(1−p)); `radius_x`, the radius of a cylinder or toroid in the section x–z (`radius`
-is that of y–z); `pose`, the decentre and tilt of a surface out of line (see
+is that of y–z); `pose`, the decentre, tilt and roll of a surface out of line (see
 `lb.SurfacePose`; angles in radians, or in degrees as tilt_x_deg); `dispersion`, the
 formula of a glass; `coating` (see `coating_table`). `positions` holds the gaps of a
 zoom lens, or of a lens that moves groups to focus (see `position_table`), `system` what
@@ -62,6 +62,7 @@ from lensbench.optics.surface_pose import PoseError, SurfacePose
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")
 POSE = tuple(field.name for field in fields(SurfacePose))
+ANGLES = ("tilt_x", "tilt_y", "roll")                   # of a pose: radians, or degrees as tilt_x_deg
 STOP = ("blades", "rotation", "rotation_deg", "roundness", "image")
 
 
@@ -209,11 +210,11 @@ def _numbers(value: object) -> Any:
 
 def _pose(value: object) -> SurfacePose:
     """The pose of a surface from { decentre_y = 0.5, tilt_x_deg = 2.0, pivot = 1 }."""
-    if not isinstance(value, dict) or not value.keys() <= {*POSE, "tilt_x_deg", "tilt_y_deg"}:
-        raise RowError(f"a pose is written {{ decentre_y = 0.5, tilt_x_deg = 2.0 }}, of {', '.join(POSE)}, tilt_x_deg, "
-                       "tilt_y_deg")
+    if not isinstance(value, dict) or not value.keys() <= {*POSE, *(f"{name}_deg" for name in ANGLES)}:
+        raise RowError(f"a pose is written {{ decentre_y = 0.5, tilt_x_deg = 2.0 }}, of {', '.join(POSE)}; angles "
+                       f"in degrees are {', '.join(f'{name}_deg' for name in ANGLES)}")
     numbers: dict[str, Any] = {name: number(each, name) for name, each in value.items()}
-    for name in ("tilt_x", "tilt_y"):
+    for name in ANGLES:
         if f"{name}_deg" in numbers:
             if name in numbers:
                 raise RowError(f"give {name} in radians or in degrees, not both")

@@ -1,4 +1,4 @@
-"""The cell of a surface's place: decentre and tilt of the surface, of its element, or of the selected group."""
+"""The cell of a surface's place: decentre, tilt and roll of the surface, of its element, or of the selected group."""
 
 from imgui_bundle import imgui
 
@@ -14,17 +14,19 @@ from lensbench.lenses.editing.poses import body_at
 
 POPUP = "Out of line"
 LABELS = {"decentre_x": "Decentre x (mm)", "decentre_y": "Decentre y (mm)", "tilt_x": "Tilt about x (°)",
-          "tilt_y": "Tilt about y (°)"}
+          "tilt_y": "Tilt about y (°)", "roll": "Roll (°)"}
 ABOUT = {"decentre_x": "To the right, as the picture shows it", "decentre_y": "Upwards",
          "tilt_x": "Positive takes the upper rim towards the film",
-         "tilt_y": "Positive takes the rim at +x towards the scene"}
+         "tilt_y": "Positive takes the rim at +x towards the scene",
+         "roll": "About its own axis, before the tilts; counterclockwise as the camera looks.\nIt turns cylinders, "
+                 "toroids, and blades or a picture in the stop; a round surface stays as it is"}
 
 
 def pose_cell(settings: Settings, document: LensDocument, i: int, state: LensTableState) -> Settings:
-    """Draw the cell; a click opens the four numbers, and what they move."""
+    """Draw the cell; a click opens the five numbers, and what they move."""
     pressed, hovered = cell_item(f"{i} pose", cells.pose_text(document.surfaces[i]), state, (i, "pose"), right=False)
     if hovered:
-        imgui.set_item_tooltip("Click to decentre or tilt the surface, its element or the selected group")
+        imgui.set_item_tooltip("Click to decentre, tilt or roll the surface, its element or the selected group")
     name = f"{POPUP} {i}"
     if pressed:
         selected = (state.first, state.last) if state.first < state.last and state.selected(i) else None

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import lensbench as lb
+from lensbench.kernels.rotation import rotation_about_z
 
 STEP = 0.06             # of the edge's radius, the tallest strip: its chord errs by less than a pixel on a screen
 SURFACE_POINTS = 33     # of an outline's curve, rim to rim
@@ -60,15 +61,26 @@ class Element:
         return inside
 
 
-def sag(surface: lb.Surface, height: ArrayLike) -> np.ndarray:
-    """Depth of a surface at heights in the y–z section, flat beyond its rim and beyond the sphere's equator."""
-    c, height = surface.curvature, np.abs(height)
+def sag(surface: lb.Surface, x: ArrayLike, y: ArrayLike) -> np.ndarray:
+    """Depth of a surface at points of its frame before its roll, flat beyond its rim and beyond a sphere's equator."""
+    x, y = np.asarray(x, float), np.asarray(y, float)
+    c, height = surface.curvature, np.hypot(x, y)
     r = np.minimum(height, min(surface.semi_diameter, 1.0 / abs(c) if c else np.inf))
     depth = c * r * r / (1.0 + np.sqrt(np.maximum(1.0 - c * c * r * r, 0.0)))
     if not surface.is_spherical:
-        own = surface.sag(0.0, np.minimum(height, surface.semi_diameter))
+        roll = surface.pose.roll if surface.pose is not None else 0.0
+        cosine, sine = math.cos(roll), math.sin(roll)
+        within = surface.semi_diameter / np.maximum(height, surface.semi_diameter)
+        own = surface.sag(within * (cosine * x + sine * y), within * (cosine * y - sine * x))
         depth = np.where(np.isfinite(own), own, depth)
     return depth
+
+
+def before_roll(lens: lb.Lens, i: int) -> np.ndarray:
+    """Axes (3, 3), in columns, of the frame of a surface out of line before its roll."""
+    frame, pose = lens.frames[i], lens.surfaces[i].pose
+    assert frame is not None and pose is not None
+    return frame.rotation @ rotation_about_z(-pose.roll) if pose.roll else frame.rotation
 
 
 @lru_cache(maxsize=32)
@@ -86,14 +98,15 @@ def cut(lens: lb.Lens, i: int, heights: ArrayLike, reach: float) -> np.ndarray:
     surface, frame, vertex = lens.surfaces[i], lens.frames[i], lens.vertices[i]
     y = np.asarray(heights, float)
     if frame is None:
-        return np.stack([vertex + sag(surface, y), y], axis=-1)
-    (xx, xy, xz), aside = frame.rotation[0], float(frame.at(vertex)[0])
+        return np.stack([vertex + sag(surface, 0.0, y), y], axis=-1)
+    axes = before_roll(lens, i)
+    (xx, xy, xz), aside = axes[0], float(frame.at(vertex)[0])
     y = y * math.sqrt(max(0.0, 1.0 - min(1.0, (aside / (xx * reach)) ** 2)))
     x, depth = np.full(y.shape, -aside / xx), np.zeros(y.shape)
     for _ in range(CUT_STEPS):
-        depth = sag(surface, np.hypot(x, y))
+        depth = sag(surface, x, y)
         x = np.clip(-(aside + xy * y + xz * depth) / xx, -reach, reach)
-    at = np.stack([x, y, vertex + depth], axis=-1) @ frame.rotation.T + frame.shift
+    at = np.stack([x, y, vertex + depth], axis=-1) @ axes.T + frame.shift
     return at[..., [2, 1]]
 
 
@@ -108,8 +121,8 @@ def _element(lens: lb.Lens, index: int) -> Element:
     front, rear = lens.surfaces[index], lens.surfaces[index + 1]
 
     def glass_at(y: ArrayLike) -> np.ndarray:
-        """Length of glass at heights, in line."""
-        return front.thickness + sag(rear, y) - sag(front, y)
+        """Length of glass at heights, without decentres and tilts."""
+        return front.thickness + sag(rear, 0.0, y) - sag(front, 0.0, y)
 
     # The edge lies at the largest height with glass between both surfaces
     edge = max(front.semi_diameter, rear.semi_diameter)

@@ -12,16 +12,14 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.settings import Settings
 from lensbench.optics.stop_image import StopImage
-from lensbench.optics.surface_pose import Frame, SurfacePose
+from lensbench.optics.surface_pose import Frame, SurfacePose, tilts_of
+
+QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])     # +x becomes +y
 
 
 @lru_cache(maxsize=16)
 def quarter_turned(lens: lb.Lens) -> lb.Lens:
-    """The lens turned so that +x becomes +y; itself where it is rotationally symmetric.
-
-    A pose has no angle about its own axis: behind tilts about x and y at once, cylinders and blades turn by up to half
-    the product of both angles less than their surface does.
-    """
+    """The lens turned so that +x becomes +y; itself where it is rotationally symmetric."""
     if lens.is_rotationally_symmetric and lens.stop_image is None and not lens.blades:
         return lens
     image = lens.stop_image
@@ -33,9 +31,9 @@ def quarter_turned(lens: lb.Lens) -> lb.Lens:
 def _turned(surface: lb.Surface) -> lb.Surface:
     pose = surface.pose
     if pose is not None:
-        x, y, z = Frame.of(pose, 0.0).rotation[:, 2]
-        pose = SurfacePose(-pose.decentre_y or 0.0, pose.decentre_x, -math.asin(x) or 0.0, math.atan2(-y, z) or 0.0,
-                           pose.pivot)
+        # The quarter turn of the place in its new coordinates: the shape is turned by itself
+        tilt_x, tilt_y, roll = tilts_of(QUARTER @ Frame.of(pose, 0.0).rotation @ QUARTER.T)
+        pose = SurfacePose(-pose.decentre_y or 0.0, pose.decentre_x, tilt_x, tilt_y, pose.pivot, roll)
     if surface.curvature_x is None:
         return surface if pose is None else replace(surface, pose=pose)
     return replace(surface, curvature=surface.curvature_x, curvature_x=surface.curvature, pose=pose)

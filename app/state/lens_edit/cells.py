@@ -26,7 +26,7 @@ from lensbench.optics.glass import Glass
 from lensbench.optics.lens_surface import Surface
 
 PLANES = ("", "inf", "infinity", "∞", "plane", "flat")
-TILTS = ("tilt_x", "tilt_y")                    # radians, in degrees in their cells
+ANGLES = ("tilt_x", "tilt_y", "roll")           # radians, in degrees in their cells
 TILT = 0.0005                                   # radians of a pixel's drag
 BEND, GAP, RIM, CONE, SAG = 0.002, 0.002, 0.005, 0.01, 0.0005      # of a pixel's drag, in semi-diameters
 
@@ -38,7 +38,7 @@ def shown(surface: Surface, quantity: str) -> str:
         return INFINITE if value == 0.0 else true_minus(significant(1.0 / value))
     if quantity not in (THICKNESS, SEMI_DIAMETER) and value == 0.0:
         return ""
-    return true_minus(significant(degrees(value) if quantity in TILTS else value))
+    return true_minus(significant(degrees(value) if quantity in ANGLES else value))
 
 
 def whole(surface: Surface, quantity: str) -> str:
@@ -47,7 +47,7 @@ def whole(surface: Surface, quantity: str) -> str:
     if quantity in (CURVATURE, CURVATURE_X):
         text = radius_text(value)
     else:
-        text = repr(round(degrees(value), 12) if quantity in TILTS else value)
+        text = repr(round(degrees(value), 12) if quantity in ANGLES else value)
     return text.removesuffix(".0")
 
 
@@ -61,7 +61,7 @@ def typed(text: str, quantity: str) -> float:
             raise EditError(f"“{cut(text.strip())}”: type a radius such as 22.5, or inf for a plane") from None
     try:
         number = float(plain_number(re.sub(r"\s*(mm|°|deg)$", "", word)) or "0")
-        return radians(number) if quantity in TILTS else number
+        return radians(number) if quantity in ANGLES else number
     except ValueError:
         raise EditError(f"“{cut(text.strip())}”: type a {words(quantity)} such as 1.5") from None
 
@@ -78,7 +78,7 @@ def step(surface: Surface, quantity: str) -> float:
     if quantity == CONIC:
         return CONE
     if quantity in POSE:
-        return TILT if quantity in TILTS else GAP * size
+        return TILT if quantity in ANGLES else GAP * size
     return SAG * size ** (1 - int(quantity[1:]))
 
 
@@ -105,7 +105,7 @@ def glass_text(glass: Glass) -> str:
 
 
 def pose_text(surface: Surface) -> str:
-    """The place of a surface out of line: “0.3 0.5 mm  2° 0°”, its decentres and tilts; "" in line."""
+    """The place of a surface out of line: “0.3 0.5 mm  2° 0°”, its decentres, tilts and roll; "" in line."""
     pose, parts = surface.pose, []
     if pose is None:
         return ""
@@ -113,6 +113,8 @@ def pose_text(surface: Surface) -> str:
         parts.append(f"{significant(pose.decentre_x, 3)} {significant(pose.decentre_y, 3)} mm")
     if pose.tilt_x or pose.tilt_y:
         parts.append(f"{significant(degrees(pose.tilt_x), 3)}° {significant(degrees(pose.tilt_y), 3)}°")
+    if pose.roll:
+        parts.append(f"roll {significant(degrees(pose.roll), 3)}°")
     return true_minus("  ".join(parts))
 
 
@@ -134,7 +136,7 @@ def tooltip(document: LensDocument, surface: int, quantity: str) -> list[str]:
     row = document.surfaces[surface]
     name = words(quantity)
     lines = [f"{name[0].upper()}{name[1:]} of surface {surface}: {true_minus(whole(row, quantity))}"
-             + ("" if quantity == CONIC or quantity.startswith("r") else "°" if quantity in TILTS else " mm")]
+             + ("" if quantity == CONIC or quantity.startswith("r") else "°" if quantity in ANGLES else " mm")]
     if quantity == CURVATURE and row.curvature:
         lines.append(f"Curvature {true_minus(significant(row.curvature))} /mm")
     rule = document.rule(surface, quantity)

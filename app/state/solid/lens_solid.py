@@ -9,11 +9,10 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.geometry.elements import elements, sag
+from lensbench.app.state.geometry.elements import before_roll, elements, sag
 from lensbench.app.state.geometry.section import Sketch
 from lensbench.app.state.solid.shapes import Part, Strokes, flat_part, grid_part, strokes
 from lensbench.kernels.byte_cache import byte_cache
-from lensbench.optics.surface_pose import Frame
 
 ACROSS = 17                     # points along each side of a curved film
 AROUND = 37                     # points about the axis, from +y past +x to −y
@@ -43,7 +42,7 @@ def _glass(lens: lb.Lens, glasses: tuple[lb.Glass, ...], film_z: float) -> tuple
         front, rear = lens.surfaces[element.front], lens.surfaces[element.front + 1]
         edge = float(np.abs(element.outline[:, 1]).max())
         z = [lens.vertices[element.front] - film_z, lens.vertices[element.front + 1] - film_z]
-        sheets = [_placed(_sheet(surface, at, edge), lens.frames[i], film_z) for surface, at, i in zip(
+        sheets = [_placed(_sheet(surface, at, edge), lens, i, film_z) for surface, at, i in zip(
             (front, rear), z, (element.front, element.front + 1), strict=True)]
         shell = np.concatenate([sheets[0], sheets[1][::-1]])
         both = element.front, element.front + 1
@@ -69,19 +68,15 @@ def _sheet(surface: lb.Surface, z: float, edge: float) -> np.ndarray:
     rim = min(surface.semi_diameter, edge)
     radii = np.append(rim * RADII, edge) if edge > rim else rim * RADII
     x, y = radii[:, None] * np.cos(TURNS), radii[:, None] * np.sin(TURNS)
-    if surface.is_rotationally_symmetric:
-        depth = np.broadcast_to(np.array([sag(surface, r) for r in radii])[:, None], x.shape)
-    else:
-        within = np.minimum(radii, rim)[:, None]
-        depth = np.nan_to_num(surface.sag(within * np.cos(TURNS), within * np.sin(TURNS)))
-    return np.stack([x, y, z + depth], axis=-1)
+    return np.stack([x, y, z + sag(surface, x, y)], axis=-1)
 
 
-def _placed(points: np.ndarray, frame: Frame | None, film_z: float) -> np.ndarray:
-    """Points (…, 3) of a surface in line, camera frame, moved by the pose `frame` of the surface."""
+def _placed(points: np.ndarray, lens: lb.Lens, i: int, film_z: float) -> np.ndarray:
+    """Points (…, 3) of surface i in line, camera frame, moved by its pose; the roll is in the points."""
+    frame = lens.frames[i]
     if frame is None:
         return points
-    return (points + [0.0, 0.0, film_z]) @ frame.rotation.T + frame.shift - [0.0, 0.0, film_z]
+    return (points + [0.0, 0.0, film_z]) @ before_roll(lens, i).T + frame.shift - [0.0, 0.0, film_z]
 
 
 def _ring(z: float, inner: float, outer: float) -> Part:

@@ -26,7 +26,7 @@ def posed(lens, first, last, **pose):
 
 SINGLET = lb.Lens((lb.Surface(1 / 60.0, 5.0, 9.0, lb.Glass(1.6)), lb.Surface(-1 / 70.0, 6.0, 9.0),
                    lb.Surface(0.0, 0.0, 7.0)), 2)
-BENT = {"decentre_x": 0.7, "decentre_y": -0.4, "tilt_x": 0.11, "tilt_y": -0.07}
+BENT = {"decentre_x": 0.7, "decentre_y": -0.4, "tilt_x": 0.11, "tilt_y": -0.07, "roll": 0.4}    # round: roll is nothing
 MIXED = posed(posed(DOUBLET, 0, 2, **BENT), 4, 5, decentre_x=-0.5, tilt_y=0.09)
 
 
@@ -104,21 +104,70 @@ def test_a_lens_that_is_dark_along_its_axis_has_the_working_f_number_of_its_ligh
 
 def test_only_the_surface_itself_moves_and_a_body_moves_as_one():
     lens = posed(SINGLET, 0, 1, **BENT)
+    cylindrical = posed(replace(SINGLET, surfaces=(replace(SINGLET.surfaces[0], curvature_x=0.01),
+                                                   *SINGLET.surfaces[1:])), 0, 1, **BENT)
+    for made, still in ((lens, SINGLET), (cylindrical, replace(cylindrical, surfaces=tuple(
+            replace(s, pose=None) for s in cylindrical.surfaces)))):
+        _check_body(made, still)
     assert lens.vertices == SINGLET.vertices and lens.in_line == SINGLET
+
+
+def _check_body(lens, in_place):
     assert lens.frames[0] is lens.frames[1] and lens.frames[2] is None
     # In its own frame the body is the lens in line
     frame = lens.frames[0]
     origins, directions = rays()
     moved = lb.trace(lens, origins @ frame.rotation.T + frame.shift, directions @ frame.rotation.T, clip=False,
                      record=True).paths[:, 1:3]
-    still = lb.trace(SINGLET, origins, directions, clip=False, record=True).paths[:, 1:3]
+    still = lb.trace(in_place, origins, directions, clip=False, record=True).paths[:, 1:3]
     assert moved == pytest.approx(still @ frame.rotation.T + frame.shift, abs=1e-12)
+
+
+CROSSED = lb.Lens((lb.Surface(1 / 40.0, 4.0, 9.0, lb.Glass(1.6), curvature_x=0.0),
+                   lb.Surface(0.0, 3.0, 9.0, lb.Glass(1.5), curvature_x=-1 / 55.0), lb.Surface(0.0, 2.0, 9.0),
+                   lb.Surface(0.0, 0.0, 7.0)), 3, blades=3)
+
+
+def test_a_roll_turns_what_is_not_round_and_the_rays_with_it():
+    """All surfaces rolled about one axis are the lens turned as a whole; a quarter swaps the sections of a cylinder."""
+    origins, directions = rays(600, 8.0)
+    turn = np.array([[np.cos(0.4), -np.sin(0.4), 0.0], [np.sin(0.4), np.cos(0.4), 0.0], [0.0, 0.0, 1.0]])   # x to y
+    still, made = lb.trace(CROSSED, origins, directions), lb.trace(
+        posed(CROSSED, 0, 3, roll=0.4), origins @ turn.T, directions @ turn.T)
+    passed = still.fate == lb.Fate.PASSED
+    assert passed.any() and not passed.all() and (made.fate == still.fate).all()
+    assert np.abs(made.points - still.points @ turn.T)[passed].max() < 1e-12
+    assert np.abs(made.directions - still.directions @ turn.T)[passed].max() < 1e-14
+
+    front = replace(CROSSED, surfaces=CROSSED.surfaces[:1], stop_index=0, blades=0)
+    across = replace(front, surfaces=(replace(front.surfaces[0], curvature=0.0, curvature_x=1 / 40.0),))
+    assert lb.trace(posed(front, 0, 0, roll=np.pi / 2), origins, directions).directions == pytest.approx(
+        lb.trace(across, origins, directions).directions, abs=1e-14, nan_ok=True)
+
+
+@pytest.mark.parametrize("roll", [0.3, -1.2, np.pi / 2])
+def test_first_order_data_are_those_of_the_sections_of_a_rolled_surface(roll):
+    """Against the limit of a traced ray near the axis: the slope across its own section, over its height."""
+    lens = posed(CROSSED, 0, 1, roll=roll)
+    for axis, k in (("x", 0), ("y", 1)):
+        start = np.zeros(3)
+        start[k], start[2] = 1e-4, -5.0
+        slope = lb.trace(lens, start, [0.0, 0.0, 1.0]).directions[0, k] / 1e-4
+        efl = lb.first_order(lens.section(axis)).efl
+        assert slope == pytest.approx(-1.0 / efl, abs=4e-5)     # without the coupling of both sections
+        assert lens.in_line.is_in_line
+    first = lens.surfaces[0].in_line
+    assert (first.curvature, first.curvature_x) == pytest.approx((np.cos(roll)**2 / 40.0, np.sin(roll)**2 / 40.0))
+    assert lens.surfaces[0].section("y").curvature == 1 / 40.0          # of its own axes
 
 
 def test_signs_are_those_of_the_axes():
     plane = lb.Lens((lb.Surface(0.0, 0.0, 20.0),), 0)
     up = lb.trace(posed(plane, 0, 0, tilt_x=0.1), [0.0, 10.0, -9.0], [0.0, 0.0, 1.0]).points[0]
     right = lb.trace(posed(plane, 0, 0, tilt_y=0.1), [10.0, 0.0, -9.0], [0.0, 0.0, 1.0]).points[0]
+    bent = lb.Lens((lb.Surface(0.02, 0.0, 20.0, curvature_x=0.0, pose=lb.SurfacePose(roll=np.pi / 6)),), 0)
+    flat = lb.trace(bent, [np.cos(np.pi / 6), np.sin(np.pi / 6), -9.0], [0.0, 0.0, 1.0]).points[0]  # +x rolled up
+    assert flat[2] == pytest.approx(0.0, abs=1e-15)
     assert up[2] == pytest.approx(10.0 * np.tan(0.1)) and right[2] == pytest.approx(-10.0 * np.tan(0.1))
 
 
@@ -154,7 +203,8 @@ def test_a_decentred_element_shows_coma_on_the_axis():
 
 @pytest.mark.parametrize(("pose", "said"), [
     ({"tilt_x": radians(90.0)}, "tilt_x 90° of a surface: it must lie from −60° to 60°"),
-    ({"tilt_y": nan}, "tilt_y nan"), ({"decentre_x": 1e9}, "it must lie from −10 m to 10 m"),
+    ({"tilt_y": nan}, "tilt_y nan"), ({"roll": 3.5}, "roll 200.5.*° of a surface: it must lie from −180° to 180°"),
+    ({"decentre_x": 1e9}, "it must lie from −10 m to 10 m"),
     ({"decentre_y": inf}, "decentre_y ∞"), ({"pivot": 1.5}, "whole number")])
 def test_impossible_poses_are_refused(pose, said):
     with pytest.raises(lb.PoseError, match=said):

@@ -265,6 +265,33 @@ def test_commands_of_codev_for_surfaces_that_are_none_are_refused(command, said)
         codev("S -0.02 40", "  CIR 5", "SI", command)
 
 
+CROSSED = lb.Lens((lb.Surface(1 / 40.0, 4.0, 9.0, lb.Glass(1.6)), lb.Surface(0.01, 3.0, 9.0, curvature_x=-1 / 55.0),
+                   lb.Surface(0.0, 2.0, 9.0, lb.Glass(1.5), curvature_x=1 / 70.0), lb.Surface(0.0, 40.0, 9.0)), 0)
+
+
+@pytest.mark.parametrize("suffix", [".zmx", ".seq", ".toml"])
+@pytest.mark.parametrize("pose", [{"roll": 0.3}, {"roll": -2.0, "decentre_x": 0.4, "tilt_x": 0.1, "tilt_y": -0.2}])
+def test_rolled_cylinders_are_written_with_their_element_and_read_with_the_same_rays(suffix, pose):
+    """A body with a toroid, and a cylinder with a roll of its own, against rays in all directions across the axis."""
+    lens = bent(bent(CROSSED, 0, 1, **pose), 2, 2, roll=0.7)
+    text, lost = WRITERS[suffix](lens)
+    read = READERS[suffix](text, "x" + suffix)
+    assert body_at(read, 0) == (0, 1) and not any("another lens" in each.message for each in lost)
+    assert read.surfaces[1].pose.roll == pytest.approx(pose["roll"], abs=1e-9)
+    assert read.surfaces[0].pose.roll == read.surfaces[1].pose.roll and read.surfaces[3].pose is None
+    turns = np.linspace(0.0, 6.0, 40)
+    origins = np.column_stack([5.0 * np.cos(turns), 5.0 * np.sin(turns), np.full(40, -9.0)])
+    assert lb.trace(read, origins, [0.0, 0.1, 1.0]).directions == pytest.approx(
+        lb.trace(lens, origins, [0.0, 0.1, 1.0]).directions, abs=1e-9, nan_ok=True)
+
+
+def test_a_roll_of_codev_is_right_handed_and_turns_a_cylinder_alone():
+    lens = codev("  CDE 20; DAR", "S -0.02 40", "  AAS", "  CUX 0.0", "  CIR 5", "  CDE 30; DAR", "SI")
+    assert lens.surfaces[0].pose is None                        # round, and no body with the cylinder
+    assert replace(lens.surfaces[1].pose, roll=0.0).is_in_line
+    assert lens.surfaces[1].pose.roll == pytest.approx(radians(30.0), abs=1e-12)
+
+
 def test_the_object_of_a_lens_whose_first_surface_pivots_about_the_second_keeps_its_distance():
     pose = lb.SurfacePose(tilt_x=0.2)
     lens = lb.Lens((lb.Surface(0.02, 6.0, 5.0, lb.Glass(1.5), pose=replace(pose, pivot=-1)),

@@ -1,5 +1,7 @@
 """Outlines of surfaces out of line: they are cuts of the true surfaces by the meridional plane."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -21,6 +23,12 @@ def test_curves_lie_on_the_surfaces_and_in_the_plane(pose):
         radii = np.hypot(own[:, 0], own[:, 1])
         assert radii[[0, -1]] == pytest.approx(rim, rel=2e-2)
         assert np.abs(own[:, 2] - lens.surfaces[i].sag(own[:, 0], own[:, 1]))[radii <= rim].max() < 1e-9
+    made = [replace(s, curvature_x=0.3 * s.curvature) if i == 2 else s for i, s in enumerate(TRIPLET.surfaces)]
+    cylindrical = posed(replace(TRIPLET, surfaces=tuple(made)), 2, 3, roll=1.3, **pose)
+    z, y = surface_curves(cylindrical)[2].T
+    own = cylindrical.in_frame_of(2, np.column_stack([0.0 * y, y, z]))
+    within = np.hypot(own[:, 0], own[:, 1]) <= cylindrical.surfaces[2].semi_diameter
+    assert np.abs(own[:, 2] - cylindrical.surfaces[2].sag(own[:, 0], own[:, 1]))[within].max() < 1e-9
     still, moved = elements(TRIPLET), elements(lens)
     assert (moved[0].outline == still[0].outline).all() and (moved[2].outline == still[2].outline).all()
     _, y, z = lens.frames[2].at(lens.vertices[2] + 0.5)                      # in the middle of the glass

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench import lenses
 from lensbench.app.state.build import setup
 from lensbench.app.state.geometry.elements import elements, sag
 from lensbench.app.state.geometry.section import sketch
@@ -19,6 +20,7 @@ from lensbench.app.state.solid.lens_solid import lens_parts
 from lensbench.app.state.solid.ray_lines import fan_lines, lost_lines, pixel_lines
 from lensbench.app.state.solid.scene_solid import scene_parts
 from lensbench.app.state.solid.turntable import FARTHEST, Eye
+from tests.core.optics.test_surface_pose import posed
 
 START = replace(Settings(), f_number=None)
 ANAMORPHIC = "lentil-schneider-anamorphic-31-2001"
@@ -32,7 +34,7 @@ def test_the_half_lens_lies_on_its_surfaces_and_its_cut_in_the_section():
         x, y, z = shell.points[::7].T
         assert shell.points[:, 0].min() > -1e-9 and shell.glass[0] == element.glass.n_d
         r = np.hypot(x, y)
-        away = np.min([np.abs(z + shown.film_z - lens.vertices[i] - [sag(lens.surfaces[i], h) for h in r])
+        away = np.min([np.abs(z + shown.film_z - lens.vertices[i] - [sag(lens.surfaces[i], 0.0, h) for h in r])
                        for i in (element.front, element.front + 1)], axis=0)
         assert away.max() < 1e-9
         assert np.abs(cut.points[:, 0]).max() == 0.0
@@ -55,6 +57,16 @@ def test_a_cylinder_bends_across_one_direction_alone():
     x, y, z = shell.points.T
     on = np.abs(z - vertex - np.nan_to_num(surface.sag(x, y), nan=1e9)) < 1e-9
     assert on.sum() > 100 and np.ptp(x[on]) > 0.5 * surface.semi_diameter
+
+
+def test_a_rolled_cylinder_stands_rolled_and_is_cut_in_the_section(tmp_path):
+    lens = posed(lenses.load(ANAMORPHIC), 0, 0, roll=0.5)
+    lenses.save(lens, tmp_path / "rolled.toml")
+    shown = sketch(replace(START, lens=str(tmp_path / "rolled.toml")))
+    shell = next(part for part in lens_parts(shown) if part.kind == "glass")
+    own = shown.lens.in_frame_of(0, shell.points + [0.0, 0.0, shown.film_z])
+    on = np.abs(own[:, 2] - shown.lens.surfaces[0].sag(own[:, 0], own[:, 1])) < 1e-9
+    assert on.sum() > 100 and shell.points[:, 0].min() > -1e-9
 
 
 @pytest.mark.parametrize("radius", [0.0, 10.0, 18.0])
