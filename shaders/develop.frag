@@ -8,7 +8,7 @@
 // out  sRGB in [0, 1]
 //
 // app/state/tone.py has the constants of the curves, with their meaning; they are inserted after #version, and so are
-// TONE and OVERLAY: software renderers compute both sides of every branch, so that a program holds only what it shows.
+// blur.frag, TONE and OVERLAY: software renderers compute both sides of every branch, so that a program holds only what it shows.
 
 #define FILMIC 1
 #define AGX 2
@@ -19,15 +19,8 @@
 
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
 
-uniform sampler2D picture;
 uniform float gain;
 uniform float headroom;
-uniform float coc_gain;                 // pixels · mm:  CoC = coc_gain |1/(distance − coc_offset) − coc_focus|, a diameter
-uniform float coc_focus;                // 1/mm
-uniform float coc_offset;               // mm
-uniform float coc_power;                // 1/mm, of the lens: a tilted film adds lean · (coc_power − 1/(…)) to the difference
-uniform vec3 coc_leans;                 // lean = x + y · across + z · down, for parts of the picture
-uniform vec4 coc_curve;                 // of a curved film: curvature (1/mm), width, height (mm), and lean per mm of its depth
 uniform float sharp;                    // diameter in pixels below which a thing counts as in focus
 uniform float stripe;                   // width of a zebra stripe, pixels of the picture
 uniform vec3 amber, nearer, farther;    // colours of what is in focus, before and behind it, sRGB
@@ -74,15 +67,6 @@ vec3 developed(ivec2 at) {
     return srgb(clamp(rgb, 0.0, 1.0));
 }
 
-// The circle of confusion in pixels, negative for what lies before the focus; nearer than 1 mm counts as 1 mm.
-float circle(ivec2 at) {
-    float nearness = 1.0 / max(texelFetch(picture, at, 0).a - coc_offset, 1.0);
-    vec2 part = (vec2(at) + 0.5) / vec2(textureSize(picture, 0)), film = (part - 0.5) * coc_curve.yz;
-    float r2 = dot(film, film), c = coc_curve.x;
-    float lean = dot(coc_leans, vec3(1.0, part)) + coc_curve.w * c * r2 / (1.0 + sqrt(max(1.0 - c * c * r2, 0.0)));
-    return coc_gain * (coc_focus - nearness + lean * (coc_power - nearness));
-}
-
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 rgb = developed(pixel);
@@ -90,7 +74,7 @@ void main() {
 
     // Circle of confusion: colour tells the side, its strength tells the size on a log scale from 1 to 64 pixels.
 #if OVERLAY == COC
-    float c = circle(pixel);
+    float c = circle(texelFetch(picture, pixel, 0).a, pixel);
     float strength = clamp(log2(max(abs(c), 1.0)) / 6.0, 0.0, 1.0);
     vec3 side = c < 0.0 ? nearer : farther;
     vec3 veil = abs(c) < sharp ? amber : mix(vec3(0.5), side, 0.25 + 0.75 * strength);
@@ -104,7 +88,7 @@ void main() {
     float below = dot(developed(pixel + ivec2(0, 1)), LUMINANCE);
     float above = dot(developed(pixel - ivec2(0, 1)), LUMINANCE);
     float edge = length(vec2(right - left, below - above));
-    float focused = 1.0 - smoothstep(0.5 * sharp, sharp, abs(circle(pixel)));
+    float focused = 1.0 - smoothstep(0.5 * sharp, sharp, abs(circle(texelFetch(picture, pixel, 0).a, pixel)));
     rgb = mix(mix(rgb, vec3(grey), 0.6), amber, focused * smoothstep(0.06, 0.16, edge));
 #endif
 

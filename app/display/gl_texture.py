@@ -13,6 +13,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from lensbench.app.state.geometry.blur import NONE, Blur
 from lensbench.app.state.picture import tone
 
 TONES = {"none": 0, "filmic": 1, "agx": 2, "raw": 3}
@@ -29,28 +30,18 @@ Rgb = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Development:
-    """All that the shaders need beside the picture; two equal ones give the same screen.
-
-    The circle of confusion in pixels is coc_gain |1/(s − coc_offset) − coc_focus|, s (mm) being the distance from the
-    film, coc_offset that of the front principal plane and coc_focus the reciprocal of what is in focus from there.
-    """
+    """All that the shaders need beside the picture; two equal ones give the same screen."""
 
     exposure: float = 0.0
     tone: str = "filmic"
     overlay: str = "none"
-    coc_gain: float = 0.0
-    coc_focus: float = 0.0
-    coc_offset: float = 0.0
-    sharp: float = 1.5
+    blur: Blur = NONE
     stripe: float = 6.0
     amber: Rgb = (0.91, 0.64, 0.24)
     nearer: Rgb = (0.34, 0.71, 0.91)
     farther: Rgb = (0.80, 0.47, 0.65)
     sensor: bool = False        # a sensor recorded it: 1 is saturated, and white
     share: float = 0.0          # of the softening, see `softening`
-    coc_power: float = 0.0      # 1/mm, with leans and curve of a film out of line: see `Blur`
-    coc_leans: Rgb = (0.0, 0.0, 0.0)
-    coc_curve: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
 def softening(samples: int) -> float:
@@ -77,6 +68,8 @@ class Screen:
         self._texels = np.zeros((0, 0, 4), np.float32)      # of the picture, on their way,
         self._colours = np.zeros(0, RGB)                    # and their first three numbers
         self._depth: NDArray[np.float32] | None = None      # that they hold
+        self._blur: moderngl.Texture | None = None
+        self._blur_of: Blur | None = None
         self._soft: _Target | None = None
         self._shown: _Target | None = None
         self._apart: _Target | None = None
@@ -119,24 +112,32 @@ class Screen:
         if development != self._done:
             before = self._context.detect_framebuffer()
             source = self._picture
-            if development.share > 0.0 and development.coc_gain > 0.0:
-                self._draw(self._program("soften.frag"), self._soft, source, coc_gain=development.coc_gain,
-                           coc_focus=development.coc_focus, coc_offset=development.coc_offset,
-                           coc_power=development.coc_power, coc_leans=development.coc_leans,
-                           coc_curve=development.coc_curve, share=development.share)
+            self._load_blur(development.blur)
+            inserted = shader_source("blur.frag")
+            if development.share > 0.0 and development.blur.blurs:
+                self._draw(self._program("soften.frag", inserted), self._soft, source, blur=3, share=development.share)
                 source = self._soft.texture
-            develop = self._program("develop.frag", f"#define TONE {TONES[development.tone]}\n",
+            develop = self._program("develop.frag", inserted, f"#define TONE {TONES[development.tone]}\n",
                                     f"#define OVERLAY {OVERLAYS[development.overlay]}\n", tone.glsl_constants())
             self._draw(develop, self._shown, source, gain=2.0 ** development.exposure,
                        headroom=tone.HEADROOM[development.tone] if development.sensor else 0.0,
-                       coc_gain=development.coc_gain, coc_focus=development.coc_focus,
-                       coc_offset=development.coc_offset, coc_power=development.coc_power,
-                       coc_leans=development.coc_leans, coc_curve=development.coc_curve, sharp=development.sharp,
-                       stripe=development.stripe,
+                       blur=3, sharp=max(development.blur.sharp, 1.0), stripe=development.stripe,
                        amber=development.amber, nearer=development.nearer, farther=development.farther)
             before.use()
             self._done = replace(development)
         return self._shown.texture.glo
+
+    def _load_blur(self, blur: Blur) -> None:
+        """Put the nodes of a blur into texture unit 3."""
+        if self._blur is None or self._blur_of is not blur:
+            rows, columns = blur.nodes.shape[:2]
+            if self._blur is None or self._blur.size != (columns, rows):
+                if self._blur is not None:
+                    self._blur.release()
+                self._blur = _texture(self._context, (columns, rows), 3)
+            self._blur.write(np.ascontiguousarray(blur.nodes, np.float32))
+            self._blur_of = blur
+        self._blur.use(3)
 
     def apart(self, other: "Screen", scale: float) -> int:
         """The GL name of a texture with the difference from another picture of the same size; `scale` is shown white.

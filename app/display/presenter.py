@@ -14,7 +14,7 @@ from lensbench.app.display.frame import Light, Mark, Picture, Pinned, View
 from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
 from lensbench.app.display.panorama import Panorama
 from lensbench.app.display.solid_view import Drawing, SolidView
-from lensbench.app.state.geometry.circle_of_confusion import Blur
+from lensbench.app.state.geometry.blur import NONE, Blur
 from lensbench.app.state.light_field_query import note, picture_settings
 from lensbench.app.state.picture.auto_exposure import meter_stops
 from lensbench.app.state.picture.exposure import AppliedExposure, applied_exposure, exposed, look
@@ -252,11 +252,10 @@ class Presenter:
         if self.field_picture is not None:
             overlay = settings.overlay if settings.overlay == "clipping" else "none"
             return Development(settings.exposure, settings.tone, overlay, stripe=_stripe(view), sensor=settings.noise)
-        blur = Blur.of(update.settings)
+        blur = Blur.of(update.settings) if deep else NONE           # without a depth nothing uses it
         amber, nearer, farther = ((c[0], c[1], c[2]) for c in (theme.DARK.amber, theme.NEARER, theme.FARTHER))
-        return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus, blur.offset,
-                           max(blur.sharp, 1.0), _stripe(view), amber, nearer, farther, settings.noise,
-                           self._softening(update) if deep else 0.0, blur.power, blur.leans, blur.curve)
+        return Development(settings.exposure, settings.tone, settings.overlay, blur, _stripe(view), amber, nearer,
+                           farther, settings.noise, self._softening(update) if deep else 0.0)
 
     def _softening(self, update: RenderUpdate) -> float:
         """The share of the softening; 0 where a processor draws, which takes longer for it than for a picture."""

@@ -45,27 +45,6 @@ def lens_leans(settings: Settings) -> bool:
         return False
 
 
-def lean_at(settings: Settings, parts: np.ndarray) -> np.ndarray:
-    """Leans (n,) of a flat film in this pose at parts (n, 2) of the picture: see `Blur`.
-
-    Behind a lens out of line, those of the film before which the lens in line has the same plane of sharp focus.
-    """
-    built, film = setup(settings), settings.film
-    pose = replace(settings.film_pose, radius=math.inf)
-    at = pose.points((np.asarray(parts) - 0.5) * [-film.width, film.height])
-    behind = built.film_distance - built.first_order.rear_principal
-    found = sharp_focus(settings) if lens_leans(settings) else None
-    if found is None:
-        return np.asarray(at[:, 2] / behind)
-    focus = 1.0 / (settings.focus_distance - built.principal_offset) if math.isfinite(settings.focus_distance) else 0.0
-    nearness, power = np.zeros(len(at)), 1.0 / built.first_order.efl
-    if found.plane is not None:                     # where the rays through the principal points meet the plane
-        aside, along = found.plane.normal[:2], found.plane.normal[2]
-        nearness = (along + at[:, :2] @ aside / (behind + at[:, 2])) / (
-            -along * built.principal_offset - found.plane.offset)
-    return np.asarray((nearness - focus) / (power - nearness))
-
-
 def sharp_focus(settings: Settings) -> "lb.analysis.SharpFocus | None":
     """The plane of sharp focus, its wedge and its lines; None where all is in line, or nothing is in focus."""
     if settings.film_pose.is_upright and not lens_leans(settings) or not settings.focuses:

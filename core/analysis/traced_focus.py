@@ -24,12 +24,17 @@ LEAST = 3                       # rays that have a focus
 class Beams:
     """Beams of film points: where each leaves the lens (n, 3), its unit direction (n, 3), nearness (n,) of its focus.
 
-    The nearness is one over the distance along the beam; NaN without light.
+    The nearness is one over the distance along the beam. across (n, 3, 3): mean squares and products of how far its
+    rays leave the lens beside its middle (mm²); mixed (n, 3, 3): those of these places, by rows, and the slopes of the
+    rays against it, by columns (mm); slopes (n, 3, 3): those of the slopes. NaN without light.
     """
 
     starts: np.ndarray
     directions: np.ndarray
     nearness: np.ndarray
+    across: np.ndarray
+    mixed: np.ndarray
+    slopes: np.ndarray
 
     @property
     def foci(self) -> np.ndarray:
@@ -70,8 +75,10 @@ def beams(lens: Lens, film_distance: float, film: np.ndarray, whole: bool = Fals
         b = directions / cosines
         a, b = (np.where(passed, values - np.where(passed, values, 0.0).sum(1, keepdims=True) / count[:, None], 0.0)
                 for values in (a, b))
-        nearness = -(a * b).sum((1, 2)) / (a * a).sum((1, 2))
-    return Beams(start - [0.0, 0.0, back], along, nearness)
+        across, mixed, slopes = (np.einsum("nri,nrj->nij", one, two) / count[..., None]
+                                 for one, two in ((a, a), (a, b), (b, b)))
+        nearness = -np.trace(mixed, axis1=1, axis2=2) / np.trace(across, axis1=1, axis2=2)
+    return Beams(start - [0.0, 0.0, back], along, nearness, across, mixed, slopes)
 
 
 def focused_plane(lens: Lens, film_distance: float, film: np.ndarray) -> np.ndarray | None:

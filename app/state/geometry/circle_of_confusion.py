@@ -1,10 +1,6 @@
-"""The circle of confusion: of every pixel, for the overlays, and as curves against distance.
+"""The circle of confusion as curves against distance: of the thin lens, the thick lens and the traced real lens.
 
-Pixels: from the depth map by the formula of the thin lens. With s measured from the front principal plane and u = 1/s
-the diameter is c = A f |u_focus − u| / (1 − f u_focus), A the diameter of the entrance pupil: linear in u.
-
-Curves: thin lens, thick lens, and the traced real lens. Distances in metres from the film, diameters in micrometres on
-the film.
+Distances in metres from the film, diameters in micrometres on the film.
 """
 
 import math
@@ -16,76 +12,13 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.build import setup
 from lensbench.app.state.dial_scales import WHOLE_STOPS
-from lensbench.app.state.figures import Readings, blur_limit, readings
+from lensbench.app.state.figures import Readings, readings
 from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.view_camera import lean_at, leans
 
 NEIGHBOURS = (-1, 2, 5)         # stops from the present f-number, drawn faint
 SMALLEST = 1e-4                 # µm: least diameter at the focus, below every plot
 ROUND = (1.0, 2.0, 5.0)
-
-
-@dataclass(frozen=True)
-class Blur:
-    """CoC in pixels = gain |focus − n + lean · (power − n)|, n = 1/(depth − offset).
-
-    The lean of a point of a film out of line is its distance from the plane of the film's middle, over that plane's
-    distance from the rear principal plane: leans[0] + leans[1] · x + leans[2] · y for parts of the picture's width and
-    height, and curve[3] times the sag of a curved film, of the curvature curve[0] (1/mm), curve[1] × curve[2] mm large.
-    A lens out of line adds to the leans. sharp: the diameter up to which a pixel counts as in focus.
-    """
-
-    gain: float = 0.0           # pixels · mm
-    focus: float = 0.0          # 1/mm
-    offset: float = 0.0         # mm from the film to the front principal plane
-    sharp: float = 1.5          # pixels
-    power: float = 0.0          # 1/mm, of the lens
-    leans: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    curve: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-
-    def pixels(self, depth: float, part: tuple[float, float]) -> float:
-        """The diameter (pixels) of a point at a depth (mm, or inf) that a part of the picture shows."""
-        nearness = 0.0 if math.isinf(depth) else 1.0 / max(depth - self.offset, 1e-3)
-        c, width, height, per_mm = self.curve
-        r2 = ((part[0] - 0.5) * width) ** 2 + ((part[1] - 0.5) * height) ** 2
-        lean = self.leans[0] + self.leans[1] * part[0] + self.leans[2] * part[1]
-        lean += per_mm * c * r2 / (1.0 + math.sqrt(max(1.0 - c * c * r2, 0.0)))
-        return self.gain * abs(self.focus - nearness + lean * (self.power - nearness))
-
-    @classmethod
-    def of(cls, settings: Settings) -> "Blur":
-        """The blur of these settings; zero where nothing is blurred, or where there is no lens."""
-        try:
-            return _blur(settings.optics, file_stamp(settings.lens))
-        except (ValueError, OSError, ZeroDivisionError):
-            return cls()
-
-
-@lru_cache(maxsize=16)
-def _blur(settings: Settings, lens: Stamp) -> Blur:
-    if not (settings.has_stop and settings.kind.f_number):
-        return Blur()
-    pitch, sharp = settings.film.pitch, blur_limit(settings)
-    if settings.kind.ideal_lens:
-        offset, efl, f_number = 0.0, readings(settings).efl or 50.0, settings.f_number or math.inf
-    else:
-        lens_setup = setup(settings)
-        offset, efl, f_number = lens_setup.principal_offset, lens_setup.first_order.efl, lens_setup.first_order.f_number
-    focus = 1.0 / max(settings.focus_distance - offset, 1.01 * abs(efl))
-    of_film, curve = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
-    if leans(settings):
-        # Linear in the place on the film, but for a lens out of line, where it is so nearly
-        parts = np.array([[0.5, 0.5], [1.0, 0.5], [0.0, 0.5], [0.5, 1.0], [0.5, 0.0]])
-        start, *sides = lean_at(settings, parts).tolist()
-        across, down = sides[0] - sides[1], sides[2] - sides[3]
-        of_film = start - 0.5 * (across + down), across, down
-    if settings.film_pose.is_curved:
-        film, pose = settings.film, settings.film_pose
-        behind = lens_setup.film_distance - lens_setup.first_order.rear_principal
-        curve = pose.curvature, film.width, film.height, float(pose.axes[2, 2]) / behind
-    return Blur(efl * efl / f_number / (1.0 - efl * focus) / pitch, focus, offset, sharp / pitch, 1.0 / efl, of_film,
-                curve)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lensbench.app.state.build import setup
-from lensbench.app.state.geometry.circle_of_confusion import Blur
+from lensbench.app.state.geometry.blur import Blur
 from lensbench.app.state.geometry.exit_pupil import region
 from lensbench.app.state.pixel.beam import beam
 from lensbench.app.state.pixel.lens_rays import film_place
@@ -55,7 +55,7 @@ def pixel_readings(settings: Settings, raster: Place) -> PixelReadings:
             why = str(error)
     else:
         blur = Blur.of(settings)
-        if blur.gain > 0.0:
+        if blur.blurs:
             diameter = pitch * blur.pixels(seen.ahead, (raster[0] / settings.film.pixels_x,
                                                         raster[1] / settings.film.pixels_y))
         else:

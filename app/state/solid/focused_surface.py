@@ -1,16 +1,16 @@
 """The surface of the scene that is in focus on the film. Lengths in mm, camera frame.
 
 For a real lens it is curved: for each film point it lies where the beam of that point is narrowest, in mean squares
-across its middle ray. For ideal lenses, lenses with cylinders and films out of line it is drawn as the plane in focus.
+across its middle ray; between both foci of an astigmatic beam. For ideal lenses it is the plane in focus.
 """
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 import lensbench as lb
+from lensbench.analysis.traced_focus import beams
 from lensbench.app.state.build import camera, setup
 from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.geometry.exit_pupil import from_film, region
@@ -35,6 +35,7 @@ def focused_surface(settings: Settings) -> np.ndarray:
         built = setup(settings)
         if built.lens.is_rotationally_symmetric and settings.film_pose.is_upright:
             return _curved(built.lens, built.film_distance, built.film.width, built.film.height, lit_radius(built))
+        return _narrowest(built.lens, built.film_distance, built.film, settings.film_pose)
     return _plane(settings.optics, file_stamp(settings.lens))
 
 
@@ -80,10 +81,20 @@ def best_focus(lens: lb.Lens, film_distance: float, film_radius: float) -> tuple
 
 
 @lru_cache(maxsize=8)
+def _narrowest(lens: lb.Lens, film_distance: float, film: lb.Film, pose: lb.FilmPose) -> np.ndarray:
+    """Points of the surface before a lens or a film without rotational symmetry, by a beam for each."""
+    x, y = np.meshgrid(np.linspace(-0.5, 0.5, ACROSS) * film.width, np.linspace(-0.5, 0.5, DOWN) * film.height)
+    found = beams(lens, film_distance, pose.points(np.column_stack([x.ravel(), y.ravel()])), whole=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        t = 1.0 / found.nearness
+        t = np.where((t > 0.0) & (t < FARTHEST), t, math.nan)
+    return np.asarray((found.starts + t[:, None] * found.directions).reshape(DOWN, ACROSS, 3))
+
+
+@lru_cache(maxsize=8)
 def _plane(settings: Settings, lens: Stamp) -> np.ndarray:
     """Points of the plane in focus, where the rays of the film meet it."""
-    traced = settings.has_lens and settings.follows_lens        # a polynomial would have to be fitted first
-    of = camera(replace(settings, lens_model="trace") if traced else settings)
+    of = camera(settings)
     x, y = np.meshgrid(np.linspace(0.0, of.film.pixels_x, ACROSS), np.linspace(0.0, of.film.pixels_y, DOWN))
     raster = np.column_stack([x.ravel(), y.ravel()])
     rays = of.with_open_stop.generate_rays(raster, np.tile(of.pupil_centre, (len(raster), 1)))

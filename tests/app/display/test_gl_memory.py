@@ -11,6 +11,7 @@ from lensbench.app.display.gl_texture import Development, Screen
 from lensbench.app.display.panorama import Panorama
 from lensbench.app.display.small_textures import SmallTextures
 from lensbench.app.display.solid_view import MOST_KEPT, Drawing, Line, Solid, SolidView
+from lensbench.app.state.geometry.blur import Blur
 from lensbench.app.state.picture.look_around import LookAround
 from lensbench.app.state.solid.shapes import Part, Strokes
 from lensbench.app.state.solid.turntable import Eye
@@ -74,7 +75,7 @@ def test_pictures_of_another_size_leave_nothing_of_the_last_one(context):
     def show(width: int, height: int) -> None:
         for each in (screen, other):
             each.load(np.full((height, width, 3), 0.2, np.float32))
-            each.developed(Development(coc_gain=1.0, share=0.3))
+            each.developed(Development(blur=Blur.even(1.0, 0.0), share=0.3))
         screen.apart(other, 0.5)
         screen.draw_at(0.5)
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from lensbench.app.display.gl_texture import Development, Screen, softening
+from lensbench.app.state.geometry.blur import Blur
 from lensbench.app.state.picture import tone
 
 AMBER = (0.91, 0.64, 0.24)
@@ -67,7 +68,7 @@ def test_an_infinite_or_negative_light_is_shown_as_white_or_black(screen):
 def test_what_is_in_focus_is_amber_and_the_sides_of_it_differ(screen):
     image = np.full((1, 3, 3), 0.5, np.float32)
     screen.load(image, np.array([[600.0, 1100.0, np.inf]], np.float32))
-    screen.developed(Development(overlay="coc", coc_gain=20_000.0, coc_focus=1 / 1000.0, coc_offset=100.0))
+    screen.developed(Development(overlay="coc", blur=Blur.even(20_000.0, 1 / 1000.0, 100.0)))
     near, sharp, far = screen.read()[0].astype(float)
     assert sharp[0] > sharp[1] > sharp[2]
     assert near[2] > near[0] and far[0] > far[1]
@@ -78,7 +79,7 @@ def test_peaking_marks_an_edge_in_focus_and_not_one_out_of_focus(screen):
     image[:, 8:] = 0.6
     for distance, marked in ((1000.0, True), (300.0, False)):
         screen.load(image, np.full((8, 16), distance, np.float32))
-        screen.developed(Development(overlay="peaking", coc_gain=20_000.0, coc_focus=1 / 1000.0))
+        screen.developed(Development(overlay="peaking", blur=Blur.even(20_000.0, 1 / 1000.0)))
         edge = screen.read()[4, 8].astype(float) / 255.0
         assert bool(np.abs(edge - AMBER).max() < 0.02) is marked
 
@@ -97,7 +98,7 @@ def test_softening_keeps_a_plane_in_focus_as_it_is_and_fades_with_the_samples(sc
     generator = np.random.default_rng(1)
     image = generator.random((32, 32, 3), np.float32)
     screen.load(image, np.full((32, 32), 1000.0, np.float32))
-    setting = {"tone": "none", "coc_gain": 20_000.0, "coc_focus": 1 / 1000.0}
+    setting = {"tone": "none", "blur": Blur.even(20_000.0, 1 / 1000.0)}
     screen.developed(Development(**setting))
     plain = screen.read().astype(int)
     screen.developed(Development(**setting, share=softening(1)))
@@ -116,7 +117,7 @@ def test_the_sky_and_the_dark_count_as_infinitely_far_and_a_map_of_another_size_
     for depth in (np.array([[1000.0, np.inf], [-5.0, np.nan]], np.float32),
                   np.array([[1000.0, 1e12], [0.0, 1e12]], np.float32).repeat(3, 0).repeat(4, 1)):
         screen.load(image, depth)
-        screen.developed(Development(overlay=overlay, coc_gain=20_000.0, coc_focus=1 / 1000.0, share=softening(1)))
+        screen.developed(Development(overlay=overlay, blur=Blur.even(20_000.0, 1 / 1000.0), share=softening(1)))
         shown.append(screen.read().copy())
     assert (shown[0] == shown[1]).all() and np.ptp(shown[0]) > 50
 

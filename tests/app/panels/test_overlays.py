@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench.app.state.build import setup
-from lensbench.app.state.geometry.circle_of_confusion import Blur
+from lensbench.app.state.geometry.blur import Blur
 from lensbench.app.state.picture.statistics import BINS, histogram
 from lensbench.app.state.settings import Settings
 
@@ -19,7 +19,7 @@ def test_the_overlay_shows_the_circles_of_confusion_of_the_closed_form(focus, f_
     settings = replace(Settings(), focus_distance=focus, f_number=f_number)
     depth = np.array([[250.0, 400.0, 1000.0, 1200.0, 8000.0, 1e6]], np.float32)
     blur, stand = Blur.of(settings), setup(settings)
-    shown = blur.gain * np.abs(blur.focus - 1.0 / (depth.astype(float) - blur.offset))
+    shown = np.array([[blur.pixels(each, (0.3, 0.7)) for each in depth[0].tolist()]])
     expected = lb.circle_of_confusion(stand.first_order.efl, stand.first_order.f_number,
                                       focus - stand.principal_offset, depth.astype(float) - stand.principal_offset)
     # both in double: what is in focus comes out as a difference of reciprocals of 1/1000 mm, times gains of 1e5 px mm
@@ -27,9 +27,9 @@ def test_the_overlay_shows_the_circles_of_confusion_of_the_closed_form(focus, f_
 
 
 def test_a_pinhole_blurs_nothing_and_a_missing_lens_is_no_error():
-    assert Blur.of(replace(Settings(), lens_model="pinhole")).gain == 0.0
-    assert Blur.of(replace(Settings(), lens="no-such-lens")).gain == 0.0
-    assert Blur.of(replace(Settings(), camera="perspective")).gain > 0.0
+    assert not Blur.of(replace(Settings(), lens_model="pinhole")).blurs
+    assert not Blur.of(replace(Settings(), lens="no-such-lens")).blurs
+    assert Blur.of(replace(Settings(), camera="perspective")).blurs
 
 
 def test_a_grey_picture_stands_in_one_bin_and_exposure_moves_it_to_the_right():

@@ -96,6 +96,17 @@ def test_a_stopped_down_lens_focuses_the_axis_where_it_is_focused():
     assert (grid[-1, -1, :2] < 0.0).all() and (grid[0, 0, :2] > 0.0).all()
 
 
+@pytest.mark.parametrize("change", [{"tilt": 1e-9}, {"film_radius": 1e9}])
+def test_the_surface_before_a_film_out_of_line_is_traced_as_that_of_one_in_line(change):
+    """To 2 % of its depth: the one takes 256 rays of the open stop, the other two rings of the region."""
+    line, posed_film = (focused_surface(replace(START, f_number=8.0, **each)) for each in ({}, change))
+    here = np.isfinite(line).all(2) & np.isfinite(posed_film).all(2)
+    assert here.sum() > 150 and np.ptp(line[here][:, 2]) > 40.0             # curved
+    assert np.abs(posed_film[here] - line[here]).max() < 0.02 * START.focus_distance
+    tilted = focused_surface(replace(START, f_number=8.0, tilt=0.05))
+    assert tilted[-1, 8, 2] < line[-1, 8, 2] - 100.0 or tilted[-1, 8, 2] > line[-1, 8, 2] + 100.0
+
+
 def test_the_plane_of_an_ideal_camera_lies_at_its_focus_and_infinity_is_not_drawn():
     plane = focused_surface(replace(START, camera="perspective", f_number=2.0))
     np.testing.assert_allclose(plane[..., 2], -START.focus_distance, rtol=1e-9)
