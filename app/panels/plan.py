@@ -18,7 +18,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
+from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, linear_ticks, polyline, text
 from lensbench.kernels.figures import fixed, true_minus
 
 FARTHEST = 1e6                  # mm: the plane in focus is not drawn beyond it
@@ -32,6 +32,7 @@ class PlanState:
     fit: bool = False
     grip: float = 0.0           # mm from the mouse to the plane in focus while its line is dragged
     pixel_rays: int = 0         # rays of the pointed pixel that are drawn
+    shown: tuple[float, float, float, float] = (0.0, 1.0, 0.0, 1.0)     # limits of the frame before, m: x, then y
 
 
 
@@ -67,7 +68,11 @@ def plan_panel(settings: Settings, state: PlanState, links: Pointed | None = Non
             x0, x1, y0, y1 = extent(shown, around, depth)
             implot.setup_axis_limits(x, x0, x1, implot.Cond_.always)
             implot.setup_axis_limits(y, y0, y1, implot.Cond_.always)
+            state.shown = x0, x1, y0, y1
+        for axis, (low, high), length in ((x, state.shown[:2], size.x), (y, state.shown[2:], size.y)):
+            implot.setup_axis_ticks(axis, *linear_ticks(low, high, length, theme.em(3.5)), False)
         plot = PlotMap.current(log=False)
+        state.shown = plot.x0, plot.x1, plot.y0, plot.y1
         implot.push_plot_clip_rect()
         _draw(implot.get_plot_draw_list(), plot, shown, around)
         if links is not None:
