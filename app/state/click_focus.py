@@ -15,9 +15,9 @@ from lensbench.analysis.traced_focus import beams
 from lensbench.app.state.build import setup
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import Place, lens_leans, seen_from
-from lensbench.kernels.root_finding import find_root
 
 ENOUGH = 1e-7                   # of the nearness of what is pointed at
+STEPS, LEAST_SLOPE = 30, 0.2    # of the secant rule, and of its secants
 UNSHARP = 0.1                   # pixels of blur at an end of the focus, from which on a remark says so
 BEYOND = "It lies beyond the farthest focus here"
 TOO_NEAR = "It lies nearer than the nearest focus here"
@@ -68,12 +68,23 @@ def _traced(settings: Settings, raster: Place, depth: float) -> ClickFocus:
         return float(beams(here.lens, film_distance, film, method == "real").depth_nearness[0]) - 1.0 / depth
 
     nearest = 1.0 / (lb.nearest_focus(at_middle.lens) * (1.0 + 1e-6))
-    far, near = excess(0.0), excess(nearest)
-    if math.isnan(far + near):
-        return ClickFocus(depth, UNLIT)
     slack = UNSHARP * settings.film.pitch * at_middle.f_number / at_middle.at_infinity.efl**2
-    if far >= 0.0:
-        return ClickFocus(math.inf, BEYOND if far > slack else "")
-    if near <= 0.0:
-        return ClickFocus(1.0 / nearest, TOO_NEAR if near < -slack else "")
-    return ClickFocus(1.0 / find_root(excess, 0.0, nearest, ENOUGH / depth if math.isfinite(depth) else 0.0))
+    enough = max(ENOUGH / depth, 1e-3 * ENOUGH * nearest)
+
+    # The secant rule from the depth itself: the film point's focus changes nearly as much as that of the middle
+    before, here = math.nan, min(1.0 / depth, nearest)
+    was = math.nan
+    for _ in range(STEPS):
+        off = excess(here)
+        if math.isnan(off):
+            return ClickFocus(depth, UNLIT)
+        if here == 0.0 and off >= 0.0:
+            return ClickFocus(math.inf, BEYOND if off > slack else "")
+        if here == nearest and off <= 0.0:
+            return ClickFocus(1.0 / nearest, TOO_NEAR if off < -slack else "")
+        if abs(off) <= enough:
+            break
+        slope = (off - was) / (here - before)
+        before, was = here, off
+        here = min(max(here - (off / slope if slope > LEAST_SLOPE else off), 0.0), nearest)
+    return ClickFocus(1.0 / here if here > 0.0 else math.inf)
