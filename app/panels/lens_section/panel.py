@@ -120,12 +120,14 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
 
     draw.push_clip_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), True)
     theme.small()
-    if ghost is not None:
-        draw_ghost(draw, ghost, canvas)
-    _draw(draw, settings, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None, links, state)
-    over_switch = _switches(settings, shown, corner, size, state)
-    imgui.pop_font()
-    draw.pop_clip_rect()
+    try:
+        if ghost is not None:
+            draw_ghost(draw, ghost, canvas)
+        _draw(draw, settings, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None, links, state)
+        over_switch = _switches(settings, shown, corner, size, state)
+    finally:                                    # a kernel may have to be compiled first
+        imgui.pop_font()
+        draw.pop_clip_rect()
     if hovered and not (film_lit or over_switch) and not imgui.is_mouse_down(imgui.MouseButton_.left):
         lit = (shown.lens.stop_index,) if stop_lit and shown.lens is not None else \
             surfaces_at(shown, canvas, imgui.get_mouse_pos(), NEAR * theme.scale())
@@ -184,7 +186,8 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
         draw_posed(draw, posed, canvas)
     if shown.unmarked:
         extent, pad = imgui.calc_text_size(shown.unmarked), theme.em(0.4)
-        at = ImVec2(canvas.x + 2.0 * pad, canvas.y + canvas.height - extent.y - pad)
+        above = extent.y + 2.0 * pad if extent.x + theme.em(9.0) > canvas.width else 0.0       # of the scale bar
+        at = ImVec2(canvas.x + 2.0 * pad, canvas.y + canvas.height - extent.y - pad - above)
         draw.add_rect_filled(ImVec2(at.x - pad, at.y), ImVec2(at.x + extent.x + pad, at.y + extent.y),
                              theme.packed(theme.colours().well, 0.8), 2.0 * theme.scale())
         draw.add_text(at, theme.packed(theme.colours().dim), shown.unmarked)

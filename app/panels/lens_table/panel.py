@@ -28,7 +28,7 @@ from lensbench.lenses.editing.cells import with_comment
 from lensbench.lenses.editing.document import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS, LensDocument
 from lensbench.optics.finding import Finding, Kind
 
-COLUMNS = (("row", "#", 2.6), (CURVATURE, "Radius", 4.7), (THICKNESS, "Thickness", 4.7), ("glass", "Glass", 5.0),
+COLUMNS = (("row", "#", 3.0), (CURVATURE, "Radius", 4.7), (THICKNESS, "Thickness", 4.7), ("glass", "Glass", 5.0),
            (SEMI_DIAMETER, "Semi-ø", 4.2), (CONIC, "Conic", 3.8), ("asphere", "Asphere", 4.2),
            ("pose", "Out of line", 6.0), ("comment", "Comment", 9.0))      # widths in em
 MARKED = {Kind.HEMISPHERE: SEMI_DIAMETER, Kind.EDGE: THICKNESS, Kind.CROSSING: THICKNESS, Kind.THICKNESS: THICKNESS,
@@ -204,13 +204,12 @@ def _comment(settings: Settings, document: LensDocument, i: int, state: LensTabl
 
 
 def _asphere(settings: Settings, document: LensDocument, i: int, state: LensTableState) -> Settings:
-    """The cell of an asphere: a click opens its coefficients."""
+    """The cell of an asphere, cylinder or toroid: a click opens its coefficients, and its radius across."""
     surface = document.surfaces[i]
     toroid = surface.curvature_x is not None
-    text = "toroid" if toroid else cells.asphere_text(surface)
-    pressed, hovered = cell_item(f"{i} asphere", text, state, (i, "asphere"), right=False)
+    pressed, hovered = cell_item(f"{i} asphere", cells.asphere_text(surface), state, (i, "asphere"), right=False)
     if hovered:
-        what = "radius of the section x–z" if toroid else "coefficients"
+        what = "radius of the section x–z" if toroid else "coefficients, or the radius of a cylinder or toroid"
         imgui.set_item_tooltip(f"Click for the {what}")
     name = f"{ASPHERE} {i}"
     if pressed:
@@ -219,13 +218,20 @@ def _asphere(settings: Settings, document: LensDocument, i: int, state: LensTabl
     if imgui.begin_popup(name):
         powers = [power for power, _ in surface.aspheric]
         shown = sorted({4, 6, 8, 10, *powers, min((powers or [8])[-1] + 2, 20)})
-        rows = [CURVATURE_X] if toroid else [f"r{power}" for power in shown]
-        what = "section x–z" if toroid else "coefficients of r^p, mm^(1 − p)"
-        imgui.text_disabled(f"Surface {i}: {what}")
-        for quantity in rows:
+        if not toroid:
+            imgui.text_disabled(f"Surface {i}: coefficients of r^p, mm^(1 − p)")
+            for power in shown:
+                imgui.align_text_to_frame_padding()
+                imgui.text_disabled(f"r^{power}")
+                imgui.same_line(theme.em(4.5))
+                settings = number_cell(settings, document, (i, f"r{power}"), state)
+        if toroid or not (surface.aspheric or surface.conic):
+            imgui.text_disabled(f"Surface {i}: section x–z of a cylinder or toroid")
             imgui.align_text_to_frame_padding()
-            imgui.text_disabled("Radius" if toroid else f"r^{quantity[1:]}")
-            imgui.same_line(theme.em(3.5))
-            settings = number_cell(settings, document, (i, quantity), state)
+            imgui.text_disabled("Radius")
+            imgui.set_item_tooltip("Another one than that of the section y–z, in the column Radius, makes the surface\n"
+                                   "a cylinder (one of them is a plane) or a toroid")
+            imgui.same_line(theme.em(4.5))
+            settings = number_cell(settings, document, (i, CURVATURE_X), state)
         imgui.end_popup()
     return settings

@@ -23,7 +23,7 @@ from lensbench.lenses.editing.document import (
 from lensbench.lenses.encoding import plain_number
 from lensbench.lenses.rows import RowError, curvature, radius_text
 from lensbench.optics.glass import Glass
-from lensbench.optics.lens_surface import Surface
+from lensbench.optics.lens_surface import Shape, Surface
 
 PLANES = ("", "inf", "infinity", "∞", "plane", "flat")
 ANGLES = ("tilt_x", "tilt_y", "roll")           # radians, in degrees in their cells
@@ -119,7 +119,9 @@ def pose_text(surface: Surface) -> str:
 
 
 def asphere_text(surface: Surface) -> str:
-    """The powers of an asphere: “r⁴ … r¹²”."""
+    """The powers of an asphere: “r⁴ … r¹²”; “cylinder” or “toroid”."""
+    if surface.curvature_x is not None:
+        return "cylinder" if surface.form is Shape.CYLINDER else "toroid"
     raised = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
     powers = [f"r{str(power).translate(raised)}" for power, _ in surface.aspheric]
     return " ".join(powers if len(powers) < 3 else (powers[0], "…", powers[-1]))

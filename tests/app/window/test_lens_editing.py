@@ -1,5 +1,6 @@
 """The surface table with a real mouse and keyboard: every gesture changes its number, is one undo, and can be saved."""
 
+import math
 import os
 from dataclasses import replace
 
@@ -13,6 +14,7 @@ from lensbench.app.panels.lens_section.handles import REACH
 from lensbench.app.state.build import design
 from lensbench.app.state.geometry.elements import surface_curves
 from lensbench.app.state.geometry.section import sketch
+from lensbench.app.state.lens_edit import cells
 from lensbench.app.state.lens_edit.editing import document_of, original
 from lensbench.app.state.lens_edit.handles import HandleKind, pose_handles
 from lensbench.app.studies.improvement import substitution
@@ -120,6 +122,31 @@ def test_an_element_is_decentred_and_tilted_as_one_body_by_its_cell(drive):
         enter(hand, "-3.5")
         poses = [surface.pose for surface in surfaces(hand)]
         assert poses[2].tilt_x == pytest.approx(-0.0610865238) and poses[3] is None
+    drive(use, TRIPLET)
+
+
+def test_a_surface_becomes_a_cylinder_and_is_rolled_by_its_cells(drive):
+    def use(hand):
+        table(hand)
+        start = surfaces(hand)
+        hand.ctx.item_click("**/2 asphere")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("**/2 curvature_x")
+        enter(hand, "inf")
+        assert surfaces(hand)[2] == replace(start[2], curvature_x=0.0)
+        assert cells.asphere_text(surfaces(hand)[2]) == "cylinder"
+        hand.press(KEY.escape)
+        hand.ctx.item_click("**/2 pose")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("**/2 roll")
+        enter(hand, "200")
+        assert surfaces(hand)[2].pose is None                               # refused, with the reason at the cell
+        enter(hand, "-30°")
+        poses = [surface.pose for surface in surfaces(hand)]
+        assert poses[2].roll == poses[3].roll == pytest.approx(-math.pi / 6.0) and poses[3].pivot == 1
+        assert "roll −30°" in cells.pose_text(surfaces(hand)[2])
+        hand.picture()
+        assert hand.session.presenter.update.image.max() > 0.1
     drive(use, TRIPLET)
 
 
