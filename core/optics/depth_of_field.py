@@ -176,13 +176,15 @@ def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayL
     """
     before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
     outside = before > 0.0
+    spread, extent = np.full((2, len(before)), np.nan)
+    if not outside.any():
+        return spread, extent
     nearness = 1.0 / before[outside]
     places, slopes, weights = pupil_rays(lens, nearness)
     spots = places + film_distance * slopes
     if not lens.is_in_line:                             # they lie beside the axis: their width is about their middle
         spots -= (weights[..., None] * spots).sum(1, keepdims=True)
     radii = np.hypot(*np.moveaxis(spots, 2, 0))
-    spread, extent = np.full((2, len(before)), np.nan)
     spread[outside] = 2.0 * np.sqrt(2.0 * (weights * radii**2).sum(1))
     extent[outside] = 2.0 * radii.max(axis=1)
     return spread, extent

@@ -19,6 +19,8 @@ PINHOLE = replace(LENS, surfaces=tuple(replace(each, semi_diameter=0.001) if i =
                                        for i, each in enumerate(LENS.surfaces)))
 CLOSED = replace(PINHOLE, surfaces=tuple(replace(each, semi_diameter=0.001, pose=lb.SurfacePose(decentre_x=3.0))
                                          if i == 9 else each for i, each in enumerate(PINHOLE.surfaces)))
+BESIDE = replace(LENS, surfaces=tuple(replace(each, pose=lb.SurfacePose(decentre_y=60.0)) if i < 2 else each
+                                      for i, each in enumerate(LENS.surfaces)))
 WAVELENGTHS = replace(LENS, system=replace(LENS.system, wavelengths=()))
 
 
@@ -33,6 +35,7 @@ WAVELENGTHS = replace(LENS, system=replace(LENS.system, wavelengths=()))
     (AFOCAL, {"focus_distance": math.inf}, {"spots", "fans", "mtf", "wavefront", "psf", "depth", "stack"}),
     (PINHOLE, {}, {"axial"}),                                               # light of the stop's 10⁻⁸
     (CLOSED, {}, set(ANALYSES) - {"breathing", "sunstar"}),                 # two pinholes out of line: no light
+    (BESIDE, {"focus_distance": math.inf}, {"spots", "fans", "mtf", "field", "illumination", "bokeh"}),    # no light
     ("lentil-schneider-anamorphic-31-2001", {}, {"seidel", "axial", "illumination"}),
 ])
 def test_every_analysis_shows_a_figure_or_says_what_it_cannot_show(tmp_path, lens, changes, refused):
