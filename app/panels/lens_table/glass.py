@@ -1,5 +1,8 @@
 """The choice of a glass: a search over the catalogues, and a map of n_d over V_d to click."""
 
+import math
+from contextlib import suppress
+from difflib import get_close_matches
 from functools import lru_cache, partial
 
 import numpy as np
@@ -21,6 +24,7 @@ POPUP = "Glass"
 WIDTH, HEIGHT = 30.0, 23.0      # em
 NEAR = 9.0                      # pixels from the mouse to a point of the map
 MOST = 300                      # rows of the list
+OFFERED = 12                    # rows for a text that names no glass
 
 
 @lru_cache(maxsize=64)
@@ -36,6 +40,26 @@ def found(text: str, maker: str, known: tuple[Entry, ...], current: Glass) -> tu
     elif current.n_d > 1.0 and current.v_d:
         shown.sort(key=lambda e: glass_catalogue.distance(e, current.n_d, current.v_d or 50.0))
     return tuple(shown[:MOST])
+
+
+@lru_cache(maxsize=64)
+def nearest(text: str, maker: str, known: tuple[Entry, ...]) -> tuple[Entry, ...]:
+    """Glasses near to a text that names none: to its n_d and V_d or its code, else to its letters."""
+    known = tuple(entry for entry in known if not maker or entry.maker == maker)
+    parts = text.replace(",", ".").split()
+    numbers = glass_catalogue.code_numbers(text)
+    if numbers is None and len(parts) == 2:
+        with suppress(ValueError):
+            numbers = float(parts[0]), float(parts[1])
+    if numbers is not None and all(math.isfinite(number) for number in numbers):
+        n_d, v_d = numbers
+        measured = [entry for entry in known if entry.n_d and entry.v_d]
+        return tuple(sorted(measured, key=lambda e: (glass_catalogue.distance(e, n_d, v_d), e.rank))[:OFFERED])
+    names: dict[str, Entry] = {}
+    for entry in sorted(known, key=lambda e: e.rank):
+        names.setdefault(glass_catalogue.key(entry.name), entry)
+    wanted = glass_catalogue.key(text)[:60]
+    return tuple(names[name] for name in get_close_matches(wanted, names, n=OFFERED, cutoff=0.5)) if wanted else ()
 
 
 def glass_popup(settings: Settings, document: LensDocument, state: LensTableState) -> Settings:
@@ -67,20 +91,24 @@ def glass_popup(settings: Settings, document: LensDocument, state: LensTableStat
                 state.maker = maker
         imgui.end_combo()
     shown = found(state.search, state.maker, known, current)
+    near = nearest(state.search, state.maker, known) if state.search.strip() and not shown else ()
     chosen: Glass | str | None = None
     if entered:
         chosen = shown[0].make() if shown and state.search.strip() else state.search
     if imgui.begin_child("Glass list", ImVec2(theme.em(13.5), theme.em(HEIGHT - 6.0))):
         if imgui.selectable("Air###no glass", current.n_d == 1.0)[0]:
             chosen = ""
+        if near:
+            imgui.text_disabled("The nearest glasses")
+        listed = shown or near
         clipper = imgui.ListClipper()
-        clipper.begin(len(shown))
+        clipper.begin(len(listed))
         while clipper.step():
-            for entry in shown[clipper.display_start:clipper.display_end]:
+            for entry in listed[clipper.display_start:clipper.display_end]:
                 chosen = _line(entry, current, chosen)
     imgui.end_child()
     imgui.same_line()
-    on_map = _map(shown if state.search.strip() or state.maker else known, current)
+    on_map = _map(shown or near if state.search.strip() or state.maker else known, current)
     if on_map is not None:
         chosen = on_map.make()
     if state.problem:

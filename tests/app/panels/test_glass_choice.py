@@ -1,0 +1,30 @@
+"""The search of a glass: names, and what is near to a text that names none."""
+
+import pytest
+
+from lensbench.app.panels.lens_table.glass import OFFERED, found, nearest
+from lensbench.lenses import glass_catalogue
+from lensbench.optics.glass import AIR
+
+KNOWN = glass_catalogue.entries()
+
+
+@pytest.mark.parametrize(("text", "wanted"), [("N-BK77", "N-BK7"), ("sk 166", "N-SK16"), ("lack9", "N-LAK9")])
+def test_an_unknown_name_is_offered_names_like_it(text, wanted):
+    assert found(text, "", KNOWN, AIR) == ()
+    assert wanted in [entry.name for entry in nearest(text, "", KNOWN)]
+
+
+@pytest.mark.parametrize("text", ["1.5168 64.2", "1,5168 64,2", "517642"])
+def test_an_index_with_an_abbe_number_and_a_code_are_offered_the_nearest_glasses(text):
+    offered = nearest(text, "", KNOWN)
+    assert len(offered) == OFFERED and "N-BK7" in [entry.name for entry in offered]
+    near, every = (sorted(glass_catalogue.distance(entry, 1.5168, 64.2) for entry in entries if entry.n_d and entry.v_d)
+                   for entries in (offered, KNOWN))
+    assert near[-1] <= every[2 * OFFERED]                       # the code has three digits
+    assert {entry.maker for entry in nearest(text, "SCHOTT", KNOWN)} == {"SCHOTT"}
+
+
+@pytest.mark.parametrize("text", ["", "   ", "qqqqqqqq", "nan nan", "inf 3", "1.5 60 2"])
+def test_odd_texts_end_no_search(text):
+    assert len(nearest(text, "", KNOWN)) <= OFFERED
