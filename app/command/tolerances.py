@@ -73,7 +73,8 @@ def tolerances(arguments: argparse.Namespace) -> int:
 
 
 def _plain(costs: "tuple[Sensitivity, ...]", run: "Production") -> dict[str, object]:
-    return {"errors": [asdict(each) for each in costs], "image_heights_mm": run.fields,
+    errors = [asdict(each) | ({} if each.spot == each.spot else {"spot": None}) for each in costs]
+    return {"errors": errors, "image_heights_mm": run.fields,
             "frequencies_per_mm": run.frequencies.tolist(), "nominal_contrast": run.nominal.tolist(),
             "percentiles": {name: row.tolist() for name, row in zip(("5", "50", "95"), run.band(), strict=True)},
             "nominal_spots_mm": run.nominal_spots.tolist(), "copies": len(run.spots)}
@@ -85,8 +86,9 @@ def _print(costs: "tuple[Sensitivity, ...]", run: "Production") -> None:
 
     print(f"{'Error':26} {'within':>12}  {'spot':>10}  {'contrast':>9}")
     for each in costs[:SHOWN]:
+        spot = fixed(1000.0 * each.spot, 3, signed=True) if each.spot == each.spot else "dark"
         print(f"{error_name(each.kind, each.surface):26} {amount(each.kind, each.tolerance):>12}  "
-              f"{fixed(1000.0 * each.spot, 3, signed=True):>7} µm  {fixed(100.0 * each.contrast, 2, signed=True):>6} %")
+              f"{spot:>7} µm  {fixed(100.0 * each.contrast, 2, signed=True):>6} %")
     if len(costs) > SHOWN:
         print(f"and {len(costs) - SHOWN} smaller ones (--json prints all)")
     band, middle = run.band(), len(run.frequencies) // 2

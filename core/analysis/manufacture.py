@@ -94,7 +94,8 @@ class Sensitivity:
     tolerance : float
         The error: a part of the radius, mm, or radians.
     spot : float
-        Growth of the rms spot (mm, mean over the fields) at the worse of both signs.
+        Growth of the rms spot (mm, mean over the fields) at the worse of both signs; NaN where no light of a field
+        arrives with this error, which then comes first.
     contrast : float
         Change of the mean contrast at the middle frequency there; negative for a loss.
     """
@@ -121,7 +122,7 @@ class Production:
     contrast : (copies, fields, n, 2) array
         That of the copies.
     nominal_spots, spots : (fields,) and (copies, fields) arrays
-        rms radii (mm).
+        rms radii (mm); NaN, with a contrast of 0, where no light of the field arrives.
     nominal_film, film : float and (copies,) array
         Where the film stands (mm) behind the first vertex of the design and of each copy: where the spot on the axis is
         smallest.

@@ -109,8 +109,9 @@ def judge_copies(out, fields, weights, frequencies, limits, focus, spots, contra
 
     out: of `trace_copies`, as at the film. fields (rays,): the number of each ray's field. weights (wavelengths,).
     frequencies (n,) in cycles / mm; limits (n,): the factor of diffraction. focus (copies,): the shift of the film (mm)
-    at which the spot of the first field, on the axis, is least. spots (copies, fields): rms radius (mm). contrast
-    (copies, fields, n, 2): of detail along x, then y; geometrical, times the limit.
+    at which the spot of the first field, on the axis, is least. spots (copies, fields): rms radius (mm), NaN for a
+    field of which no ray arrives. contrast (copies, fields, n, 2): of detail along x, then y; geometrical, times the
+    limit; 0 for such a field.
     """
     copies, colours, rays = out.shape[0], out.shape[1], out.shape[2]
     count = spots.shape[1]
@@ -157,7 +158,9 @@ def judge_copies(out, fields, weights, frequencies, limits, focus, spots, contra
                         real[f, j, k] += w * math.cos(phase)
                         imaginary[f, j, k] += w * math.sin(phase)
         for f in range(count):
-            spots[copy, f] = math.sqrt(square[f] / total[f])
+            lit = total[f] > 0.0
+            spots[copy, f] = math.sqrt(square[f] / total[f]) if lit else math.nan
             for j in range(frequencies.size):
                 for k in range(2):
-                    contrast[copy, f, j, k] = limits[j] * math.hypot(real[f, j, k], imaginary[f, j, k]) / total[f]
+                    seen = math.hypot(real[f, j, k], imaginary[f, j, k]) / total[f] if lit else 0.0
+                    contrast[copy, f, j, k] = limits[j] * seen

@@ -49,9 +49,11 @@ def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
     names = [f"{KIND_SIGNS[each.kind]}{each.surface}" for each in shown]
     plots = []
     for label, values, tint in (("Spot (µm)", spots, "field0"), ("Lost contrast (%)", losses, "field2")):
+        dark, values = np.isnan(values), np.nan_to_num(values)
         top, bottom = max(float(values.max(initial=0.0)), 1e-6), min(float(values.min(initial=0.0)), 0.0)
         room = 0.12 * (top - bottom)
         layers = (Bars("", places, values, 0.6, tint),
+                  *(Label(place, 0.5 * top, "dark", "dim", "above") for place in places[dark].tolist()),
                   *(Label(place, max(float(value), 0.0), name, "dim", "above")
                     for place, value, name in zip(places.tolist(), values.tolist(), names, strict=True)))
         plots.append(Plot(Axis(None, -0.7, len(places) - 0.3), Axis(label, bottom - 0.2 * room, top + 3.0 * room),
@@ -60,8 +62,9 @@ def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
         (each.kind, float(each.surface), each.tolerance, each.spot, each.contrast) for each in found))
     words = ("R radius, t thickness, n index, d decentre and a tilt of the element that begins at the surface · "
              "contrast at 30 lp/mm · each copy focused on the axis, object at infinity")
-    first = shown[0]
-    said = (f"the costliest: {error_name(first.kind, first.surface)}, {amount(first.kind, first.tolerance)}",)
+    first, lost = shown[0], sum(np.isnan(each.spot) for each in found)
+    said = (f"the costliest: {error_name(first.kind, first.surface)}, {amount(first.kind, first.tolerance)}",
+            *([f"with {lost} of the errors no light of a field arrives: dark"] if lost else []))
     return Figure("Tolerances", tuple((plot,) for plot in plots), table, words, said)
 
 
@@ -83,7 +86,10 @@ def copies_figure(query: Query, copies: int, within: Tolerances, seed: int = 0) 
                           tuple(layers), f"{fixed(run.fields[k], 1)} mm"))
     words = (f"{len(run.spots)} copies · normal errors, 2 σ within the tolerance · each focused on the axis, at "
              "infinity · rays, times the limit of diffraction")
-    return Figure("Copies", (tuple(plots),), _table(run, band), words, ())
+    lost = np.isnan(run.spots).mean(0)
+    said = tuple(f"no light of the field {fixed(run.fields[k], 1)} mm arrives in {fixed(100.0 * lost[k], 0)} % of the "
+                 "copies" for k in PLACES if lost[k] > 0.0)
+    return Figure("Copies", (tuple(plots),), _table(run, band), words, said)
 
 
 def _table(run: Production, band: np.ndarray) -> Table:

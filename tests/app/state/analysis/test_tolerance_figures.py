@@ -16,6 +16,7 @@ from lensbench.app.state.analysis.tolerance_figures import (
     pictures_figure,
     with_copy,
 )
+from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.tolerance_text import error_name
 
@@ -62,3 +63,18 @@ def test_the_pictures_stand_in_the_order_of_their_contrast_and_a_copy_is_taken_a
     lens = query(taken).lens
     assert not lens.is_rotationally_symmetric and lens.name.endswith(f"copy {copies[4][1]}")
     assert query(taken).setup.at_infinity.efl == pytest.approx(75.0, rel=1e-2)
+
+
+@pytest.mark.slow
+def test_errors_that_darken_a_field_are_shown_and_said():
+    """A phone lens at the edge of its light: copies of which no ray of the outermost field arrives."""
+    asked, within = query(with_lens(Settings(), "apple-phone-6-elements-4-f18")), Tolerances()
+    costs, copies, pictures = (make(asked, count, within) for make, count in (
+        (cost_figure, 16), (copies_figure, 60), (pictures_figure, 16)))
+    assert any("no light of a field arrives" in each for each in costs.remarks)
+    assert any("of the copies" in each for each in copies.remarks)
+    assert "dark" in [layer.text for layer in costs.rows[0][0].layers if isinstance(layer, Label)]
+    for figure in (costs, copies, pictures):
+        for plot in (plot for row in figure.rows for plot in row):
+            assert np.isfinite([plot.x.low, plot.x.high, plot.y.low, plot.y.high]).all()
+            assert not any(np.isnan(layer.y).any() for layer in plot.layers if isinstance(layer, Curve))
