@@ -225,9 +225,27 @@ def dark_corners(settings: "Settings") -> str:
     share = _towards_the_corner(settings)
     if share is not None:
         return f"Light ends at {fixed(100.0 * share, 0)} % of the film's diagonal" if share < NARROW else ""
+    if settings.film_pose.rise or settings.film_pose.shift:
+        return _dark_shifted(settings)
     if reach >= NARROW * diagonal:
         return ""
     return f"Image circle ø {fixed(reach, 1)} mm, film diagonal {fixed(diagonal, 1)} mm"
+
+
+def _dark_shifted(settings: "Settings") -> str:
+    """Reason for dark corners of a film that is shifted across the axis, or ""."""
+    pose, film = settings.film_pose, settings.film
+    away, half = np.array([abs(pose.shift), abs(pose.rise)]), 0.5 * np.array([film.width, film.height])
+    far, near = float(np.hypot(*(away + half))), float(np.hypot(*np.maximum(away - half, 0.0)))
+    try:
+        reach = lit_radius(setup(settings), far)
+    except (ValueError, OSError):
+        return ""
+    if near >= reach:
+        return f"No light: the film is shifted beyond the image circle, ø {fixed(2.0 * reach, 1)} mm"
+    if reach >= NARROW * far:
+        return ""
+    return f"Image circle ø {fixed(2.0 * reach, 1)} mm, and the film is shifted out to ø {fixed(2.0 * far, 1)} mm"
 
 
 def _towards_the_corner(settings: "Settings") -> float | None:

@@ -48,8 +48,8 @@ def with_lens(settings: Settings, lens: str, locked: Collection[str] = (), zoom:
     lens : str
         A name of the library, or a path.
     locked : collection of {"film", "aperture", "focus"}
-        What stays: the film with its crop; the f-number; the focus distance with the place of the camera. A camera
-        that moves between two keyframes keeps its place and focus too.
+        What stays: the film with its crop, movements and curvature; the f-number; the focus distance with the place of
+        the camera. A camera that moves between two keyframes keeps its place and focus too.
     zoom : float
         Of a zoom lens, from 0 (wide) to 1 (tele).
 
@@ -67,7 +67,8 @@ def with_lens(settings: Settings, lens: str, locked: Collection[str] = (), zoom:
         settings = with_camera(settings, "lens")
     chosen = replace(settings, lens=lens, edited="", focal_length=None, zoom=zoom, ghost_pair="")
     if FILM not in locked:
-        chosen = with_film(replace(chosen, crop=1.0), *own_film(lens, design(replace(chosen, zoom=0.0))))
+        chosen = with_film(replace(chosen, crop=1.0, tilt=0.0, swing=0.0, rise=0.0, shift=0.0, film_radius=None),
+                           *own_film(lens, design(replace(chosen, zoom=0.0))))
     if APERTURE not in locked:
         chosen = replace(chosen, f_number=None)
     if FOCUS not in locked and not chosen.keyframed:

@@ -77,9 +77,13 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
                          focus_distance, count))
 
 
-def lit_radius(lens_setup: Setup) -> float:
-    """Radius (mm) of the film that the lens lights: to the corner, or that of a smaller image circle."""
-    return _lit_radius(lens_setup.lens, lens_setup.film_distance, 0.5 * lens_setup.film.diagonal)
+def lit_radius(lens_setup: Setup, out_to: float | None = None) -> float:
+    """Radius (mm) of the film that the lens lights: to the corner, or that of a smaller image circle.
+
+    out_to: in place of the corner of a film about the axis (mm).
+    """
+    return _lit_radius(lens_setup.lens, lens_setup.film_distance,
+                       0.5 * lens_setup.film.diagonal if out_to is None else out_to)
 
 
 @lru_cache(maxsize=64)

@@ -33,6 +33,15 @@ def test_dark_corners_are_explained_by_both_diameters_and_only_where_there_are_s
         assert dark_corners(of_kind(FISHEYE, name)) == ""
 
 
+def test_a_film_shifted_towards_or_beyond_the_edge_of_light_is_explained():
+    small = replace(FISHEYE, film_width=8.0, film_height=6.0)
+    circle = f"ø {2.0 * lit_radius(setup(small), 40.0):.1f} mm"
+    assert dark_corners(small) == dark_corners(replace(small, rise=2.0)) == ""
+    assert dark_corners(replace(small, rise=9.0)) == ""
+    assert dark_corners(replace(small, rise=11.0)) == f"Image circle {circle}, and the film is shifted out to ø 29.1 mm"
+    assert dark_corners(replace(small, shift=-20.0)).endswith(f"shifted beyond the image circle, {circle}")
+
+
 @pytest.mark.parametrize("settings", [
     Settings(), replace(Settings(), crop=0.2), replace(Settings(), lens="no such lens"),
     replace(Settings(), camera="perspective")])

@@ -12,6 +12,7 @@ from lensbench.app.state.build import design
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.figures import readings
 from lensbench.app.state.lens_choice import (
+    FILM,
     FRAME,
     LOCKS,
     image_circle,
@@ -152,3 +153,10 @@ def test_a_lens_that_forms_its_image_inside_has_the_usual_film_and_no_film_of_no
     ball = lb.Lens((lb.Surface(0.25, 9.0, 3.0, lb.Glass(2.0)), lb.Surface(-0.25, 1.0, 3.0)), 0)
     lenses.save(ball, tmp_path / "ball.toml")
     assert own_film(str(tmp_path / "ball.toml"), ball) == (36.0, 24.0)
+
+
+def test_another_lens_has_its_film_in_line_unless_the_film_is_locked():
+    moved = replace(Settings(), tilt=0.05, rise=4.0, film_radius=-90.0)
+    assert with_lens(moved, "apple-phone-6-elements-4-f18").film_pose.is_upright
+    kept = with_lens(moved, "canon-50-f12", {FILM})
+    assert (kept.tilt, kept.rise, kept.film_radius) == (0.05, 4.0, -90.0)
