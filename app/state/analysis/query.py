@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
+from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.analysis.grids.field_conditions import FIELDS, Conditions, conditions
 from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.analysis.grids.traced_grid import RayGrid
@@ -24,6 +25,7 @@ from lensbench.lenses.paraxial import is_d_line, reference_wavelength
 from lensbench.optics.finding import Kind, note
 
 EDGE = 0.98                     # of the radius of light: the last field is not quite dark
+CLOSER = 100                    # steps in which a height with a chief ray is sought
 CENTRE = 1e-7                   # of the largest height: a field that counts as the film's centre, but has a direction
 NO_LENS = "This camera has no lens to analyse. Choose one with a lens in the left column"
 
@@ -112,8 +114,10 @@ class Query:
                         f"({significant(100.0 * lost / launched, 2)} %)")
         corner = 0.5 * self.setup.film.diagonal
         if self.largest_height < corner and not self.heights:
-            said.append(f"the fields end at the edge of light, {significant(self.largest_height, 3)} mm from the "
-                        f"centre: the film's corner, at {significant(corner, 3)} mm, is dark")
+            where = f"{significant(self.largest_height, 3)} mm from the centre: the film's corner, at " \
+                    f"{significant(corner, 3)} mm,"
+            said.append(f"the fields end at the edge of light, {where} is dark" if lit_radius(self.setup) < corner else
+                        f"the fields end {where} has light beside the middle of the stop alone")
         if not (self.lens.is_rotationally_symmetric or self.heights):
             said.append("the fields run to the lower left corner of the picture: in other directions a lens with "
                         f"{self.lens.asymmetry} draws otherwise")
@@ -127,9 +131,27 @@ class Query:
 
 
 def largest_height(built: Setup) -> float:
-    """Half the film's diagonal (mm), or just within the edge of light of a smaller image circle."""
+    """Half the film's diagonal (mm), or just within the edge of light of a smaller image circle.
+
+    A field has a ray through the middle of the stop, which the last sliver of light before the edge may not have.
+    """
     corner, lit = 0.5 * built.film.diagonal, lit_radius(built)
-    return corner if lit >= corner or lit <= 0.0 else EDGE * lit
+    height = corner if lit >= corner or lit <= 0.0 else EDGE * lit
+    return _with_chief_ray(built.lens, built.film_distance, height) if built.lens.is_rotationally_symmetric else height
+
+
+@lru_cache(maxsize=64)
+def _with_chief_ray(lens: lb.Lens, film_distance: float, height: float) -> float:
+    """The height (mm) itself, or the greatest below it at which a ray through the middle of the stop meets the film."""
+    def known(heights: np.ndarray) -> np.ndarray:
+        rays = find_chief_rays(lens, film_distance, np.column_stack([0.0 * heights, heights]), by_image=True)
+        return np.asarray(np.isfinite(rays.images).all(1))
+
+    if known(np.array([height]))[0]:
+        return height
+    below = height * np.linspace(1.0, 0.0, CLOSER, endpoint=False)[1:]
+    found = known(below)
+    return float(below[np.argmax(found)]) if found.any() else height
 
 
 def query(settings: Settings) -> Query:

@@ -36,11 +36,13 @@ def open_boxes(beams: FieldBeams, conditions: Conditions) -> tuple[np.ndarray, l
     found = _narrow(beams, dark, scans)
     _bound(beams, found, scans, boxes)
     findings = []
-    dark = np.flatnonzero(~np.isfinite(boxes).all((1, 2)))
-    if dark.size:
-        these = f"{'these fields' if dark.size > 1 else 'the field'} {field_names(conditions, dark)}"
-        findings.append(Finding(Kind.DARK, None, f"no light reaches {these}: beyond what the lens sees, or beyond its "
-                                "image circle", figures={"fields": float(dark.size)}))
+    dark, missed = ~np.isfinite(boxes).all((1, 2)), ~np.isfinite(half).all(1)
+    for what, which in (("ray through the middle of the stop", missed), ("light", dark & ~missed)):
+        these = np.flatnonzero(which)
+        if these.size:
+            names = f"{'these fields' if these.size > 1 else 'the field'} {field_names(conditions, these)}"
+            findings.append(Finding(Kind.DARK, None, f"no {what} reaches {names}: beyond what the lens sees, or beyond "
+                                    "its image circle", figures={"fields": float(these.size)}))
     return boxes, findings
 
 

@@ -33,10 +33,12 @@ from lensbench.app.state.analysis.point_figures import (
 )
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.analysis.seidel_figure import seidel_figure
-from lensbench.app.state.analysis.spots import field_label
+from lensbench.app.state.analysis.spots import field_label, spots_figure
 from lensbench.app.state.analysis.stack_figure import Stack, stack_figure
 from lensbench.app.state.analysis.star_figure import star_figure
 from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
+from lensbench.app.state.geometry.ray_fans import lit_radius
+from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.pixel.beam import beam
 from lensbench.app.state.pixel.lens_rays import film_place
 from lensbench.app.state.pixel.readings import pixel_readings
@@ -72,6 +74,17 @@ def test_curves_over_the_field_end_where_the_light_ends():
     assert heights[-1] == pytest.approx(fisheye.largest_height, rel=1e-3)
     assert any("edge of light" in remark for remark in figure.remarks)
     assert [plot.x.high for plot in figure.rows[0]] == pytest.approx([heights[-1]] * 3)
+
+
+def test_the_fields_end_where_a_ray_through_the_middle_of_the_stop_does():
+    """Of a phone lens the corner has a sliver of light beside it: the last field was dark in all figures."""
+    asked = query(with_lens(Settings(), "apple-phone-6-elements-4-f18"))
+    corner = 0.5 * asked.setup.film.diagonal
+    assert lit_radius(asked.setup) == corner and 0.9 * corner < asked.largest_height < corner
+    figure = spots_figure(asked, 16)
+    assert not any("no ray" in each or "no light" in each for each in figure.remarks)
+    assert any("has light beside the middle of the stop alone" in each for each in figure.remarks)
+
 
 
 def test_an_anamorphic_lens_has_curves_along_both_sides_of_the_film():

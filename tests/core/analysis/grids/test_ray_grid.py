@@ -211,7 +211,7 @@ def test_a_lens_state_is_traced_once():
      "afocal"),
     (lambda: of_angles(hyperbolic(), -1.0, 0.0), "behind the last vertex"),
     (lambda: of_angles(hyperbolic(), 50.0, 0.0, pupil=4), "at least 8"),
-    (lambda: of_angles(lenses.load("pbrt-dgauss-50mm"), 35.0, 70.0), "no light"),
+    (lambda: of_angles(lenses.load("pbrt-dgauss-50mm"), 35.0, 70.0), "no ray through the middle"),
     (lambda: lb.analysis.spots(of_angles(hyperbolic(), 50.0, 0.0), "middle"), "chief, centroid"),
     (lambda: lb.analysis.conditions(hyperbolic(), None, 0), "at least 1"),
     (lambda: lb.analysis.conditions(hyperbolic(), None, [1.0], field_kind=lb.FieldKind.OBJECT_HEIGHT), "finite"),
