@@ -36,7 +36,7 @@ def shown(surface: Surface, quantity: str) -> str:
     value = value_of(surface, quantity)
     if quantity in (CURVATURE, CURVATURE_X):
         return INFINITE if value == 0.0 else true_minus(significant(1.0 / value))
-    if quantity not in (THICKNESS, SEMI_DIAMETER) and value == 0.0:
+    if quantity == CONIC and value == 0.0:
         return ""
     return true_minus(significant(degrees(value) if quantity in ANGLES else value))
 
