@@ -189,8 +189,8 @@ class Surface:
 
     @cached_property
     def vertex_curvature(self) -> float:
-        """Curvature at the vertex in the section y–z (1/mm), including an r² term."""
-        return self.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
+        """Curvature at the vertex in the section y–z of the lens (1/mm), including an r² term."""
+        return self.in_line.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
 
     @cached_property
     def shape(self) -> tuple[int, np.ndarray]:

@@ -155,7 +155,7 @@ def test_first_order_data_are_those_of_the_sections_of_a_rolled_surface(roll):
         slope = lb.trace(lens, start, [0.0, 0.0, 1.0]).directions[0, k] / 1e-4
         efl = lb.first_order(lens.section(axis)).efl
         assert slope == pytest.approx(-1.0 / efl, abs=4e-5)     # without the coupling of both sections
-        assert lens.in_line.is_in_line
+    assert lb.first_order(lens).efl == efl and lens.in_line.is_in_line      # efl of the section y–z
     first = lens.surfaces[0].in_line
     assert (first.curvature, first.curvature_x) == pytest.approx((np.cos(roll)**2 / 40.0, np.sin(roll)**2 / 40.0))
     assert lens.surfaces[0].section("y").curvature == 1 / 40.0          # of its own axes
