@@ -2,173 +2,144 @@
 
 python -m trials.mutants                   the faults of KINDS, each of a kind that once survived
 python -m trials.mutants --random 40       random ones, in the files that differ from `main`, else in the whole core
-python -m trials.mutants --random 40 core/imaging/sensor.py
+python -m trials.mutants --random 500 --record trials/mutants.txt
+                                           those that the record does not list yet; their fates are added to it
 
-The nearest tests of a module are those in files that name it, or that have its name: first the quick ones, then the
-slow ones, then the quick ones of its room. The faults are put into a copy of the sources in a temporary folder; kernels
-are compiled afresh there, because the cache knows them by their code. Ends with 1 if a fault survives. An equivalent
-one, which changes no result, survives rightly: see docs/reliability.md.
+The quick tests run until the first failure: first files that have the name of the module, then those that name it, then
+others that execute the line (`python -m trials.executed_lines` records which; a file that does not execute the line is
+left out). The slow tests of the first two follow, unless --quick. Faults are put into a copy of sources and tests in a
+temporary folder; kernels are compiled afresh there, because their cache knows them by their code. Ends with 1 if a
+fault survives. An equivalent one, which changes no result, survives rightly: see docs/reliability.md.
 """
 
 import argparse
 import ast
 import os
-import random
+import re
+import resource
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
+from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
-ROOT = Path(__file__).parent.parent
+from trials.executed_lines import RECORD, Executed, executed
+from trials.faults import KINDS, ROOT, Fault, random_faults
+
 PACKAGES = {"core": "lensbench", "lenses": "lensbench/lenses", "shaders": "lensbench/shaders", "app": "lensbench/app"}
-OPERATORS = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*"}
-COMPARISONS = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
-NAMES = {"min": "max", "max": "min", "sin": "cos", "cos": "sin", "floor": "ceil", "maximum": "minimum",
-         "minimum": "maximum"}
 NO_TESTS = 5            # the exit status of pytest where none is to be run
-SECONDS = 600           # a fault under which the tests run longer is found
+OTHERS = 40.0           # s of processor time of the tests of files that do not name the module
+COMPILING = 120.0       # s of processor time for kernels with a fault; quick tests that need more find it
+SLOW = 300.0            # s of processor time of the slow tests; what they do not find by then survives
 
 
-class Mutant(NamedTuple):
-    """A fault: the file, the text that it replaces, by what, and the line."""
-
-    path: str
-    old: str
-    new: str
-    line: int = 0
+@cache
+def recorded() -> dict[str, Executed]:
+    """Executed lines by test file; none where they are not recorded."""
+    return executed() if RECORD.exists() else {}
 
 
-KINDS = {
-    "Poisson variance of the sensor": Mutant(
-        "core/imaging/sensor.py", "math.sqrt(mean - real(5.0 / 36.0))", "math.sqrt(mean + real(5.0 / 36.0))"),
-    "full well off by one": Mutant(
-        "core/imaging/sensor.py", "count = count if count < full_well else full_well",
-        "count = count if count < full_well else full_well - real(1)"),
-    "tolerance of the surface solver": Mutant("core/optics/surfaces.py", "TOLERANCE = 450 ", "TOLERANCE = 4 "),
-    "equator of the conic": Mutant("core/optics/surfaces.py", "if not side > zero:", "if not side > -one:"),
-    "equator of the sphere kernel": Mutant(
-        "core/optics/block_refraction.py", "v = (x * x + y * y) * rim\n            v = v if (side > real(0)) &",
-        "v = (x * x + y * y) * rim\n            v = v if (side == side) &"),
-    "equator of the kernels of aspheres": Mutant(
-        "core/optics/block_refraction.py", "equator_x * x * x + equator_y * y * y < real(1))",
-        "equator_x * x * x + equator_y * y * y < real(2))"),
-    "clamp of the pupil's rings": Mutant(
-        "core/pupils/radial_sampler.py", "last = real(RINGS - 1.001)", "last = real(RINGS - 2.001)"),
-    "half-pixel shift of refocusing": Mutant(
-        "core/lightfields/light_field.py", "begins = shifts + (1.0 - scale) * (self._middle - 0.5)",
-        "begins = shifts + (1.0 - scale) * self._middle"),
-    "cosine of emission": Mutant(
-        "core/rendering/light_rays.py", "* per * abs(a * ux + b * uy + c * uz) * per * etendue", "* per * etendue"),
-    "own-number check": Mutant(
-        "core/rendering/light_rays.py",
-        "weight[i] = weight[i] if met[i] == mark else real(0)\n        left", "weight[i] = weight[i]\n        left"),
-    "own-number check of the light": Mutant(
-        "core/rendering/light_rays.py",
-        "-hn[i]\n        weight[i] = weight[i] if met[i] == mark else real(0)",
-        "-hn[i]\n        weight[i] = weight[i]"),
-    "swing of moving frames": Mutant(
-        "core/scenery/intersect/moving_objects.py", "PHASE: math.remainder(rotations * opening, 1.0)",
-        "PHASE: 0.0"),
-    "depth of the nearest": Mutant(
-        "core/scenery/intersect/spheres.py", "hit = (t > real(0)) & (t < near)", "hit = t > real(0)"),
-    "power in the spread of pixels": Mutant(
-        "core/cameras/differentials.py", "part = real(1) / (root * math.sqrt(root))", "part = real(1) / root"),
-    "coefficient of fog": Mutant(
-        "core/scenery/shading/participating_medium.py", "(1.0 - passed)", "(1.0 - passed * passed)"),
-    "coefficient of fog in the kernel": Mutant(
-        "core/scenery/shading/participating_medium.py", "sg[i] += tg[i] * (real(1) - e[i]) * g",
-        "sg[i] += tg[i] * (real(1) - e[i]) * r"),
-    "disk of the sun": Mutant(
-        "core/scenery/intersect/sky.py", "CHORD2: (2.0 * math.sin(radius / 2)) ** 2",
-        "CHORD2: (2.0 * math.sin(radius / 3)) ** 2"),
-    "radiance of the sun's disk": Mutant(
-        "core/scenery/intersect/sky.py", "/ math.sin(radius) ** 2", "/ math.sin(radius)"),
-    "texel of reduced textures": Mutant(
-        "core/scenery/intersect/ripmap.py", "b = (real(1) - v[i]) * real(0.5) * tall - real(0.5)",
-        "b = (real(1) - v[i]) * real(0.5) * tall"),
-    "plate of gleams": Mutant(
-        "core/scenery/shading/clearcoat.py", "hit = inside_edge(real, qa, qb, disk) & (t > real(0)) & (t < near[i])",
-        "hit = inside_edge(real, qa * real(0.9), qb, disk) & (t > real(0)) & (t < near[i])"),
-    "stretch in the choice of models": Mutant(
-        "core/analysis/model_error.py", "np.maximum((1.0 + along) * (1.0 + around), 1e-30)",
-        "np.maximum(1.0 + along, 1e-30)"),
-}
+@cache
+def test_files() -> dict[str, str]:
+    """Text of the test files of the core and the lenses, by name."""
+    return {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8") for room in ("core", "lenses")
+            for path in sorted((ROOT / "tests" / room).rglob("test_*.py"))}
 
 
-def random_mutants(paths: list[Path], count: int, seed: int) -> list[Mutant]:
-    """Faults at random places of files: another operator, comparison, number or function, or no `not`."""
-    found = [mutant for path in paths for mutant in _mutants_of(path)]
-    return random.Random(seed).sample(found, min(count, len(found)))
+def named_tests(path: str) -> list[str]:
+    """Test files that have the name of a module, then those that name it."""
+    *rooms, name = Path(path).relative_to("core").with_suffix("").parts
+    room = ".".join(["lensbench", *rooms])
+    naming = re.compile(rf"{re.escape(room)}\.{name}\b|from {re.escape(room)} import .*\b{name}\b")
+    own = [file for file in test_files() if Path(file).stem == f"test_{name}"]
+    return own + [file for file, text in test_files().items() if file not in own and naming.search(text)]
 
 
-def _mutants_of(path: Path) -> list[Mutant]:
-    text = path.read_text(encoding="utf-8")
-    lines = text.splitlines(keepends=True)
-    found = []
-
-    def add(node: ast.expr, new: str) -> None:
-        if node.lineno == node.end_lineno:
-            line = lines[node.lineno - 1].encode()
-            changed = line[:node.col_offset].decode() + new + line[node.end_col_offset:].decode()
-            found.append(Mutant(str(path.relative_to(ROOT)), lines[node.lineno - 1], changed, node.lineno))
-
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
-            add(node, f"({ast.unparse(node.left)}) {OPERATORS[type(node.op)]} ({ast.unparse(node.right)})")
-        elif isinstance(node, ast.Compare) and type(node.ops[0]) in COMPARISONS and len(node.ops) == 1:
-            add(node, f"({ast.unparse(node.left)}) {COMPARISONS[type(node.ops[0])]} "
-                      f"({ast.unparse(node.comparators[0])})")
-        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-            add(node, f"({ast.unparse(node.operand)})")
-        elif isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.value:
-            add(node, repr(node.value + 1 if isinstance(node.value, int) else node.value * 1.1))
-        elif isinstance(node, ast.Attribute) and node.attr in NAMES:
-            add(node, f"{ast.unparse(node.value)}.{NAMES[node.attr]}")
-    return found
-
-
-def nearest_tests(path: str) -> list[str]:
-    """The test files that name a module, or that have its name; those of its room where there are none."""
-    inside = Path(path).relative_to("core").with_suffix("")
-    dotted = "lensbench." + ".".join(inside.parts)
-    files = [file for file in sorted((ROOT / "tests").rglob("test_*.py"))
-             if dotted in file.read_text(encoding="utf-8") or file.stem == f"test_{inside.name}"]
-    return [str(file.relative_to(ROOT)) for file in files] or tests_of_room(path)
+def nearest_tests(fault: Fault) -> tuple[list[str], bool]:
+    """Test files to run against a fault, the likeliest killers first, and whether one is known to execute the line."""
+    named = named_tests(fault.path)
+    lines = {fault.line}
+    if not fault.line or _at_import(fault):         # all files that execute some function of the module
+        lines = {line for node in ast.walk(ast.parse((ROOT / fault.path).read_text(encoding="utf-8")))
+                 if isinstance(node, ast.FunctionDef) for line in range(node.body[0].lineno, node.end_lineno + 1)}
+    times = {file: each.seconds for file, each in recorded().items() if lines & each.lines.get(fault.path, set())}
+    unknown = [file for file in named if file not in recorded()]
+    first = [file for file in named if file in times]
+    own = [file for file in first if Path(file).stem == f"test_{Path(fault.path).stem}"]
+    others, left = [], OTHERS
+    for seconds, file in sorted((seconds, file) for file, seconds in times.items() if file not in named):
+        left -= seconds
+        others += [file] if left > 0 else []
+    found = [*own, *sorted(set(first) - set(own), key=times.__getitem__), *unknown, *others]
+    return found or named or tests_of_room(fault.path), bool(times or unknown)
 
 
 def tests_of_room(path: str) -> list[str]:
-    """The test files of the room of a module."""
-    room = ROOT / "tests" / "core" / Path(path).parts[1]
-    return [str(file.relative_to(ROOT)) for file in sorted(room.rglob("test_*.py"))]
+    """Test files of the room of a module."""
+    return [file for file in test_files() if file.startswith(f"tests/core/{Path(path).parts[1]}/")]
 
 
-def survives(mutant: Mutant, folder: Path) -> bool:
-    """Whether the nearest tests pass with the fault in the copy of the sources in `folder`."""
-    room, _, inside = mutant.path.partition("/")
+def _at_import(fault: Fault) -> bool:
+    """Whether a line is outside of all functions."""
+    return not any(node.body[0].lineno <= fault.line <= (node.end_lineno or 0)
+                   for node in ast.walk(ast.parse((ROOT / fault.path).read_text(encoding="utf-8")))
+                   if isinstance(node, ast.FunctionDef))
+
+
+def fate(fault: Fault, folder: Path, quick: bool) -> str:
+    """What becomes of a fault in the copy of the sources in `folder`: "killed by …" or "SURVIVES …"."""
+    room, _, inside = fault.path.partition("/")
     place = folder / PACKAGES[room] / inside
     whole = place.read_text(encoding="utf-8")
-    if mutant.line:
-        lines = whole.splitlines(keepends=True)
-        lines[mutant.line - 1] = mutant.new
-        changed = "".join(lines)
-    else:
-        assert whole.count(mutant.old) == 1, f"{mutant.path}: {mutant.old!r} occurs {whole.count(mutant.old)} times"
-        changed = whole.replace(mutant.old, mutant.new)
+    changed = fault.put_into(whole)
+    nearest, reached = nearest_tests(fault)
+    seconds = sum(recorded()[file].seconds for file in nearest if file in recorded())
     try:
-        compile(changed, mutant.path, "exec")
+        compile(changed, fault.path, "exec")
         place.write_text(changed, encoding="utf-8")
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
-        environment = {**os.environ, "PYTHONPATH": str(folder)}
-        nearest, room = nearest_tests(mutant.path), tests_of_room(mutant.path)
-        return all(subprocess.run([*command, *files, "-m", marked], cwd=folder, env=environment, timeout=SECONDS,
-                                  capture_output=True).returncode in (0, NO_TESTS)
-                   for marked, files in (("not slow", nearest), ("slow", nearest), ("not slow", room)) if files)
-    except (subprocess.TimeoutExpired, SyntaxError):
-        return False
+        killer = _killer(folder, nearest, "not slow", COMPILING + 4 * seconds)
+        if killer:
+            return f"killed by {killer}"
+        killer = None if quick else _killer(folder, named_tests(fault.path), "slow", SLOW)
+        if killer and killer != "its time":
+            return f"killed by {killer} (slow)"
+    except SyntaxError:
+        return "killed by the compiler"
     finally:
         place.write_text(whole, encoding="utf-8")
+        for compiled in (place.parent / "__pycache__").glob(f"{place.stem}.*.pyc"):
+            compiled.unlink()       # one of the same second and size would count as that of the next fault
+    return f"SURVIVES {len(nearest)} files{'' if reached else ', none of which executes the line'}"
+
+
+def _killer(folder: Path, files: list[str], marked: str, seconds: float) -> str | None:
+    """The test file that fails first, "its time" where the processor time runs out, or None where all pass."""
+    if not files:
+        return None
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *files, "-m", marked]
+    environment = {**os.environ, "PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / "cache")}
+    limit = int(seconds)
+    ended = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True,
+                           preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5)))
+    if ended.returncode in (0, NO_TESTS):
+        return None
+    failed = re.search(r"^(?:FAILED|ERROR) (\S+?\.py)", ended.stdout, re.MULTILINE)
+    return failed.group(1) if failed else "its time" if ended.returncode in (-9, -24) else "a crash"
+
+
+def copy_sources(folder: Path) -> None:
+    """Copy sources, tests and compiled kernels into a folder."""
+    ignored = shutil.ignore_patterns("__pycache__", "shipped")
+    for room, package in PACKAGES.items():
+        shutil.copytree(ROOT / room, folder / package, dirs_exist_ok=True, ignore=ignored)
+    shutil.copytree(ROOT / "tests", folder / "tests", ignore=ignored)
+    for name in ("docs", "core", "lenses", "app", "shaders", "pyproject.toml", "README.md"):
+        (folder / name).symlink_to(ROOT / name)
+    kernels = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lensbench" / "kernels"
+    if kernels.exists():
+        shutil.copytree(kernels, folder / "cache" / "lensbench" / "kernels")
 
 
 def changed_files() -> list[Path]:
@@ -180,33 +151,35 @@ def changed_files() -> list[Path]:
 
 
 def main() -> int:
-    """Run the faults, and print the survivors."""
+    """Run the faults, and print their fates."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="*", type=Path)
     parser.add_argument("--random", type=int, metavar="N", help="random faults in place of those of KINDS")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--record", type=Path, help="file of fates: those in it are not run again")
+    parser.add_argument("--quick", action="store_true", help="without the slow tests")
     parser.add_argument("--kind", help="only the kinds whose name contains this")
     options = parser.parse_args()
     if options.random:
-        paths = [path.resolve() for path in options.files] or changed_files()
-        mutants = {f"{one.path}:{one.line}": one for one in random_mutants(paths, options.random, options.seed)}
+        faults = random_faults([path.resolve() for path in options.files] or changed_files(), options.random,
+                               options.seed)
     else:
-        mutants = {name: one for name, one in KINDS.items() if (options.kind or "") in name}
+        faults = [fault for name, fault in KINDS.items() if (options.kind or "") in name]
+    known = options.record.read_text(encoding="utf-8") if options.record and options.record.exists() else ""
+    faults = [fault for fault in faults if f"{fault} | " not in known]
     left = 0
     with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
-        for room, package in PACKAGES.items():
-            shutil.copytree(ROOT / room, folder / package, dirs_exist_ok=True,
-                            ignore=shutil.ignore_patterns("__pycache__", "shipped"))
-        for name in ("tests", "docs", "core", "lenses", "app", "shaders", "pyproject.toml", "README.md"):
-            (folder / name).symlink_to(ROOT / name)
-        for name, mutant in mutants.items():
-            survived = survives(mutant, folder)
-            left += survived
-            print(f"{'SURVIVES' if survived else 'killed':9} {name}", flush=True)
-            if survived:
-                print(f"          - {mutant.old.strip()}\n          + {mutant.new.strip()}", flush=True)
-    print(f"{len(mutants) - left} of {len(mutants)} killed")
+        copy_sources(Path(temporary))
+        for fault in faults:
+            begun = time.monotonic()
+            told = fate(fault, Path(temporary), options.quick)
+            left += told.startswith("SURVIVES")
+            row = f"{fault} | {told}"
+            print(f"{row}, {time.monotonic() - begun:.0f} s", flush=True)
+            if options.record:
+                with options.record.open("a", encoding="utf-8") as record:
+                    record.write(row + "\n")
+    print(f"{len(faults) - left} of {len(faults)} killed")
     return left > 0
 
 
