@@ -5,11 +5,12 @@ python -m trials.mutants --random 40       random ones, in the files that differ
 python -m trials.mutants --random 500 --record trials/mutants.txt
                                            those that the record does not list yet; their fates are added to it
 
-The quick tests run until the first failure: first files that have the name of the module, then those that name it, then
-others that execute the line (`python -m trials.executed_lines` records which; a file that does not execute the line is
-left out). The slow tests of the first two follow, unless --quick. Faults are put into a copy of sources and tests in a
-temporary folder; kernels are compiled afresh there, because their cache knows them by their code. Ends with 1 if a
-fault survives. An equivalent one, which changes no result, survives rightly: see docs/reliability.md.
+The quick tests run until the first failure: first files that have the name of the module, then those that name it or
+use its public names, then the same for its importers, then others that execute the line (`python -m
+trials.executed_lines` records which; a file that does not execute the line is left out). The slow tests of files that
+name the module follow, unless --quick. Faults are put into a copy of sources and tests in a temporary folder; kernels
+are compiled afresh there, because their cache knows them by their code. Ends with 1 if a fault survives. An equivalent
+one, which changes no result, survives rightly: see docs/reliability.md.
 """
 
 import argparse
@@ -25,12 +26,16 @@ import time
 from functools import cache
 from pathlib import Path
 
+import lensbench
 from trials.executed_lines import RECORD, Executed, executed
 from trials.faults import KINDS, ROOT, Fault, random_faults
 
+CORE = ROOT / "core"
 PACKAGES = {"core": "lensbench", "lenses": "lensbench/lenses", "shaders": "lensbench/shaders", "app": "lensbench/app"}
 NO_TESTS = 5            # the exit status of pytest where none is to be run
-OTHERS = 40.0           # s of processor time of the tests of files that do not name the module
+FILES = 4               # test files that name the module or its importers
+UNKNOWN = 10.0          # s of processor time of the quick tests of a file that is not recorded
+OTHERS = 20.0           # s of processor time of the tests of files that do not name the module
 COMPILING = 120.0       # s of processor time for kernels with a fault; quick tests that need more find it
 SLOW = 300.0            # s of processor time of the slow tests; what they do not find by then survives
 
@@ -48,37 +53,58 @@ def test_files() -> dict[str, str]:
             for path in sorted((ROOT / "tests" / room).rglob("test_*.py"))}
 
 
-def named_tests(path: str) -> list[str]:
-    """Test files that have the name of a module, then those that name it."""
+@cache
+def importers() -> dict[str, set[str]]:
+    """Files of the core that import a file of the core."""
+    found: dict[str, set[str]] = {}
+    for path in (ROOT / "core").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and str(node.module).startswith("lensbench.") and path.parent != CORE:
+                name = f"core/{str(node.module).partition('.')[2].replace('.', '/')}"
+                for each in (f"{name}.py", *(f"{name}/{alias.name}.py" for alias in node.names)):
+                    found.setdefault(each, set()).add(str(path.relative_to(ROOT)))
+    return found
+
+
+@cache
+def naming_tests(path: str) -> list[str]:
+    """Test files that have the name of a module, those that name it, and those that use its public names."""
     *rooms, name = Path(path).relative_to("core").with_suffix("").parts
     room = ".".join(["lensbench", *rooms])
-    naming = re.compile(rf"{re.escape(room)}\.{name}\b|from {re.escape(room)} import .*\b{name}\b")
+    public = [each.partition("=")[0] for each in lensbench._HOMES.get(".".join([*rooms, name]), "").split()]
     own = [file for file in test_files() if Path(file).stem == f"test_{name}"]
-    return own + [file for file, text in test_files().items() if file not in own and naming.search(text)]
+    found = [own]
+    for pattern in (rf"{re.escape(room)}\.{name}\b|from {re.escape(room)} import .*\b{name}\b",
+                    rf"\blb\.({'|'.join(public)})\b" if public else "(?!)"):
+        found.append([file for file, text in test_files().items()
+                      if re.search(pattern, text) and not any(file in each for each in found)])
+    return sum(found, [])
 
 
 def nearest_tests(fault: Fault) -> tuple[list[str], bool]:
-    """Test files to run against a fault, the likeliest killers first, and whether one is known to execute the line."""
-    named = named_tests(fault.path)
+    """Test files to run against a fault, the likeliest killers first, and whether one is known to execute the line.
+
+    Those that name the module, then those that name a module that imports it, and so on, then all others.
+    """
     lines = {fault.line}
     if not fault.line or _at_import(fault):         # all files that execute some function of the module
         lines = {line for node in ast.walk(ast.parse((ROOT / fault.path).read_text(encoding="utf-8")))
-                 if isinstance(node, ast.FunctionDef) for line in range(node.body[0].lineno, node.end_lineno + 1)}
+                 if isinstance(node, ast.FunctionDef)
+                 for line in range(node.body[0].lineno, (node.end_lineno or 0) + 1)}
     times = {file: each.seconds for file, each in recorded().items() if lines & each.lines.get(fault.path, set())}
-    unknown = [file for file in named if file not in recorded()]
-    first = [file for file in named if file in times]
-    own = [file for file in first if Path(file).stem == f"test_{Path(fault.path).stem}"]
-    others, left = [], OTHERS
-    for seconds, file in sorted((seconds, file) for file, seconds in times.items() if file not in named):
+    found: list[str] = []
+    ring, known = {fault.path}, {fault.path}
+    while ring and len(found) < FILES:
+        near = [file for path in sorted(ring) for file in naming_tests(path)
+                if file in times or file not in recorded()]
+        found += [file for file in dict.fromkeys(near) if file not in found][:FILES - len(found)]
+        ring = set().union(*(importers().get(path, set()) for path in ring)) - known
+        known |= ring
+    left = OTHERS
+    for seconds, file in sorted((seconds, file) for file, seconds in times.items() if file not in found):
         left -= seconds
-        others += [file] if left > 0 else []
-    found = [*own, *sorted(set(first) - set(own), key=times.__getitem__), *unknown, *others]
-    return found or named or tests_of_room(fault.path), bool(times or unknown)
-
-
-def tests_of_room(path: str) -> list[str]:
-    """Test files of the room of a module."""
-    return [file for file in test_files() if file.startswith(f"tests/core/{Path(path).parts[1]}/")]
+        found += [file] if left > 0 else []
+    return found, bool(times) or any(file not in recorded() for file in found)
 
 
 def _at_import(fault: Fault) -> bool:
@@ -95,14 +121,14 @@ def fate(fault: Fault, folder: Path, quick: bool) -> str:
     whole = place.read_text(encoding="utf-8")
     changed = fault.put_into(whole)
     nearest, reached = nearest_tests(fault)
-    seconds = sum(recorded()[file].seconds for file in nearest if file in recorded())
+    seconds = sum(recorded()[file].seconds if file in recorded() else UNKNOWN for file in nearest)
     try:
         compile(changed, fault.path, "exec")
         place.write_text(changed, encoding="utf-8")
         killer = _killer(folder, nearest, "not slow", COMPILING + 4 * seconds)
         if killer:
             return f"killed by {killer}"
-        killer = None if quick else _killer(folder, named_tests(fault.path), "slow", SLOW)
+        killer = None if quick else _killer(folder, naming_tests(fault.path), "slow", SLOW)
         if killer and killer != "its time":
             return f"killed by {killer} (slow)"
     except SyntaxError:

@@ -7,6 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.analysis.depth_over_field import _limits
 from lensbench.optics.depth_of_field import real_circle_of_confusion
 
 LENS = lenses.load("lib-tronnier-1953")
@@ -48,6 +49,18 @@ def test_a_field_that_is_never_sharp_is_named_and_has_no_limits():
     found = depth(4.0, 2000.0)[2]
     assert found.least[-1] > found.limit and np.isnan(found.near[-1]) and np.isnan(found.far[-1])
     assert any("softer than the limit" in str(each) for each in found.findings)
+
+
+@pytest.mark.parametrize("vertex", [-0.1, 0.5, 1.2])
+def test_the_limits_of_a_squared_blur_that_is_a_parabola_are_its_own(vertex):
+    """Also where its vertex lies beyond the first or the last distance that is known; without end at nearness 0."""
+    nearness = np.linspace(0.0, 1.0, 11)
+    near, far, best, least = _limits(nearness, np.sqrt((nearness - vertex) ** 2 + 1e-4), 0.3)
+    half = np.sqrt(0.3**2 - 1e-4)
+    assert best == pytest.approx(np.clip(vertex, 0.0, 1.0), abs=1e-9)
+    assert least == pytest.approx(np.hypot(best - vertex, 0.01), rel=1e-6)
+    assert near == pytest.approx(vertex + half if vertex + half < 1.0 else np.nan, rel=1e-6, nan_ok=True)
+    assert far == pytest.approx(max(vertex - half, 0.0), rel=1e-6)
 
 
 def test_impossible_limits_and_fields_are_refused():

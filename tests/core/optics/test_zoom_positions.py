@@ -106,6 +106,7 @@ def test_a_position_beyond_the_stations_is_refused(asked):
 @pytest.mark.parametrize(("changed", "told"), [
     ({"zoom_stations": (0.0, 1.0)}, "thicknesses must have a row"),
     ({"zoom_stations": (0.0, 0.9, 0.8, 1.0)}, "must rise from 0 to 1"),
+    ({"zoom_stations": (0.0, 1.0, 1.0)}, "must rise from 0 to 1"),
     ({"zoom_stations": (0.1, 0.5, 1.0)}, "must rise from 0 to 1"),
     ({"focus_stations": (0.0, 1.0)}, "thicknesses must have a row"),
     ({"focus_stations": ()}, "must rise from 0 to 1"),
