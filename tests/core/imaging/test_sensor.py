@@ -47,7 +47,10 @@ def test_few_electrons_follow_poissons_law(mean):
 
 @pytest.mark.parametrize("mean", [8.1, 20.0])
 def test_the_third_central_moment_of_the_electrons_is_their_mean(mean):
-    """As by Poisson's law; three million numbers know it to 1 %, and the outer cells of the table of the normal law, straight lines, take 2 % of it."""
+    """As by Poisson's law; three million numbers know it to 1 %.
+
+    The outer cells of the table of the normal law, straight lines, take 2 % of it.
+    """
     sensor = lb.Sensor(full_well=16383.0, read_noise=0.0, bits=14, pitch=5.0)
     counts = np.rint(sensor.record(flat(mean, sensor, (1000, 1000)), 100.0) * sensor.electrons).astype(float)
     assert ((counts - counts.mean()) ** 3).mean() == pytest.approx(mean, rel=0.05)

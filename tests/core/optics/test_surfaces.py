@@ -259,6 +259,20 @@ def test_no_ray_is_lost_to_rounding_on_an_asphere_of_any_size(size):
     np.testing.assert_allclose(hits, points, atol=1e-11 * size)
 
 
+@pytest.mark.parametrize("azimuth", [0.0, 0.5, 2.0, 4.0])
+def test_a_ray_enters_a_steep_bowl_where_its_flank_faces_the_ray(azimuth):
+    """A line enters the inside of a convex surface once: at 75° from the axis, against slopes of up to 64°."""
+    surface = lb.Surface(0.0, 0.0, 9.0, lb.Glass(1.6), aspheric=((4, 1e-3),))
+    out = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    r = np.linspace(2.0, 8.0, 40)
+    points = r[:, None] * out + 1e-3 * r[:, None] ** 4 * [0.0, 0.0, 1.0]
+    direction = np.cos(1.3) * np.array([0.0, 0.0, 1.0]) - np.sin(1.3) * out
+    traced = lb.trace(lb.Lens((surface,), 0), points - 3.0 * direction, np.tile(direction, (40, 1)), record=True)
+    assert (traced.fate != lb.Fate.MISSED).all()
+    hits = traced.paths[:, 1] if traced.paths.shape[1] > 1 else traced.points
+    np.testing.assert_allclose(hits, points, atol=1e-12)
+
+
 # --- Sag
 
 @LAW
