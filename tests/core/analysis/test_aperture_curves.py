@@ -59,6 +59,7 @@ def test_relative_illumination_flattens_as_vignetting_ends():
     assert (np.diff(corner) > 0.0).all() and corner[0] < 0.5
     for _, falloff in found:
         np.testing.assert_allclose(falloff.total, falloff.natural * falloff.vignetting)
+        assert falloff.radii[0] == 0.0 and falloff.radii[-1] == pytest.approx(np.hypot(18.0, 12.0))     # the corner
 
 
 def test_an_afocal_lens_has_no_focus_to_shift():

@@ -1,0 +1,56 @@
+"""Cells that a straight rim crosses: their open parts against clipped polygons, their centroids against rectangles."""
+
+import numpy as np
+import pytest
+
+from lensbench.analysis.grids.cell_coverage import cover
+
+N = 6
+STEP = np.array([0.3, 0.5])             # pupil coordinates per cell, sagittal and tangential
+MIDDLE = (np.arange(N) - 2.5)[None, :] * STEP[:, None]
+
+
+def covered(slopes, aside):
+    """Open parts of cells and of the cells of a beam aside by (s, t) cells, and the centroids of the latter."""
+    s, t = np.meshgrid(*(MIDDLE + (aside * STEP)[:, None]))
+    level = (1.0 - 0.3 - slopes[0] * s / STEP[0] - slopes[1] * t / STEP[1])[None, None]
+    out = np.zeros((2, 1, 1, N, N))
+    centre = np.zeros((2, 1, 1, N, N))
+    cover(level, 0, s[None, None], t[None, None], MIDDLE[None], False, out[0], out[1], centre)
+    return out[0, 0, 0], out[1, 0, 0], centre[:, 0, 0]
+
+
+def clipped_area(distance, slopes):
+    """Area of the unit square about 0 where distance + slopes · x > 0, by clipping its edges."""
+    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    kept = []
+    for a, b in zip(corners, np.roll(corners, -1, 0), strict=True):
+        here, there = distance + a @ slopes, distance + b @ slopes
+        if here >= 0.0:
+            kept.append(a)
+        if here * there < 0.0:
+            kept.append(a + here / (here - there) * (b - a))
+    x, y = np.array(kept).reshape(-1, 2).T
+    return 0.5 * abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+
+
+@pytest.mark.parametrize("aside", [(0.0, 0.0), (0.2, -0.35)])
+@pytest.mark.parametrize("slopes", [(0.4, 0.0), (0.0, -0.7), (0.5, 0.2), (-0.3, 0.9)])
+def test_open_parts_are_the_areas_of_squares_that_a_line_clips(slopes, aside):
+    slopes, aside = np.array(slopes), np.array(aside)
+    parts, of_beam, _ = covered(slopes, aside)
+    for found, moved in ((parts, np.zeros(2)), (of_beam, aside)):
+        for i in range(N):
+            for j in range(N):
+                place = np.array([j - 2.5, i - 2.5]) + moved
+                assert found[i, j] == pytest.approx(clipped_area(0.3 + slopes @ place, slopes), abs=1e-12)
+
+
+@pytest.mark.parametrize("slopes", [(0.4, 0.0), (-0.4, 0.0), (0.0, 0.7), (0.0, -0.7)])
+def test_a_rim_along_the_cells_leaves_rectangles_with_their_centroids(slopes):
+    _, parts, centre = covered(np.array(slopes), np.zeros(2))
+    cut = (parts > 0.0) & (parts < 1.0)
+    assert cut.any()
+    for axis in (0, 1):
+        np.testing.assert_allclose(centre[axis][cut], 0.5 * np.sign(slopes[axis]) * (1.0 - parts[cut]), atol=1e-12)
+        np.testing.assert_array_equal(centre[axis][parts == 1.0], 0.0)
