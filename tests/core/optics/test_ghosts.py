@@ -119,3 +119,28 @@ def test_block_and_scalar_agree(lens, blades, real):
                 light_there = path.weight * rays[6, k] / (36 / 96 * 24 / 64)
                 assert grid[2, k] == pytest.approx(light_there, rel=1e-2)       # between the nodes of the tables
     assert met > 20
+
+
+@pytest.mark.parametrize("towards", [(0.3, -0.5, -1.0), (-0.95, 0.2, -0.2), (0.0, 0.0, -1.0)])
+@pytest.mark.parametrize("near", [False, True])
+def test_the_rays_of_a_grid_carry_the_light_of_its_rectangle_across_the_beam(towards, near):
+    """That of the area for a far light, of the solid angle for a near one; midpoints of 60² cells know it to 10⁻³."""
+    towards = np.array(towards) / np.linalg.norm(towards)
+    tracer = GhostTracer(GAUSS, lb.film_distance(GAUSS, math.inf), RASTER, real=np.float64)
+    light = np.append(40.0 * towards + ([0.0, 0.0, tracer.front_z] if near else 0.0), float(near))
+    if not near:
+        light[:3] = towards
+    box, cells = (-5.0, -7.0, 12.0, 9.0), 60
+    rays = grid_rays(tracer, light, box, cells, (0.5, 0.5)).reshape(7, cells + 1, cells + 1)[:, :-1, :-1].reshape(7, -1)
+    places = rays[:3].T - [0.0, 0.0, tracer.front_z]
+    np.testing.assert_allclose(places @ towards, 0.0, atol=1e-12)
+    if near:
+        sight = places - 40.0 * towards
+        np.testing.assert_allclose(rays[3:6].T, sight / np.linalg.norm(sight, axis=1)[:, None], atol=1e-12)
+        light_there = 40.0**2 * sum(
+            sign * math.atan(a * b / (40.0 * math.sqrt(a * a + b * b + 40.0**2)))
+            for a, b, sign in ((12.0, 9.0, 1), (-5.0, 9.0, -1), (12.0, -7.0, -1), (-5.0, -7.0, 1)))
+    else:
+        np.testing.assert_allclose(rays[3:6].T, np.tile(-towards, (cells * cells, 1)), atol=1e-12)
+        light_there = 17.0 * 16.0
+    assert rays[6].sum() == pytest.approx(light_there, rel=1e-3)
