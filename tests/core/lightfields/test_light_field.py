@@ -40,6 +40,17 @@ def real_field():
     return lb.capture_light_field(real(1200.0), lb.builtin_scene(STILL), (9, 9), 16)
 
 
+@pytest.mark.parametrize("reach", [0.6, 1.0, 1.7])
+def test_the_cells_of_the_pupil_divide_a_square_as_large_as_its_reach(reach):
+    """Each is as far from the next as its own side, and the outer ones end at the reach, across and down alike."""
+    field = LightField(perspective(1200.0), reach, np.ones((3, 4, 3, 2, 2), np.float32), np.ones((3, 4, 2, 2)))
+    u, v = np.moveaxis(field.places, -1, 0)
+    for ends, steps, side in ((u[:, [0, -1]], np.diff(u, axis=1), 2.0 * reach / 4),
+                              (v[[0, -1]].T, np.diff(v, axis=0), 2.0 * reach / 3)):
+        np.testing.assert_allclose(steps, side, rtol=1e-12)
+        np.testing.assert_allclose(ends, np.tile([side / 2.0 - reach, reach - side / 2.0], (len(ends), 1)), rtol=1e-12)
+
+
 @pytest.mark.parametrize("distance", [300.0, 500.0, 800.0, 2000.0, math.inf])
 def test_refocusing_magnifies_about_the_middle_of_the_picture(distance):
     """Of views that are all the same ramp: their shifts cancel, and the middle stays where it was to 0.003 pixels."""

@@ -329,6 +329,11 @@ def test_the_points_of_a_light_are_its_own_light():
             for axis in (0, 1):                         # 64 points: the mean to 1/64, the second moment likewise
                 assert (points[:, axis] * colour).mean() == pytest.approx(0.0, abs=0.02 * radiance)
                 assert (points[:, axis] ** 2 * colour).mean() == pytest.approx(second * mean * radiance, rel=0.06)
+    # The points of the picture, which is even, lie in steps that are even too: as far to the right as to the left
+    for axis in (0, 1):
+        places = np.unique(points[:, axis].round(9))
+        sums = (places + places[0]) / np.diff(places).min()
+        np.testing.assert_allclose(sums, sums.round(), atol=1e-5)
 
 
 def test_the_disk_of_a_light_with_a_size_of_its_own_is_as_even_as_that_of_a_point():
