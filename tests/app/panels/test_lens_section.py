@@ -59,7 +59,7 @@ def test_the_outline_lies_on_the_surfaces_and_within_the_edge(name):
         assert np.abs(element.outline[:, 1]).max() <= edge * (1 + 1e-12)
         places = [(front, lens.vertices[element.front]), (rear, lens.vertices[element.front + 1])]
         for z, y in element.outline:
-            assert min(abs(z - vertex - sag(surface, y)) for surface, vertex in places) < 1e-9 * edge
+            assert min(abs(z - vertex - sag(surface, 0.0, y)) for surface, vertex in places) < 1e-9 * edge
 
 
 def test_an_element_holds_its_middle_and_not_the_air_beside_it():
