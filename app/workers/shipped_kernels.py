@@ -28,6 +28,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels import cache
 from lensbench.kernels.figures import fixed
+from lensbench.rendering.sample_allocation import EVEN
 from lensbench.rendering.temporal_reuse import Reusable
 from lensbench.scenery.builtin.benchmark import lamps_scene
 from lensbench.scenery.shading.many_lamps import MANY_LAMPS
@@ -136,6 +137,7 @@ def exercise(progress: Any = print) -> None:
     many, wall = lamps_scene(2 * MANY_LAMPS), lb.Mesh.of([[0, 0, -900], [90, 0, -900], [0, 90, -900]], [[0, 1, 2]])
     for lit in (many, replace(many, meshes=(wall,))):
         lb.Rendering(lb.PerspectiveCamera(small), lit).add(1, threads=2)
+    lb.Rendering(lb.PerspectiveCamera(small), scene).add(EVEN, threads=2)           # and share out later samples
     view = lb.LensCamera(lenses.load(LENSES[0]), small, 1200.0, 2.8, model="trace")
     field = lb.capture_light_field(view, scene, views=(3, 3), samples=2)
     field.refocus(2000.0)
