@@ -49,7 +49,7 @@ lint: $(VENV)/.installed-test
 	@# The rooms as the one package that they are installed as: mypy does not see an editable install
 	@rm -rf build/typed && mkdir -p build/typed/lensbench
 	@ln -s $(CURDIR)/core/* $(CURDIR)/lenses $(CURDIR)/shaders $(CURDIR)/app build/typed/lensbench/
-	MYPYPATH=build/typed $(BIN)/mypy -p lensbench
+	MYPYPATH=build/typed $(BIN)/mypy -p lensbench -p trials
 
 fuzz: $(VENV)/.installed-test
 	$(BIN)/python -m pytest trials/test_fuzz.py

@@ -98,7 +98,7 @@ def pytest_configure(config: Any) -> None:
 def pytest_unconfigure(config: Any) -> None:
     """Write what this process executed."""
     sys.settrace(None)
-    threading.settrace(None)  # type: ignore[arg-type]
+    threading.settrace(None)
     seen = config._tracer.seen
     for path, lines in _kernel_lines():
         seen.setdefault(path, set()).update(lines)

@@ -157,7 +157,8 @@ def _changed(node: ast.expr) -> str | None:
         return f"({ast.unparse(node.left)}) {COMPARISONS[type(node.ops[0])]} ({ast.unparse(node.comparators[0])})"
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         return f"({ast.unparse(node.operand)})"
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.value:
+    if isinstance(node, ast.Constant) and not isinstance(node.value, bool) and isinstance(
+            node.value, (int, float)) and node.value:
         return repr(node.value + 1 if isinstance(node.value, int) else node.value * 1.1)
     if isinstance(node, ast.Attribute) and node.attr in NAMES:
         return f"{ast.unparse(node.value)}.{NAMES[node.attr]}"

@@ -11,7 +11,8 @@ Printed once a minute: resident memory, frames, actions, and the parts of that m
 takes 50 MB more or less, so that every few minutes the first settings and layout come back, rest, and are measured
 alone; moments that were kept are removed then, for these are the user's. At the end: growth after the tour and after
 10, 20 and 40 minutes from its end (least squares, with its standard error), of all samples and of those at rest,
-exceptions, threads left. Ends with 1 for an exception or a thread. A run of less than 20 minutes has no tour.
+exceptions, threads left. Ends with 1 for an exception or a thread. A run of less than 20 minutes has no tour, unless
+it is to hurry: then the tour waits for no picture.
 """
 
 import argparse
@@ -27,7 +28,11 @@ import traceback
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from lensbench.app.state.settings import Settings
+    from lensbench.app.window.session import Session
 
 KEYS = ("a b c d e f g h i j k l m n o p q r s t u v w x y z _0 _1 _2 _5 enter escape tab space backspace delete home "
         "left_arrow right_arrow up_arrow down_arrow page_up page_down").split()
@@ -76,21 +81,21 @@ def growth(samples: Sequence[tuple[float, float]], after: float) -> tuple[float,
     late = np.array([each for each in samples if each[0] >= after]).reshape(-1, 2)
     if len(late) < 4:
         return math.nan, math.nan
-    slope, variance = np.polyfit(*late.T, 1, cov=True)
+    slope, variance = np.polyfit(late[:, 0], late[:, 1], 1, cov=True)
     return float(slope[0]), math.sqrt(float(variance[0, 0]))
 
 
 class Hand:
     """Random events, as a person's hand makes them between two frames."""
 
-    def __init__(self, seed: int, size: tuple[int, int], toured: bool = False):
-        self.random, self.size = random.Random(seed), size
+    def __init__(self, seed: int, size: tuple[int, int], toured: bool = False, hurries: bool = False):
+        self.random, self.size, self.hurries = random.Random(seed), size, hurries
         self.place = (0.5 * size[0], 0.5 * size[1])
         self.actions = 0
         self.rests = [0.0]                              # when the window was at rest, in minutes
         self.toured = toured                            # the tour is over, or there is none
 
-    def script(self, session: Any, every: float) -> Iterator[None]:
+    def script(self, session: "Session", every: float) -> Iterator[None]:
         """One action after the other; goes on once a frame. every: minutes between two rests."""
         choices = (self.click, self.drag, self.wheel, self.key, self.text, self.wander)
         first, layout, start = session.history.present, session.layout, monotonic()
@@ -111,7 +116,7 @@ class Hand:
                 yield
             yield from self.random.choices(choices, (5, 5, 2, 3, 1, 3))[0]()
 
-    def tour(self, session: Any) -> Iterator[None]:
+    def tour(self, session: "Session") -> Iterator[None]:
         """Show all that there is once."""
         from dataclasses import replace
 
@@ -169,21 +174,22 @@ class Hand:
         session.take(first)
         session.browsing.toggle()
         start = monotonic()
-        while monotonic() - start < BROWSED and not session.browsing.complete:
+        while not self.hurries and monotonic() - start < BROWSED and not session.browsing.complete:
             yield
         if not session.browsing.complete:
             print("the tour ends before the lens browser has all its pictures", flush=True)
 
-    def stay(self, session: Any) -> Iterator[None]:
+    def stay(self, session: "Session") -> Iterator[None]:
         """Until the picture and the figures of the panels are there, or STAY is over."""
         start = monotonic()
         yield
         yield
-        while monotonic() - start < STAY and not (session.worker.on_screen and not session.analyses.worker.is_behind):
+        while not self.hurries and monotonic() - start < STAY and (
+                session.analyses.worker.busy or not session.worker.on_screen):
             yield
 
     @staticmethod
-    def small(settings: Any) -> Any:
+    def small(settings: "Settings") -> "Settings":
         """The settings with few pixels."""
         from dataclasses import replace
 
@@ -265,7 +271,7 @@ class Hand:
             io.add_key_event(imgui.Key.enter, down)
             yield
 
-    def home(self, session: Any, first: Any, layout: str) -> Iterator[None]:
+    def home(self, session: "Session", first: "Settings", layout: str) -> Iterator[None]:
         """Close all that lies over the panels, and show these settings in this layout until the window is at rest."""
         from imgui_bundle import imgui
 
@@ -285,7 +291,7 @@ class Hand:
             yield
         gc.collect()
 
-    def elsewhere(self, session: Any) -> None:
+    def elsewhere(self, session: "Session") -> None:
         """Close popups and dialogs, and take another lens, scene, camera or layout."""
         from dataclasses import replace
 
@@ -318,7 +324,7 @@ class Hand:
 Samples = list[tuple[float, float]]                     # minutes, MB
 
 
-def soak(minutes: float, seed: int) -> tuple[Samples, Samples, list[str]]:
+def soak(minutes: float, seed: int, hurries: bool) -> tuple[Samples, Samples, list[str]]:
     """Memory once a minute, memory at rest from the end of the tour on, and what failed."""
     from lensbench.app.window import window
 
@@ -330,13 +336,13 @@ def soak(minutes: float, seed: int) -> tuple[Samples, Samples, list[str]]:
 
     sys.excepthook = failed
     threading.excepthook = lambda given: failed(given.exc_type, given.exc_value, given.exc_traceback)
-    traceback.print_exception = failed                  # type: ignore[assignment]     # the window shows it and goes on
+    traceback.print_exception = failed                  # the window shows it and goes on
     before = set(threading.enumerate())
     session = window.Session(window.Settings(pixels_x=480, pixels_y=320, samples=64), remember=False, threads=2)
     window.without_display()
     runner = window.parameters(session, SIZE)
     runner.fps_idling.enable_idling = False
-    hand, start = Hand(seed, SIZE, minutes < SHORT), monotonic()
+    hand, start = Hand(seed, SIZE, minutes < SHORT and not hurries, hurries), monotonic()
     steps, samples, frames = hand.script(session, max(HOME, minutes / 12.0)), [(0.0, memory())], [0]
     rests: Samples = []
 
@@ -370,14 +376,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--minutes", type=float, default=120.0)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--hurry", action="store_true", help="tour in a short run too, and wait for no picture there")
     asked = parser.parse_args()
     os.environ.setdefault("XDG_CACHE_HOME", str(Path.home() / ".cache"))        # the kernels
     with tempfile.TemporaryDirectory() as home:
         os.environ["HOME"] = os.environ["XDG_CONFIG_HOME"] = home
         os.chdir(home)
-        samples, rests, failures = soak(asked.minutes, asked.seed)
+        samples, rests, failures = soak(asked.minutes, asked.seed, asked.hurry)
     print(f"seed {asked.seed}: {samples[-1][1]:.0f} MB after {samples[-1][0]:.0f} minutes, {len(failures)} failures")
-    toured = rests[0][0] if rests and asked.minutes >= SHORT else 0.0
+    toured = rests[0][0] if rests and (asked.minutes >= SHORT or asked.hurry) else 0.0
     print(f"growth in MB a minute after a tour of {toured:.0f} minutes; nan where there are too few samples:")
     for after in (each for each in AFTER if toured + each < samples[-1][0]):
         (over_all, error), (resting, its_error) = (growth(each, toured + after) for each in (samples, rests))

@@ -17,7 +17,8 @@ NAMES = {("polynomial", degree): f"poly {degree}" for _, degree in LADDER} | {
 
 
 def test_the_choice_is_right_for_four_hundred_cameras_and_seldom_too_careful():
-    table, wrong = Counter(), []
+    table: Counter = Counter()
+    wrong = []
     scene = lb.builtin_scene("room")
     for seed in range(SETTINGS):
         name, camera, depths = setting(seed)

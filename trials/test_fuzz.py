@@ -55,7 +55,9 @@ def test_damaged_settings_pictures_and_recordings_are_one_clear_line_or_what_was
 
 @pytest.mark.parametrize("mutate", [by_bytes, by_lines], ids=lambda mutate: mutate.__name__)
 def test_a_damaged_scene_is_a_scene_or_one_clear_line(tmp_path, mutate):
-    whole = re.search(r"```toml\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.S)[1].encode()
+    example = re.search(r"```toml\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.S)
+    assert example
+    whole = example[1].encode()
     found = outlive(tmp_path / "scene.toml", whole, mutate, TIMES, "scene", load_scene, SceneFileError)
     assert all(isinstance(scene, lb.Scene) for scene in found) and found
 

@@ -7,6 +7,7 @@ one of its pictures, which works in blocks.
 
 import time
 import warnings
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -71,7 +72,7 @@ def test_peers_agree_and_how_fast_they_are(tmp_path, capsys):
         origins, directions = bundle(lens, RAYS)
         ours = lb.trace(lens, origins, directions, clip=False)
         assert (ours.fate == lb.Fate.PASSED).all()
-        works = {"reference": partial(lb.trace, lens, origins, directions, clip=False)}
+        works: dict[str, Callable[[], object]] = {"reference": partial(lb.trace, lens, origins, directions, clip=False)}
         counts, apart = dict.fromkeys(("reference", "float64", "float32"), RAYS), {}
         for real, tolerance in ((np.float64, 1e-12), (np.float32, 1e-5)):      # the rounding of thirty surfaces
             works[np.dtype(real).name] = work = in_blocks(lens, origins, directions, real)
@@ -82,8 +83,8 @@ def test_peers_agree_and_how_fast_they_are(tmp_path, capsys):
             if peer == "batoid" and not all(batoid_has(surface) for surface in lens.surfaces):
                 continue
             count = counts[peer] = FEW if peer == "rayoptics" else RAYS
-            works[peer] = partial(open_in(lens, tmp_path), origins[:count], directions[:count])
-            apart[peer] = float(np.abs(works[peer]() - ours.points[:count]).max())
+            works[peer] = work = partial(open_in(lens, tmp_path), origins[:count], directions[:count])
+            apart[peer] = float(np.abs(work() - ours.points[:count]).max())
             assert apart[peer] < TOLERANCE[peer], (name, peer)
         best = least_times(works, 1.0)
         speed = {work: f"{counts[work] / best[work] / 1e6:.2g}" for work in best}
@@ -116,7 +117,7 @@ def in_optiland(path):
     (".zmx", "rayoptics"), (".seq", "rayoptics"), (".roa", "rayoptics"), (".zmx", "optiland"), (".json", "optiland"),
     (".seq", "optiland"), (".len", "optiland")])
 def test_every_lens_of_the_library_opens_right_in_the_peer(tmp_path, suffix, peer):
-    wrong = []
+    wrong: list[tuple] = []
     for name in lenses.names():
         lens = lenses.load(name)
         flat = any(s.glass.n_d > 1.0 and not s.glass.disperses for s in lens.surfaces)

@@ -1,4 +1,4 @@
-"""Half a minute of random use of the window: no exception, and no thread that stays (`make soak` takes two hours)."""
+"""A tour and a minute of random use of the window: no exception, no thread that stays (`make soak` takes two hours)."""
 
 import math
 import re
@@ -21,9 +21,10 @@ def test_growth_is_the_slope_of_the_samples_after_a_time_with_its_error():
 
 
 @pytest.mark.slow
-def test_random_use_ends_without_a_failure():
-    done = subprocess.run([sys.executable, "-m", "trials.soak", "--minutes", "0.5", "--seed", "3"], capture_output=True,
-                          text=True, timeout=300)
+def test_a_tour_and_random_use_end_without_a_failure():
+    done = subprocess.run([sys.executable, "-m", "trials.soak", "--minutes", "2.5", "--hurry", "--seed", "3"],
+                          capture_output=True, text=True, timeout=400)
     assert done.returncode == 0, done.stdout + done.stderr
+    assert "at rest;" in done.stdout                                                      # after the whole tour
     actions = re.findall(r"(\d+) actions 0 exceptions", done.stdout)
     assert int(actions[-1]) > 10
