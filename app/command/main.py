@@ -12,7 +12,9 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import LazyLoader, find_spec, module_from_spec
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, NoReturn
 
 from lensbench.app.command.errors import UsageError
@@ -82,8 +84,14 @@ def _run(argv: list[str]) -> int:
     if argv[:1] == ["bench"]:
         from lensbench.app.studies.benchmark.main import main as benchmark
         return benchmark(argv[1:]) or 0
-    arguments = _parser().parse_args(argv or ["view"])
+    with loading():
+        arguments = parsed(argv or ["view"])
     return arguments.command(arguments)
+
+
+def parsed(argv: Sequence[str]) -> argparse.Namespace:
+    """The arguments of a command other than `bench`; its function is their `command`."""
+    return _parser().parse_args(argv)
 
 
 def _end(message: str, code: int) -> int:
@@ -166,13 +174,16 @@ def _add_view_options(parser: argparse.ArgumentParser) -> None:
 
 
 @contextmanager
-def _loading() -> Iterator[None]:
+def loading() -> Iterator[None]:
     """Import without a search for garbage; what is there at the end is left out of all later searches.
 
     The window's modules and kernels stay to its end. Searched again and again they would delay the start by a tenth,
-    and hold a frame up by 50 ms now and then.
+    and hold a frame up by 50 ms now and then. imgui's package imports asyncio (25 ms) for a window that runs beside
+    other tasks of its loop, which ours does not: it is imported if it is used after all.
     """
     gc.disable()
+    if "asyncio" not in sys.modules:
+        sys.modules["asyncio"] = _late("asyncio")
     try:
         yield
         gc.freeze()
@@ -180,8 +191,18 @@ def _loading() -> Iterator[None]:
         gc.enable()
 
 
+def _late(name: str) -> ModuleType:
+    """A module that is imported when one of its names is used."""
+    spec = find_spec(name)
+    assert spec is not None and spec.loader is not None
+    spec.loader = LazyLoader(spec.loader)
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
 def _view(arguments: argparse.Namespace) -> int:
-    with _loading():
+    with loading():
         from lensbench.app.command.lens_options import say
         from lensbench.app.command.options import settings_from
         from lensbench.app.files.state_text import PREFIX as STATE

@@ -2,17 +2,20 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
 from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.analysis_worker import NO_JOBS, AnalysisWorker, Job
 from lensbench.app.workers.task import Task
 from lensbench.kernels.cache import NotCompiledError
+
+if TYPE_CHECKING:
+    from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
 
 # Panels by name: the file of `panels.analysis` that draws each. It is loaded when the panel is first shown
 PANELS = {
@@ -22,7 +25,7 @@ PANELS = {
     "Focus shift": "focus_shift", "Illumination": "illumination", "Sensor stack": "sensor_stack",
     "Tolerances": "tolerances",
 }
-Draw = Callable[[Settings, AnalysisState, Sheet], Settings | None]
+Draw = Callable[[Settings, "AnalysisState", "Sheet"], Settings | None]
 
 
 @cache
@@ -38,16 +41,30 @@ class Analyses:
         self._window = window
         self._handed = 0                # the generation of the newest picture in a frame that is built
         self.worker = AnalysisWorker(window.wake, self._picture_waits)
-        self.sheet = Sheet(self.worker, window.requests, window.view.links)
-        self.states = {name: AnalysisState() for name in PANELS}
         self._saving: Task[None] | None = None
         self._path = Path()
         self._asked_of: Settings | None = None          # the settings of the newest jobs
+
+    @cached_property
+    def sheet(self) -> "Sheet":
+        """What the panels share, from when the first one is drawn."""
+        from lensbench.app.panels.analysis.frame import Sheet
+
+        return Sheet(self.worker, self._window.requests, self._window.view.links)
+
+    @cached_property
+    def states(self) -> dict[str, "AnalysisState"]:
+        """The state of each panel."""
+        from lensbench.app.panels.analysis.frame import AnalysisState
+
+        return {name: AnalysisState() for name in PANELS}
 
     def panel(self, name: str) -> Callable[[Settings], Settings]:
         """Draws the panel of this name: settings to settings."""
         def draw(settings: Settings) -> Settings:
             self.worker.await_coarse()
+            window = self._window
+            self.sheet.other = window.view.pinned if window.history.present.compare != "off" else None
             return _drawing(name)(settings, self.states[name], self.sheet) or settings
 
         return draw
@@ -55,8 +72,6 @@ class Analyses:
     def begin(self, settings: Settings) -> None:
         """Call it at the beginning of each frame, with the settings that the panels will show."""
         self.worker.advance(self._changed(settings))
-        window = self._window
-        self.sheet.other = window.view.pinned if window.history.present.compare != "off" else None
         if self._saving is not None and self._saving.done:
             task, self._saving = self._saving, None
             if task.error is None:
@@ -78,6 +93,8 @@ class Analyses:
         if settings is self._asked_of:
             return NO_JOBS
         self._asked_of, found = settings, {}
+        if "states" not in vars(self):                  # nothing has been drawn
+            return NO_JOBS
         for name, state in self.states.items():
             if state.job is not None and self.worker.wants(name):
                 with suppress(ValueError, OSError, NotCompiledError):       # the panel says so

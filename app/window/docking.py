@@ -10,34 +10,17 @@ import numpy as np
 from imgui_bundle import ImVec2, hello_imgui, imgui, implot
 from numpy.typing import NDArray
 
-from lensbench.app.panels.circle_of_confusion import CocState, circle_of_confusion_panel
-from lensbench.app.panels.controls.controls import controls_panel
-from lensbench.app.panels.exit_pupil import PupilState, exit_pupil_panel
-from lensbench.app.panels.falloff import FalloffState, falloff_panel
 from lensbench.app.panels.image.image_panel import image_panel
-from lensbench.app.panels.lens_card import LensCardState, lens_card_panel
-from lensbench.app.panels.lens_section.panel import SectionState, lens_section_panel
-from lensbench.app.panels.lens_table.improvement import take_step
-from lensbench.app.panels.lens_table.panel import lens_table_panel
-from lensbench.app.panels.lens_table.state import LensTableState
-from lensbench.app.panels.light_field.panel import light_field_panel
-from lensbench.app.panels.models import ModelsState, models_panel
-from lensbench.app.panels.pixel import PixelState, pixel_panel
-from lensbench.app.panels.plan import PlanState, plan_panel
-from lensbench.app.panels.readouts import Status, readouts_panel
-from lensbench.app.panels.spaces import spaces_panel
-from lensbench.app.panels.view_3d import View3DState, view_3d_panel
 from lensbench.app.state.figures import lit
-from lensbench.app.state.lens_edit.editing import reverted
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
 from lensbench.app.window.analyses import PANELS, Analyses
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.moments import Moments
+from lensbench.app.window.panel_states import PanelStates
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
-from lensbench.app.workers.improvement_worker import ImprovementWorker
 from lensbench.app.workers.render_worker import RenderWorker
 from lensbench.kernels.cache import NotCompiledError
 
@@ -63,17 +46,16 @@ class Followed:
 
 
 class Panels:
-    """Draws the panels of a window; an error in one becomes a message, and never ends the window."""
+    """Draws the panels of a window; an error in one becomes a message, and never ends the window.
+
+    All but the render are imported when they are first drawn, for the first picture does not need them.
+    """
 
     def __init__(self, window: WindowState, browsing: LensBrowsing, analyses: Analyses, moments: Moments):
         self._state, self._browsing, self._analyses, self._moments = window, browsing, analyses, moments
         self._stability_worker: Any = None              # from when the panel is first looked at
         self._stability_state: Any = None
-        self._coc_state, self._falloff_state, self._models_state = CocState(), FalloffState(), ModelsState()
-        self._plan_state, self._pupil_state, self._section_state = PlanState(), PupilState(), SectionState()
-        self._card_state, self._pixel_state = LensCardState(window.wake), PixelState()
-        self._view_3d_state = View3DState()
-        self._table_state = LensTableState(window.requests, worker=ImprovementWorker(window.wake))
+        self.kept = PanelStates(window)
         self._followed = Followed(window.history.present)
         self._field = 0.7                   # the film point of the exit pupil, as a part of the illuminated film
         self._front: dict[str, int] = {}    # panels that come to the front, and in how many frames more
@@ -218,10 +200,14 @@ class Panels:
         window.edited = image_panel(window.edited, picture, window.view)
 
     def _controls(self) -> None:
+        from lensbench.app.panels.controls.controls import controls_panel
+
         window = self._state
         window.edited = controls_panel(window.edited, window.chooser)
 
     def _readouts(self) -> None:
+        from lensbench.app.panels.readouts import Status, readouts_panel
+
         update = self._state.presenter.update
         pinned = self._state.presenter.pinned
         readouts_panel(self._state.edited, Status(update.rate if update else 0.0, hello_imgui.frame_rate(),
@@ -234,9 +220,13 @@ class Panels:
         return self._state.view.pinned if self._state.edited.compare != "off" else None
 
     def _lens_card(self) -> None:
-        lens_card_panel(self._state.edited, self._card_state, self._state.view.links.surfaces)
+        from lensbench.app.panels.lens_card import lens_card_panel
+
+        lens_card_panel(self._state.edited, self.kept.card, self._state.view.links.surfaces)
 
     def _spaces(self) -> None:
+        from lensbench.app.panels.spaces import spaces_panel
+
         window, film = self._state, self._state.edited.film
         view = window.view
         at = view.pointed or (film.pixels_x / 2.0, film.pixels_y / 2.0)
@@ -245,11 +235,15 @@ class Panels:
             window.requests.add(Request.SAVE_INTRINSICS)
 
     def _plan(self) -> None:
-        self._state.edited = plan_panel(self._state.edited, self._plan_state, self._state.view.links)
+        from lensbench.app.panels.plan import plan_panel
+
+        self._state.edited = plan_panel(self._state.edited, self.kept.plan, self._state.view.links)
 
     def _pixel(self) -> None:
+        from lensbench.app.panels.pixel import pixel_panel
+
         window = self._state
-        pixel_panel(self.behind, window.view.links, self._image, self._pixel_state)
+        pixel_panel(self.behind, window.view.links, self._image, self.kept.pixel)
 
     @property
     def _image(self) -> NDArray[np.float32] | None:
@@ -280,22 +274,28 @@ class Panels:
         return self._followed.now(self._state.history.present, self._state.worker)
 
     def _section(self) -> None:
+        from lensbench.app.panels.lens_section.panel import lens_section_panel
+
         self._beside_browser()
-        table = self._table_state
-        self._section_state.edit.selected = (table.first, table.last) if table.last > table.first else None
-        self._following(lambda before: lens_section_panel(before, self._section_state, self._field * lit(before),
+        table = self.kept.table
+        self.kept.section.edit.selected = (table.first, table.last) if table.last > table.first else None
+        self._following(lambda before: lens_section_panel(before, self.kept.section, self._field * lit(before),
                                                           self._state.view.links, self._under(before)))
-        if self._section_state.edit.begun:
+        if self.kept.section.edit.begun:
             self._state.history.part()
 
     def _under(self, settings: Settings) -> Settings | None:
         """The settings whose lens is ghosted under the section: A, or the lens before its edits."""
-        if self._other is None and self._table_state.ghost and settings.edited:
+        from lensbench.app.state.lens_edit.editing import reverted
+
+        if self._other is None and self.kept.table.ghost and settings.edited:
             return reverted(settings)
         return self._other
 
     def _surfaces(self) -> None:
-        window, state = self._state, self._table_state
+        from lensbench.app.panels.lens_table.panel import lens_table_panel
+
+        window, state = self._state, self.kept.table
         window.edited = lens_table_panel(window.edited, state, window.view.links)
         if state.parted:
             window.history.part()
@@ -304,18 +304,24 @@ class Panels:
         state.said.clear()
 
     def _view_3d(self) -> None:
+        from lensbench.app.panels.view_3d import view_3d_panel
+
         window = self._state
         self._beside_browser()
-        view_3d_panel(self.behind, window.view.links, self._view_3d_state, window.presenter.solid_picture)
+        view_3d_panel(self.behind, window.view.links, self.kept.view_3d, window.presenter.solid_picture)
 
     def _confusion(self) -> None:
-        self._following(lambda before: circle_of_confusion_panel(before, self._coc_state, self._state.view.links,
+        from lensbench.app.panels.circle_of_confusion import circle_of_confusion_panel
+
+        self._following(lambda before: circle_of_confusion_panel(before, self.kept.confusion, self._state.view.links,
                                                                  self._other))
 
     def _pupil(self) -> None:
+        from lensbench.app.panels.exit_pupil import exit_pupil_panel
+
         settings = self.behind
         full = lit(settings)
-        radius = exit_pupil_panel(settings, self._field * full, self._pupil_state, self._state.view.links,
+        radius = exit_pupil_panel(settings, self._field * full, self.kept.pupil, self._state.view.links,
                                   self._other)
         if radius != self._field * full and full > 0.0:
             self._field = radius / full
@@ -325,15 +331,21 @@ class Panels:
         return lambda: self._following(draw)
 
     def _falloff(self) -> None:
-        falloff_panel(self.behind, self._falloff_state, self._other)
+        from lensbench.app.panels.falloff import falloff_panel
+
+        falloff_panel(self.behind, self.kept.falloff, self._other)
 
     def _models(self) -> None:
+        from lensbench.app.panels.models import models_panel
+
         window, update = self._state, self._state.presenter.update
         choice = update.choice if update is not None else None
-        window.edited = models_panel(window.edited, window.charts, self._models_state,
+        window.edited = models_panel(window.edited, window.charts, self.kept.models,
                                      choice and (choice.model, choice.degree))
 
     def _light_field(self) -> None:
+        from lensbench.app.panels.light_field.panel import light_field_panel
+
         window = self._state
         controller = window.light_field
         controller.look = light_field_panel(window.edited, controller.look, controller.form, controller.worker,
@@ -350,21 +362,26 @@ class Panels:
 
     def follow_improvement(self) -> None:
         """Before the panels: the newest step of an improvement becomes the lens, whether or not the table is shown."""
-        self._state.edited = take_step(self._state.edited, self._table_state)
-        if self._table_state.begun:
-            self._table_state.begun = False
+        if not self.kept.has_table:
+            return
+        from lensbench.app.panels.lens_table.improvement import take_step
+
+        self._state.edited = take_step(self._state.edited, self.kept.table)
+        if self.kept.table.begun:
+            self.kept.table.begun = False
             self._state.history.part()
 
     @property
     def improving(self) -> bool:
         """Whether an improvement changes the lens step by step: all of it is one gesture."""
-        state = self._table_state
-        return state.worker.running or state.worker.pending or state.stepped
+        if not self.kept.has_table:
+            return False
+        worker = self.kept.table.worker
+        return worker.running or worker.pending or self.kept.table.stepped
 
     def closed(self) -> None:
         """Cancel the running measurement; the window is about to close."""
-        self._card_state.checks.stop()
-        self._table_state.worker.stop()
+        self.kept.stop()
         if self._stability_worker is not None:
             self._stability_worker.stop()
 

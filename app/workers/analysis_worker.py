@@ -14,11 +14,14 @@ from dataclasses import dataclass
 from functools import partial
 from time import monotonic, thread_time
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-from lensbench.app.state.analysis.figure import Figure
-from lensbench.app.state.analysis.query import Query
 from lensbench.app.workers.task import Task, error_text, report_unforeseen
 from lensbench.kernels.pauses import pause, pausing
+
+if TYPE_CHECKING:
+    from lensbench.app.state.analysis.figure import Figure
+    from lensbench.app.state.analysis.query import Query
 
 STILL = 0.25                    # seconds without a change before a figure is refined
 NO_JOBS: Mapping[str, "Job"] = MappingProxyType({})
@@ -34,8 +37,8 @@ class _NoLongerWantedError(Exception):
 class Job:
     """One figure: make(query, points, *options), with `points` across the pupil, few of them for the coarse one."""
 
-    make: Callable[..., Figure]
-    query: Query
+    make: Callable[..., "Figure"]
+    query: "Query"
     options: tuple[Hashable, ...] = ()
     points: tuple[int, int] = (16, 32)          # coarse, refined
 
@@ -46,7 +49,7 @@ class Answer:
 
     job: Job
     refined: bool
-    figure: Figure | None
+    figure: "Figure | None"
     message: str = ""
 
 

@@ -5,11 +5,8 @@ other processes compile, as many as there are cores, and leave the kernels in th
 kernels of the first picture, which are known beforehand. A thread of the window that needs a kernel waits for it; the
 thread that draws does not: `NotCompiledError` ends the drawing of one panel, which shows the progress until the kernel
 is there. After the first picture one more process, at the lowest priority, compiles what later first uses need.
-
-Such a process is `python -m lensbench.app.workers.compilers`: it reads pickled kernels and answers each with a line.
 """
 
-import gc
 import os
 import pickle
 import subprocess
@@ -23,7 +20,7 @@ from typing import Any, NamedTuple
 
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.first_kernels import missing_kernels
-from lensbench.app.workers.shipped_kernels import Kernel
+from lensbench.app.workers.kernel import PROCESS, Kernel
 from lensbench.app.workers.threads import thread_count
 from lensbench.kernels import cache
 from lensbench.kernels.cache import NotCompiledError
@@ -192,7 +189,7 @@ class Compilers:
             if self._stopped:
                 return None
             try:
-                process = subprocess.Popen([sys.executable, "-m", __name__], stdin=subprocess.PIPE,
+                process = subprocess.Popen([sys.executable, "-m", PROCESS], stdin=subprocess.PIPE,
                                            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
             except OSError:
                 return None
@@ -209,23 +206,3 @@ def _answered(process: subprocess.Popen, kernel: Kernel) -> bool:
         return process.stdout.readline() == b"compiled\n"
     except (OSError, ValueError, pickle.PicklingError):
         return False
-
-
-def serve() -> None:
-    """Compile the kernels of standard input until it ends."""
-    gc.disable()                                # an eighth of the time; the process ends with its window
-    answers, sys.stdout = sys.stdout, sys.stderr
-    while True:
-        try:
-            kernel = pickle.load(sys.stdin.buffer)
-        except EOFError:
-            return
-        try:
-            kernel.compile()
-            print("compiled", file=answers, flush=True)
-        except Exception as error:              # of any kind: the window compiles it, and shows its own error
-            print(f"failed: {type(error).__name__}", file=answers, flush=True)
-
-
-if __name__ == "__main__":
-    serve()

@@ -16,16 +16,14 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
 from pathlib import Path
-from types import FunctionType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numba.core import sigutils
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.workers.kernel import Kernel
 from lensbench.kernels import cache
 from lensbench.kernels.figures import fixed
 from lensbench.rendering.sample_allocation import EVEN
@@ -162,34 +160,6 @@ def analyses(settings: Any) -> None:
         for each in make:
             with suppress(lb.LensError):
                 each(asked, 16)
-
-
-class Kernel(NamedTuple):
-    """A kernel as another process finds it: an attribute of a module, and the types of its arguments."""
-
-    module: str
-    name: str
-    signature: Any
-
-    @classmethod
-    def of(cls, function: FunctionType, signature: Any) -> "Kernel":
-        """The kernel of this function of a module."""
-        return cls(function.__module__, function.__qualname__, signature)
-
-    @property
-    def key(self) -> tuple[str, str, str]:
-        """What tells it from other kernels, and can be hashed."""
-        return self.module, self.name, str(self.signature)
-
-    def compile(self) -> Path:
-        """Compile it in this process; its file, which is written again if it is gone."""
-        kernel = getattr(import_module(self.module), self.name)
-        kernel.compile(self.signature)
-        path = kernel._cache.path(self.signature, kernel.targetctx.codegen())
-        if not path.exists():
-            arguments, _ = sigutils.normalize_signature(self.signature)
-            kernel._cache.save_overload(self.signature, kernel.overloads[tuple(arguments)])
-        return path
 
 
 def asked(listed: Path) -> None:

@@ -36,7 +36,6 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np.arrayobj import make_array, populate_array
 
 from lensbench.kernels.cache import njit
 
@@ -123,6 +122,8 @@ def rows(typing, lanes):
     view = types.Array(lanes.dtype, 2, "C")
 
     def build(context, builder, signature, arguments):
+        from numba.np.arrayobj import make_array, populate_array  # late: no stored kernel needs it
+
         def number(n):
             return context.get_constant(types.intp, n)
 
@@ -159,6 +160,8 @@ def weigh_four(typing, table, places, shares):
     number = table.dtype
 
     def build(context, builder, signature, arguments):
+        from numba.np.arrayobj import make_array  # late: no stored kernel needs it
+
         kind, size = context.get_value_type(number), number.bitwidth // 8
         four = ir.VectorType(kind, 4)
         data = make_array(signature.args[0])(context, builder, arguments[0]).data
@@ -185,6 +188,8 @@ def gather(typing, out, table, index):
     lanes; this emits the processor's gather instruction.
     """
     def build(context, builder, signature, arguments):
+        from numba.np.arrayobj import make_array  # late: no stored kernel needs it
+
         number, bits = context.get_value_type(signature.args[0].dtype), signature.args[0].dtype.bitwidth
         width, size, word = 512 // bits, bits // 8, ir.IntType(32)
         o, t, x = (make_array(kind)(context, builder, value).data

@@ -14,7 +14,6 @@ import numpy as np
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np.arrayobj import make_array, populate_array
 
 
 def address(array: np.ndarray) -> int:
@@ -31,6 +30,8 @@ def borrowed(typing, place, count, kind):
     view = types.Array(number, 1, "C", readonly=True)
 
     def build(context, builder, signature, arguments):
+        from numba.np.arrayobj import make_array, populate_array  # late: no stored kernel needs it
+
         def whole(value):
             return context.get_constant(types.intp, value)
 

@@ -19,6 +19,7 @@ from numba.core import dispatcher
 from numba.extending import _Intrinsic
 
 COMPILERS = f"{numba.__version__} {llvmlite.__version__} {sys.implementation.cache_tag}"
+FORMAT = "2"            # of the files of stored kernels
 _PACKAGE = __name__.split(".")[0]
 
 
@@ -33,7 +34,7 @@ def version(function: FunctionType) -> str:
         if each not in found:
             found[each], called = _alone(each)
             waiting += called
-    return digest(COMPILERS, options, *sorted(found.values()))
+    return digest(COMPILERS, FORMAT, options, *sorted(found.values()))
 
 
 @cache

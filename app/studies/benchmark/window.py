@@ -1,8 +1,4 @@
-"""Benchmark of the window on a virtual display: start, response to a slider, and frame rate during a render.
-
-`python -m lensbench.app.studies.benchmark.window T` prints the seconds from T (time.time()) to the first picture on the
-screen.
-"""
+"""Benchmark of the window on a virtual display: start, response to a slider, and frame rate during a render."""
 
 import math
 import os
@@ -38,6 +34,7 @@ TRUE_SAMPLES = 256              # of the picture that they are compared with
 FRAMES = 160                    # frames timed during the render, and of the lens browser
 PICTURES = 80                   # pictures timed of a light field
 BROWSED = (1920, 1080)          # pixels of the window in which the lens browser is scrolled
+START = "lensbench.app.command.start"
 START_LIMIT = 300.0             # s
 
 # By name: scene, and the settings after so many moves
@@ -199,7 +196,7 @@ def start(cached: bool) -> float:
     with tempfile.TemporaryDirectory() as folder:
         if not cached:
             environment["XDG_CACHE_HOME"] = folder
-        done = subprocess.run([sys.executable, "-m", __spec__.name, str(time.time())], env=environment,
+        done = subprocess.run([sys.executable, "-m", START, str(time.time())], env=environment,
                               capture_output=True, text=True, timeout=START_LIMIT, check=True)
     return float(done.stdout.split()[-1])
 
@@ -247,15 +244,3 @@ def starts() -> Iterator[tuple[str, float, str]]:
     start(cached=True)
     yield "start to first picture, kernels cached", min(start(cached=True) for _ in range(2)), "s"
     yield "start to first picture, empty kernel cache", start(cached=False), "s"
-
-
-if __name__ == "__main__":
-    began = float(sys.argv[1])
-
-    def first(session: DrivenSession) -> bool:
-        """Print the time when the first picture is on the screen, and end."""
-        if session.current:
-            print(time.time() - began)
-        return session.current
-
-    run(SMALL, first, idle=True)

@@ -4,13 +4,13 @@ import gc
 
 import pytest
 
-from lensbench.app.command.main import _loading
+from lensbench.app.command.main import loading
 
 
-def test_the_search_for_garbage_goes_on_after_loading():
+def test_the_search_for_garbage_goes_on_afterloading():
     before = gc.get_freeze_count()
     try:
-        with _loading():
+        with loading():
             assert not gc.isenabled()
         assert gc.isenabled() and gc.get_freeze_count() > before
     finally:
@@ -18,6 +18,6 @@ def test_the_search_for_garbage_goes_on_after_loading():
 
 
 def test_the_search_for_garbage_goes_on_after_an_error_of_the_user():
-    with pytest.raises(ValueError, match="no such lens"), _loading():
+    with pytest.raises(ValueError, match="no such lens"), loading():
         raise ValueError("no such lens")
     assert gc.isenabled()

@@ -80,7 +80,7 @@ def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, mon
         assert any(str(word).endswith(SIDE) for word in words)
         hand.ctx.item_click("**/Section side")
         hand.ctx.yield_(3)
-        assert hand.session.panels._section_state.above and any(str(word).endswith(TOP) for word in words)
+        assert hand.session.panels.kept.section.above and any(str(word).endswith(TOP) for word in words)
         hand.ctx.item_click("**/Section side")
         hand.ctx.window_focus("//Falloff")
         hand.ctx.yield_(3)

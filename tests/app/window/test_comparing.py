@@ -54,7 +54,7 @@ def test_a_locked_to_b_follows_its_dials_and_keeps_its_lens(drive):
         hand.wait(lambda: hand.session.comparing.settled(48), "A")
         a = presenter.pinned.settings
         assert a == view.pinned and a.lens == ENOUGH.lens and a.f_number == hand.settings.f_number > 4.5
-        assert hand.session.panels._section_state.view is not None
+        assert hand.session.panels.kept.section.view is not None
         hand.press(KEY.mod_ctrl | KEY.z)                        # undo turns the dial back, in both
         hand.ctx.yield_(2)
         assert view.pinned.f_number == hand.settings.f_number == 4.0

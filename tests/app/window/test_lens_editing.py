@@ -32,7 +32,7 @@ def table(hand):
     hand.picture()
     hand.ctx.window_focus("//Surfaces")
     hand.ctx.yield_(3)
-    return hand.session.panels._table_state
+    return hand.session.panels.kept.table
 
 
 def surfaces(hand):
@@ -368,7 +368,7 @@ def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(dr
         hand.picture()
         hand.ctx.window_focus("//Section")
         hand.ctx.item_click("**/Edit section")
-        state, start = hand.session.panels._section_state, surfaces(hand)
+        state, start = hand.session.panels.kept.section, surfaces(hand)
         lens, corner = design(hand.settings), hand.box("**/Section canvas").min
 
         def place(z, y):
@@ -404,7 +404,7 @@ def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(dr
         assert hand.settings == TRIPLET and state.view.x == pytest.approx(view.x - 6.0)
 
         # A lens that diverges is drawn, and every panel stays
-        hand.session.panels._table_state.said.clear()
+        hand.session.panels.kept.table.said.clear()
         hand.ctx.window_focus("//Surfaces")
         hand.ctx.item_click("**/0 curvature")
         enter(hand, "-20")
@@ -502,7 +502,7 @@ def test_handles_of_the_section_decentre_and_tilt_a_body_from_both_sides(drive):
         hand.picture()
         hand.ctx.window_focus("//Section")
         hand.ctx.item_click("**/Edit section")
-        state, start = hand.session.panels._section_state, surfaces(hand)
+        state, start = hand.session.panels.kept.section, surfaces(hand)
         lens, corner, view = design(hand.settings), hand.box("**/Section canvas").min, state.view
 
         def press(z, y):

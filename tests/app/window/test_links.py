@@ -32,15 +32,15 @@ def test_a_hovered_pixel_shows_its_rays_in_every_panel(drive, lens):
         panels = hand.session.panels
         hand.picture()
         hand.ctx.window_focus("//Plan")
-        assert panels._section_state.pixel_rays == 0
+        assert panels.kept.section.pixel_rays == 0
         point_at_picture(hand, 0.5, 0.45)
-        assert panels._section_state.pixel_rays == 15                   # nine that pass, three lost on either side
-        assert 2 <= panels._plan_state.pixel_rays <= 9
+        assert panels.kept.section.pixel_rays == 15                   # nine that pass, three lost on either side
+        assert 2 <= panels.kept.plan.pixel_rays <= 9
         hand.ctx.window_focus("//Pixel")
         point_at_picture(hand, 0.52, 0.45)
-        assert len(panels._pixel_state.places) > 100
+        assert len(panels.kept.pixel.places) > 100
         point_at_picture(hand, 0.5, 1.5)                                # the mouse leaves the picture
-        assert panels._section_state.pixel_rays == 0 and len(panels._pixel_state.places) == 0
+        assert panels.kept.section.pixel_rays == 0 and len(panels.kept.pixel.places) == 0
 
     assert drive(use, replace(SMALL, lens=lens, f_number=None)).view.messages == []
 
@@ -57,9 +57,9 @@ def test_a_pixel_is_pinned_and_unpinned_by_tool_key_and_mouse(drive):
         assert pinned is not None
         hand.ctx.mouse_move_to_pos(hand.at("**/Exposure", 0.5, 0.5))
         hand.ctx.yield_(3)
-        assert panels._section_state.pixel_rays == 15                   # it stays while the mouse is elsewhere
+        assert panels.kept.section.pixel_rays == 15                   # it stays while the mouse is elsewhere
         hand.press(KEY.escape)
-        assert view.links.pinned is None and panels._section_state.pixel_rays == 0
+        assert view.links.pinned is None and panels.kept.section.pixel_rays == 0
         hand.ctx.item_click("**/Pin pixel")
         for is_pinned in (True, False):                                 # a click pins, another one unpins
             point_at_picture(hand, 0.5, 0.5)
@@ -110,11 +110,11 @@ def test_points_of_the_pupil_and_of_the_spot_are_rays_in_the_section(drive):
         hand.ctx.yield_(3)
         ray = links.ray
         assert ray is not None and ray.path.shape[1] == 3
-        hand.ctx.mouse_move_to_pos(ImVec2(*panels._pixel_state.places[17].tolist()))
+        hand.ctx.mouse_move_to_pos(ImVec2(*panels.kept.pixel.places[17].tolist()))
         hand.ctx.yield_(3)
         assert links.ray.end.startswith("from the sphere") and links.ray.surface == -1
         point_at_picture(hand, 0.5, 0.5)
-        assert links.ray is None and len(panels._pixel_state.places) > 100
+        assert links.ray is None and len(panels.kept.pixel.places) > 100
 
     assert drive(use).view.messages == []
 
@@ -122,7 +122,7 @@ def test_points_of_the_pupil_and_of_the_spot_are_rays_in_the_section(drive):
 @pytest.mark.slow
 def test_a_surface_under_the_mouse_is_lit_with_the_rays_that_its_rim_ends(drive):
     def use(hand):
-        links, state = hand.session.view.links, hand.session.panels._section_state
+        links, state = hand.session.view.links, hand.session.panels.kept.section
         hand.picture()
         hand.ctx.window_focus("//Lens card")
         lens, corner = sketch(hand.settings).lens, hand.box("**/Section canvas").min
@@ -148,8 +148,8 @@ def test_an_ideal_camera_shows_what_it_has_and_says_the_rest(drive, kind):
         hand.picture()
         hand.ctx.window_focus("//Pixel")
         point_at_picture(hand, 0.5, 0.5)
-        drawn = hand.session.panels._section_state.pixel_rays
+        drawn = hand.session.panels.kept.section.pixel_rays
         assert drawn == {"perspective": 9, "thin": 9, "pinhole": 1}.get(kind, 0)
-        assert len(hand.session.panels._pixel_state.places) == 0
+        assert len(hand.session.panels.kept.pixel.places) == 0
 
     assert drive(use, of_kind(SMALL, kind)).view.messages == []

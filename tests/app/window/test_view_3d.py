@@ -19,7 +19,7 @@ def test_the_view_is_turned_moved_zoomed_and_fitted_by_hand(drive, tmp_path):
         hand.picture()
         hand.ctx.window_focus("//3-D")
         hand.ctx.yield_(3)
-        state, before = hand.session.panels._view_3d_state, hand.settings
+        state, before = hand.session.panels.kept.view_3d, hand.settings
         fitted = state.eye
         start, end = hand.at("**/3-D canvas", 0.6, 0.6), hand.at("**/3-D canvas", 0.7, 0.7)
         hand.drag(start, end)
@@ -67,7 +67,7 @@ def test_every_lens_and_camera_has_a_view_and_says_what_it_lacks(drive, settings
         hand.ctx.yield_(3)
         hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.5, 0.5))
         hand.ctx.yield_(3)
-        state = hand.session.panels._view_3d_state
+        state = hand.session.panels.kept.view_3d
         assert state.drawn[0] >= 1
         lacks = {"environment": "no plane in focus", "bare-sensor": "no plane in focus"}.get(hand.settings.camera, "")
         assert lacks in state.problem and bool(state.problem) == bool(lacks or hand.settings.lens_model == "pinhole")
