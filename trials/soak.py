@@ -9,10 +9,10 @@ and text, on every panel of every layout; now and then another lens, scene and c
 
 Printed once a minute: resident memory, frames, actions, and the parts of that memory. What is shown at that moment
 takes 50 MB more or less, so that every few minutes the first settings and layout come back, rest, and are measured
-alone; moments that were kept are removed then, for these are the user's. At the end: growth after the tour and after
-10, 20 and 40 minutes from its end (least squares, with its standard error), of all samples and of those at rest,
-exceptions, threads left. Ends with 1 for an exception or a thread. A run of less than 20 minutes has no tour, unless
-it is to hurry: then the tour waits for no picture.
+alone; moments and light fields that were kept are removed then, for these are the user's. At the end: growth after the
+tour and after 10, 20 and 40 minutes from its end (least squares, with its standard error), of all samples and of those
+at rest, exceptions, threads left. Ends with 1 for an exception or a thread. A run of less than 20 minutes has no tour,
+unless it is to hurry: then the tour waits for no picture.
 """
 
 import argparse
@@ -284,6 +284,9 @@ class Hand:
         session.layout = layout
         for moment in list(session.moments.shelf.moments):
             session.moments.shelf.remove(moment)
+        fields = session.light_field.worker
+        fields.cancel()
+        fields.recording = fields.field_picture = fields.depth = fields.compared = None
         yield
         session.take(first)
         start = monotonic()

@@ -61,9 +61,10 @@ class _Target:
 class Screen:
     """Holds the textures of one picture in one GL context (3.3 core or later)."""
 
-    def __init__(self, context: moderngl.Context):
+    def __init__(self, context: moderngl.Context, beside: "Screen | None" = None):
+        """beside: another screen of the context, whose shaders it shares; a processor that draws holds 1.6 MB each."""
         self._context = context
-        self._programs: dict[tuple[str, ...], moderngl.VertexArray] = {}
+        self._programs: dict[tuple[str, ...], moderngl.VertexArray] = {} if beside is None else beside._programs
         self._picture: moderngl.Texture | None = None
         self._texels = np.zeros((0, 0, 4), np.float32)      # of the picture, on their way,
         self._colours = np.zeros(0, RGB)                    # and their first three numbers

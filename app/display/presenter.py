@@ -121,7 +121,7 @@ class Presenter:
 
         of: its key; the texture is loaded again when the key changes.
         """
-        self._strip_screen = self._strip_screen or Screen(moderngl.get_context())
+        self._strip_screen = self._strip_screen or Screen(moderngl.get_context(), self._screen)
         if self._strip_of != of:
             self._strip_of = of
             self._strip_screen.load(image)
@@ -158,7 +158,7 @@ class Presenter:
     def _keep(self, update: RenderUpdate) -> None:
         self.pinned = update
         self._pins += 1
-        self._pinned_screen = self._pinned_screen or Screen(moderngl.get_context())
+        self._pinned_screen = self._pinned_screen or Screen(moderngl.get_context(), self._screen)
         self._pinned_screen.load(update.image)
 
     @property
