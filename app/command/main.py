@@ -12,9 +12,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from importlib.util import LazyLoader, find_spec, module_from_spec
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, NoReturn
 
 from lensbench.app.command.errors import UsageError
@@ -178,27 +176,14 @@ def loading() -> Iterator[None]:
     """Import without a search for garbage; what is there at the end is left out of all later searches.
 
     The window's modules and kernels stay to its end. Searched again and again they would delay the start by a tenth,
-    and hold a frame up by 50 ms now and then. imgui's package imports asyncio (25 ms) for a window that runs beside
-    other tasks of its loop, which ours does not: it is imported if it is used after all.
+    and hold a frame up by 50 ms now and then.
     """
     gc.disable()
-    if "asyncio" not in sys.modules:
-        sys.modules["asyncio"] = _late("asyncio")
     try:
         yield
         gc.freeze()
     finally:
         gc.enable()
-
-
-def _late(name: str) -> ModuleType:
-    """A module that is imported when one of its names is used."""
-    spec = find_spec(name)
-    assert spec is not None and spec.loader is not None
-    spec.loader = LazyLoader(spec.loader)
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def _view(arguments: argparse.Namespace) -> int:

@@ -1,12 +1,14 @@
 """Compiled kernels: the folder that keeps them, those shipped with the package, and the processor they are made for.
 
-Kernels are declared with the `njit` of this module, so that it is imported before any of them. Its import has two
+Kernels are declared with the `njit` of this module, so that it is imported before any of them. Its import has these
 effects on numba:
 
 - Compiled functions of lensbench, and no others, are kept in $XDG_CACHE_HOME/lensbench/kernels, by default
   ~/.cache/lensbench/kernels, or in a temporary folder where that is not writable. The name of a file contains the
   version of the function (`kernel_version`). So an edit compiles anew what it changes and nothing else, and several
   versions of lensbench share what they have in common.
+- No wrapper for C is made of functions of lensbench and numba: a fifth of the time to compile. The types of operators
+  between the same kinds of numbers are found once in a process: another tenth.
 - All code that this process compiles, other libraries' too, is made for the highest x86-64 level of the processor (v3,
   or v4 with 512-bit registers) in place of its exact model: machine code of one computer then fits another. Numba has
   one setting for the whole process. LENSBENCH_LEVEL names another level, to compile a wheel for. LENSBENCH_NATIVE=1,
@@ -37,9 +39,10 @@ from typing import Any
 import numba
 import numpy.ma  # noqa: F401  numba asks for it at the first array: two threads at once recursed in numpy's late import
 from llvmlite import binding
-from numba import njit
+from numba import njit, types
 from numba.core import caching, dispatcher, serialize, sigutils
 from numba.core.runtime import rtsys
+from numba.core.types import functions
 
 from lensbench.kernels.kernel_version import COMPILERS, digest, version
 from lensbench.kernels.stored_code import CodeReducer
@@ -209,6 +212,23 @@ def _compile(kernel: Any, signature: Any) -> Any:
     return _numba_compile(kernel, signature)
 
 
+def _without_c_wrapper(compiler: Any, flags: Any) -> Any:
+    """The options of a compilation, without the wrapper that functions handed on as values would need."""
+    if compiler.py_func.__module__.split(".")[0] in (_PACKAGE, "numba"):
+        flags.no_cfunc_wrapper = True
+    return flags
+
+
+def _call_type(function: Any, context: Any, arguments: Any, named: Any) -> Any:
+    """`BaseFunction.get_call_type`, which remembers what it found for numbers: it tries all of numpy's functions."""
+    if named or not all(isinstance(each, types.Number | types.Boolean) for each in arguments):
+        return _numba_call_type(function, context, arguments, named)
+    known = vars(function).setdefault("_lensbench_known", {})
+    if arguments not in known:
+        known[arguments] = _numba_call_type(function, context, arguments, named)
+    return known[arguments]
+
+
 def _last_use(path: Path) -> float:
     try:
         return path.stat().st_mtime
@@ -268,3 +288,6 @@ It returns when another process has done so, or for this one to compile; or it r
 """
 _numba_compile = dispatcher.Dispatcher.compile
 dispatcher.Dispatcher.compile = _compile
+dispatcher._FunctionCompiler._customize_flags = _without_c_wrapper
+_numba_call_type = functions.BaseFunction.get_call_type
+functions.BaseFunction.get_call_type = _call_type

@@ -7,7 +7,7 @@ import pytest
 from lensbench.app.command.main import loading
 
 
-def test_the_search_for_garbage_goes_on_afterloading():
+def test_the_search_for_garbage_goes_on_after_loading():
     before = gc.get_freeze_count()
     try:
         with loading():
