@@ -11,9 +11,10 @@ from PIL import Image
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.image import camera_strip
+from lensbench.app.panels.lens_section import panel as section_panel
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.settings import Settings
-from lensbench.app.window import docking, window
+from lensbench.app.window import window
 from lensbench.kernels.cache import NotCompiledError
 from lensbench.lenses import catalogue
 from tests.app.conftest import SMALL
@@ -201,7 +202,7 @@ def test_an_error_in_a_panel_is_shown_and_the_window_lives_on(drive, monkeypatch
 
     def use(hand):
         hand.picture()
-        monkeypatch.setattr(docking, "lens_section_panel", broken)
+        monkeypatch.setattr(section_panel, "lens_section_panel", broken)
         hand.ctx.yield_(5)
         assert hand.session.view.messages == ["Section: RuntimeError: a panel in pieces"]
         monkeypatch.undo()
