@@ -39,21 +39,21 @@ class CodeReducer(caching.CompileResultCacheImpl):
 
     def rebuild(self, target_context: Any, payload: tuple[Any, ...]) -> Any:
         """The compiled kernel of what `reduce` made of it."""
-        (name, _, codes), described, environment, signature, in_objects, lifted, typed, begin, environments = payload
+        (name, _, codes), described, environment, signature, in_objects, lifted, typed, begin, constants = payload
         for function in begin:
             function()
         generator = target_context.codegen()
         entries = (described.llvm_func_name, described.llvm_cpython_wrapper_name,
                    described.llvm_cfunc_wrapper_name)
         library = _StoredLibrary(generator, name, *codes, entries)      # type: ignore[call-arg]
+        environments = tuple(_environment(*each) for each in constants)   # kept by the result: code has addresses only
         result = compiler.CompileResult(
             target_context=target_context, typing_context=target_context.typing_context, library=library,
             environment=environment, entry_point=target_context.get_executable(library, described, environment),
             fndesc=described, type_annotation=typed, signature=signature, objectmode=in_objects, lifted=lifted,
             typing_error=None, call_helper=None, metadata=None, reload_init=begin, referenced_envs=environments)
         for each in environments:
-            environment = _environment(*each)
-            generator.set_env(environment.env_name, environment)
+            generator.set_env(each.env_name, each)
         return result
 
     def reduce(self, cres: Any) -> tuple[Any, ...]:
