@@ -200,12 +200,10 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    from lensbench.app.workers import shipped_kernels  # the pickle names this module, not __main__
-
     match sys.argv[1:]:
         case ["--asked", listed]:
-            shipped_kernels.asked(Path(listed))
+            asked(Path(listed))
         case [archive, listed]:
-            shipped_kernels.compiled(pickle.loads(Path(listed).read_bytes()), Path(archive))
+            compiled(pickle.loads(Path(listed).read_bytes()), Path(archive))
         case [folder]:
-            shipped_kernels.main(Path(folder))
+            main(Path(folder))
