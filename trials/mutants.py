@@ -37,6 +37,7 @@ FILES = 4               # test files that name the module or its importers
 UNKNOWN = 10.0          # s of processor time of the quick tests of a file that is not recorded
 OTHERS = 20.0           # s of processor time of the tests of files that do not name the module
 COMPILING = 120.0       # s of processor time for kernels with a fault; quick tests that need more find it
+UNLIMITED = 1e6         # s
 SLOW = 300.0            # s of processor time of the slow tests; what they do not find by then survives
 
 
@@ -124,9 +125,11 @@ def fate(fault: Fault, folder: Path, quick: bool) -> str:
     seconds = sum(recorded()[file].seconds if file in recorded() else UNKNOWN for file in nearest)
     try:
         compile(changed, fault.path, "exec")
-        place.write_text(changed, encoding="utf-8")
+        _write(place, changed)
         killer = _killer(folder, nearest, "not slow", COMPILING + 4 * seconds)
         if killer:
+            _write(place, whole)
+            _demand_innocent(folder, killer)
             return f"killed by {killer}"
         killer = None if quick else _killer(folder, naming_tests(fault.path), "slow", SLOW)
         if killer and killer != "its time":
@@ -134,10 +137,15 @@ def fate(fault: Fault, folder: Path, quick: bool) -> str:
     except SyntaxError:
         return "killed by the compiler"
     finally:
-        place.write_text(whole, encoding="utf-8")
-        for compiled in (place.parent / "__pycache__").glob(f"{place.stem}.*.pyc"):
-            compiled.unlink()       # one of the same second and size would count as that of the next fault
+        _write(place, whole)
     return f"SURVIVES {len(nearest)} files{'' if reached else ', none of which executes the line'}"
+
+
+def _write(place: Path, text: str) -> None:
+    """Write a source, and remove its bytecode: that of a text of the same second and size would count as its own."""
+    place.write_text(text, encoding="utf-8")
+    for compiled in (place.parent / "__pycache__").glob(f"{place.stem}.*.pyc"):
+        compiled.unlink()
 
 
 def _killer(folder: Path, files: list[str], marked: str, seconds: float) -> str | None:
@@ -155,14 +163,22 @@ def _killer(folder: Path, files: list[str], marked: str, seconds: float) -> str 
     return failed.group(1) if failed else "its time" if ended.returncode in (-9, -24) else "a crash"
 
 
+@cache
+def _demand_innocent(folder: Path, file: str) -> None:
+    """End the trial if the quick tests of a file fail without a fault too."""
+    if file in test_files() and _killer(folder, [file], "not slow", UNLIMITED):
+        sys.exit(f"{file} fails without a fault: no fate that names it can be trusted")
+
+
 def copy_sources(folder: Path) -> None:
     """Copy sources, tests and compiled kernels into a folder."""
     ignored = shutil.ignore_patterns("__pycache__", "shipped")
     for room, package in PACKAGES.items():
         shutil.copytree(ROOT / room, folder / package, dirs_exist_ok=True, ignore=ignored)
     shutil.copytree(ROOT / "tests", folder / "tests", ignore=ignored)
-    for name in ("docs", "core", "lenses", "app", "shaders", "pyproject.toml", "README.md"):
-        (folder / name).symlink_to(ROOT / name)
+    for path in ROOT.iterdir():
+        if path.name not in ("tests", "build") and not path.name.startswith("."):
+            (folder / path.name).symlink_to(path)
     kernels = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lensbench" / "kernels"
     if kernels.exists():
         shutil.copytree(kernels, folder / "cache" / "lensbench" / "kernels")

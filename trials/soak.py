@@ -346,7 +346,7 @@ def soak(minutes: float, seed: int, hurries: bool) -> tuple[Samples, Samples, li
     runner = window.parameters(session, SIZE)
     runner.fps_idling.enable_idling = False
     hand, start = Hand(seed, SIZE, minutes < SHORT and not hurries, hurries), monotonic()
-    steps, samples, frames = hand.script(session, max(HOME, minutes / 12.0)), [(0.0, memory())], [0]
+    steps, samples, frames = hand.script(session, HOME), [(0.0, memory())], [0]
     rests: Samples = []
 
     def step() -> None:
