@@ -198,6 +198,10 @@ def _view(arguments: argparse.Namespace) -> int:
         if arguments.stop_image is None:                # of a file or a text
             settings = with_readable_stop(settings, say)
         asked = {name for name, value in vars(arguments).items() if value is not None} - {"command"}
+        if arguments.scene is not None:
+            from lensbench.app.state.scene_file import cached_scene
+
+            cached_scene(settings.scene)                    # refused here: the window would show another
         if not asked and _has_display():
             settings = _last_session(settings)
         missing = [name for name in LIBRARIES if not _loads(name)] if sys.platform == "linux" else []

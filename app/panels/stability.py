@@ -23,6 +23,7 @@ from lensbench.kernels.figures import significant
 
 DASH = (5.0, 3.0)               # dashes and gaps of single-precision curves, pixels
 LIST = 25.0                     # em: width of the column beside the plot
+LAST_POWER = 300.0              # of ten, on an axis: a number holds it
 
 
 @dataclass
@@ -191,7 +192,7 @@ def _ticks(axis: int, first: float, last: float, pixels: float, room: float, swe
         power = 10.0 ** math.floor(math.log10(least))
         step = next(power * m for m in (1.0, 2.0, 5.0, 10.0) if power * m >= least)
     begin = math.floor(first / step) - 2
-    marks = [step * k for k in range(begin, math.ceil(last / step) + 3)]
+    marks = [step * k for k in range(begin, math.ceil(last / step) + 3) if linear or abs(step * k) < LAST_POWER]
     values = [-mark if falling else mark for mark in marks]
     labels = [significant(value) if linear else quantity_text(10.0**value, "") for value in values]
     implot.setup_axis_ticks(axis, marks, labels, False)

@@ -15,7 +15,7 @@ from lensbench.kernels.figures import significant
 FIELDS = {"axis": 0.0, "middle": 0.7}
 PIXELS = 181
 DECADES = 3.5
-NO_BLADES = "A round stop draws no star: choose a number of blades with the lens (Iris), and stop down"
+NO_BLADES = "A round stop draws no star: choose a number of blades in the popup Stop, and stop down"
 
 
 def star_figure(query: Query, points: int, field: str = "axis") -> Figure:

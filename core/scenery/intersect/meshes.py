@@ -133,7 +133,7 @@ def mesh_steps(meshes: Sequence, emission: Sequence[float]) -> list[Step]:
             Step(mesh_surfaces, np.concatenate(numbers), integers, kept=kept)]
 
 
-@stage
+@stage(allocates=True)
 def find_meshes(lanes, p, ints, key):
     """Find the nearest triangles, after `beam`, for `mesh_surfaces`.  p, ints: mesh_steps.
 
@@ -239,7 +239,7 @@ def _at(real, table, first, k):
     return real(table[first + np.uint64(k)])
 
 
-@stage
+@stage(allocates=True)
 def mesh_surfaces(lanes, p, ints, key):
     """The materials of the meshes that `find_meshes` has found, directly after it.  p, ints: mesh_steps."""
     real = lanes.dtype.type

@@ -140,7 +140,7 @@ def many_lamp_rays(lanes, p, ints, key):
     sample_lamps(lanes, p, ints[COUNT], ints[SPHERES])
 
 
-@stage
+@stage(allocates=True)
 def lamp_shares(lanes, p, count):
     """Group the lanes; cumulative weights of the lamps in each group, GROUPS × (0, then `count`).
 

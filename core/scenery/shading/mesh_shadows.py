@@ -79,7 +79,7 @@ def mesh_shadow_steps(meshes: tuple, lamp=None) -> tuple[Step, ...]:
     return tuple(steps)
 
 
-@stage
+@stage(allocates=True)
 def mesh_shadows(lanes, p, ints, key):
     """Darken A7, the light at A0 A1 A2 from A3 A4 A5 at the distance A6, where a mesh hides it.  ints: the tree's."""
     if count_lit(lanes) == 0:
@@ -105,7 +105,7 @@ def mesh_shadows(lanes, p, ints, key):
             light[first + k] = real(0) if scratch.numbers[k] >= 0 else light[first + k]
 
 
-@stage
+@stage(allocates=True)
 def glass_shadows(lanes, p, ints, key):
     """Darken A7, as `mesh_shadows`, by what surfaces of glass reflect of light that runs straight through them.
 

@@ -164,7 +164,7 @@ def rough_open(lanes, p):
     return many
 
 
-@stage
+@stage(allocates=True)
 def rough_lights(lanes, p):
     """Add lights to A3 A4 A5, each averaged over the part of pupil and pixel.  p: highlight_parameters."""
     real = lanes.dtype.type

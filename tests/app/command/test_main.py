@@ -208,6 +208,13 @@ def test_a_lens_file_is_remembered_by_its_whole_path(viewed, tmp_path, monkeypat
     assert settings_of(viewed, "mine.toml").lens == str(tmp_path / "mine.toml")
 
 
+def test_the_bench_does_not_open_on_a_scene_that_is_not_there(viewed, capsys):
+    assert main(["view", "--scene", "still-live"]) == 2
+    assert "did you mean still-life?" in capsys.readouterr().err
+    assert main(["view", "--scene", "gone.toml"]) == 2
+    assert "gone.toml" in capsys.readouterr().err and viewed == []
+
+
 # Where it goes
 
 
