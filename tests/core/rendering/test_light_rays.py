@@ -9,7 +9,6 @@ from lensbench.rendering.light_rays import light_parameters, trace_by_ball
 from lensbench.rendering.specular_connection import connect_by_ball
 
 
-
 @pytest.mark.parametrize("kind", ["metal", "glass"])
 def test_a_ray_by_a_ball_meets_its_point_of_the_light_and_weighs_the_solid_angle_of_its_area(kind):
     """Étendue: the light's and the rectangle's areas × cos × the solid angle for an area, by differences."""
