@@ -105,6 +105,15 @@ def test_equal_turns_of_the_disk_sweep_equal_areas_of_a_polygon(shape):
     assert bladed == pytest.approx(np.abs(round_) * (a + (turns - np.floor(turns)) * (b - a)), abs=1e-7)
 
 
+def test_an_iris_is_mirrored_where_its_edge_is():
+    azimuth = np.linspace(0.0, 2.0 * math.pi, 721)
+    for blades in (3, 4, 5, 8):
+        for steps in (0.0, 0.3, 0.5, 1.0, 1.5, 2.0, -3.0, 7.0):
+            iris = lb.Iris(blades, steps * math.pi / blades)
+            edge, mirrored = iris.radius(azimuth), iris.radius(math.pi - azimuth)
+            assert iris.is_mirrored == bool(np.abs(edge - mirrored).max() < 1e-9), (blades, steps)
+
+
 @pytest.mark.parametrize("f_number", [None, 5.6, 22.0])
 @pytest.mark.parametrize("model", ["trace", "polynomial", "thick", "thin", "pinhole"])
 def test_the_axis_has_weight_one_behind_any_iris_and_light_as_its_area(model, f_number):
