@@ -108,4 +108,4 @@ def test_a_floor_seen_at_a_slant_looks_the_same_at_any_scale():
     ways = np.column_stack([np.linspace(-4.0, 4.0, 200), -np.ones(200), -np.linspace(0.1, 4.0, 200)])
     large, small = (look(lb.Scene("floor", floor=lb.Floor(-200.0 * size, 40.0 * size, image=lb.Image.of(values))),
                          np.zeros((200, 3)), ways, 0.004) for size in (1.0, 1.0 / 40.0))
-    assert np.median(np.abs(large - small)) < 1e-6
+    assert np.quantile(np.abs(large - small), 0.97) < 1e-4              # a reduction may change by a digit
