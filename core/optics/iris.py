@@ -313,7 +313,6 @@ def map_to_iris(lanes, p, ints, key):
     n, begin = p[CHORDS], p[CORNER]
     count = np.int64(n)
     end_x, end_y = p[ENDS:], p[ENDS + count + 1:]
-    last = n - real(0.5)
     # Azimuth of the sample in turns, by the concentric map; its chord and the position along it
     for i in range(B):
         a, b = real(2) * v[i] - real(1), real(2) * u[i] - real(1)
@@ -323,8 +322,9 @@ def map_to_iris(lanes, p, ints, key):
         quarter = (real(0.25) if steep else real(0)) + (real(0.5) if far < real(0) else real(0))
         turns = quarter + real(0.125) * (-near / safe if steep else near / safe) - begin
         position = (turns - np.floor(turns)) * n
-        position = position if position < last else last
-        chord[i], along[i] = np.floor(position), position - np.floor(position)
+        # The last chord where rounding makes n of it, and for NaN
+        first = np.floor(position) if position < n else n - real(1)
+        chord[i], along[i] = first, position - first
     # Ends of the chord
     gather(ax, end_x, chord)
     gather(bx, end_x[1:], chord)

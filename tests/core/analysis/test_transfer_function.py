@@ -8,6 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.analysis.transfer_function import pupil_functions
 from lensbench.optics.finding import Kind
 from tests.core.analysis.test_wavefront import perfect_grid
 
@@ -144,6 +145,16 @@ def test_samples_that_do_not_suffice_are_said():
     grid = lb.analysis.ray_grid(stack, lb.film_distance(stack, inf) + 2.0, lb.analysis.conditions(stack, lb.Film(), 2))
     assert [finding.kind for finding in lb.analysis.mtf(grid, [60.0]).findings] == [Kind.SAMPLING]
     assert not lb.analysis.mtf(grid, [2.0]).findings
+
+
+def test_cells_beyond_the_rim_continue_the_slope_of_their_neighbours():
+    """A plane of W continues as itself to either side, above and below."""
+    a, b = 3.0 * LINE / NA, -2.0 * LINE / NA
+    grid = pupil_of(circle, opd=lambda s, t: a * s + b * t, slopes=lambda s, t: (a + 0.0 * s, b + 0.0 * t))
+    strip = np.arange(grid.opd.shape[-1]) % 3 == 1              # with known neighbours on two sides alone
+    for holes in (strip, strip[:, None], strip & strip[:, None]):
+        found = pupil_functions(replace(grid, opd=np.where(holes, np.nan, grid.opd)))
+        np.testing.assert_allclose(found, pupil_functions(grid), atol=1e-9)
 
 
 @pytest.mark.parametrize(("call", "message"), [

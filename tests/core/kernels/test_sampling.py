@@ -4,10 +4,25 @@ import numpy as np
 import pytest
 
 from lensbench.app.studies.charts.samplers import white_noise
-from lensbench.kernels.block import PITCH, U0, U1, V0, V1, B, Step, X, Y, lane_buffer
+from lensbench.kernels.block import (
+    KEYS,
+    PITCH,
+    PIXEL,
+    SAMPLE,
+    SEED,
+    U0,
+    U1,
+    V0,
+    V1,
+    B,
+    Step,
+    X,
+    Y,
+    lane_buffer,
+)
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import DIMENSIONS, sample_lights, sample_pixels, sobol
+from lensbench.kernels.sampling import DIMENSIONS, sample_lights, sample_pixels, sobol, sobol_net
 from lensbench.kernels.tile_order import add_corners
 
 COUNT = 256
@@ -106,3 +121,21 @@ def test_the_concentric_map_keeps_areas_and_fills_the_disk():
     map_ = concentric_disk.py_func
     assert np.allclose(map_(np.float64, 0.9, 0.9), map_(np.float64, 0.9, 0.9 + 1e-12))
     assert concentric_disk.py_func(np.float64, 0.5, 0.5) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("pixel", [0, 5])
+def test_the_blocks_of_a_net_are_one_net(pixel):
+    """Boxes of the pupil's pair of dimensions hold as many points of the first 2, 4 and 8 blocks each."""
+    blocks = []
+    key = np.zeros(KEYS, np.uint32)
+    key[PIXEL], key[SEED] = pixel, 7
+    for sample in range(8):
+        key[SAMPLE], lanes = sample, lane_buffer(np.float64)
+        sobol_net(lanes, np.zeros(0), np.zeros(0, np.int64), key)
+        blocks.append([lanes[row * PITCH:row * PITCH + B].copy() for row in (U0, U1, V0, V1)])
+    for many in (1, 2, 4, 8):
+        u0, u1, v0, v1 = np.concatenate(blocks[:many], 1)
+        for values in (u0, u1, v0, v1):
+            assert (np.bincount((values * many * B).astype(int), minlength=many * B) == 1).all()
+        counts = np.histogram2d(u0, u1, bins=(16, 32 * many), range=[[0, 1], [0, 1]])[0]
+        assert (counts == 1).all()

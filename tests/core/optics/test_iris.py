@@ -91,6 +91,29 @@ def test_blades_leave_samples_on_their_side_of_the_axis(shape):
     assert np.abs(np.angle(bladed / round_)).max() < math.pi / shape[0]
 
 
+@pytest.mark.parametrize("shape", [(3, 0.0, 0.0), (4, 0.7, 0.0), (5, 0.3, 0.0), (17, -1.0, 0.0)])
+def test_equal_turns_of_the_disk_sweep_equal_areas_of_a_polygon(shape):
+    """A part of a turn from corner to corner becomes that part of the side: its triangle has that part of the area."""
+    uv = lattice(2000)
+    round_, bladed = (lb.PerspectiveCamera(FILM, lens_radius=4.0, focus_distance=900.0, blades=blades,
+                                           blade_rotation=shape[1]).generate_rays(
+        np.tile([480.0, 320.0], (2000, 1)), uv, dtype=np.float64).origins[:, :2] @ [0.25, 0.25j]
+        for blades in (0, shape[0]))
+    corner = np.exp(1j * (shape[1] + 0.5 * math.pi))
+    turns = np.angle(round_ / corner) / (2.0 * math.pi) % 1.0 * shape[0]
+    a, b = (corner * np.exp(2j * math.pi * (np.floor(turns) + end) / shape[0]) for end in (0.0, 1.0))
+    assert bladed == pytest.approx(np.abs(round_) * (a + (turns - np.floor(turns)) * (b - a)), abs=1e-7)
+
+
+def test_an_iris_is_mirrored_where_its_edge_is():
+    azimuth = np.linspace(0.0, 2.0 * math.pi, 721)
+    for blades in (3, 4, 5, 8):
+        for steps in (0.0, 0.3, 0.5, 1.0, 1.5, 2.0, -3.0, 7.0):
+            iris = lb.Iris(blades, steps * math.pi / blades)
+            edge, mirrored = iris.radius(azimuth), iris.radius(math.pi - azimuth)
+            assert iris.is_mirrored == bool(np.abs(edge - mirrored).max() < 1e-9), (blades, steps)
+
+
 @pytest.mark.parametrize("f_number", [None, 5.6, 22.0])
 @pytest.mark.parametrize("model", ["trace", "polynomial", "thick", "thin", "pinhole"])
 def test_the_axis_has_weight_one_behind_any_iris_and_light_as_its_area(model, f_number):

@@ -4,9 +4,32 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import BEAM, BLUE, GREEN, RED, TIME, V0, V1, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.kernels.block import (
+    A0,
+    A3,
+    A6,
+    BEAM,
+    BLUE,
+    GREEN,
+    PITCH,
+    RED,
+    TIME,
+    V0,
+    V1,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    lane_buffer,
+    rows,
+    stage,
+)
 from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.block_bounds import beam, beam_misses
+from lensbench.scenery.intersect.block_bounds import beam, beam_misses, lit_bounds, shadow_bounds
 from lensbench.scenery.scene import Scene
 from tests.core.scenery.test_moving_objects import crowd
 from tests.core.scenery.test_scene import unit
@@ -111,3 +134,18 @@ def test_a_narrow_block_passes_by_what_is_a_little_off_its_edges():
             assert not found[abs(balls[:, axis]) < 54.5].any() and found[abs(balls[:, axis]) > 56.0].all()
     behind = np.tile([0.0, 0.0, 20.0], (B, 1))
     assert Program([Step(passed_by, behind)]).run(dict(zip([L, M, N], d.T, strict=True)), [RED], B).all()
+
+
+def test_the_box_of_shadow_rays_and_that_of_lit_points_hold_them_within_three_millimetres():
+    random = np.random.default_rng(8)
+    lanes = lane_buffer(np.float64)
+    row = lanes.reshape(-1, PITCH)
+    points, ways = random.normal(0.0, 300.0, (B, 3)), unit(random.normal(size=(B, 3)))
+    far, lit = random.uniform(1.0, 900.0, B), random.random(B) < 0.8
+    for k in range(3):
+        row[A0 + k][:B], row[A3 + k][:B] = points[:, k], ways[:, k]
+    row[A6][:B], row[GREEN][:B] = far, lit
+    ends = np.concatenate([points[lit], (points + far[:, None] * ways)[lit]])
+    for box, held in ((shadow_bounds(lanes), ends), (lit_bounds(lanes), points[lit])):
+        assert (np.array(box[:3]) <= held.min(0)).all() and (np.array(box[:3]) > held.min(0) - 3.0).all()
+        assert (np.array(box[3:]) >= held.max(0)).all() and (np.array(box[3:]) < held.max(0) + 3.0).all()

@@ -304,6 +304,27 @@ def test_images_colours_and_normals_are_those_of_the_corners():
 
 
 @slow
+def test_a_mesh_with_an_image_looks_the_same_beside_another_one():
+    """One has fine and one coarse texels, tints and widths of its own; rays to both alternate within each block."""
+    random = np.random.default_rng(6)
+    square = np.array([[-100.0, -100.0, -500.0], [100.0, -100.0, -500.0], [100.0, 100.0, -500.0],
+                       [-100.0, 100.0, -500.0]])
+    walls = [lb.Mesh.of(square + [way * 110.0, 0.0, 0.0], [[0, 1, 2], [0, 2, 3]],
+                        lb.Material((0.5, 1.0, 2.0), "light", pattern=lb.Pattern("image", image=lb.Image.of(
+                            random.uniform(0.1, 1.0, (texels, texels, 3))))),
+                        uv=[[0, 0], [1, 0], [1, 1], [0, 1]], colours=random.uniform(0.2, 1.0, (4, 3)))
+             for way, texels in ((-1.0, 8), (1.0, 64))]
+    ways = np.column_stack([random.uniform(-200.0, 200.0, 1500), random.uniform(-99.0, 99.0, 1500),
+                            np.full(1500, -500.0)])
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    given = {L: ways[:, 0], M: ways[:, 1], N: ways[:, 2], PIXEL_SPREAD: np.full(1500, 0.02)}       # 10 mm
+    both, left, right = (Program(lb.Scene("walls", DARK, meshes=meshes).steps(shadows=False), np.float64).run(
+        given, [RED, GREEN, BLUE], 1500) for meshes in (walls, walls[:1], walls[1:]))
+    assert both.std() > 0.1
+    np.testing.assert_allclose(both, left + right, rtol=1e-12)
+
+
+@slow
 def test_meshes_hide_lights_that_are_traced_to_the_film():
     # a small light, half hidden behind a mesh: traced from the light and seen by the camera alike
     light = lb.Sphere((0.0, 0.0, -2000.0), 6.0, lb.Material((800.0, 700.0, 500.0), "light"))

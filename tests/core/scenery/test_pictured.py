@@ -90,3 +90,22 @@ def test_a_sphere_with_an_image_that_moves_or_lights_is_refused():
         lb.Sphere((0.0, 0.0, -9.0), 1.0, lb.Material(pattern=image), velocity=(1.0, 0.0, 0.0))
     with pytest.raises(lb.SceneError, match="spherical lamp"):
         lb.Sphere((0.0, 0.0, -9.0), 1.0, lb.Material(kind="lamp", pattern=image))
+
+
+def test_the_poles_of_a_sphere_show_the_first_and_the_last_row_of_its_picture():
+    values = np.zeros((8, 16, 3))
+    values[0], values[-1] = (0.8, 0.0, 0.0), (0.0, 0.0, 0.8)
+    ball = lb.Sphere((0.0, 0.0, 0.0), 100.0, lb.Material((1.0,) * 3, "light", pattern=pattern(values)))
+    theta, phi = np.linspace(0.0, math.pi / 20, 50), np.linspace(0.0, 30.0, 50)
+    north = np.column_stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)])
+    for away, colour in ((north, (0.8, 0.0, 0.0)), (north * [1.0, -1.0, 1.0], (0.0, 0.0, 0.8))):
+        np.testing.assert_allclose(look(lb.Scene("ball", spheres=(ball,)), 300.0 * away, -away),
+                                   np.tile(colour, (50, 1)), atol=5e-5)
+
+
+def test_a_floor_seen_at_a_slant_looks_the_same_at_any_scale():
+    values = np.random.default_rng(5).uniform(0.0, 1.0, (32, 32, 3))
+    ways = np.column_stack([np.linspace(-4.0, 4.0, 200), -np.ones(200), -np.linspace(0.1, 4.0, 200)])
+    large, small = (look(lb.Scene("floor", floor=lb.Floor(-200.0 * size, 40.0 * size, image=lb.Image.of(values))),
+                         np.zeros((200, 3)), ways, 0.004) for size in (1.0, 1.0 / 40.0))
+    assert np.quantile(np.abs(large - small), 0.97) < 1e-4              # a reduction may change by a digit
