@@ -157,3 +157,26 @@ def test_a_light_is_brighter_by_the_area_that_a_distortion_takes_from_its_image(
     found = errors._stretched((a * r + b * r**3)[None])[0]
     wanted = np.log2((1.0 + a + 3.0 * b * r**2) * (1.0 + a + b * r**2))
     np.testing.assert_allclose(found, wanted, atol=0.02 + 0.15 * np.abs(wanted).max() * (b != 0.0))
+
+
+def test_brightness_on_the_axis_adds_to_that_over_the_field():
+    """The lens's own rays with 2^(g (r − r₀)) of their light, and as much brighter on the axis as `offset` says."""
+    errors = ModelErrors(lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), lb.Film(), 2000.0, 4.0), (500.0, 5000.0))
+    gain = 0.3 * errors._radii / errors._radii[-1]
+    found = [errors._compared("thick", 0, errors._true_lines, errors._true_weights * 2.0 ** gain[:, None],
+                              [errors._true], offset).error_stops for offset in (0.0, 0.1, -0.1)]
+    each = found[0] / 0.3
+    np.testing.assert_allclose(found, each * np.array([0.3, 0.4, 0.2]), rtol=1e-9)
+
+
+def test_the_time_of_a_ray_is_that_of_one_sample(monkeypatch):
+    """A clock by which each sample of the film takes 2 ns, and 7 ns with a camera."""
+    taken, passed = {}, [0.0]
+
+    def expose(self, film, lanes, first, last, sample, samples, *_):
+        passed[0] += taken.setdefault(self, 7e-9 if taken else 2e-9) * (last - first) * B * samples
+
+    monkeypatch.setattr(model_choice.Program, "expose", expose)
+    monkeypatch.setattr(model_choice, "perf_counter", lambda: passed[0])
+    camera = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), lb.Film(36.0, 24.0, 60, 40), 1200.0, 8.0, model="pinhole")
+    assert model_choice.ray_times([camera]) == pytest.approx((5.0,), rel=1e-9)

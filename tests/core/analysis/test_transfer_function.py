@@ -8,6 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.analysis.focus_map import best_places
 from lensbench.analysis.transfer_function import pupil_functions
 from lensbench.optics.finding import Kind
 from tests.core.analysis.test_wavefront import perfect_grid
@@ -167,3 +168,12 @@ def test_cells_beyond_the_rim_continue_the_slope_of_their_neighbours():
 def test_impossible_demands_are_refused(call, message):
     with pytest.raises(lb.LensError, match=message):
         call(perfect_grid(32))
+
+
+def test_the_best_place_of_a_parabola_is_its_vertex():
+    """None at the ends of the range, where a better place may lie beyond, and none of what is not known."""
+    shifts = np.linspace(-0.3, 0.3, 13)
+    vertices = np.linspace(-0.26, 0.26, 40)
+    assert best_places(shifts, 0.9 - 2.0 * (shifts - vertices[:, None])**2) == pytest.approx(vertices, abs=1e-12)
+    for values in (shifts, -shifts, np.full(13, np.nan)):
+        assert np.isnan(best_places(shifts, values))

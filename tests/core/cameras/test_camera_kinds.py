@@ -261,6 +261,14 @@ def test_look_at_puts_the_target_in_the_middle_and_up_upright(eye, target, up):
     assert higher[0] == pytest.approx(480.0, abs=1e-5) and higher[1] < 320.0
 
 
+@pytest.mark.parametrize("length", [1e-150, 1e-6, 1e6, 1e150])
+def test_look_at_takes_an_up_direction_of_any_length(length):
+    np.testing.assert_allclose(lb.look_at((1.0, 2.0, 3.0), (40.0, 5.0, -60.0), length * np.array([0.3, 0.9, 0.1])),
+                               lb.look_at((1.0, 2.0, 3.0), (40.0, 5.0, -60.0), (0.3, 0.9, 0.1)), rtol=1e-12, atol=1e-12)
+    with pytest.raises(lb.TransformError, match="along its up direction"):
+        lb.look_at((0.0, 0.0, 0.0), (0.1, 0.7, -0.3), length * np.array([-0.1, -0.7, 0.3]))
+
+
 # What cannot be
 
 

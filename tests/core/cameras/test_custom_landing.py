@@ -151,18 +151,20 @@ def test_a_way_back_needs_a_camera_at_one_time_with_an_etendue():
 
 
 def test_a_way_back_that_errs_only_for_some_rays_ends_the_picture_with_its_message():
-    """Beyond the probes: wrong, or no number, for the rays of one light."""
-    def wrong(value):
+    """Beyond the probes: wrong, mirrored across, or no number, for the rays of one light."""
+    def wrong(change):
         def back(origins, directions):
             raster, uv = BACK["perspective"](origins, directions)
             here = (np.abs(raster - raster_of_light) < 0.02).all(1)
-            return np.where(here[:, None], value, raster), uv
+            return np.where(here[:, None], change(raster), raster), uv
         return back
 
     raster_of_light = np.array([900.0, 700.0]) / FAR * DISTANCE / SIZE * PIXELS + 0.5 * np.array(PIXELS)
     shine = lb.Material((40.0, 30.0, 20.0), "light")
     scene = lb.Scene("light", lb.Sky(BLACK, BLACK, BLACK), spheres=(lb.Sphere((900.0, 700.0, -FAR), 2.0, shine),))
-    for value, message in ((20.0, "for which the function returns another ray"), (math.nan, "not a number")):
-        camera = lb.CustomCamera(FILM, pinhole, False, wrong(value))
+    another = "for which the function returns another ray"
+    for change, message in ((lambda raster: 20.0, another), (lambda raster: [PIXELS[0], 0.0] + [-1.0, 1.0] * raster,
+                                                             another), (lambda raster: math.nan, "not a number")):
+        camera = lb.CustomCamera(FILM, pinhole, False, wrong(change))
         with pytest.raises(lb.CameraError, match=message):
             picture(camera, 1, scene)

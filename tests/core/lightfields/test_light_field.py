@@ -8,7 +8,10 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.program import Program
 from lensbench.lightfields.light_field import LightField
+from lensbench.lightfields.pupil_cells import Cell, cell_steps
 from tests.core.cameras.test_dispersion import landscape
 
 FILM = lb.Film(14.4, 9.6, 240, 160)             # a part of the full frame at 600 pixels across
@@ -49,6 +52,25 @@ def test_the_cells_of_the_pupil_divide_a_square_as_large_as_its_reach(reach):
                               (v[[0, -1]].T, np.diff(v, axis=0), 2.0 * reach / 3)):
         np.testing.assert_allclose(steps, side, rtol=1e-12)
         np.testing.assert_allclose(ends, np.tile([side / 2.0 - reach, reach - side / 2.0], (len(ends), 1)), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("camera", "blur"), [(perspective(1200.0), 1e-9), (real(1200.0), 0.3)],
+                         ids=["ideal lens", "traced lens"])
+def test_rays_of_a_film_point_through_all_cells_meet_in_focus(camera, blur):
+    """Unit directions, weighed by cos⁴ of the angle at the film; blur: mm there, of the lens's aberrations."""
+    x, y = (each.ravel() for each in np.meshgrid([-6.0, 0.0, 5.0], [-4.0, 0.0, 3.0]))
+    places = np.array([[0.0, 0.0], [0.3, 0.1], [-0.2, 0.4]])
+    crossed = []
+    for place in places:
+        steps = cell_steps(camera, Cell(tuple(place - 0.05), (0.1, 0.1), 1.0), lb.D_LINE)
+        middle = {X: x, Y: y, U0: np.full(9, 0.5), U1: np.full(9, 0.5)}
+        found = Program(steps, np.float64).run(middle, [X, Y, Z, L, M, N, WEIGHT], 9)
+        origins, ways, weights = found[:3].T, found[3:6].T, found[6]
+        np.testing.assert_allclose(np.linalg.norm(ways, axis=1), 1.0, rtol=1e-12)
+        crossed.append((origins + (-1200.0 - origins[:, 2:]) / ways[:, 2:] * ways)[:, :2])
+        to = place * camera.gaussian.approach_pupil + np.stack([x, y], 1) * camera.gaussian.approach_film
+        np.testing.assert_allclose(weights, (1.0 + (to**2).sum(1))**-2.0, rtol=1e-12)
+    assert np.ptp(crossed, axis=0).max() < blur
 
 
 @pytest.mark.parametrize("distance", [300.0, 500.0, 800.0, 2000.0, math.inf])

@@ -152,3 +152,14 @@ def test_invalid_arguments_are_refused():
     for surface, says in ((np.ones((3, 4)), "160 × 240"), (-1.0, "positive"), ("here", "recorded")):
         with pytest.raises(lb.LightFieldError, match=says):
             made.seen_by(camera, surface)
+
+
+@pytest.mark.slow
+def test_what_lies_behind_an_edge_does_not_shine_through_it():
+    """A near half of one colour before a far one: between its pixels, too, each place has one of the two colours."""
+    middle = lumigraph_pinhole(pinhole())
+    made = Lumigraph(middle, SPACING, 1200.0, np.zeros((1, 1, 160, 240, 4), np.float16))
+    is_near = np.arange(240) < 120
+    made.pictures[:], made.nearness[:] = np.where(is_near, 0.25, 0.75), np.where(is_near, 1e3 / 600.0, 1e3 / 2400.0)
+    view = made.seen_by(pinhole(film=replace(FILM, pixels_x=480, pixels_y=320)))
+    assert view.covered.all() and set(np.round(view.picture[INSIDE], 3).ravel().tolist()) == {0.25, 0.75}

@@ -193,3 +193,22 @@ def test_the_night_is_as_bright_as_by_the_cameras_rays():
     rendering, found, plain = pictures(scene, "trace", 2048, 16)
     assert len(rendering._light_image.excluded.bends) == 3
     np.testing.assert_allclose(found.sum((0, 1)), plain.sum((0, 1)), rtol=3e-3)
+
+
+@pytest.mark.parametrize("name", ["a mirror", "a round mirror", "a pane"])
+def test_a_point_is_seen_by_a_flat_object_where_the_line_to_its_image_crosses_it(name):
+    random = np.random.default_rng(5)
+    thing, centres = THINGS[name], random.uniform((-2500.0, -1500.0, -6000.0), (2500.0, 1500.0, 500.0), (4000, 3))
+    (flat,) = specular_objects(Scene("one", plates=(thing,)), np.eye(3), np.zeros(3))
+    middle, right, up = (np.array(each) for each in (thing.centre, *thing.half_axes))
+    normal = np.cross(right, up) / np.linalg.norm(np.cross(right, up))
+    high = (centres - middle) @ normal
+    images = centres - 2.0 * high[:, None] * normal if name != "a pane" else centres
+    for eye in np.array([[0.0, 0.0, 0.0], [150.0, 90.0, 30.0]]):
+        own = (eye - middle) @ normal
+        at = eye + (own / (own - (images - middle) @ normal))[:, None] * (images - eye) - middle
+        u, v = (at @ axis / (axis @ axis) for axis in (right, up))
+        inside = u * u + v * v <= 1.0 if name == "a round mirror" else np.maximum(abs(u), abs(v)) <= 1.0
+        there, odd = visible_lights(flat, centres, np.full(4000, 1e-9), eye, 1e-9)
+        assert not odd.any() and 100 < there.sum() < 3900
+        np.testing.assert_array_equal(there, inside & ((high * own > 0.0) == (name != "a pane")))

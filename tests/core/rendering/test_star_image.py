@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.analysis.blade_star import open_pupil, sunstar
 from lensbench.rendering.star_image import StarImage
-from lensbench.rendering.star_kernel import LINES, star_kernel
+from lensbench.rendering.star_kernel import LINES, _curves, star_kernel
 
 GAUSS = lenses.load("pbrt-dgauss-50mm")
 SQUARES = lb.Film(3.6, 2.4, 360, 240)           # pixels of 10 µm
@@ -139,3 +139,17 @@ def test_a_picture_that_can_have_no_stars_says_why():
     scene = lb.Scene((), sun=lb.Sun((0.0, 0.0, -1.0)))
     image = StarImage(lb.PerspectiveCamera(lb.Film(), 0.6), scene, 1.0)
     assert "stars need a lens" in image.reason and "stars" in str(image.findings[0])
+
+
+def test_the_edges_of_a_smooth_curve_turn_once_around_together():
+    """Whatever their lengths; the corners of a square do not turn their straight edges."""
+    angles = np.sort(np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, 400)) + [0.0]
+    points = np.column_stack([2.0 * np.cos(angles), np.sin(angles)])
+    edges = np.roll(points, -1, 0) - points
+    lengths = np.hypot(*edges.T)
+    turns, curves = _curves(edges, lengths)
+    assert turns.sum() == pytest.approx(2.0 * np.pi, rel=1e-12)
+    np.testing.assert_allclose(curves, lengths.sum(), rtol=1e-12)
+    square = np.array([[3.0, 0.0], [0.0, 2.0], [-3.0, 0.0], [0.0, -2.0]])
+    turns, curves = _curves(square, np.abs(square).sum(1))
+    assert turns.tolist() == [0.0] * 4 and curves.tolist() == [3.0, 2.0, 3.0, 2.0]

@@ -32,7 +32,7 @@ from lensbench.kernels.program import Program
 from lensbench.scenery.intersect.block_bounds import beam, beam_misses, lit_bounds, shadow_bounds
 from lensbench.scenery.scene import Scene
 from tests.core.scenery.test_moving_objects import crowd
-from tests.core.scenery.test_scene import unit
+from tests.core.scenery.test_scene import shoot, unit
 
 BLOCKS = 120
 
@@ -149,3 +149,19 @@ def test_the_box_of_shadow_rays_and_that_of_lit_points_hold_them_within_three_mi
     for box, held in ((shadow_bounds(lanes), ends), (lit_bounds(lanes), points[lit])):
         assert (np.array(box[:3]) <= held.min(0)).all() and (np.array(box[:3]) > held.min(0) - 3.0).all()
         assert (np.array(box[3:]) >= held.max(0)).all() and (np.array(box[3:]) < held.max(0) + 3.0).all()
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_what_stands_close_before_a_lamp_holds_its_light_off(axis, sign):
+    """A disk 1 mm before a smaller lamp, whichever way the lamp lies."""
+    ahead, aside = sign * np.eye(3)[axis], np.eye(3)[(axis + 1) % 3]
+    lit, before = (lb.Disk(tuple(away * ahead), tuple(ahead), 60.0, lb.Material((1.0,) * 3)) for away in (0.0, 99.0))
+    lamp = lb.Disk(tuple(100.0 * ahead), tuple(ahead), 20.0, lb.Material((1.0,) * 3, "lamp"))
+    random = np.random.default_rng(axis)
+    points = random.uniform(-20.0, 20.0, (200, 3)) * (1.0 - abs(ahead))
+    origins, lights = points + 30.0 * ahead + 40.0 * aside, random.random((2, 200))
+    dark = lb.Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)
+    free, held = (shoot(lb.Scene("one", sky=dark, plates=plates).steps(), origins, points - origins, lights, np.float32)
+                  for plates in ((lit, lamp), (lit, lamp, before)))
+    assert (free > 0.01).all() and (held == 0.0).all()

@@ -275,6 +275,17 @@ def test_glass_casts_the_shadow_of_a_glass_ball_whichever_way_its_triangles_turn
     expected = (0.96 * (1.0 - (1.0 - cosine) ** 5)) ** 2
     seen = shoot(replace(scene, meshes=(ball,)).steps(), origins, places - origins, half)[:, 1]
     assert abs(seen - expected)[radius < 180.0].max() < 0.02 and seen.mean() == pytest.approx(0.85, abs=0.02)
+    # A slanted sun: the same ball, from which each place of its shadow lies so far along the way to the sun
+    way = np.array([0.48, 0.6, 0.64])
+    slanted = replace(scene, sun=replace(scene.sun, direction=tuple(way)), plates=(replace(floor, radius=2000.0),))
+    across = np.cross(way, [0.0, 1.0, 0.0]) / 0.8
+    other = np.cross(across, way)
+    through = np.array(centre) + radius[:, None] * (np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * other)
+    places = through - ((through[:, 1:2] + 500.0) / way[1]) * way
+    origins = places + [900.0, 300.0, 0.0]
+    seen = [shoot(replace(slanted, meshes=meshes).steps(), origins, places - origins, half)[:, 1]
+            for meshes in ((ball,), ())]
+    assert abs(seen[0] / seen[1] - expected)[radius < 180.0].max() < 0.02
     assert lb.Mesh.of(ball.points, ball.triangles[:, ::-1], glass).faces == ball.faces
 
 

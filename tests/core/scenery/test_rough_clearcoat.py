@@ -17,6 +17,7 @@ from lensbench.kernels.block import (
     NX,
     NY,
     OX,
+    OY,
     PITCH,
     PIXEL_SIDE,
     PIXEL_SPREAD,
@@ -216,3 +217,14 @@ def test_a_coated_lane_reflects_the_same_whatever_the_others_of_its_block_are(co
     alone = found[1][:, which]
     assert alone.min() > 0.0 and alone == pytest.approx(found[0][:, which], rel=1e-5)
     assert np.count_nonzero(found[1]) == 3 * coated
+
+
+def test_the_last_places_of_the_film_have_the_pupil_of_its_last_cell():
+    """Also the very edges, to which single precision rounds a place just before them."""
+    (before,), _ = footprint_steps(camera("perspective"), np.float32)
+    across, down = FILM.pixels_x, FILM.pixels_y
+    x, y = np.array([[across, across - 0.5, 0.5, 0.5, across], [0.5, 0.5, down, down - 0.5, down]], float)
+    found = Program([before], np.float32).run({X: x, Y: y}, [PUPIL_RADIUS, OX, OY], 5)
+    np.testing.assert_array_equal(found[:, [0, 2]], found[:, [1, 3]])
+    last = Program([before], np.float32).run({X: x[:1] - 0.5, Y: y[2:3] - 0.5}, [PUPIL_RADIUS, OX, OY], 1)
+    np.testing.assert_array_equal(found[:, 4:], last)

@@ -309,3 +309,21 @@ def test_a_scene_takes_lists_of_its_shapes():
     assert lb.Scene(spheres=[ball]) == lb.Scene(spheres=(ball,)) and hash(lb.Scene(spheres=[ball]))
     with pytest.raises(lb.SceneError, match="spheres of a scene: Rectangle"):
         lb.Scene(spheres=[lb.Rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0))])
+
+
+def test_a_surface_that_is_not_described_is_a_grey_that_reflects_half():
+    assert lb.Material() == lb.Material((0.5, 0.5, 0.5), "matte")
+
+
+@pytest.mark.parametrize("real", [np.float32, pytest.param(np.float64, marks=pytest.mark.slow)])
+def test_the_tiles_of_a_floor_have_its_two_colours(real):
+    light, dark = (0.9, 0.5, 0.2), (0.1, 0.3, 0.05)
+    scene = lb.Scene("floor", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3), floor=lb.Floor(-200.0, 40.0, light, dark))
+    tiles = 40.0 * (np.arange(-4, 4) + 0.5)
+    points = np.stack([*np.meshgrid(tiles, tiles), np.full((8, 8), -200.0)], -1)[..., [0, 2, 1]]
+    seen = shoot(scene.steps(shadows=False), 0.0, points, real=real).reshape(8, 8, 3)
+    found = [seen[i::2, j::2] for i in (0, 1) for j in (0, 1)]
+    if found[0][0, 0, 0] < 0.5:
+        found = [found[k] for k in (1, 0, 3, 2)]
+    for part, colour in zip(found, (light, dark, dark, light), strict=True):
+        np.testing.assert_allclose(part, np.broadcast_to(colour, part.shape), atol=2e-6)
