@@ -26,7 +26,7 @@ from lensbench.optics.system import FieldKind
 
 PLACES = 9              # object distances that are traced at first
 WIDTHS = 2.0            # depths of field to either side of the plane in focus, that these cover
-WIDER = 2.0             # × the range of places, while a limit lies beyond
+WIDER = 2.0             # × the range of places, while a limit or the least blur of a field lies beyond
 TRIALS = 4
 PUPIL = 16
 
@@ -43,7 +43,8 @@ class FieldDepth:
         (F,) nearest and farthest object plane → first vertex that is blurred by the limit at most, mm; far may be inf.
         NaN where it lies beyond the range that was traced.
     best, least
-        (F,) object distance of the least blur (inf at infinity), and that blur, mm.
+        (F,) object distance of the least blur (inf at infinity), and that blur, mm. best: NaN where it lies beyond the
+        range that was traced; least is then the least of the traced ones.
     limit
         Greatest blur that counts as sharp, mm.
     distances
@@ -51,7 +52,7 @@ class FieldDepth:
     blur
         (D, F) blur of each, mm.
     findings
-        Fields that are sharp nowhere, and those of the rays.
+        Fields that are sharp nowhere, those whose least blur lies beyond the traced range, and those of the rays.
     """
 
     heights: np.ndarray
@@ -122,14 +123,21 @@ def field_depth(lens: Lens, film_distance: float, conditions: Conditions, limit:
             blur_at(max(focus + k * step, 0.0))
         at = np.array(sorted(traced))
         blur = np.array([traced[each] for each in at])
-        ends_far = at[0] == 0.0 or _beyond(blur[0], limit, lit)
-        if ends_far and _beyond(blur[-1], limit, lit):
+        lowest = np.argmin(np.nan_to_num(blur[:, lit], nan=np.inf), axis=0)
+        ends_far = at[0] == 0.0 or _beyond(blur[0], limit, lit) and (lowest > 0).all()
+        if ends_far and _beyond(blur[-1], limit, lit) and (lowest < len(at) - 1).all():
             break
         step *= WIDER
     near, far, best, least = (np.full(len(lit), np.nan) for _ in range(4))
     for f in np.flatnonzero(lit):
         near[f], far[f], best[f], least[f] = _limits(at, blur[:, f], limit)
     findings = list(rays.findings)
+    outside = lit & ((best == at[-1]) | (best == at[0]) & (at[0] > 0.0))
+    if outside.any():                           # where the blur is least is not known
+        best[outside] = np.nan
+        findings.append(Finding(
+            Kind.FIELD, None, f"at {field_names(conditions, np.flatnonzero(outside))} the blur is least nearer or "
+            f"farther than the distances that were traced", figures={"fields": float(outside.sum())}))
     soft = lit & (least > limit)
     if soft.any():
         places = "at every field" if soft[lit].all() else f"at {field_names(conditions, np.flatnonzero(soft))}"

@@ -7,6 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.analysis import depth_over_field
 from lensbench.analysis.depth_over_field import _limits
 from lensbench.optics.depth_of_field import real_circle_of_confusion
 
@@ -49,6 +50,29 @@ def test_a_field_that_is_never_sharp_is_named_and_has_no_limits():
     found = depth(4.0, 2000.0)[2]
     assert found.least[-1] > found.limit and np.isnan(found.near[-1]) and np.isnan(found.far[-1])
     assert any("softer than the limit" in str(each) for each in found.findings)
+
+
+def curved_field():
+    """Depth of field of a lens wide open, whose edge is sharpest far beyond the depth of field of the axis."""
+    lens = lenses.load("lv-zeiss-planar-t-50f14")
+    away = lb.film_distance(lens, 1180.0)
+    given = lb.analysis.conditions(lens, lb.Film(), 5, [lb.D_LINE], object_distance=1180.0 - lens.length - away)
+    return lb.analysis.field_depth(lens, away, given, 0.03)
+
+
+def test_the_sharpest_distance_of_soft_fields_lies_between_distances_that_are_blurred_more():
+    found, order = curved_field(), np.arange(5)
+    lowest = found.blur.argmin(axis=0)
+    assert (found.least > found.limit).sum() > 2 and (0 < lowest).all() and (lowest < len(found.distances) - 1).all()
+    assert (found.distances[lowest - 1] < found.best).all() and (found.best < found.distances[lowest + 1]).all()
+    assert (found.least <= found.blur[lowest, order]).all() and np.ptp(found.best[1:]) > 10.0
+
+
+def test_a_least_blur_beyond_the_traced_distances_is_not_known(monkeypatch):
+    monkeypatch.setattr(depth_over_field, "TRIALS", 1)
+    found = curved_field()
+    assert np.isnan(found.best[-1]) and any("the blur is least nearer or farther" in str(each)
+                                            for each in found.findings)
 
 
 @pytest.mark.parametrize("vertex", [-0.1, 0.5, 1.2])
