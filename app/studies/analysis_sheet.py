@@ -145,8 +145,11 @@ def _axes(axes: "Axes", each: Plot) -> None:
     for axis, drawn in ((each.x, axes.xaxis), (each.y, axes.yaxis)):
         if axis.log:
             tick_finely(drawn)
-        elif axis.whole:
-            drawn.set_major_locator(MaxNLocator("auto", integer=True))
+        elif axis.whole is not None:
+            locator = MaxNLocator("auto", integer=True)
+            drawn.set_major_locator(locator)
+            drawn.set_ticks([each for each in locator.tick_values(axis.low, axis.whole)
+                             if axis.low <= each <= axis.whole])
     if each.equal:
         axes.set_aspect("equal")
     if each.x.label is None:

@@ -134,18 +134,19 @@ def text(draw: imgui.ImDrawList, at: ImVec2, colour: theme.Colour, words: str, r
 
 @lru_cache(maxsize=256)
 def linear_ticks(low: float, high: float, pixels: float, room: float,
-                 whole: bool = False) -> tuple[list[float], list[str]]:
+                 whole: int | None = None) -> tuple[list[float], list[str]]:
     """Ticks of a linear axis from low to high of a length in pixels, each needing `room` pixels: by 1, 2 or 5 × 10ⁿ.
 
-    There are two at least, closer than `room` if need be: one alone tells no scale. whole: at whole numbers alone.
+    There are two at least, closer than `room` if need be: one alone tells no scale. whole: at whole numbers alone, up
+    to this one.
     """
-    least = max(abs(high - low) * max(room / max(pixels, 1.0), 0.02), 1.0 if whole else 0.0)
+    least = max(abs(high - low) * max(room / max(pixels, 1.0), 0.02), 0.0 if whole is None else 1.0)
     decade = 10.0 ** floor(np.log10(max(least, 1e-300)))
-    steps = [decade * part for part in (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1) if not whole or decade * part >= 1.0]
+    steps = [decade * part for part in (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1) if whole is None or decade * part >= 1.0]
     fitting = [step for step in steps if step >= least]
     step = next((step for step in (fitting[-1], *steps[len(fitting):]) if len(_multiples(step, low, high)) > 1),
                 fitting[-1])
-    values = [step * k for k in _multiples(step, low, high)]
+    values = [step * k for k in _multiples(step, low, high) if whole is None or step * k <= whole]
     return values, [true_minus(significant(value)) for value in values]
 
 

@@ -138,13 +138,16 @@ class Area:
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis: its label with the unit (None: no figures at all), and its range. whole: of numbers that count."""
+    """One axis: its label with the unit (None: no figures at all), and its range.
+
+    whole: the last number of an axis of numbers that count; None for other axes.
+    """
 
     label: str | None
     low: float
     high: float
     log: bool = False
-    whole: bool = False
+    whole: int | None = None
 
 
 @dataclass(frozen=True, eq=False)

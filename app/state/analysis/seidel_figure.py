@@ -49,7 +49,8 @@ def seidel_figure(query: Query, points: int) -> Figure:
         lines = (true_minus(f"{name}   {significant(value, 3)} µm") for name, value in zip(names, row, strict=True))
         layers.append(Area((places[i] - 0.5, places[i] + 0.5), (-limit, limit), "\n".join((title, *lines))))
     layers.append(Label(places[-1], limit, "Σ", "text", "below"))
-    plot = Plot(Axis("Surface", -0.6, count + 1.2, whole=True), Axis("Seidel sum (µm)", -limit, limit), tuple(layers))
+    plot = Plot(Axis("Surface", -0.6, count + 1.2, whole=count - 1), Axis("Seidel sum (µm)", -limit, limit),
+                tuple(layers))
     words = replace(query, focus_distance=math.inf).words(None, f"field {significant(math.degrees(angle), 3)}°",
                         "third order, stop as set")
     remarks = () if float(lit[-1]) <= WIDEST else (

@@ -81,5 +81,5 @@ def _bars(coefficients: np.ndarray, order: str) -> Plot:
             f"{significant(value, 3)} waves" if np.isfinite(value) else "unknown")
         layers.append(Area((k - 0.5, k + 0.5), (-limit, limit), said))
     name = "Noll" if order == "noll" else "fringe"
-    return Plot(Axis(f"Zernike term ({name})", FIRST - 0.7, last + 0.7, whole=True), Axis("Waves", -limit, limit),
+    return Plot(Axis(f"Zernike term ({name})", FIRST - 0.7, last + 0.7, whole=last), Axis("Waves", -limit, limit),
                 tuple(layers))

@@ -37,6 +37,14 @@ def test_a_drawn_figure_has_its_words_and_is_the_same_each_time(tmp_path, suffix
         assert all(words in first.decode() for words in ("A lens: Everything", "587 nm", "3 rays are lost"))
 
 
+@pytest.mark.slow
+def test_the_axis_of_surfaces_has_no_figure_beyond_the_last(tmp_path):
+    figure = replace(FIGURE, rows=((Plot(Axis("Surface", -0.6, 12.2, whole=10), Axis("Sum", 0.0, 1.0), LAYERS[1:2]),),))
+    write_figure(figure, tmp_path / "sums.svg", "A lens")
+    drawn = (tmp_path / "sums.svg").read_text(encoding="utf-8")
+    assert "<!-- 10 -->" in drawn and "<!-- 12 -->" not in drawn
+
+
 def test_numbers_are_read_back_and_a_missing_one_is_empty(tmp_path):
     write_figure(FIGURE, tmp_path / "data.csv")
     with (tmp_path / "data.csv").open(newline="") as file:

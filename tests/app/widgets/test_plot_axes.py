@@ -22,8 +22,9 @@ def test_ticks_are_round_numbers_within_the_axis_that_do_not_touch(low, high, pi
 
 
 def test_an_axis_that_counts_has_ticks_at_whole_numbers_alone():
-    assert linear_ticks(3.3, 22.7, 900.0, 20.0, True)[1] == [str(k) for k in range(4, 23)]
-    assert linear_ticks(4.2, 5.9, 900.0, 20.0, True)[1] == ["5"]        # zoomed in
+    assert linear_ticks(3.3, 22.7, 900.0, 20.0, 30)[1] == [str(k) for k in range(4, 23)]
+    assert linear_ticks(4.2, 5.9, 900.0, 20.0, 30)[1] == ["5"]          # zoomed in
+    assert linear_ticks(-0.6, 12.2, 900.0, 20.0, 10)[1][-1] == "10"     # the last one, though the axis is longer
     assert "4.5" in linear_ticks(4.2, 5.9, 900.0, 20.0)[1]
 
 

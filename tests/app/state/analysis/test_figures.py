@@ -191,6 +191,7 @@ def test_the_map_of_one_colour_is_that_of_this_wavelength_alone():
 
 def test_seidel_bars_add_up_to_those_of_the_lens():
     figure = seidel_figure(ASKED, 16)
+    assert figure.rows[0][0].x.whole == len(figure.table.rows) - 2      # the last surface; the last row is the sum
     bars = [layer for layer in figure.rows[0][0].layers if isinstance(layer, Bars) and layer.name]
     for shares, total in zip(bars[::2], bars[1::2], strict=True):
         assert shares.name == total.name and total.y == pytest.approx([shares.y.sum()], abs=1e-9)
