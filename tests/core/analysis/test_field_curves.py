@@ -144,3 +144,9 @@ def test_foci_of_close_rays_of_the_grid_are_coddingtons():
             wanted = np.interp(rays.image_heights, curves.heights, foci[:, c])
             # Beams of other wavelengths are about the primary chief ray here, not about their own
             np.testing.assert_allclose(found[:, c, a], wanted, rtol=0.0, atol=2e-6 if c == 1 else 4e-4)
+
+
+def test_a_thin_lens_images_a_near_object_by_its_equation():
+    thin = lb.Lens((lb.Surface(0.015, 0.0, 10.0, lb.Glass(1.5)), lb.Surface(-0.005, 0.0, 10.0)), 0)
+    for distance in (60.0, 150.0, 300.0, 5000.0):
+        assert paraxial_focus(thin, distance, lb.D_LINE) == pytest.approx(1.0 / (0.01 - 1.0 / distance), rel=1e-12)

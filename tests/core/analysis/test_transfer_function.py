@@ -9,7 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.analysis.focus_map import best_places
-from lensbench.analysis.transfer_function import pupil_functions
+from lensbench.analysis.transfer_function import neighbours_apart, pupil_functions
 from lensbench.optics.finding import Kind
 from tests.core.analysis.test_wavefront import perfect_grid
 
@@ -177,3 +177,11 @@ def test_the_best_place_of_a_parabola_is_its_vertex():
     assert best_places(shifts, 0.9 - 2.0 * (shifts - vertices[:, None])**2) == pytest.approx(vertices, abs=1e-12)
     for values in (shifts, -shifts, np.full(13, np.nan)):
         assert np.isnan(best_places(shifts, values))
+
+
+def test_neighbours_of_a_defocused_point_lie_the_shift_times_a_cell_apart_and_closed_cells_do_not_count():
+    pupil = pupil_of(circle, 16)
+    closed, step = pupil.victim != -1, 1.05 * NA * 2.0 / 16
+    assert neighbours_apart(pupil, 0.3) == pytest.approx([0.3 * step])
+    astray = replace(pupil, offset_s=np.where(closed, 1e3, 0.0), offset_t=np.where(closed, 1e3, 0.0))
+    assert neighbours_apart(astray, 0.3) == pytest.approx([0.3 * step])

@@ -1,11 +1,13 @@
 """Light traced to the film of a custom camera by the way back that its user gives."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.cameras.custom_landing import CustomLanding
 from tests.core.cameras.test_custom import DISTANCE, FILM, FOV, TWINS, film_points, pinhole, thin_lens
 
 BLACK = (0.0, 0.0, 0.0)
@@ -168,3 +170,15 @@ def test_a_way_back_that_errs_only_for_some_rays_ends_the_picture_with_its_messa
         camera = lb.CustomCamera(FILM, pinhole, False, wrong(change))
         with pytest.raises(lb.CameraError, match=message):
             picture(camera, 1, scene)
+
+
+def test_the_function_is_not_asked_for_rays_beyond_the_film_or_the_pupil():
+    """Nor for differences at the very edges."""
+    def rays(raster, uv):
+        assert raster.min() >= 0.0 and (raster <= PIXELS).all() and uv.min() >= 0.0 and uv.max() <= 1.0
+        origins, directions, *_ = TWINS["thin lens"][0](raster, uv, np.zeros(len(raster)))
+        return origins, directions, np.ones(len(raster))
+
+    corners = np.array(list(itertools.product((0.0, 1.0), repeat=4)))
+    way_back = CustomLanding(FILM, rays, BACK["thin lens"])
+    assert (way_back._measured(corners[:, :2] * PIXELS, corners[:, 2:]).etendue > 0.0).all()

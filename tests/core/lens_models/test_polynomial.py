@@ -11,7 +11,7 @@ from lensbench import lenses
 from lensbench.kernels.block import U0, U1, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.lens_models import polynomial_stage
-from lensbench.lens_models.polynomial import DEGREES, Polynomial
+from lensbench.lens_models.polynomial import DEGREES, Polynomial, _errors
 from lensbench.pupils.radial_sampler import PupilTable
 
 PIXEL = 0.004                   # mm: of 24 million on full frame
@@ -191,3 +191,26 @@ def test_every_degree_runs_the_same_kernel_of_a_module():
     steps = [Polynomial.fit(lens, film_distance, table, degree).step for degree in DEGREES]
     assert [step.kernel for step in steps] == [polynomial_stage.polynomial] * len(DEGREES)
     assert len({step.integers for step in steps}) == len(DEGREES)
+
+
+@pytest.mark.parametrize("nearness", [0.0, 1e-3])
+def test_rays_that_point_the_true_way_have_no_error_however_long_their_directions(nearness):
+    """The values of the polynomials in the frame of the film point and the aim, of rays whose lines they hold."""
+    random, n = np.random.default_rng(3), 40
+    points, ways = random.normal(0.0, 3.0, (n, 3)), random.normal(size=(n, 3))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    film, v, size = random.uniform(1.0, 20.0, n), random.uniform(0.3, 1.0, (2, n)), random.uniform(0.5, 2.0, (n, 1))
+
+    def coordinates(of):
+        """(3, n) factors of the film point, of the aim, and of z."""
+        up = of[:, 1] / v[1]
+        return np.stack([(of[:, 0] - up * v[0]) / (film / 21.6), up, of[:, 2]])
+
+    lines = np.concatenate([points.T, ways.T, np.full((1, n), 0.5)])
+    for wrong in (0.0, 1e-3):
+        aside = np.cross(ways, (0.6, 0.0, 0.8))
+        aside /= np.linalg.norm(aside, axis=1)[:, None]
+        turned = np.cos(wrong) * ways + np.sin(wrong) * aside
+        there = coordinates(size * turned + nearness * points)
+        rms, worst = _errors(film, lines, v, 21.6, there, coordinates(points), nearness, 0)
+        assert (rms, worst) == pytest.approx((2.0 * np.sin(0.5 * wrong),) * 2, abs=1e-12)

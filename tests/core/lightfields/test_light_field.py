@@ -326,3 +326,13 @@ def test_invalid_arguments_are_refused():
         field.refocus(1000.0, field.f_number * 2, view=(1.2, 0.0))
     with pytest.raises(lb.LightFieldError, match="positive"):
         field.refocus(1000.0, 0.0)
+
+
+def test_a_picture_through_the_pupil_has_three_colours_and_is_white_but_for_the_fourth_power():
+    white = lb.Scene("white", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3))
+    seen = lb.picture_through(perspective(1200.0, lb.Film(14.4, 9.6, 24, 16)), white, (0.0, 0.0), 1.0, 4)
+    assert seen.shape == (16, 24, 3)
+    size = 2.0 * math.tan(0.096) / 16.0
+    r2 = sum(((at + 0.5 - middle) * size) ** 2 for at, middle in zip(np.mgrid[:16, :24], (8.0, 12.0), strict=True))
+    np.testing.assert_allclose(seen, np.broadcast_to((1.0 + r2)[..., None] ** -2.0, seen.shape), atol=0.04)
+    assert seen.mean() == pytest.approx(((1.0 + r2) ** -2.0).mean(), rel=5e-3)

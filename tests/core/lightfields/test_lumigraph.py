@@ -163,3 +163,28 @@ def test_what_lies_behind_an_edge_does_not_shine_through_it():
     made.pictures[:], made.nearness[:] = np.where(is_near, 0.25, 0.75), np.where(is_near, 1e3 / 600.0, 1e3 / 2400.0)
     view = made.seen_by(pinhole(film=replace(FILM, pixels_x=480, pixels_y=320)))
     assert view.covered.all() and set(np.round(view.picture[INSIDE], 3).ravel().tolist()) == {0.25, 0.75}
+
+
+@pytest.mark.parametrize("views", [(3, 2), (4, 5)])
+def test_neighbouring_pinholes_lie_the_spacing_apart_about_the_middle(views):
+    places = Lumigraph(lumigraph_pinhole(pinhole()), SPACING, 1200.0, np.zeros((views[1], views[0], 2, 3, 4))).places
+    assert places.shape == (views[1], views[0], 2)
+    np.testing.assert_allclose(np.diff(places, axis=1), np.broadcast_to([SPACING, 0.0], (views[1], views[0] - 1, 2)))
+    np.testing.assert_allclose(np.diff(places, axis=0), np.broadcast_to([0.0, SPACING], (views[1] - 1, views[0], 2)))
+    np.testing.assert_allclose(places.mean((0, 1)), 0.0, atol=1e-12)
+
+
+def test_traced_rays_are_the_same_in_the_arrays_frame_wherever_both_cameras_are_taken():
+    film = replace(FILM, pixels_x=6, pixels_y=4)
+    motion, pose = (pinhole(place, turn).world_from_camera for place, turn in (
+        ((300.0, -20.0, 75.0), 0.4), ((4.0, -3.0, 20.0), 0.1)))
+    found = []
+    for moved in (np.eye(4), motion):
+        array, camera = (replace(pinhole(film=film), world_from_camera=moved @ placed) for placed in (np.eye(4), pose))
+        made = Lumigraph(lumigraph_pinhole(array), SPACING, 1200.0, np.zeros((2, 3, 4, 6, 4), np.float16))
+        found.append(made._traced(camera, 1))
+    assert found[0].shape == (24, 6)
+    np.testing.assert_allclose(found[1], found[0], atol=1e-3)
+    np.testing.assert_allclose(found[0][:, :3], np.broadcast_to(pose[:3, 3], (24, 3)), atol=1e-3)
+    np.testing.assert_allclose(found[0][:, 3:].mean(0) / np.linalg.norm(found[0][:, 3:].mean(0)), -pose[:3, 2],
+                               atol=1e-5)

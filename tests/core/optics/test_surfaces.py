@@ -391,3 +391,7 @@ def test_terms_are_kept_by_rising_power_without_zeros_so_that_equal_surfaces_com
     assert one == lb.Surface(0.02, 1.0, 5.0, aspheric=((4, 1e-5), (6, 1e-7)))
     assert lb.Surface(0.02, 1.0, 5.0, curvature_x=0.02) == lb.Surface(0.02, 1.0, 5.0)
     assert lens("rf50").scaled(2.0).scaled(0.5) == lens("rf50")
+
+
+def test_a_surface_has_the_radius_of_its_curvature_and_a_plane_an_infinite_one():
+    assert [lb.Surface(c, 1.0, 5.0).radius for c in (0.02, -0.125, 0.0)] == [50.0, -8.0, inf]

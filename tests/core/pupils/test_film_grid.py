@@ -1,8 +1,10 @@
 """Regions of a film's nodes: outlines around others, and by how much they grow to hold what lies between nodes."""
 
 import numpy as np
+import pytest
 
-from lensbench.pupils.film_grid import POINTS, _hull, _needed_growth
+from lensbench.imaging.film_pose import STEEPEST_SIDE, FilmPose
+from lensbench.pupils.film_grid import POINTS, _hull, _needed_growth, _placement
 
 
 def test_the_outline_around_points_is_the_polygon_of_their_corners():
@@ -42,3 +44,14 @@ def test_grown_polygons_hold_the_rims_and_grow_no_more_than_some_rim_needs():
             np.maximum.at(own[node], end, needed[node])
     own[..., 0] = own[..., -1] = np.maximum(own[..., 0], own[..., -1])
     np.testing.assert_allclose(factors, own, rtol=1e-9)
+
+
+@pytest.mark.parametrize("radius", [-60.0, 45.0])
+def test_beside_the_sphere_of_a_curved_film_points_are_as_deep_as_its_side(radius):
+    place = _placement(FilmPose(radius=radius), -1e9)
+    turn, r = np.random.default_rng(3).uniform(0.0, 2.0 * np.pi, 200), np.linspace(1e-3, 100.0, 200)
+    points = place(np.column_stack([r * np.cos(turn), r * np.sin(turn)]))
+    np.testing.assert_allclose(points[:, :2], np.column_stack([r * np.cos(turn), r * np.sin(turn)]), atol=1e-12)
+    high = np.minimum(r, STEEPEST_SIDE * abs(radius))
+    # on the sphere about (0, 0, radius)
+    np.testing.assert_allclose(points[:, 2], radius - np.sign(radius) * np.sqrt(radius**2 - high**2), atol=1e-12)

@@ -435,3 +435,20 @@ def test_light_has_the_same_bits_in_a_process_that_compiled_the_parts_of_its_sta
     """LLVM takes a function of another kernel for its own copy, which is rounded otherwise, unless it is inlined."""
     assert len({subprocess.run([sys.executable, "-c", ALONE, how], capture_output=True, text=True, check=True).stdout
                 for how in ("alone", "within")}) == 1
+
+
+def test_patches_that_mirror_each_other_in_a_picture_are_lights_that_do():
+    values = np.full((24, 40, 3), 0.01)
+    values[3:6, 4:9] = values[3:6, 31:36] = values[18:21, 4:9] = values[18:21, 31:36] = 9.0
+    wall = Rectangle((700.0, -300.0, -50000.0), (400.0, 30.0, 0.0), (-22.5, 300.0, 0.0), Material(
+        (1.0, 1.0, 1.0), "light", pattern=Pattern("image", image=Image.of(values))))
+    lights = small_lights((wall,))
+    assert len(lights) == 4
+    offsets = np.array([light.centre for light in lights]) - wall.centre
+    along = np.stack([offsets @ axis / np.dot(axis, axis) for axis in wall.half_axes], 1)
+    assert np.abs(along).min() > 0.5
+    np.testing.assert_allclose(np.abs(along), np.broadcast_to(np.abs(along[0]), (4, 2)), rtol=1e-12)
+    # half-axes of a part of a picture that light from the middles of the texels beside it reaches
+    for light in lights:
+        np.testing.assert_allclose(light.right, np.multiply(wall.half_axes[0], 6.0 / 40.0), rtol=1e-12)
+        np.testing.assert_allclose(light.up, np.multiply(wall.half_axes[1], 4.0 / 24.0), rtol=1e-12)

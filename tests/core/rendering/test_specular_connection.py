@@ -212,3 +212,28 @@ def test_a_point_is_seen_by_a_flat_object_where_the_line_to_its_image_crosses_it
         there, odd = visible_lights(flat, centres, np.full(4000, 1e-9), eye, 1e-9)
         assert not odd.any() and 100 < there.sum() < 3900
         np.testing.assert_array_equal(there, inside & ((high * own > 0.0) == (name != "a pane")))
+
+
+@pytest.mark.parametrize("name", ["a mirror", "a round mirror", "a pane"])
+def test_a_light_that_some_point_of_the_eye_sees_by_a_flat_object_is_visible(name):
+    """Lines from points of the eye to points of the light's image, where they cross the object."""
+    random, thing, reach, n = np.random.default_rng(6), THINGS[name], 150.0, 300
+    centres = random.uniform((-2500.0, -1500.0, -6000.0), (2500.0, 1500.0, 500.0), (600, 3))
+    radii = random.uniform(50.0, 500.0, 600)
+    (flat,) = specular_objects(Scene("one", plates=(thing,)), np.eye(3), np.zeros(3))
+    middle, right, up = (np.array(each) for each in (thing.centre, *thing.half_axes))
+    normal = np.cross(right, up) / np.linalg.norm(np.cross(right, up))
+    there, odd = visible_lights(flat, centres, radii, np.zeros(3), reach)
+    ways = random.normal(size=(2, n, 3))
+    eyes, ends = ways / np.linalg.norm(ways, axis=2)[..., None]
+    eyes, seen = reach * eyes, np.zeros(600, bool)
+    for j in np.flatnonzero(~odd):
+        points = centres[j] + radii[j] * ends
+        high, own = (points - middle) @ normal, (eyes - middle) @ normal
+        images = points - 2.0 * high[:, None] * normal if name != "a pane" else points
+        at = eyes + (own / (own - (images - middle) @ normal))[:, None] * (images - eyes) - middle
+        u, v = (at @ axis / (axis @ axis) for axis in (right, up))
+        inside = u * u + v * v <= 1.0 if name == "a round mirror" else np.maximum(abs(u), abs(v)) <= 1.0
+        seen[j] = (inside & ((high * own > 0.0) == (name != "a pane"))).any()
+    assert 20 < seen.sum() < 500 and (~there & ~odd).sum() > 20
+    assert there[seen].all()

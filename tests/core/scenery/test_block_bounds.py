@@ -165,3 +165,15 @@ def test_what_stands_close_before_a_lamp_holds_its_light_off(axis, sign):
     free, held = (shoot(lb.Scene("one", sky=dark, plates=plates).steps(), origins, points - origins, lights, np.float32)
                   for plates in ((lit, lamp), (lit, lamp, before)))
     assert (free > 0.01).all() and (held == 0.0).all()
+
+
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+def test_what_lies_on_a_ray_is_not_passed_by_wherever_the_rays_begin(real):
+    """Parallel rays that begin on a line, whichever way both lie: small balls on the rays."""
+    random = np.random.default_rng(6)
+    for _ in range(100):
+        way, line = unit(random.normal(size=(2, 3)))
+        along, far = random.uniform(-200.0, 200.0, B), random.uniform(0.0, 500.0, B)
+        given = dict(zip([X, Y, Z, L, M, N], [*np.outer(line, along), *np.tile(way[:, None], B)], strict=True))
+        balls = np.outer(along, line) + far[:, None] * way
+        assert not Program([Step(passed_by, balls)], real).run(given, [RED], B).any()

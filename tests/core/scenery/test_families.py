@@ -37,3 +37,10 @@ def test_the_outline_from_above_encloses_the_area_of_an_inscribed_polygon(shape,
     x, _, z = np.transpose(shape.outline(10))
     assert abs((x * np.roll(z, 1) - z * np.roll(x, 1)).sum()) / 2.0 == pytest.approx(area, rel=1e-12)
     assert (x.mean(), z.mean()) == pytest.approx((1.0, -9.0))
+
+
+@pytest.mark.parametrize("shape", [lb.Disk((1.0, 2.0, -9.0), (0.0, 1.0, 0.0), 3.0), lb.Sphere((1.0, 2.0, -9.0), 3.0),
+                                   lb.Rectangle((1.0, 2.0, -9.0), (3.0, 0.0, 0.0), (0.0, 0.0, 2.0))])
+def test_the_area_of_a_shape_is_that_of_a_fine_outline(shape):
+    x, _, z = np.transpose(shape.outline(3000))
+    assert shape.area == pytest.approx(abs((x * np.roll(z, 1) - z * np.roll(x, 1)).sum()) / 2.0, rel=1e-5)

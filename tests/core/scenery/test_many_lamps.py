@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.kernels.block import NX, PITCH, RED, B, X, lane_buffer
 from lensbench.scenery import scene_steps
-from lensbench.scenery.shading.many_lamps import MANY_LAMPS, PICKS
+from lensbench.scenery.shading.many_lamps import COLUMNS, FACING, MANY_LAMPS, MIDDLE, PICKS, lamp_shares
 from tests.core.scenery.test_scene import shoot
 
 BLACK = lb.Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)
@@ -176,3 +177,23 @@ def test_disks_keep_their_edge_when_the_ratio_of_areas_is_rounded_up():
     count, v = 60, np.random.default_rng(1).random((2, 4096))
     found = shoot(lit([disk] * count, (ground,)).steps(), np.tile(facing, (4096, 1)), -facing, v)
     assert found.mean() / count == pytest.approx(0.5, rel=0.03)                         # noise: 0.7 %
+
+
+@pytest.mark.parametrize("turn", [1, 2])
+def test_lamps_have_the_same_shares_whichever_axes_of_the_world_they_lie_along(turn):
+    """x, y and z of all points, normals and lamps change places."""
+    random, count = np.random.default_rng(4), 60
+    table = random.uniform(1.0, 2.0, (COLUMNS, count))
+    table[MIDDLE:MIDDLE + 3] = random.uniform(-900.0, 900.0, (3, count))
+    facing = random.normal(size=(3, count))
+    table[FACING:FACING + 3] = facing / np.linalg.norm(facing, axis=0) * (random.random(count) < 0.8)
+    lanes = lane_buffer(np.float64)
+    row = lanes.reshape(-1, PITCH)[:, :B]
+    normals = random.normal(size=(3, B)) + np.array([[3.0], [-1.0], [2.0]])
+    row[X:X + 3], row[NX:NX + 3] = random.uniform(-30.0, 30.0, (3, B)), normals / np.linalg.norm(normals, axis=0)
+    row[RED] = 1.0
+    one = lamp_shares(lanes, table.ravel(), count).copy()
+    for rows, first in ((row, X), (row, NX), (table, MIDDLE), (table, FACING)):
+        rows[first:first + 3] = np.roll(rows[first:first + 3], turn, 0)
+    assert one.max() > 0.0
+    np.testing.assert_allclose(lamp_shares(lanes, table.ravel(), count), one, rtol=1e-9)

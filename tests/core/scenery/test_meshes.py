@@ -442,3 +442,23 @@ def test_a_mesh_is_a_value_with_a_place():
     assert mesh.locate(np.array([3.0, 1.5, -10.0]), 1e-3) is None
     assert mesh.label == "sail of 4.47 mm" and len(surfaces((mesh,)).corners) == 1
     assert mesh.outline(8)[:, 0].max() == 9.0
+
+
+@slow
+@pytest.mark.parametrize("spread", [0.0, 0.01, 0.05])
+def test_an_image_on_two_triangles_is_as_sharp_as_on_a_rectangle(spread):
+    """For footprints of many texels too; float32, as the stages of pictures are."""
+    random = np.random.default_rng(1)
+    paint = lb.Material((1.0,) * 3, "light", pattern=lb.Pattern("image", image=lb.Image.of(
+        random.uniform(0.0, 1.0, (64, 64, 3)))))
+    square = [[-100.0, -100.0, -1000.0], [100.0, -100.0, -1000.0], [100.0, 100.0, -1000.0], [-100.0, 100.0, -1000.0]]
+    mesh = lb.Mesh.of(square, [[0, 1, 2], [0, 2, 3]], paint, uv=[[0, 0], [1, 0], [1, 1], [0, 1]])
+    plate = lb.Rectangle((0.0, 0.0, -1000.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), paint)
+    ways = np.column_stack([*random.uniform(-60.0, 60.0, (2, 1024)), np.full(1024, -1000.0)])
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    given = {L: ways[:, 0], M: ways[:, 1], N: ways[:, 2], PIXEL_SPREAD: np.full(1024, spread)}
+    one, other = (Program([step for step in scene.steps() if ".intersect." in step.kernel.__module__], np.float32).run(
+        given, [RED, GREEN, BLUE], 1024) for scene in (lb.Scene("one", plates=(plate,)),
+                                                       lb.Scene("other", meshes=(mesh,))))
+    assert one.std() > 0.01
+    np.testing.assert_allclose(other, one, atol=1e-4)

@@ -343,3 +343,20 @@ def test_what_is_seen_at_a_moment_does_not_depend_on_when_the_shutter_opened():
     same = np.isfinite(late) == there               # but for rays along an edge
     assert same.mean() > 0.998
     np.testing.assert_allclose(late[same & there], early[same & there], rtol=1e-3)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_ball_that_flies_through_a_narrow_block_of_rays_is_met_at_its_times(axis):
+    random = np.random.default_rng(axis)
+    velocity = tuple(4000.0 * np.eye(3)[axis])
+    scene = Scene("ball", spheres=(lb.Sphere(tuple(np.array((0.0, 0.0, -2000.0)) - 0.15 * np.array(velocity)), 80.0,
+                                             LIGHT, velocity=velocity),))
+    o, time = random.uniform(-2.0, 2.0, (512, 3)), random.uniform(0.0, 0.3, 512)
+    d = unit(np.column_stack([random.uniform(-1e-3, 1e-3, (512, 2)), np.full(512, -1.0)]))
+    depth, hit, _ = shoot(scene.depth_steps(), o, d, time).T
+    to = np.array(scene.spheres[0].centre) + time[:, None] * velocity - o
+    along = (to * d).sum(1)
+    inside = 80.0**2 - (to**2).sum(1) + along**2
+    assert 10 < (inside > 0.0).sum()
+    np.testing.assert_array_equal(hit == 1.0, inside > 0.0)
+    np.testing.assert_allclose(depth[inside > 0.0], (along - np.sqrt(np.maximum(inside, 0.0)))[inside > 0.0], rtol=1e-9)

@@ -24,7 +24,7 @@ from lensbench.kernels.block import (
     lane_buffer,
 )
 from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.ripmap import SECOND, Ripmap, look_up
+from lensbench.scenery.intersect.ripmap import SECOND, Ripmap, look_up, ripmap
 
 
 def test_every_texel_of_a_large_image_is_seen_in_its_place():
@@ -85,3 +85,20 @@ def test_a_larger_image_is_refused_before_it_is_copied():
     large = np.broadcast_to(np.float32(0.0), (8, 9000, 3))
     with pytest.raises(lb.SceneError, match="9000 × 8 texels is too large: reduce it to at most 8192 × 8192"):
         lb.Image.of(large)
+
+
+def test_a_ramp_looks_the_same_through_footprints_of_any_width_and_height():
+    """The means of whole texels of a ramp are the ramp at their middles."""
+    wide, tall = 256, 64
+    u, v = np.meshgrid((2.0 * np.arange(wide) + 1.0) / wide - 1.0, 1.0 - (2.0 * np.arange(tall) + 1.0) / tall)
+    ramp = np.stack([0.5 + 0.4 * u, 0.5 + 0.3 * v, 0.5 + 0.2 * u - 0.25 * v], -1)
+    (header, integers), (texels, _) = ripmap(ramp).packed()
+    random = np.random.default_rng(9)
+    lanes = lane_buffer(np.float64)
+    row = rows_of(lanes)
+    for widest in (-1.2, 0.3):
+        u, v = random.uniform(-0.45, 0.45, (2, B))
+        row[A1], row[A2], (row[A7], row[A8]) = u, v, 10.0 ** random.uniform(-3.0, widest, (2, B))
+        look_up(lanes, np.concatenate([header, texels]), np.array(integers))
+        expected = [0.5 + 0.4 * u, 0.5 + 0.3 * v, 0.5 + 0.2 * u - 0.25 * v]
+        np.testing.assert_allclose(row[[A4, A5, A6]], expected, atol=1e-9)

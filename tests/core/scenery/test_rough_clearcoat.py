@@ -11,6 +11,7 @@ from lensbench import lenses
 from lensbench.cameras.pupil_footprint import FULL_PUPIL_SAMPLES, footprint_steps
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.kernels.block import (
+    A0,
     DEPTH,
     FINISH,
     KEYS,
@@ -40,9 +41,10 @@ from lensbench.kernels.block import (
 )
 from lensbench.kernels.program import Program
 from lensbench.scenery.finish import MATTE
+from lensbench.scenery.intersect.sky import SKY
 from lensbench.scenery.objects import Floor, Material, Rectangle, Sky, Sphere
 from lensbench.scenery.scene import Scene
-from lensbench.scenery.shading.rough_clearcoat import lobe_mean
+from lensbench.scenery.shading.rough_clearcoat import lobe_mean, rough_open
 
 NO_INTEGERS = np.zeros(0, np.int64)
 FILM = lb.Film(36.0, 24.0, 90, 60)
@@ -228,3 +230,30 @@ def test_the_last_places_of_the_film_have_the_pupil_of_its_last_cell():
     np.testing.assert_array_equal(found[:, [0, 2]], found[:, [1, 3]])
     last = Program([before], np.float32).run({X: x[:1] - 0.5, Y: y[2:3] - 0.5}, [PUPIL_RADIUS, OX, OY], 1)
     np.testing.assert_array_equal(found[:, 4:], last)
+
+
+def test_points_that_reflect_lie_where_the_ray_through_the_middle_of_the_part_meets_the_surface():
+    random = np.random.default_rng(4)
+    lanes = lane_buffer(np.float64)
+    table = lanes.reshape(-1, PITCH)[:, :B]
+    ways, normals, aside = random.normal(size=(3, B, 3))
+    ways, normals = (v / np.linalg.norm(v, axis=1)[:, None] for v in (ways, normals))
+    normals = normals * -np.sign((ways * normals).sum(1))[:, None] - ways       # none of them grazes
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    start, depth = random.normal(0.0, 99.0, (B, 3)), random.uniform(500.0, 900.0, B)
+    table[X:X + 3], table[L:L + 3], table[NX:NX + 3], table[OX:OX + 3] = start.T, ways.T, normals.T, 0.1 * aside.T
+    table[DEPTH], table[FINISH], table[PUPIL_RADIUS], table[PUPIL_SPREAD] = depth, 0.9, 12.0, -0.01
+    rough_open(lanes, np.ones(SKY))
+    hit, middle = start + depth[:, None] * ways, start - 1.2 * aside
+    way = ways + 0.001 * aside
+    met = middle + (((hit - middle) * normals).sum(1) / (way * normals).sum(1))[:, None] * way
+    np.testing.assert_allclose(table[A0:A0 + 3].T, met, atol=1e-7)
+
+
+def test_the_pupil_of_a_thin_lens_is_where_the_camera_is_and_its_focus_in_the_plane_of_focus():
+    for place in (np.eye(4), TURNED):
+        _, (after,) = footprint_steps(camera("perspective", world_from_camera=place), np.float64)
+        right, up, back, plane = np.reshape(after.parameters[:12], (4, 3))
+        np.testing.assert_allclose(np.stack([right, up, back], 1), place[:3, :3], atol=1e-12)
+        np.testing.assert_allclose(plane, place[:3, 3], atol=1e-6)
+        assert after.parameters[12] == pytest.approx(-1200.0, rel=1e-6)

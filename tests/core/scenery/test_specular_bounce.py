@@ -77,3 +77,20 @@ def test_a_mirror_reflects_the_place_in_the_pupil_and_glass_keeps_it():
                  OZ: 0.5 * one, TR: one, TG: one, TB: one}
         found = Program([Step(bounce_pupil_part)], np.float64).run(given, [OX, OY, OZ], 1)[:, 0]
         np.testing.assert_allclose(found, wanted, rtol=1e-12)
+
+
+def test_rays_leave_a_ball_of_glass_turned_by_snells_law_twice():
+    random = np.random.default_rng(7)
+    ways, normals = random.normal(size=(2, 500, 3))
+    ways, normals = (v / np.linalg.norm(v, axis=1)[:, None] for v in (ways, normals))
+    normals *= -np.sign((ways * normals).sum(1))[:, None]
+    along = -(ways * normals).sum(1)
+    across = ways + along[:, None] * normals
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    angle = np.arccos(along)
+    left = 2.0 * np.arcsin(np.sin(angle) / 1.5) - angle         # from the normal's line, after both surfaces
+    one = np.ones(500)
+    given = {L: ways[:, 0], M: ways[:, 1], N: ways[:, 2], DEPTH: 900.0 * one, FINISH: (GLASS + 40.0) * one,
+             NX: normals[:, 0], NY: normals[:, 1], NZ: normals[:, 2], TR: one, TG: one, TB: one}
+    found = Program([Step(specular_bounce)], np.float64).run(given, [L, M, N], 500).T
+    np.testing.assert_allclose(found, np.sin(left)[:, None] * across - np.cos(left)[:, None] * normals, atol=1e-9)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lensbench.analysis.grids.cell_coverage import cover
+from lensbench.analysis.grids.cell_coverage import cover, towards_centroids
 
 N = 6
 STEP = np.array([0.3, 0.5])             # pupil coordinates per cell, sagittal and tangential
@@ -54,3 +54,11 @@ def test_a_rim_along_the_cells_leaves_rectangles_with_their_centroids(slopes):
     for axis in (0, 1):
         np.testing.assert_allclose(centre[axis][cut], 0.5 * np.sign(slopes[axis]) * (1.0 - parts[cut]), atol=1e-12)
         np.testing.assert_array_equal(centre[axis][parts == 1.0], 0.0)
+
+
+def test_a_plane_of_values_is_still_the_plane_halfway_to_the_centroids():
+    i, j = np.mgrid[:N, :N].astype(float)
+    ds, dt = np.random.default_rng(3).uniform(-0.5, 0.5, (2, N, N))
+    found = np.full((1, N, N), np.nan)
+    towards_centroids((2.0 + 3.0 * i - 0.7 * j)[None], np.ones((1, N, N)), np.stack([ds, dt])[:, None], found)
+    np.testing.assert_allclose(found[0], 2.0 + 3.0 * (i + 0.5 * dt) - 0.7 * (j + 0.5 * ds), atol=1e-12)

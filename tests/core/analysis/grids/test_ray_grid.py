@@ -12,6 +12,7 @@ from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.analysis.grids.field_beams import FieldBeams
 from lensbench.lenses.paraxial import axial_heights
 from lensbench.optics.finding import Kind
+from tests.core.optics.test_surface_pose import SINGLET, posed
 from tests.core.oracles import REFERENCE, lens
 
 LISTED = {10.0: 17.485856, 14.0: 24.588739}             # real image heights of CODE V's chief rays, other film plane
@@ -402,3 +403,11 @@ def test_light_through_a_hole_far_smaller_than_the_stop_is_found():
     rays = lb.analysis.ray_grid(hole, lb.film_distance(hole, inf), lb.analysis.conditions(hole, fields=(0.0, 1.0)), 24)
     slope = 0.001 / (axial_heights(stack.surfaces)[2] * lb.first_order(stack).efl)
     assert rays.open_area[0] == pytest.approx(np.pi * slope**2, rel=5e-3) and rays.lit.all()
+
+
+@pytest.mark.parametrize("pose", [{}, {"tilt_x": 0.2}, {"decentre_x": 0.4, "decentre_y": -0.8, "tilt_x": 0.1,
+                                                       "tilt_y": -0.25}])
+def test_the_chief_ray_passes_the_middle_of_a_stop_however_it_leans(pose):
+    leaning = posed(SINGLET, 2, 2, **pose)
+    beams = of_angles(leaning, lb.film_distance(leaning, inf), 0.0, 4.0).beams
+    np.testing.assert_allclose(beams.on_stop(beams.chief_pupil[:, :1], beams.chief_pupil[:, 1:]), 0.0, atol=1e-6)
