@@ -7,10 +7,37 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import BLUE, GREEN, NX, NY, NZ, PIXEL_SPREAD, RED, TIME, V0, V1, L, M, N, X, Y, Z
+from lensbench.kernels.block import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    A6,
+    A7,
+    BLUE,
+    DEPTH,
+    GREEN,
+    NX,
+    NY,
+    NZ,
+    PIXEL_SPREAD,
+    RED,
+    TIME,
+    V0,
+    V1,
+    L,
+    M,
+    N,
+    X,
+    Y,
+    Z,
+)
 from lensbench.kernels.program import Program
 from lensbench.scenery.intersect.meshes import nearest_distances, surfaces
 from lensbench.scenery.intersect.triangle_tree import triangle_tree
+from lensbench.scenery.shading.mesh_shadows import mesh_shadow_steps
 from tests.core.scenery.test_scene import shoot, square_lights
 
 slow = pytest.mark.slow
@@ -219,6 +246,21 @@ def test_a_mesh_of_two_triangles_is_a_rectangle_in_light_and_shadow():
     close = np.isclose(found, expected, rtol=2e-4, atol=2e-5).all(1)
     assert close.mean() > 0.999                          # edges within rounding
     assert (expected.sum(1) == 0.0).sum() > 20           # full shadow
+
+
+@pytest.mark.parametrize("away", [500.0, 40.0])
+def test_a_mesh_hides_light_anywhere_before_the_lamp_and_not_beyond_it(away):
+    """Light from above on a floor: the sail hangs a part of the way up to the lamp, above that, or beside it."""
+    shares = np.array([0.01, 0.3, 0.7, 0.9, 0.99, 1.01, 1.5, 3.0])
+    n = len(shares)
+    far, up, light = away / shares, np.ones(n), np.linspace(1.0, 2.0, n)
+    corners = np.array([[-30.0, away, -30.0], [30.0, away, -30.0], [0.0, away, 40.0]])
+    rows = {A0: np.zeros(n), A1: np.zeros(n), A2: np.zeros(n), A3: np.zeros(n), A4: up, A5: np.zeros(n), A6: far,
+            A7: light, NY: up, RED: up, GREEN: up, BLUE: up, DEPTH: np.full(n, 900.0)}
+    for shift, hidden in ((0.0, shares < 1.0), (50.0, shares < 0.0)):
+        mesh = lb.Mesh.of(corners + [shift, 0.0, 0.0], [[0, 1, 2]])
+        (left,) = Program(mesh_shadow_steps((mesh,)), np.float64).run(rows, [A7], n)
+        np.testing.assert_array_equal(left, np.where(hidden, 0.0, light))
 
 
 @slow
@@ -431,6 +473,19 @@ def test_what_no_mesh_can_be_is_one_clear_line(change, reason):
     with pytest.raises(lb.SceneError, match=reason) as caught:
         lb.Mesh.of(**given)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("count", [8, 40])
+def test_the_outline_of_a_mesh_has_the_vertices_that_are_farthest_around_it(count):
+    """From +x on, towards +z; what lies between them is not among them."""
+    random = np.random.default_rng(2)
+    around = 2.0 * np.pi * np.arange(7) / 7 + 0.3
+    points = np.column_stack([30.0 * np.cos(around), random.uniform(-9.0, 9.0, 7), 20.0 * np.sin(around)])
+    mesh = lb.Mesh.of(np.vstack([points, [[0.0, 50.0, 1.0]]]), [[k, (k + 1) % 7, 7] for k in range(7)])
+    ways = np.exp(2j * np.pi * np.arange(count) / count)
+    support = (points[:, [0]] * ways.real + points[:, [2]] * ways.imag).max(0)
+    outline = mesh.outline(count)
+    np.testing.assert_allclose(outline[:, 0] * ways.real + outline[:, 2] * ways.imag, support, rtol=1e-6)
 
 
 @pytest.mark.slow
