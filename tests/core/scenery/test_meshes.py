@@ -37,6 +37,7 @@ from lensbench.kernels.block import (
 from lensbench.kernels.program import Program
 from lensbench.scenery.intersect.meshes import nearest_distances, surfaces
 from lensbench.scenery.intersect.triangle_tree import triangle_tree
+from lensbench.scenery.shading.mesh_lamps import mesh_lamp_step
 from lensbench.scenery.shading.mesh_shadows import mesh_shadow_steps
 from tests.core.scenery.test_scene import shoot, square_lights
 
@@ -415,6 +416,34 @@ def test_a_sphere_of_triangles_lights_its_surroundings_as_a_sphere_in_closed_for
     lid = lb.Disk((0.0, -150.0, -1000.0), (0.0, 1.0, 0.0), 600.0, grey)
     below = np.tile([0.0, -299.0, -1000.0], (len(v0), 1)), rays[1]
     assert (shoot(lb.Scene("lid", DARK, plates=(floor, lid), meshes=(bulb,)).steps(), *below, (v0, v1)) == 0.0).all()
+
+
+def test_the_light_of_a_place_of_a_lamp_is_that_of_its_cosines_and_distance():
+    """L cos θ cos θ′ A / (π d²), of places that are even over both triangles, a large and a small one."""
+    corners = np.array([[-60.0, 200.0, -900.0], [180.0, 210.0, -900.0], [150.0, 240.0, -1200.0],
+                        [-90.0, 260.0, -950.0]])
+    lamp = lb.Mesh.of(corners, [[0, 1, 2], [0, 2, 3]], lb.Material((9.0, 8.0, 7.0), "lamp"))
+    a, b, c = np.moveaxis(corners[[[0, 1, 2], [0, 2, 3]]], 1, 0)
+    normals = np.cross(b - a, c - a)
+    areas = 0.5 * np.linalg.norm(normals, axis=1)
+    n = 4000
+    v0, v1 = even_lights(n)
+    here, up, ones = np.array([40.0, -250.0, -1000.0]), np.array([0.6, 0.8, 0.0]), np.ones(n)
+    rows = dict(zip([X, Y, Z, NX, NY, NZ], np.outer([*here, *up], ones), strict=True))
+    rows |= {V0: v0, V1: v1, RED: ones, GREEN: ones, BLUE: ones}
+    *ways, far, light = Program([mesh_lamp_step(lamp)], np.float64).run(rows, [A3, A4, A5, A6, A7], n)
+    ways, first = np.transpose(ways), v0 < areas[0] / areas.sum()
+    np.testing.assert_allclose(np.linalg.norm(ways, axis=1), 1.0, rtol=1e-12)
+    met = np.zeros((n, 3))
+    for k, mine in enumerate((first, ~first)):
+        normal, way = normals[k] / np.linalg.norm(normals[k]), ways[mine]
+        d = (a[k] - here) @ normal / (way @ normal)
+        met[mine] = here + d[:, None] * way
+        wanted = np.maximum(way @ up, 0.0) * abs(way @ normal) * areas.sum() / (math.pi * d**2)
+        np.testing.assert_allclose(light[mine], wanted, rtol=1e-5)
+        assert (far[mine] < d).all() and (far[mine] > 0.99 * d).all()
+    middle = (areas[:, None] * (a + b + c) / 3.0).sum(0) / areas.sum()
+    np.testing.assert_allclose(met.mean(0), middle, atol=1.0)
 
 
 @slow
