@@ -51,6 +51,20 @@ def test_a_lens_focused_as_a_whole_breathes_with_its_extension():
     assert np.isnan(refused.half_angles[1]) and [each.kind for each in refused.findings] == [Kind.FIELD]
 
 
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-wide-22mm"])
+def test_the_magnification_is_that_of_a_small_object_in_the_plane_in_focus(name):
+    """A ray from its tip, 1e-4 of its distance from the axis, ends on the film as high as its image."""
+    stack = lenses.load(name)
+    found = lb.analysis.breathing(stack, lb.Film(), [inf, 3000.0, 700.0])
+    assert found.magnifications[0] == pytest.approx(0.0, abs=1e-12)
+    for distance, magnification in zip(found.distances[1:], found.magnifications[1:], strict=True):
+        away = lb.film_distance(stack, distance)
+        tip = np.array([0.0, 1e-4 * distance, stack.length + away - distance])
+        t = lb.trace(stack, tip, -tip, clip=False)
+        at = t.points[0] + (stack.length + away - t.points[0, 2]) / t.directions[0, 2] * t.directions[0]
+        assert -at[1] / tip[1] == pytest.approx(magnification, rel=1e-4)
+
+
 def test_relative_illumination_flattens_as_vignetting_ends():
     stack = lenses.load("pbrt-dgauss-50mm")
     found = lb.analysis.relative_illumination(stack, lb.film_distance(stack, inf), lb.Film(), [2.0, 2.8, 4.0, 5.6])

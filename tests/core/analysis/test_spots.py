@@ -51,3 +51,14 @@ def test_spots_of_the_grid_are_those_of_the_table(name, degrees, line, cut):
     assert spots.rms_radius[0, 0, 0] == pytest.approx(wanted, rel=SAMPLED if degrees else 0.075)
     centroid = rays.images[0, 1] + spots.references[0, 0, 1]
     assert centroid == pytest.approx(cut[1], abs=SAMPLED * wanted)
+
+
+def test_the_white_spot_reaches_as_far_as_the_farthest_ray_of_any_colour():
+    stack, film = lens("dgauss"), REFERENCE["dgauss"]["film_z"]
+    given = lb.analysis.conditions(stack, None, (0.0, 8.0), [lb.F_LINE, lb.D_LINE, lb.C_LINE],
+                                   field_kind=lb.FieldKind.ANGLE)
+    spots = lb.analysis.spots(lb.analysis.ray_grid(stack, film - stack.length, given, 16), "centroid",
+                              np.array([-0.1, 0.0, 0.05, 0.2]))
+    assert spots.geo.shape == (2, 3, 4) and spots.white_geo.shape == (2, 4)
+    np.testing.assert_array_equal(spots.white_geo, [np.max(list(field), axis=0) for field in spots.geo])
+    assert (spots.white_rms_radius < spots.white_geo).all()

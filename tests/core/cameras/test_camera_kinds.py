@@ -127,6 +127,14 @@ def test_all_rays_of_an_orthographic_camera_are_parallel_and_things_keep_their_s
     np.testing.assert_allclose(corners[1] - corners[0], [800.0, -1200.0, 0.0], atol=1e-12)
 
 
+def test_what_lies_in_the_plane_where_parallel_rays_begin_is_not_in_front():
+    lens = lb.OrthographicCamera(FILM, 900.0, 20.0, 1500.0).gaussian
+    points = np.array([[30.0, 40.0, 1e-6], [30.0, 40.0, 0.0], [30.0, 40.0, -1e-6]])
+    film, ahead = lens.film_points(points, np.full((3, 2), 0.5))
+    assert ahead.tolist() == [False, False, True]
+    np.testing.assert_allclose(film[1], film[2], atol=1e-6)
+
+
 @settings(max_examples=30)
 @given(st.floats(10.0, 5000.0), st.floats(1.0, 100.0), UNIT, UNIT, UNIT, UNIT)
 def test_a_telecentric_cone_has_its_point_on_the_plane_in_focus(focus, radius, x, y, u, v):

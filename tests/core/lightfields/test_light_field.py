@@ -10,8 +10,10 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.lightfields.light_field import LightField
+from lensbench.lightfields.light_field import LightField, spread_offsets
 from lensbench.lightfields.pupil_cells import Cell, cell_steps
+from lensbench.lightfields.refocus_kernel import rescaled
+from tests.core.cameras.test_camera_kinds import film_point
 from tests.core.cameras.test_dispersion import landscape
 
 FILM = lb.Film(14.4, 9.6, 240, 160)             # a part of the full frame at 600 pixels across
@@ -71,6 +73,46 @@ def test_rays_of_a_film_point_through_all_cells_meet_in_focus(camera, blur):
         to = place * camera.gaussian.approach_pupil + np.stack([x, y], 1) * camera.gaussian.approach_film
         np.testing.assert_allclose(weights, (1.0 + (to**2).sum(1))**-2.0, rtol=1e-12)
     assert np.ptp(crossed, axis=0).max() < blur
+
+
+@pytest.mark.parametrize("model", ["thick", "thin"])
+@pytest.mark.parametrize("distance", [400.0, 900.0, math.inf])
+def test_the_shear_gives_the_place_where_rays_of_another_focus_met_the_recording_film(model, distance):
+    """Rays of the other focus, by two of their points: the film point and the place in the pupil that have such."""
+    camera = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, 600.0, 2.8, model=model)
+    field = LightField(camera, 1.0, np.ones((3, 3, 3, 2, 2), np.float32), np.ones((3, 3, 2, 2), np.float32))
+    scale, shear = field.shear(distance)
+    raster = np.random.default_rng(4).uniform((0.0, 0.0), (FILM.pixels_x, FILM.pixels_y), (40, 2))
+    rays = replace(camera, focus_distance=distance).generate_rays(raster, np.random.default_rng(5).random((40, 2)))
+    here, planes = camera.gaussian, np.array([-350.0, -1100.0])
+    met = [(rays.origins + ((z - rays.origins[:, 2]) / rays.directions[:, 2])[:, None] * rays.directions)[:, :2]
+           for z in planes]
+    away = here.z - planes
+    ways = np.column_stack([here.origin_film + away * here.slope_film, here.origin_pupil + away * here.slope_pupil])
+    film, place = np.linalg.solve(ways, np.reshape(met, (2, -1)))
+    x = film_point(FILM, raster).ravel()
+    np.testing.assert_allclose(film, scale * x + shear * place, atol=1e-9)
+
+
+def test_the_grids_of_the_views_are_spread_evenly_over_a_pixel():
+    offsets = spread_offsets(15, 11)
+    assert offsets.shape == (11, 15, 2) and (offsets >= -0.5).all() and (offsets < 0.5).all()
+    for axis in (0, 1):                                 # every fifteenth of a pixel has about its share of 165
+        assert np.ptp(np.histogram(offsets[..., axis], 15, (-0.5, 0.5))[0]) <= 4
+    assert abs(offsets.mean((0, 1))).max() < 0.01
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.9, 1.07])
+def test_a_rescaled_picture_has_its_middle_where_it_was_and_what_lies_beside_it_at_its_multiple(scale):
+    """Waves of 12 pixels and more, well within what Lanczos's kernel keeps; pixels have their middles at halves."""
+    middle = np.array([31.5, 22.0])
+    x, y = np.arange(64) + 0.5 - middle[0], np.arange(48)[:, None] + 0.5 - middle[1]
+
+    def waves(x, y):
+        return np.stack([np.sin(0.4 * x + 0.3 * y), np.cos(0.5 * x + 0.0 * y), np.sin(0.2 * x - 0.45 * y)])
+
+    found = rescaled(waves(x, y).astype(np.float32), scale, middle)[:, 8:-8, 8:-8]
+    np.testing.assert_allclose(found, waves(scale * x, scale * y)[:, 8:-8, 8:-8], atol=1e-6 if scale == 1.0 else 0.01)
 
 
 @pytest.mark.parametrize("distance", [300.0, 500.0, 800.0, 2000.0, math.inf])

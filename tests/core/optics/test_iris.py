@@ -51,6 +51,14 @@ def test_the_area_of_an_iris_is_that_of_its_arcs(shape):
     assert not lb.Iris(*shape).contains(*(1.000001 * arcs(*shape)).T).any()
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_opening_has_its_edge_in_it(shape):
+    angles = np.linspace(-math.pi, math.pi, 500)
+    iris = lb.Iris(*shape)
+    radii = iris.radius(angles)
+    assert iris.contains(radii * np.cos(angles), radii * np.sin(angles)).all()
+
+
 def test_straight_blades_are_the_polygon_and_full_roundness_the_circle():
     for n in range(3, 25):
         assert lb.Iris(n).area == pytest.approx(0.5 * n * math.sin(2.0 * math.pi / n), rel=1e-14)

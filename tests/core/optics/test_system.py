@@ -32,6 +32,12 @@ def test_a_scaled_lens_has_scaled_system_data():
     assert given.scaled(0.5).system == RELAY.scaled(0.5)
 
 
+@pytest.mark.parametrize("factor", [0.0, -1.0, inf, nan])
+def test_a_lens_is_scaled_by_a_positive_number_alone(factor):
+    with pytest.raises(lb.LensError, match="must be a positive number"):
+        lenses.load("lenshh-petzval").scaled(factor)
+
+
 def test_the_primary_wavelength_is_the_d_line_unless_stated():
     assert SystemData().primary_wavelength == lb.D_LINE
     assert RELAY.primary_wavelength == 0.248

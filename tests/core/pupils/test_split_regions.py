@@ -36,6 +36,15 @@ def test_all_pieces_of_a_region_count(camera, r):
     assert pupil.cos4_area[1] == pytest.approx(light, rel=0.01)
 
 
+@pytest.mark.parametrize("r", [12.2, 12.25])
+def test_of_the_cells_at_the_edges_of_the_pieces_the_lit_part_counts(camera, r):
+    """Where the pieces are wide: half a cell more or less at each edge would be 0.3 % of them and more."""
+    area, light = counted(camera, r)
+    pupil = lb.exit_pupil(camera.lens, camera.film_distance, [0.0, r])
+    assert pupil.area[1] == pytest.approx(area, rel=1e-3)
+    assert pupil.cos4_area[1] == pytest.approx(light, rel=1e-3)
+
+
 def test_the_falloff_at_the_rim_of_a_fisheye_is_that_of_its_light(camera):
     lens, z = camera.lens, camera.film_distance
     total = lb.falloff(lens, z, [12.15, 12.2]).total

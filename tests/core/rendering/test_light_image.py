@@ -13,7 +13,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import B
 from lensbench.rendering import light_image
-from lensbench.rendering.entrance_bounds import entrance_bounds
+from lensbench.rendering.entrance_bounds import COLUMNS, RIM, ROWS, entrance_bounds
 from lensbench.scenery.objects import Disk, Image, Material, Pattern, Rectangle, Sky, Sphere
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.small_lights import samples_of, small_lights, split_light
@@ -97,6 +97,10 @@ def through_the_front(camera, point, steps=240):
     way /= far[:, None]
     passed = lb.trace(lens, origin, way).fate == lb.Fate.PASSED
     return aims[:, :2], way, passed, way[:, 2] / far**2 * (2.0 * reach / steps) ** 2
+
+
+def test_the_rim_of_the_rectangle_has_all_of_its_cells_that_have_no_cell_beyond():
+    assert np.pad(np.zeros((ROWS - 2, COLUMNS - 2), int), 1, constant_values=1).sum() == RIM
 
 
 @pytest.mark.slow
@@ -378,7 +382,8 @@ def test_a_picture_with_borrowed_light_becomes_its_own_bit_for_bit():
     np.testing.assert_array_equal(borrowing.image(), own.image())
 
 
-@pytest.mark.parametrize(("focus", "turn"), [(1300.0, 0.0), (1800.0, 0.0), (4000.0, 0.0), (1500.0, 0.04)])
+@pytest.mark.parametrize(("focus", "turn"), [
+    (900.0, 0.0), (1300.0, 0.0), (1800.0, 0.0), (4000.0, 0.0), (1500.0, 0.04)])
 def test_a_borrowed_light_has_the_place_the_size_and_the_light_of_its_own(focus, turn):
     lamp = Scene("one", sky=DARK, spheres=(Sphere((80.0, -50.0, -5000.0), 2.0, bright()),))
     film = lb.Film(36.0, 24.0, 360, 240)
@@ -452,3 +457,15 @@ def test_patches_that_mirror_each_other_in_a_picture_are_lights_that_do():
     for light in lights:
         np.testing.assert_allclose(light.right, np.multiply(wall.half_axes[0], 6.0 / 40.0), rtol=1e-12)
         np.testing.assert_allclose(light.up, np.multiply(wall.half_axes[1], 4.0 / 24.0), rtol=1e-12)
+
+
+@pytest.mark.parametrize("row", [1, 30, 62])
+def test_a_bright_patch_is_a_light_of_its_own_wherever_it_lies_in_its_picture(row):
+    values = np.full((64, 8, 3), 0.02)
+    values[row, 3] = (30.0, 20.0, 10.0)
+    values[row, 6] = (10.0, 20.0, 30.0)
+    sign = Rectangle((0.0, 0.0, -9000.0), (80.0, 0.0, 0.0), (0.0, 640.0, 0.0), Material(
+        (1.0, 1.0, 1.0), "light", pattern=Pattern("image", image=Image.of(values))))
+    up = 640.0 * (1.0 - 2.0 * (row + 0.5) / 64)
+    centres = [light.centre for light in small_lights((sign,))]
+    np.testing.assert_allclose(centres, [(-10.0, up, -9000.0), (50.0, up, -9000.0)], atol=1e-9)

@@ -237,3 +237,23 @@ def test_a_light_that_some_point_of_the_eye_sees_by_a_flat_object_is_visible(nam
         seen[j] = (inside & ((high * own > 0.0) == (name != "a pane"))).any()
     assert 20 < seen.sum() < 500 and (~there & ~odd).sum() > 20
     assert there[seen].all()
+
+
+@pytest.mark.parametrize("name", THINGS)
+def test_which_lights_an_object_shows_does_not_depend_on_where_the_world_has_its_origin(name):
+    """Lights from near to far, some too near a ball to decide."""
+    random = np.random.default_rng(8)
+    thing, eye = THINGS[name], np.zeros(3)
+    scene = Scene("one", spheres=(thing,)) if isinstance(thing, Sphere) else Scene("one", plates=(thing,))
+    ways = random.normal(size=(3000, 3))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    centres = thing.centre + ways * random.uniform(250.0, 4000.0, (3000, 1))
+    radii = random.uniform(1.0, 40.0, 3000)
+    found = []
+    for shift in np.array([[0.0, 0.0, 0.0], [900.0, -1300.0, 2100.0], [40.0, 60.0, 1500.0]]):
+        (here,) = specular_objects(scene, np.eye(3), shift)
+        found.append(visible_lights(here, centres + shift, radii, eye + shift, 20.0))
+    assert 20 < found[0][0].sum() < 2980 and 20 < found[0][1].sum() < 2980
+    for there, odd in found[1:]:
+        np.testing.assert_array_equal(there, found[0][0])
+        np.testing.assert_array_equal(odd, found[0][1])

@@ -153,3 +153,12 @@ def test_the_edges_of_a_smooth_curve_turn_once_around_together():
     square = np.array([[3.0, 0.0], [0.0, 2.0], [-3.0, 0.0], [0.0, -2.0]])
     turns, curves = _curves(square, np.abs(square).sum(1))
     assert turns.tolist() == [0.0] * 4 and curves.tolist() == [3.0, 2.0, 3.0, 2.0]
+
+
+@pytest.mark.parametrize("reach", [(12, 7), (5, 9)])
+def test_a_star_reaches_as_far_as_asked_across_and_down_and_is_the_same_turned_by_half(reach):
+    """Of any pupil: the light of an amplitude over a real pupil has the square of its Fourier transform."""
+    kernel, taken = star_kernel(polygon(5, turned=0.2), SQUARES, reach)
+    assert kernel.shape[:2] == (2 * reach[1] + 1, 2 * reach[0] + 1) and taken.shape == (3,)
+    assert kernel.sum() > 0.0
+    np.testing.assert_allclose(kernel, kernel[::-1, ::-1], rtol=1e-9, atol=1e-12 * kernel.max())

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.scenery.shading.image_sky_light import sky_cells
+from lensbench.kernels.block import A3, A4, A5, A6, rows, stage
+from lensbench.kernels.program import Program
+from lensbench.scenery.shading.image_sky_light import COSINE, SINE, sky_cells, sky_density, sky_rays_step
 from tests.core.scenery.test_scene import shoot, square_lights
 
 
@@ -132,6 +134,28 @@ def test_a_sharp_coat_mirrors_the_sun_before_the_picture_and_the_picture_beside_
     lamp = lb.Rectangle((3000.0, 0.0, 0.0), (0.0, 0.0, 10.0), (0.0, 10.0, 0.0), lb.Material((9.0,) * 3, "lamp"),
                         velocity=(1.0, 0.0, 0.0))
     np.testing.assert_allclose(shoot(replace(picture, plates=(coat, lamp)).steps(), 0.0, [ahead]), plain, rtol=1e-5)
+
+
+@stage
+def density(lanes, p, ints, key):
+    """A6: `sky_density`.  p, ints: sky_rays_step."""
+    sky_density(lanes, ints, p[COSINE], p[SINE], rows(lanes)[A6])
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+def test_the_density_of_the_places_that_the_sky_chooses_is_one_over_the_sphere_and_highest_at_its_sun(scene, turn):
+    sampled = sky_rays_step(replace(scene.sky, turn=turn))
+    ways = directions(512, 256)
+    x, y, z = ways.reshape(-1, 3).T
+    (found,) = Program([sampled._replace(kernel=density)], np.float64).run({A3: x, A4: y, A5: z}, [A6], x.size)
+    edges = np.cos(math.pi * np.arange(257) / 256)
+    solid = np.repeat(edges[:-1] - edges[1:], 512) * 2.0 * math.pi / 512
+    assert found @ solid == pytest.approx(1.0, rel=1e-5)
+    theta, phi = math.pi * 8.0 / 32, 2.0 * math.pi * 41.0 / 64 - math.pi - turn
+    sun = [math.sin(theta) * math.sin(phi), math.cos(theta), -math.sin(theta) * math.cos(phi)]
+    assert ways.reshape(-1, 3)[np.argmax(found)] @ sun > math.cos(0.15)
+    light = (found * solid)[ways.reshape(-1, 3) @ sun > math.cos(0.15)].sum()
+    assert 0.4 < light < 0.7                            # half of the sky's light is there
 
 
 def facets_mirror(sky, normal, view, gloss):

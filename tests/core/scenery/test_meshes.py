@@ -7,10 +7,38 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import BLUE, GREEN, NX, NY, NZ, PIXEL_SPREAD, RED, TIME, V0, V1, L, M, N, X, Y, Z
+from lensbench.kernels.block import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    A6,
+    A7,
+    BLUE,
+    DEPTH,
+    GREEN,
+    NX,
+    NY,
+    NZ,
+    PIXEL_SPREAD,
+    RED,
+    TIME,
+    V0,
+    V1,
+    L,
+    M,
+    N,
+    X,
+    Y,
+    Z,
+)
 from lensbench.kernels.program import Program
 from lensbench.scenery.intersect.meshes import nearest_distances, surfaces
 from lensbench.scenery.intersect.triangle_tree import triangle_tree
+from lensbench.scenery.shading.mesh_lamps import mesh_lamp_step
+from lensbench.scenery.shading.mesh_shadows import mesh_shadow_steps
 from tests.core.scenery.test_scene import shoot, square_lights
 
 slow = pytest.mark.slow
@@ -221,6 +249,21 @@ def test_a_mesh_of_two_triangles_is_a_rectangle_in_light_and_shadow():
     assert (expected.sum(1) == 0.0).sum() > 20           # full shadow
 
 
+@pytest.mark.parametrize("away", [500.0, 40.0])
+def test_a_mesh_hides_light_anywhere_before_the_lamp_and_not_beyond_it(away):
+    """Light from above on a floor: the sail hangs a part of the way up to the lamp, above that, or beside it."""
+    shares = np.array([0.01, 0.3, 0.7, 0.9, 0.99, 1.01, 1.5, 3.0])
+    n = len(shares)
+    far, up, light = away / shares, np.ones(n), np.linspace(1.0, 2.0, n)
+    corners = np.array([[-30.0, away, -30.0], [30.0, away, -30.0], [0.0, away, 40.0]])
+    rows = {A0: np.zeros(n), A1: np.zeros(n), A2: np.zeros(n), A3: np.zeros(n), A4: up, A5: np.zeros(n), A6: far,
+            A7: light, NY: up, RED: up, GREEN: up, BLUE: up, DEPTH: np.full(n, 900.0)}
+    for shift, hidden in ((0.0, shares < 1.0), (50.0, shares < 0.0)):
+        mesh = lb.Mesh.of(corners + [shift, 0.0, 0.0], [[0, 1, 2]])
+        (left,) = Program(mesh_shadow_steps((mesh,)), np.float64).run(rows, [A7], n)
+        np.testing.assert_array_equal(left, np.where(hidden, 0.0, light))
+
+
 @slow
 def test_moving_shapes_and_lamps_light_a_mesh_as_a_rectangle():
     # a ball that flies through the light of a lamp that moves, above a wall of two triangles or of one rectangle
@@ -375,6 +418,34 @@ def test_a_sphere_of_triangles_lights_its_surroundings_as_a_sphere_in_closed_for
     assert (shoot(lb.Scene("lid", DARK, plates=(floor, lid), meshes=(bulb,)).steps(), *below, (v0, v1)) == 0.0).all()
 
 
+def test_the_light_of_a_place_of_a_lamp_is_that_of_its_cosines_and_distance():
+    """L cos θ cos θ′ A / (π d²), of places that are even over both triangles, a large and a small one."""
+    corners = np.array([[-60.0, 200.0, -900.0], [180.0, 210.0, -900.0], [150.0, 240.0, -1200.0],
+                        [-90.0, 260.0, -950.0]])
+    lamp = lb.Mesh.of(corners, [[0, 1, 2], [0, 2, 3]], lb.Material((9.0, 8.0, 7.0), "lamp"))
+    a, b, c = np.moveaxis(corners[[[0, 1, 2], [0, 2, 3]]], 1, 0)
+    normals = np.cross(b - a, c - a)
+    areas = 0.5 * np.linalg.norm(normals, axis=1)
+    n = 4000
+    v0, v1 = even_lights(n)
+    here, up, ones = np.array([40.0, -250.0, -1000.0]), np.array([0.6, 0.8, 0.0]), np.ones(n)
+    rows = dict(zip([X, Y, Z, NX, NY, NZ], np.outer([*here, *up], ones), strict=True))
+    rows |= {V0: v0, V1: v1, RED: ones, GREEN: ones, BLUE: ones}
+    *ways, far, light = Program([mesh_lamp_step(lamp)], np.float64).run(rows, [A3, A4, A5, A6, A7], n)
+    ways, first = np.transpose(ways), v0 < areas[0] / areas.sum()
+    np.testing.assert_allclose(np.linalg.norm(ways, axis=1), 1.0, rtol=1e-12)
+    met = np.zeros((n, 3))
+    for k, mine in enumerate((first, ~first)):
+        normal, way = normals[k] / np.linalg.norm(normals[k]), ways[mine]
+        d = (a[k] - here) @ normal / (way @ normal)
+        met[mine] = here + d[:, None] * way
+        wanted = np.maximum(way @ up, 0.0) * abs(way @ normal) * areas.sum() / (math.pi * d**2)
+        np.testing.assert_allclose(light[mine], wanted, rtol=1e-5)
+        assert (far[mine] < d).all() and (far[mine] > 0.99 * d).all()
+    middle = (areas[:, None] * (a + b + c) / 3.0).sum(0) / areas.sum()
+    np.testing.assert_allclose(met.mean(0), middle, atol=1.0)
+
+
 @slow
 def test_a_lamp_of_two_triangles_lights_as_a_rectangle():
     corners = [[-60.0, 200.0, -900.0], [180.0, 200.0, -900.0], [180.0, 240.0, -1200.0], [-60.0, 240.0, -1200.0]]
@@ -431,6 +502,19 @@ def test_what_no_mesh_can_be_is_one_clear_line(change, reason):
     with pytest.raises(lb.SceneError, match=reason) as caught:
         lb.Mesh.of(**given)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("count", [8, 40])
+def test_the_outline_of_a_mesh_has_the_vertices_that_are_farthest_around_it(count):
+    """From +x on, towards +z; what lies between them is not among them."""
+    random = np.random.default_rng(2)
+    around = 2.0 * np.pi * np.arange(7) / 7 + 0.3
+    points = np.column_stack([30.0 * np.cos(around), random.uniform(-9.0, 9.0, 7), 20.0 * np.sin(around)])
+    mesh = lb.Mesh.of(np.vstack([points, [[0.0, 50.0, 1.0]]]), [[k, (k + 1) % 7, 7] for k in range(7)])
+    ways = np.exp(2j * np.pi * np.arange(count) / count)
+    support = (points[:, [0]] * ways.real + points[:, [2]] * ways.imag).max(0)
+    outline = mesh.outline(count)
+    np.testing.assert_allclose(outline[:, 0] * ways.real + outline[:, 2] * ways.imag, support, rtol=1e-6)
 
 
 @pytest.mark.slow

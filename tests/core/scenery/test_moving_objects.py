@@ -9,9 +9,33 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lensbench as lb
-from lensbench.kernels.block import BLUE, GREEN, RED, TIME, V0, V1, L, M, N, X, Y, Z
+from lensbench.kernels.block import (
+    BLUE,
+    FINISH,
+    GREEN,
+    NY,
+    RED,
+    SB,
+    SG,
+    SR,
+    TB,
+    TG,
+    TIME,
+    TR,
+    V0,
+    V1,
+    L,
+    M,
+    N,
+    X,
+    Y,
+    Z,
+)
 from lensbench.kernels.program import Program
+from lensbench.scenery.finish import SHARP
+from lensbench.scenery.intersect.moving_objects import to_rest_frame
 from lensbench.scenery.scene import Scene
+from lensbench.scenery.shading.moving_clearcoat import moving_clearcoat
 from tests.core.imaging.test_animated_transform import DARK, FILM, kernels, turned
 from tests.core.scenery.test_scene import unit
 
@@ -99,6 +123,18 @@ def test_a_ray_meets_what_stands_in_its_way_at_its_time():
             assert scene.distance(o[k], d[k], opening + time[k])[0] == pytest.approx(here, rel=1e-9)
 
 
+@pytest.mark.parametrize("time", [0.0, 0.4, 3.0])
+def test_a_place_of_a_thing_that_flies_and_turns_is_in_its_rest_frame_where_it_began(time):
+    pivot, velocity, spin = np.array([30.0, -20.0, -900.0]), np.array([70.0, -110.0, 40.0]), np.array([0.3, 1.1, -0.7])
+    rate = np.linalg.norm(spin)
+    place, way = np.array([55.0, 10.0, -860.0]), np.array([0.48, -0.6, 0.64])
+    turn = turned(spin, rate * time)[:3, :3]
+    there = pivot + velocity * time + turn @ (place - pivot)
+    motion = (*pivot, *velocity, *spin / rate, rate / (2.0 * math.pi), 0.0)
+    found = to_rest_frame.py_func(np.float64, motion, time, *there, *turn @ way)
+    assert found == pytest.approx([*place, *way], abs=1e-9)
+
+
 @pytest.mark.slow
 def test_no_block_passes_by_what_crosses_it_meanwhile():
     # many small and fast things before a wide pupil, all at one time in each of the frozen scenes
@@ -178,6 +214,26 @@ def test_a_coat_mirrors_a_lamp_where_it_is():
             matte = replace(still, plates=(dull, *still.plates[1:]))
             plain = shoot(matte.steps(), np.zeros(3), unit(images[k:k + 1]), 0.0)
             assert seen[k, 0] > plain[0, 0] + 0.02 * lamp.material.colour[0]        # a coat mirrors 4 % at least
+
+
+@pytest.mark.parametrize("lamp", [LAMPS[0], lb.Disk((400.0, 350.0, -900.0), (-0.5, -0.6, 0.2), 90.0, LIGHT,
+                                                    velocity=(-200.0, 100.0, 50.0), spin=(0.5, 1.0, -2.0))])
+def test_a_sharp_coat_shows_a_flat_lamp_within_its_edge_and_no_further(lamp):
+    """Fresnel's part of its light, as Schlick has it, at places within the lamp and none beside it; the stage alone."""
+    scene = Scene("mirror", sky=DARK, plates=(TABLE, lamp))
+    (step,) = [step for step in scene.steps() if step.kernel is moving_clearcoat]
+    place, moments = np.array([20.0, -250.0, -1000.0]), np.tile([0.0, 0.2, 0.5], 3)
+    still = [moved(lamp, t) for t in moments]
+    for share, lit in ((0.6, 1.0), (1.5, 0.0)):
+        aims = np.array([o.centre + share * (math.cos(k) * np.array(o.right) + math.sin(k) * np.array(o.up))
+                         for k, o in enumerate(still)])
+        x, y, z = unit(aims - place).T
+        ones = np.ones(9)
+        given_ = {X: place[0] * ones, Y: place[1] * ones, Z: place[2] * ones, L: x, M: -y, N: z, NY: ones,
+                  TIME: moments, FINISH: SHARP * ones, TR: ones, TG: ones, TB: ones}
+        seen = Program([step], np.float64).run(given_, [SR, SG, SB], 9).T
+        wanted = lit * (0.04 + 0.96 * (1.0 - y[:, None]) ** 5) * lamp.material.colour
+        np.testing.assert_allclose(seen, wanted, rtol=1e-9)
 
 
 @pytest.mark.slow

@@ -169,6 +169,17 @@ def test_the_floor_is_checkered_every_tile():
     assert sorted({seen[odd == 0][0].round(6), seen[odd == 1][0].round(6)}) == pytest.approx([0.2, 0.8], abs=1e-6)
 
 
+def test_the_sky_has_its_three_colours_and_is_between_two_of_them_by_the_height():
+    sky = lb.Sky((0.1, 0.3, 0.9), (0.8, 0.5, 0.2), (0.05, 0.06, 0.07))
+    d = random_rays(200, 3)[1]
+    d = unit(np.vstack([d, -d, [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]]))
+    seen = shoot(lb.Scene("sky", sky=sky).steps(), 0.0, d)
+    zenith, horizon = np.array(sky.zenith), np.array(sky.horizon)
+    height = d[:, 1:2]
+    wanted = np.where(height < 0.0, sky.ground, horizon * (1.0 - height) + zenith * height)
+    np.testing.assert_allclose(seen, wanted, rtol=1e-12)
+
+
 def patterned(kind, **values):
     wall = lb.Rectangle((0.0, 0.0, -1000.0), (100.0, 0.0, 0.0), (0.0, 60.0, 0.0),
                         lb.Material((0.75,) * 3, "light", pattern=lb.Pattern(kind, (0.25,) * 3, **values)))

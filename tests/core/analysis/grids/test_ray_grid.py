@@ -293,6 +293,19 @@ def test_light_that_the_grid_misses_is_said():
         "strong aberrations: the rays of the grid miss a part of the light of 17.7 mm"]
 
 
+@pytest.mark.parametrize("count", [1, 2, 7])
+def test_a_number_of_fields_lies_evenly_from_the_middle_of_the_film_to_its_corner(count):
+    stack, film = lens("dgauss"), lb.Film(30.0, 40.0, 3, 4)
+    given = lb.analysis.conditions(stack, film, count)
+    assert given.field_kind is lb.FieldKind.REAL_IMAGE_HEIGHT and len(given.fields) == count
+    x, y = np.transpose(given.fields)
+    assert (x == 0.0).all() and y[0] == 0.0 and (count == 1 or y[-1] == pytest.approx(25.0))
+    assert np.diff(y) == pytest.approx([25.0 / (count - 1)] * (count - 1) if count > 1 else [])
+    for none in (0, -1):
+        with pytest.raises(lb.LensError, match="at least 1 is needed"):
+            lb.analysis.conditions(stack, film, none)
+
+
 @pytest.mark.parametrize(("wavelengths", "message"), [
     ([550.0], "0.55 for 550 nm"),
     ([(0.5, -1.0), (0.6, 2.0)], "must not be negative"),
