@@ -148,8 +148,8 @@ def _axes(axes: "Axes", each: Plot) -> None:
         elif axis.whole is not None:
             locator = MaxNLocator("auto", integer=True)
             drawn.set_major_locator(locator)
-            drawn.set_ticks([each for each in locator.tick_values(axis.low, axis.whole)
-                             if axis.low <= each <= axis.whole])
+            drawn.set_ticks([number for number in locator.tick_values(axis.low, axis.whole)
+                             if axis.low <= number <= axis.whole])
     if each.equal:
         axes.set_aspect("equal")
     if each.x.label is None:

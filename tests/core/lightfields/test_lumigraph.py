@@ -133,8 +133,6 @@ def test_the_middle_of_a_lens_is_where_its_entrance_pupil_is():
     assert np.allclose(np.cross(rays.origins - others.origins, rays.directions), 0.0, atol=1e-9)
 
 
-
-
 def test_invalid_arguments_are_refused():
     camera = pinhole()
     for arguments, says in (({"views": (0, 3)}, "whole numbers"), ({"spacing": 0.0}, "positive number"),

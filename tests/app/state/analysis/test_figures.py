@@ -86,7 +86,6 @@ def test_the_fields_end_where_a_ray_through_the_middle_of_the_stop_does():
     assert any("has light beside the middle of the stop alone" in each for each in figure.remarks)
 
 
-
 def test_an_anamorphic_lens_has_curves_along_both_sides_of_the_film():
     squeezed = query(replace(Settings(), lens="lentil-schneider-anamorphic-31-2001", f_number=None))
     figure = field_figure(squeezed, 8)
