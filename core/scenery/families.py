@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from lensbench.kernels.block import Step
 from lensbench.scenery.intersect.meshes import mesh_steps
 from lensbench.scenery.intersect.pictured import is_large, pictured_step
-from lensbench.scenery.intersect.planar import planar, planar_parameters
+from lensbench.scenery.intersect.planar import plain_planar, planar, planar_parameters
 from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
 from lensbench.scenery.objects.mesh import Mesh
 from lensbench.scenery.objects.planar import Planar
@@ -46,7 +46,8 @@ def _spheres(seen: Seen) -> list[Step]:
 
 
 def _planar(seen: Seen) -> list[Step]:
-    return [Step(planar, *planar_parameters(*zip(*seen, strict=True)))]
+    plain = all(shape.material.pattern is None for shape, _, _ in seen)
+    return [Step(plain_planar if plain else planar, *planar_parameters(*zip(*seen, strict=True)))]
 
 
 def _meshes(seen: Seen) -> list[Step]:

@@ -101,26 +101,18 @@ def planar(lanes, p, ints, key):
     """Intersect rays with planar shapes, after `beam`; the nearest surface stays.  p, ints: planar_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
-    red, green, blue, met, second = row[RED], row[GREEN], row[BLUE], row[A0], row[A3]
+    red, green, blue, met = row[RED], row[GREEN], row[BLUE], row[A0]
     er, eg, eb = row[A4], row[A5], row[A6]
-    seen = row[BEAM]
     s, k = 0, 0
     while s < p.size:
         q, kind, is_disk, image = p[s:s + ints[k + LENGTH]], ints[k + KIND], ints[k + IS_DISK], k + PLANAR_INTEGERS
         s, k = s + q.size, k + ints[k + COUNT]
-
-        # Skip a shape that the block's beam or all of its rays miss
-        u2, v2 = q[HALF_U] * q[HALF_U], q[HALF_V] * q[HALF_V]
-        if beam_misses(seen, q[CENTRE], q[CENTRE + 1], q[CENTRE + 2], _half(seen, FORWARD, q, u2, v2),
-                       _half(seen, UPWARD, q, u2, v2), _half(seen, RIGHTWARD, q, u2, v2)):
+        if meet(lanes, q, is_disk) == 0:
             continue
-        if intersect(lanes, q, is_disk) == 0:
+        if kind == PLAIN:
+            _paint(lanes, q)
             continue
-
-        # Record the surface, then its colour
-        record(lanes, q)
-        if kind != PLAIN:
-            footprint(lanes, q)
+        footprint(lanes, q)
         if kind == IMAGE:
             look_up(lanes, q[PLANAR:], ints[image:k])
             r, g, b = vector(q, COLOUR)
@@ -136,12 +128,37 @@ def planar(lanes, p, ints, key):
             _grid(lanes, q)
         elif kind == STAR:
             _star(lanes, q)
-        elif kind == RULER:
-            _ruler(lanes, q)
         else:
-            for i in range(B):
-                second[i] = real(0)
+            _ruler(lanes, q)
         _mix(lanes, q)
+
+
+@stage
+def plain_planar(lanes, p, ints, key):
+    """What `planar` does, for shapes without patterns: a third of its code, for the first picture of many scenes."""
+    s, k = 0, 0
+    while s < p.size:
+        q, is_disk = p[s:s + ints[k + LENGTH]], ints[k + IS_DISK]
+        s, k = s + q.size, k + ints[k + COUNT]
+        if meet(lanes, q, is_disk) > 0:
+            _paint(lanes, q)
+
+
+@stage
+def meet(lanes, q, is_disk):
+    """Intersect rays with the shape q, and record the surface but its colour. Returns the number of rays that see it.
+
+    is_disk: 1 for a disk, 0 for a rectangle. A0, A1, A2 as `intersect` leaves them, unless no ray sees it.
+    """
+    seen = rows(lanes)[BEAM]
+    u2, v2 = q[HALF_U] * q[HALF_U], q[HALF_V] * q[HALF_V]
+    if beam_misses(seen, q[CENTRE], q[CENTRE + 1], q[CENTRE + 2], _half(seen, FORWARD, q, u2, v2),
+                   _half(seen, UPWARD, q, u2, v2), _half(seen, RIGHTWARD, q, u2, v2)):
+        return np.int32(0)
+    crossed = intersect(lanes, q, is_disk)
+    if crossed > 0:
+        record(lanes, q)
+    return crossed
 
 
 @stage
@@ -209,6 +226,20 @@ def footprint(lanes, q):
         wide = abs(side[i] + met[i] * spread[i])
         wide_u[i] = wide / half_a * footprint_stretch(real, (dx[i] * ax + dy[i] * ay + dz[i] * az) * half_a, steep)
         wide_v[i] = wide / half_b * footprint_stretch(real, (dx[i] * bx + dy[i] * by + dz[i] * bz) * half_b, steep)
+
+
+@stage
+def _paint(lanes, q):
+    """The one colour of the shape q where a ray meets it (A0)."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    red, green, blue, met = row[RED], row[GREEN], row[BLUE], row[A0]
+    r, g, b = vector(q, COLOUR)
+    for i in range(B):
+        hit = met[i] > real(0)
+        red[i] = r if hit else red[i]
+        green[i] = g if hit else green[i]
+        blue[i] = b if hit else blue[i]
 
 
 @stage
