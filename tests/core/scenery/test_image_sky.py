@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import A3, A4, A5, A6, rows, stage
+from lensbench.kernels.block import A3, A4, A5, A6, FINISH, NX, NY, NZ, V0, V1, L, M, N, rows, stage
 from lensbench.kernels.program import Program
+from lensbench.scenery.shading.image_rough_clearcoat import image_rough_clearcoat_step
 from lensbench.scenery.shading.image_sky_light import COSINE, SINE, sky_cells, sky_density, sky_rays_step
 from tests.core.scenery.test_scene import shoot, square_lights
 
@@ -213,3 +214,23 @@ def test_the_gradient_of_a_large_picture_takes_no_copy_of_it():
         assert tracemalloc.get_traced_memory()[1] < 0.5 * len(sky.image.data)
     finally:
         tracemalloc.stop()
+
+
+def test_a_facet_of_a_rough_coat_mirrors_the_ray_about_its_normal(scene):
+    """The ways that the stage looks along last: unit vectors, whose facets lie about the normal evenly to all sides."""
+    count, random = 4096, np.random.default_rng(8)
+    ways, normals = random.normal(size=(2, 3, count))
+    ways, normals = (v / np.linalg.norm(v, axis=0) for v in (ways, normals))
+    ways *= -np.sign(np.sum(ways * normals, 0))                 # from outside
+    given = dict(zip((L, M, N, NX, NY, NZ), (*ways, *normals), strict=True))
+    given |= {FINISH: np.full(count, 0.9), V0: random.uniform(size=count), V1: random.uniform(size=count)}
+    program = Program([image_rough_clearcoat_step(scene.sky, None, np.zeros(3))], np.float64)
+    mirrored = program.run(given, [A3, A4, A5], count)
+    np.testing.assert_allclose(np.linalg.norm(mirrored, axis=0), 1.0, atol=1e-12)
+    facet = mirrored - ways
+    facet *= np.sign(np.sum(facet * normals, 0)) / np.linalg.norm(facet, axis=0)
+    # across the plane of ray and normal the facets tilt as much to one side as to the other
+    aside = np.cross(normals.T, ways.T)
+    aside = np.sum(facet * (aside / np.linalg.norm(aside, axis=1)[:, None]).T, 0)
+    assert abs(aside.mean()) < 4.0 * aside.std() / math.sqrt(count)
+    assert 0.04 < np.median(abs(aside)) < 0.12                  # α = 0.1

@@ -35,7 +35,7 @@ from lensbench.kernels.block import (
     Z,
 )
 from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.meshes import nearest_distances, surfaces
+from lensbench.scenery.intersect.meshes import find_meshes, nearest_distances, surfaces
 from lensbench.scenery.intersect.triangle_tree import triangle_tree
 from lensbench.scenery.shading.mesh_lamps import mesh_lamp_step
 from lensbench.scenery.shading.mesh_shadows import mesh_shadow_steps
@@ -355,6 +355,19 @@ def test_images_colours_and_normals_are_those_of_the_corners():
     rows = Program(scene.steps(shadows=False), np.float64).run(
         {L: ways[:, 0], M: ways[:, 1], N: ways[:, 2], PIXEL_SPREAD: np.zeros(128)}, [NX, NY, NZ], 128)
     np.testing.assert_allclose(rows.T, np.tile([0.3, 0.0, 0.95394], (128, 1)), atol=1e-5)
+
+
+def test_a_repeated_image_has_places_from_edge_to_edge():
+    points = [[-100.0, -100.0, -500.0], [100.0, -100.0, -500.0], [100.0, 100.0, -500.0], [-100.0, 100.0, -500.0]]
+    wall = lb.Mesh.of(points, [[0, 1, 2], [0, 2, 3]], uv=[[-1.5, 0], [3, 0], [3, 2], [-1.5, 2]])
+    steps = lb.Scene("wall", meshes=(wall,)).steps(shadows=False)
+    end = [step.kernel for step in steps].index(find_meshes) + 1
+    x, y = np.random.default_rng(4).uniform(-99.0, 99.0, (2, 300))
+    ways = np.stack([x, y, np.full(300, -500.0)])
+    ways /= np.linalg.norm(ways, axis=0)
+    found = Program(steps[:end], np.float64).run(dict(zip((L, M, N), ways, strict=True)), [A1, A2], 300)
+    places = np.stack([(x + 100.0) * 4.5 / 200.0 - 1.5, (y + 100.0) / 100.0])
+    np.testing.assert_allclose(found, 2.0 * (places % 1.0) - 1.0, atol=1e-5)
 
 
 @slow
