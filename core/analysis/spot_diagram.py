@@ -77,7 +77,12 @@ class Spots:
     @property
     def best_shifts(self) -> np.ndarray:
         """(F,) place of the film with the least rms radius of all wavelengths about their centroid, mm along +z."""
-        return _best_shifts(self.rays, self._shares)
+        return _least_shift(*(each.sum(1) for each in _variances(self.rays, self._shares)))
+
+    @property
+    def line_foci(self) -> np.ndarray:
+        """(F, 2) place of the film with the least rms width of all wavelengths, sagittal and tangential, mm along +z."""
+        return _least_shift(*_variances(self.rays, self._shares))
 
     def points(self, field: int, colour: int, place: int = 0) -> np.ndarray:
         """Rays that pass: (n, 2) from the reference, sagittal and tangential, mm.
@@ -178,11 +183,14 @@ def _moments(rays: RayGrid) -> tuple[np.ndarray, np.ndarray]:
     return means, squares
 
 
-def _best_shifts(rays: RayGrid, shares: np.ndarray) -> np.ndarray:
-    """(F,) shift of least rms about the common centroid: −covariance of offset and slope over the slope's variance."""
+def _variances(rays: RayGrid, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Covariance of offset and slope, and variance of the slope, (F, 2) each, of all wavelengths together."""
     means, squares = (np.nan_to_num(each) for each in _moments(rays))
     mean = np.einsum("fcka,fc->fka", means, shares)
     square = np.einsum("fcka,fc->fka", squares, shares)
-    both = (square[:, 1] - mean[:, 0] * mean[:, 1]).sum(1)
-    spread = (square[:, 2] - mean[:, 1] ** 2).sum(1)
+    return square[:, 1] - mean[:, 0] * mean[:, 1], square[:, 2] - mean[:, 1] ** 2
+
+
+def _least_shift(both: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """Shift of the least rms about the centroid: −covariance of offset and slope over the slope's variance."""
     return np.where(spread > 0.0, -both / np.where(spread > 0.0, spread, 1.0), np.nan)

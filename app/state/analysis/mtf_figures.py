@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from lensbench.analysis.focus_map import MtfMap, mtf_map
+from lensbench.analysis.spot_diagram import spots
 from lensbench.analysis.transfer_function import Mtf, mtf
 from lensbench.app.state.analysis.figure import DASHED, DOTTED, SOLID, Axis, Curve, Figure, Map, Plot, Table, reach
 from lensbench.app.state.analysis.query import Query
@@ -20,8 +21,10 @@ PRINTED = (10.0, 20.0, 30.0, 40.0)
 PARTS = (0.0, 0.7, 1.0)
 METHODS = {"diffraction": "diffraction", "geometric": "rays alone"}
 WAYS = ("sagittal", "tangential")
-DEPTHS = 8.0                    # × λN² and more: half the range of focus of the map
+DEPTHS = 8.0                    # × λN² and more: half the range of focus of the map, or as far as
+FARTHEST = 3.0                  # × that, where the beams of some fields are narrowest so far from the film
 LEVELS = (0.2, 0.4, 0.6, 0.8)
+COARSE = 16                     # rays across the pupil, which other figures have already
 RESOLVED = 0.1                  # contrast, below which there is no best focus
 
 
@@ -70,8 +73,8 @@ def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str 
     way: "sagittal", "tangential", or "both" for their mean. line: one wavelength (µm) alone; None for all of the query.
     The film lies at 0.
     """
-    query = query if line is None else replace(query, wavelengths=((line, 1.0),))
     reachable = focus_range(query)
+    query = query if line is None else replace(query, wavelengths=((line, 1.0),))
     shifts = np.linspace(-reachable, reachable, 2 * points + 1)
     found = mtf_map(query.lens, query.setup.film_distance, query.conditions(), frequency, shifts, points + 1,
                     min(points, 32))
@@ -92,14 +95,21 @@ def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str 
     words = query.words(rays, "diffraction, white" if len(rays.conditions.wavelengths) > 1 else "diffraction",
                         "sagittal and tangential mean" if way == "both" else way)
     left_out = f"no best focus is drawn where the contrast stays below {significant(RESOLVED)}"
-    remarks = (*([left_out] if blurred.any() else []), *query.remarks(rays))
+    beyond = f"no best focus is drawn where it lies more than {significant(reachable)} mm from the film"
+    outside = ~blurred & np.isnan(found.best_shifts) & (found.white.max(2) > 0.0)
+    remarks = (*([left_out] if blurred.any() else []), *([beyond] if outside.any() else []), *query.remarks(rays))
     return with_rims(query, Figure("MTF map", ((plot,),), _map_table(found), words, remarks))
 
 
 def focus_range(query: Query) -> float:
-    """Half the range of focus of the map (mm): several depths of focus, and what the film's grid resolves."""
+    """Half the range of focus of the map (mm): several depths of focus, and where the fields are sharp, if not far off.
+
+    The depths are those of a perfect lens, and what the film's grid resolves.
+    """
     n = query.setup.f_number
-    return reach([DEPTHS * 2.0 * 0.00055 * n * n, 0.03 * n])
+    near = reach([DEPTHS * 2.0 * 0.00055 * n * n, 0.03 * n])
+    foci = spots(query.grid(COARSE)).line_foci
+    return min(reach(foci, near), reach([FARTHEST * near]))
 
 
 def _words(query: Query, found: Mtf, *more: str) -> str:

@@ -62,3 +62,21 @@ def test_the_white_spot_reaches_as_far_as_the_farthest_ray_of_any_colour():
     assert spots.geo.shape == (2, 3, 4) and spots.white_geo.shape == (2, 4)
     np.testing.assert_array_equal(spots.white_geo, [np.max(list(field), axis=0) for field in spots.geo])
     assert (spots.white_rms_radius < spots.white_geo).all()
+
+
+def test_each_beam_is_narrowest_at_its_line_foci():
+    """Against the weighted spread of the rays themselves, at the focus and 20 µm to either side of it."""
+    stack, film = lens("dgauss"), REFERENCE["dgauss"]["film_z"]
+    given = lb.analysis.conditions(stack, None, (0.0, 8.0, 16.0), field_kind=lb.FieldKind.ANGLE)
+    grid = lb.analysis.ray_grid(stack, film - stack.length, given, 16)
+    foci = lb.analysis.spots(grid).line_foci
+    assert foci[0, 0] == pytest.approx(foci[0, 1], abs=1e-9) and abs(foci[2, 0] - foci[2, 1]) > 0.01
+    for field in range(3):
+        for axis, (offset, slope) in enumerate(zip(grid.light[:2], grid.light[2:], strict=True)):
+            lit = grid.weight[field] > 0.0
+            weight = grid.weight[field][lit]
+            spread = []
+            for shift in foci[field, axis] + np.array([-0.02, 0.0, 0.02]):
+                at = (offset[field] + shift * slope[field])[lit]
+                spread.append(np.average((at - np.average(at, weights=weight)) ** 2, weights=weight))
+            assert spread[1] < spread[0] == pytest.approx(spread[2], rel=1e-2)

@@ -168,6 +168,9 @@ def test_the_film_dragged_to_a_shift_of_the_map_is_focused_there():
     blurred = mtf_map_figure(ASKED, 8, 2000.0)              # side maxima of nothing are no best focus
     assert all(np.isnan(curve.x).all() for curve in blurred.rows[0][0].layers[1:3])
     assert blurred.remarks[0] == "no best focus is drawn where the contrast stays below 0.1"
+    assert not any("mm from the film" in remark for remark in figure.remarks)
+    wide = query(replace(Settings(), lens="canon-50-f12", f_number=1.2))        # sharp far from the film at its edge
+    assert "no best focus is drawn where it lies more than 0.15 mm from the film" in mtf_map_figure(wide, 8).remarks
     near = focus_at(ASKED, 0.1)
     assert near < ASKED.focus_distance
     moved = query(replace(Settings(), focus_distance=near, focus_position="paraxial"))
