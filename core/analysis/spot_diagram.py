@@ -81,7 +81,7 @@ class Spots:
 
     @property
     def line_foci(self) -> np.ndarray:
-        """(F, 2) place of the film with the least rms width of all wavelengths, sagittal and tangential, mm along +z."""
+        """(F, 2) the same for the least rms width sagittally and tangentially, mm along +z."""
         return _least_shift(*_variances(self.rays, self._shares))
 
     def points(self, field: int, colour: int, place: int = 0) -> np.ndarray:
