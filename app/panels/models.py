@@ -138,8 +138,12 @@ def _set_axes(room: ImVec2, marks: list[Mark], label: str) -> None:
         implot.setup_axis(axis, name if roomy else None, AXIS_FLAGS | implot.AxisFlags_.lock)
         implot.setup_axis_scale(axis, implot.Scale_.log10)
         implot.setup_axis_limits(axis, low, high, implot.Cond_.always)
-        values = [value for value in log_ticks(low, high, length, space)[0] if value > 0.99 * FLOOR]
-        implot.setup_axis_ticks(axis, values, [fixed(value, 5).rstrip("0").rstrip(".") for value in values], False)
+        values = [value for value in log_ticks(low, high, length, space)[0] if 0.99 * FLOOR < value < high]
+        labels = [fixed(value, 5).rstrip("0").rstrip(".") for value in values]
+        if axis == implot.ImAxis_.x1 and values and imgui.calc_text_size(labels[-1]).x > \
+                2.0 * length * math.log(high / values[-1]) / math.log(high / low):
+            values.pop()                                        # its label would be cut off at the end
+        implot.setup_axis_ticks(axis, values, labels[:len(values)], False)
 
 
 def _draw(plot: PlotMap, chart: Chart, tolerance: float, present: str,

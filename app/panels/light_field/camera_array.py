@@ -40,7 +40,7 @@ def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPictur
          "To compute the picture")))
     forwards = dial("Forwards", forwards, _forwards(), "From the plane of the pinholes towards the scene, in mm")
     look = replace(look, place=(x, y, forwards),
-                   surface=toggles("Objects", SURFACES, look.surface, SURFACE_TIPS, 4.4))
+                   surface=toggles("Objects", SURFACES, look.surface, SURFACE_TIPS, 4.8))
     if look.surface == "plane":
         look = replace(look, distance=dial("Plane", look.distance,
                                            dial_scales.focus_scale(100.0, recording.array.distance),

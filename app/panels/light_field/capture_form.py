@@ -30,21 +30,21 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
     """Form of a capture: its kind and sizes, the memory it takes, and the buttons."""
     if form.kind == "lens":
         paragraph("Record the light through every part of the pupil; choose focus, aperture and viewpoint afterwards.")
-    form.kind = toggles("Method", KINDS, form.kind, KIND_TIPS, 4.4)
+    form.kind = toggles("Method", KINDS, form.kind, KIND_TIPS, 4.8)
     tip = {"lens": "Cells of the pupil across and down: more of them can be focused farther from the recorded distance",
            "microlenses": "Pixels of the sensor behind each microlens: each gives one view",
            "array": "Pinholes across and down"}[form.kind]
     form.views = toggles("Pixels" if form.kind == "microlenses" else "Views", {n: f"{n} × {n}" for n in VIEWS},
-                         form.views, dict.fromkeys(VIEWS, tip), 4.4)
+                         form.views, dict.fromkeys(VIEWS, tip), 4.8)
     form.samples = toggles("Samples", {n: f"{n}" for n in SAMPLES}, form.samples, dict.fromkeys(
-        SAMPLES, "For each pixel of each view: a picture focused afterwards adds those of its views"), 4.4)
+        SAMPLES, "For each pixel of each view: a picture focused afterwards adds those of its views"), 4.8)
     if form.kind != "microlenses":
         form.longer = toggles("Pixels", {n: f"{n}" for n in SIDES}, form.longer, dict.fromkeys(
-            SIDES, "Along the longer side of each view"), 4.4)
+            SIDES, "Along the longer side of each view"), 4.8)
         if form.kind == "lens":
             form.moments = toggles("Moments", {n: f"{n}" for n in MOMENTS}, form.moments, dict.fromkeys(
                 MOMENTS, "Equal parts of the exposure that are kept apart, where something moves; each has its part\n"
-                         "of the samples. 1: the exposure as a whole"), 4.4)
+                         "of the samples. 1: the exposure as a whole"), 4.8)
         if form.kind == "array":
             form.spacing = dial("Spacing", form.spacing, dial_scales.lens_radius_scale(100.0, 5.0),
                                 "Distance between neighbouring pinholes, in mm. They lie in a plane about the "
@@ -73,7 +73,7 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
 def _microlenses(settings: Settings, form: Form) -> None:
     """The number of microlenses, their f-number, and its match with the lens."""
     form.microlenses = toggles("Lenses", {n: f"{n}" for n in MICROLENSES}, form.microlenses, dict.fromkeys(
-        MICROLENSES, "Microlenses along the longer side of the film: the pixels of each view along that side"), 4.4)
+        MICROLENSES, "Microlenses along the longer side of the film: the pixels of each view along that side"), 4.8)
     try:
         of = form.plenoptic(settings)
         matched = of.matched_f_number
