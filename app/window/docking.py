@@ -1,93 +1,33 @@
-"""The docked panels: their layout, and the passage of the settings through them."""
+"""The docked windows of the panels: what an error or a missing kernel in one does, and what the lens browser covers."""
 
 import sys
 import traceback
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Any
 
-import numpy as np
 from imgui_bundle import ImVec2, hello_imgui, imgui, implot
-from numpy.typing import NDArray
 
-from lensbench.app.panels.image.image_panel import image_panel
-from lensbench.app.state.figures import lit
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings, differences
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
-from lensbench.app.window.analyses import PANELS, Analyses
 from lensbench.app.window.lens_browsing import LensBrowsing
-from lensbench.app.window.moments import Moments
-from lensbench.app.window.panel_states import PanelStates
 from lensbench.app.window.state import WindowState
-from lensbench.app.window.status import status_bar
-from lensbench.app.workers.render_worker import RenderWorker
 from lensbench.kernels.cache import NotCompiledError
 
-PATIENCE = 0.3                  # s that panels of another lens wait for its picture, at most
 FRONT_FRAMES = 3                # a tab of a new dock is in front only after the last panel has come to it
 RENDER = "Render"               # the panel in the middle: it needs none of the panels' kernels
 
 
-class Followed:
-    """Settings of the panels whose geometry takes time: one frame after the picture, which does not wait for them.
+class Docking:
+    """Windows around the drawings of the panels: an error in one becomes a message, and never ends the window."""
 
-    Of another lens all of it is new: until its first picture is on the screen, they show the lens before.
-    """
-
-    def __init__(self, settings: Settings):
-        self._settings = settings
-
-    def now(self, present: Settings, worker: RenderWorker) -> Settings:
-        """The settings to draw, from those of the frame before and the worker that renders them."""
-        if present.lens == self._settings.lens or worker.on_screen or worker.waiting > PATIENCE:
-            self._settings = present
-        return self._settings
-
-
-class Panels:
-    """Draws the panels of a window; an error in one becomes a message, and never ends the window.
-
-    All but the render are imported when they are first drawn, for the first picture does not need them.
-    """
-
-    def __init__(self, window: WindowState, browsing: LensBrowsing, analyses: Analyses, moments: Moments):
-        self._state, self._browsing, self._analyses, self._moments = window, browsing, analyses, moments
-        self._stability_worker: Any = None              # from when the panel is first looked at
-        self._stability_state: Any = None
-        self.kept = PanelStates(window)
-        self._followed = Followed(window.history.present)
-        self._field = 0.7                   # the film point of the exit pupil, as a part of the illuminated film
+    def __init__(self, window: WindowState, browsing: LensBrowsing):
+        self._state, self._browsing = window, browsing
         self._front: dict[str, int] = {}    # panels that come to the front, and in how many frames more
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings at which they failed
 
-    def windows(self) -> list[hello_imgui.DockableWindow]:
-        """All panels, for hello_imgui: a row for each. `layouts` says where they lie."""
-        return [
-            self._docked("Controls", self._controls),
-            self._docked("Read-outs", self._readouts),
-            self._docked("Lens card", self._lens_card),
-            self._docked("Spaces", self._spaces),
-            self._docked("Section", self._section, padding=4.0),
-            self._docked("Surfaces", self._surfaces, padding=6.0),
-            self._docked("3-D", self._view_3d),
-            self._docked("Stability", self._stability),
-            self._docked("Moments", self._moments.draw, padding=8.0),
-            self._docked("Circle of confusion", self._confusion),
-            self._docked("Plan", self._plan),
-            self._docked("Pixel", self._pixel),
-            self._docked("Exit pupil", self._pupil),
-            self._docked("Falloff", self._falloff),
-            self._docked("Models", self._models),
-            self._docked("Light field", self._light_field),
-            *(self._docked(name, self._analysis(name), padding=8.0) for name in PANELS),
-            self._docked(RENDER, self._render, "MainDockSpace", padding=0.0),
-        ]
-
-    def _docked(self, label: str, draw: Callable[[], None], dock: str = "Right",
+    def docked(self, label: str, draw: Callable[[], None], dock: str = "Right",
                 padding: float | None = None) -> hello_imgui.DockableWindow:
-        """A panel. padding: a margin of its own; it then does not scroll."""
+        """A panel, for hello_imgui. draw: into its window; padding: a margin of its own; it then does not scroll."""
         shown = self.guarded(label, draw, panel=True)
         panel = hello_imgui.DockableWindow(label, dock, lambda: self._window(label, shown, padding),
                                            can_be_closed_=False)
@@ -187,210 +127,6 @@ class Panels:
             imgui.dummy(ImVec2(0.0, 0.0))
         if clips:
             imgui.pop_clip_rect()
-
-    def _render(self) -> None:
-        window = self._state
-        window.worker.await_first()
-        window.light_field.await_field_picture()
-        window.presenter.take(window.view)    # the first picture of this frame's change may be there already
-        picture = window.presenter.picture(window.edited, window.view)
-        if picture.first:
-            picture = replace(picture, plan=tuple(window.compilers.plan()))
-        self._beside_browser()
-        window.edited = image_panel(window.edited, picture, window.view)
-
-    def _controls(self) -> None:
-        from lensbench.app.panels.controls.controls import controls_panel
-
-        window = self._state
-        window.edited = controls_panel(window.edited, window.chooser)
-
-    def _readouts(self) -> None:
-        from lensbench.app.panels.readouts import Status, readouts_panel
-
-        update = self._state.presenter.update
-        pinned = self._state.presenter.pinned
-        readouts_panel(self._state.edited, Status(update.rate if update else 0.0, hello_imgui.frame_rate(),
-                                                  update.samples if update else 0),
-                       self._other, Status(samples=pinned.samples if pinned else 0))
-
-    @property
-    def _other(self) -> Settings | None:
-        """The settings A, while they are compared with the present ones."""
-        return self._state.view.pinned if self._state.edited.compare != "off" else None
-
-    def _lens_card(self) -> None:
-        from lensbench.app.panels.lens_card import lens_card_panel
-
-        lens_card_panel(self._state.edited, self.kept.card, self._state.view.links.surfaces)
-
-    def _spaces(self) -> None:
-        from lensbench.app.panels.spaces import spaces_panel
-
-        window, film = self._state, self._state.edited.film
-        view = window.view
-        at = view.pointed or (film.pixels_x / 2.0, film.pixels_y / 2.0)
-        at = (min(at[0], float(film.pixels_x)), min(at[1], float(film.pixels_y)))
-        if spaces_panel(window.edited, at, window.presenter.depth(window.edited), self._image):
-            window.requests.add(Request.SAVE_INTRINSICS)
-
-    def _plan(self) -> None:
-        from lensbench.app.panels.plan import plan_panel
-
-        self._state.edited = plan_panel(self._state.edited, self.kept.plan, self._state.view.links)
-
-    def _pixel(self) -> None:
-        from lensbench.app.panels.pixel import pixel_panel
-
-        window = self._state
-        pixel_panel(self.behind, window.view.links, self._image, self.kept.pixel)
-
-    @property
-    def _image(self) -> NDArray[np.float32] | None:
-        """The picture, unless it is a coarse one of a drag."""
-        update, present = self._state.presenter.update, self._state.history.present
-        fine = update is not None and update.image.shape[:2] == (present.pixels_y, present.pixels_x)
-        return update.image if fine and update is not None else None
-
-    def _beside_browser(self) -> None:
-        """Begin right of the lens browser, so that what changes with the lens stays in sight."""
-        corner = imgui.get_cursor_screen_pos()
-        if 0.0 < self._browsing.covers > corner.x:      # panels of a tiny window begin left of it
-            imgui.set_cursor_screen_pos(ImVec2(self._browsing.covers, corner.y))
-
-    def _following(self, draw: Callable[[Settings], Settings]) -> None:
-        """Draw a panel whose geometry takes time.
-
-        draw: receives the settings that it shows, and returns them with the panel's own changes.
-        """
-        window, before = self._state, self.behind
-        changed = draw(before)
-        if changed is not before:
-            window.edited = replace(window.edited, **differences(changed, before))
-
-    @property
-    def behind(self) -> Settings:
-        """The settings of panels whose geometry takes time."""
-        return self._followed.now(self._state.history.present, self._state.worker)
-
-    def _section(self) -> None:
-        from lensbench.app.panels.lens_section.panel import lens_section_panel
-
-        self._beside_browser()
-        table = self.kept.table
-        self.kept.section.edit.selected = (table.first, table.last) if table.last > table.first else None
-        self._following(lambda before: lens_section_panel(before, self.kept.section, self._field * lit(before),
-                                                          self._state.view.links, self._under(before)))
-        if self.kept.section.edit.begun:
-            self._state.history.part()
-
-    def _under(self, settings: Settings) -> Settings | None:
-        """The settings whose lens is ghosted under the section: A, or the lens before its edits."""
-        from lensbench.app.state.lens_edit.editing import reverted
-
-        if self._other is None and self.kept.table.ghost and settings.edited:
-            return reverted(settings)
-        return self._other
-
-    def _surfaces(self) -> None:
-        from lensbench.app.panels.lens_table.panel import lens_table_panel
-
-        window, state = self._state, self.kept.table
-        window.edited = lens_table_panel(window.edited, state, window.view.links)
-        if state.parted:
-            window.history.part()
-        for sentence in state.said:
-            window.view.say(sentence, note=True)
-        state.said.clear()
-
-    def _view_3d(self) -> None:
-        from lensbench.app.panels.view_3d import view_3d_panel
-
-        window = self._state
-        self._beside_browser()
-        view_3d_panel(self.behind, window.view.links, self.kept.view_3d, window.presenter.solid_picture)
-
-    def _confusion(self) -> None:
-        from lensbench.app.panels.circle_of_confusion import circle_of_confusion_panel
-
-        self._following(lambda before: circle_of_confusion_panel(before, self.kept.confusion, self._state.view.links,
-                                                                 self._other))
-
-    def _pupil(self) -> None:
-        from lensbench.app.panels.exit_pupil import exit_pupil_panel
-
-        settings = self.behind
-        full = lit(settings)
-        radius = exit_pupil_panel(settings, self._field * full, self.kept.pupil, self._state.view.links,
-                                  self._other)
-        if radius != self._field * full and full > 0.0:
-            self._field = radius / full
-
-    def _analysis(self, name: str) -> Callable[[], None]:
-        draw = self._analyses.panel(name)
-        return lambda: self._following(draw)
-
-    def _falloff(self) -> None:
-        from lensbench.app.panels.falloff import falloff_panel
-
-        falloff_panel(self.behind, self.kept.falloff, self._other)
-
-    def _models(self) -> None:
-        from lensbench.app.panels.models import models_panel
-
-        window, update = self._state, self._state.presenter.update
-        choice = update.choice if update is not None else None
-        window.edited = models_panel(window.edited, window.charts, self.kept.models,
-                                     choice and (choice.model, choice.degree))
-
-    def _light_field(self) -> None:
-        from lensbench.app.panels.light_field.panel import light_field_panel
-
-        window = self._state
-        controller = window.light_field
-        controller.look = light_field_panel(window.edited, controller.look, controller.form, controller.worker,
-                                            window.presenter.strip)
-        controller.ask()                        # at once: drawing the other panels takes time
-
-    def _stability(self) -> None:
-        from lensbench.app.panels.stability import StabilityState, stability_panel  # loads every study
-        from lensbench.app.workers.stability_worker import StabilityWorker
-
-        if self._stability_worker is None:
-            self._stability_worker, self._stability_state = StabilityWorker(self._state.wake), StabilityState()
-        stability_panel(self._stability_worker, self._stability_state)
-
-    def follow_improvement(self) -> None:
-        """Before the panels: the newest step of an improvement becomes the lens, whether or not the table is shown."""
-        if not self.kept.has_table:
-            return
-        from lensbench.app.panels.lens_table.improvement import take_step
-
-        self._state.edited = take_step(self._state.edited, self.kept.table)
-        if self.kept.table.begun:
-            self.kept.table.begun = False
-            self._state.history.part()
-
-    @property
-    def improving(self) -> bool:
-        """Whether an improvement changes the lens step by step: all of it is one gesture."""
-        if not self.kept.has_table:
-            return False
-        worker = self.kept.table.worker
-        return worker.running or worker.pending or self.kept.table.stepped
-
-    def closed(self) -> None:
-        """Cancel the running measurement; the window is about to close."""
-        self.kept.stop()
-        if self._stability_worker is not None:
-            self._stability_worker.stop()
-
-    def status(self) -> None:
-        """The line at the bottom."""
-        window = self._state
-        presenter = window.presenter
-        status_bar(window.edited, presenter.update, window.view,
-                   presenter.renderer.split()[0] if presenter.software else "", window.export.task)
 
 
 def _in_the_dock(name: str) -> bool:

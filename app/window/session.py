@@ -32,7 +32,6 @@ from lensbench.app.widgets.dial import use_dials
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.commands import NOTHING_PINNED, Keyboard, shortcuts
 from lensbench.app.window.comparing import Comparing
-from lensbench.app.window.docking import Panels
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.file_watch import forget_derived
 from lensbench.app.window.folding import MINIMUM, Folding
@@ -42,6 +41,7 @@ from lensbench.app.window.lens_editing import LensEditing
 from lensbench.app.window.menus import Help
 from lensbench.app.window.moments import Moments
 from lensbench.app.window.palette import Palette
+from lensbench.app.window.panels import Panels
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.terms import Terms
 from lensbench.app.workers.heap import Heap

@@ -46,7 +46,7 @@ def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.Ru
         session.dialogs()
         session.end()
 
-    call, guarded = runner.callbacks, session.panels.guarded
+    call, guarded = runner.callbacks, session.panels.docking.guarded
     call.load_additional_fonts = theme.load_font
     call.setup_imgui_style = lambda: theme.style_imgui(session.dark)
     call.post_init = session.opened

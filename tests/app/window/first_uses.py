@@ -101,4 +101,4 @@ def test_the_window_never_compiles_and_every_first_use_is_shown_in_the_end(drive
     session = drive(test, SMALL)
     assert refused, "no kernel was missing: another test of this process has loaded them"
     assert [name for thread, name in listener.threads if thread is threading.main_thread()] == []
-    assert not session.panels._failed and not session.panels._logged
+    assert not session.panels.docking._failed and not session.panels.docking._logged

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from lensbench.app.window.docking import PATIENCE, Followed
+from lensbench.app.window.panels import PATIENCE, Followed
 from tests.app.conftest import SMALL
 
 OTHER = replace(SMALL, lens="pbrt-fisheye-10mm")

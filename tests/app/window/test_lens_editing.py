@@ -409,7 +409,7 @@ def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(dr
         hand.ctx.item_click("**/0 curvature")
         enter(hand, "-20")
         hand.ctx.yield_(20)
-        assert lb.first_order(design(hand.settings)).efl < 0.0 and not hand.session.panels._failed
+        assert lb.first_order(design(hand.settings)).efl < 0.0 and not hand.session.panels.docking._failed
         hand.press(KEY.mod_ctrl | KEY.z)
         hand.picture()
 
