@@ -1,6 +1,7 @@
 """The frame that all analysis panels share: the figure or the reason for none, its conditions, and its menu."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -112,7 +113,8 @@ def point_at_ray(settings: Settings, state: AnalysisState, sheet: Sheet, under: 
     """Let all panels show the ray of the mark or of the fan's point under the cursor, if there is one."""
     key = nearest_ray(under.plot, under.x, under.y) if under is not None and state.figure is not None else None
     if key is not None and state.figure is not None:
-        sheet.links.point_at_ray(pointed_ray(settings, state.figure.points, key))
+        with suppress(ValueError, OSError):             # a lens without rays; the figure is of the one before
+            sheet.links.point_at_ray(pointed_ray(settings, state.figure.points, key))
 
 
 def sentence(words: str) -> str:

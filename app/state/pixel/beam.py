@@ -154,8 +154,8 @@ def _near(settings: Settings, stamp: tuple[Stamp, ...], point: np.ndarray) -> li
 class Landing(NamedTuple):
     """Where a ray meets the scene.
 
-    point (3,): in the world (mm), None for the sky. raster: where the picture shows that point (pixels), or None. text:
-    the same in words.
+    point (3,): in the world (mm), None for the sky and for a ray that is not followed. raster: where the picture shows
+    that point (pixels), or None. text: the same in words.
     """
 
     point: np.ndarray | None
@@ -165,7 +165,10 @@ class Landing(NamedTuple):
 
 def landing(settings: Settings, path: np.ndarray) -> Landing:
     """Where a ray that passes the lens comes from; path (n, 3): mm, lens frame, from before the lens to the film."""
-    of = _still_camera(settings.optics, file_stamp(settings.lens))
+    try:
+        of = _still_camera(settings.optics, file_stamp(settings.lens))
+    except (ValueError, OSError) as error:              # such as an edited lens that opens no longer as far
+        return Landing(None, None, f"not followed, for there is no picture: {error}")
     pose, film_z = settings.present_pose, path[-1, 2]
     if of.has_port:
         return Landing(None, None, "not followed through the window into water")

@@ -26,6 +26,7 @@ from lensbench.app.state.analysis.seidel_figure import seidel_figure
 from lensbench.app.state.analysis.spots import spots_figure
 from lensbench.app.state.analysis.stack_figure import stack_figure
 from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
+from lensbench.app.state.build import camera
 from lensbench.app.state.geometry.ray_fans import end_text
 from lensbench.app.state.settings import Settings
 
@@ -173,6 +174,15 @@ def test_a_point_of_a_fan_is_the_ray_that_lands_there_or_that_a_rim_ends():
     k = int(np.flatnonzero(np.isfinite(dead.y))[0])
     lost = pointed_ray(settings, figure.points, nearest_ray(tangential, float(dead.x[k]), float(dead.y[k])))
     assert lost.surface == dead.surface and "rim" in lost.end and lost.raster is None
+
+
+def test_a_ray_of_a_lens_that_opens_no_further_says_why_it_is_not_followed():
+    """The figures are of the open lens, and there is no picture."""
+    settings = replace(Settings(), lens="carl-zeiss-tessar-100-f45", f_number=2.8)
+    ray = pointed_ray(settings, 16, (0, 0, 0.0, 0.1))
+    assert ray.raster is None and "opens no further" in ray.end
+    with pytest.raises(lb.LensError):
+        camera(settings)
 
 
 def test_maps_of_a_stand_beside_those_of_b_with_the_same_axes():
