@@ -219,13 +219,16 @@ def test_a_coat_mirrors_a_lamp_where_it_is():
 @pytest.mark.parametrize("lamp", [LAMPS[0], lb.Disk((400.0, 350.0, -900.0), (-0.5, -0.6, 0.2), 90.0, LIGHT,
                                                     velocity=(-200.0, 100.0, 50.0), spin=(0.5, 1.0, -2.0))])
 def test_a_sharp_coat_shows_a_flat_lamp_within_its_edge_and_no_further(lamp):
-    """Fresnel's part of its light, as Schlick has it, at places within the lamp and none beside it; the stage alone."""
+    """Fresnel's part of its light, as Schlick has it, at places within the lamp and none beside it; the stage alone.
+
+    The last places lie on the axes of the lamp, just within its edge and just beside it.
+    """
     scene = Scene("mirror", sky=DARK, plates=(TABLE, lamp))
     (step,) = [step for step in scene.steps() if step.kernel is moving_clearcoat]
     place, moments = np.array([20.0, -250.0, -1000.0]), np.tile([0.0, 0.2, 0.5], 3)
     still = [moved(lamp, t) for t in moments]
-    for share, lit in ((0.6, 1.0), (1.5, 0.0)):
-        aims = np.array([o.centre + share * (math.cos(k) * np.array(o.right) + math.sin(k) * np.array(o.up))
+    for share, turn, lit in ((0.6, 1.0, 1.0), (1.5, 1.0, 0.0), (0.97, 0.5 * math.pi, 1.0), (1.03, 0.5 * math.pi, 0.0)):
+        aims = np.array([o.centre + share * (np.array([math.cos(k * turn), math.sin(k * turn)]) @ (o.right, o.up))
                          for k, o in enumerate(still)])
         x, y, z = unit(aims - place).T
         ones = np.ones(9)
