@@ -10,7 +10,7 @@ import lensbench as lb
 from lensbench.app.state.build import design
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.zoom import focal_length, zoom_of
+from lensbench.app.state.zoom import focal_length, is_engraved, zoom_of
 from lensbench.imaging.film_pose import least_radius
 from lensbench.kernels.cache import resumable
 from lensbench.lenses.paraxial import reference_wavelength
@@ -110,7 +110,7 @@ def field_of_view(settings: Settings) -> float:
 def ends_of_view(settings: Settings) -> tuple[float, float]:
     """The narrowest and the widest field of view along the shorter side that lens, zoom and crop can give."""
     narrow = wide = full_view(settings)[0]
-    if zooms(settings):
+    if _zooms_by_length(settings):
         wide, narrow = (full_view(replace(settings, zoom=end))[0] for end in (0.0, 1.0))
     return 2.0 * math.atan(SMALLEST_CROP * math.tan(0.5 * narrow)), wide
 
@@ -118,6 +118,11 @@ def ends_of_view(settings: Settings) -> tuple[float, float]:
 def zooms(settings: Settings) -> bool:
     """Whether the camera has a lens that zooms."""
     return settings.has_lens and design(_unzoomed(settings)).zooms
+
+
+def _zooms_by_length(settings: Settings) -> bool:
+    """Whether the field of view can turn the zoom."""
+    return zooms(settings) and is_engraved(design(_unzoomed(settings)))
 
 
 def _unzoomed(settings: Settings) -> Settings:
@@ -131,8 +136,8 @@ def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) 
     """
     if settings.kind.with_view is not None:
         return settings.kind.with_view(settings, fov)
-    if zooms(settings) and not keep_zoom:
-        lens = design(replace(settings, zoom=0.0))
+    if not keep_zoom and _zooms_by_length(settings):
+        lens = design(_unzoomed(settings))
         wanted = 0.5 * min(settings.film_width, settings.film_height) / math.tan(0.5 * min(fov, 3.0))
         settings = replace(settings, zoom=zoom_of(lens, wanted), crop=1.0)
         if focal_length(lens, 0.0) <= wanted <= focal_length(lens, 1.0):

@@ -5,6 +5,7 @@ Lengths in mm; focal lengths are those at infinity.
 
 import argparse
 from functools import lru_cache
+from math import inf
 from typing import Any
 
 import lensbench as lb
@@ -66,6 +67,9 @@ def asked_zoom(lens: lb.Lens, asked: tuple[str, float] | None) -> float | None:
     if kind == "part" or not lens.zooms:
         lens.at(zoom=value)                     # raises where it cannot be
         return value
+    if not is_engraved(lens):
+        raise lb.LensError(f"zoom to {significant(value)} mm: the focal length of this lens does not grow as it zooms; "
+                           "give a number from 0 to 1")
     shortest, longest = focal_length(lens, 0.0), focal_length(lens, 1.0)
     if not shortest * (1.0 - 5e-3) <= value <= longest * (1.0 + 5e-3):      # engraved ends are rounded
         raise lb.LensError(f"zoom to {significant(value)} mm: this lens zooms from {significant(shortest, 4)} to "
@@ -79,9 +83,19 @@ def focal_length(lens: lb.Lens, zoom: float) -> float:
     return lb.first_order(lens.at(zoom=zoom, close=0.0), reference_wavelength(lens.surfaces, lens.system)).efl
 
 
+def is_engraved(lens: lb.Lens) -> bool:
+    """Whether focal lengths name the places of a zoom: those of its stations are positive and finite, the last longer.
+
+    An edited lens may diverge at a part of its travel.
+    """
+    assert lens.positions is not None
+    lengths = [focal_length(lens, place) for place in lens.positions.zoom_stations]
+    return 0.0 < min(lengths) and max(lengths) < inf and lengths[0] < lengths[-1]
+
+
 @lru_cache(maxsize=256)
 def zoom_of(lens: lb.Lens, length: float) -> float:
-    """The zoom setting of a focal length, the nearest end for one beyond it."""
+    """The zoom setting of a focal length, the nearest end for one beyond it; of a lens that `is_engraved`."""
     curve = _curve(lens)
     if length <= curve[0]:
         return 0.0

@@ -21,7 +21,7 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.lens_choice import APERTURE, FOCUS, LOCKS
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_length
-from lensbench.app.state.zoom import focal_length, zoom_of
+from lensbench.app.state.zoom import focal_length, is_engraved, zoom_of
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.padlock import padlock
@@ -168,6 +168,10 @@ def _zoom(settings: Settings) -> Settings:
     """The focal length of a zoom lens, at infinity."""
     lens = design(replace(settings, zoom=0.0))
     assert lens.positions is not None
+    if not is_engraved(lens):
+        place = dial("Zoom", settings.zoom, dial_scales.part_scale(1.0),
+                     "Place of the groups along their travel: the focal length of this lens does not grow along it")
+        return settings if place == settings.zoom else constrained(replace(settings, zoom=place))
     engraved = tuple(sorted(focal_length(lens, place) for place in lens.positions.zoom_stations))
     length = focal_length(lens, settings.zoom)
     turned = dial("Zoom", length, dial_scales.zoom_scale(engraved),

@@ -16,10 +16,12 @@ from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.state import constraints, dial_scales
 from lensbench.app.state.build import camera, design, setup
 from lensbench.app.state.figures import readings
+from lensbench.app.state.lens_edit.editing import edited
 from lensbench.app.state.lens_shelf import short_title
 from lensbench.app.state.settings import Settings, SettingsError
 from lensbench.app.state.text_values import read_close, read_zoom
-from lensbench.app.state.zoom import focal_length, zoom_of
+from lensbench.app.state.zoom import asked_zoom, focal_length, is_engraved, zoom_of
+from lensbench.lenses.editing.cells import with_radius
 from tests.app.stand import drive
 
 NIKKOR = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"
@@ -151,6 +153,32 @@ def test_a_zoom_lens_has_a_zoom_ring_in_place_of_the_one_that_scales(tmp_path):
     assert there["zoom"] == (True, False) and there["prime"] == (False, True)
     assert there["tele"].zoom == pytest.approx(1.0, abs=0.02) and there["tele"].lens == NIKKOR
     assert there["wide"].zoom == pytest.approx(0.0, abs=0.02) and there["wide"].crop == 1.0
+
+
+@pytest.mark.parametrize(("surface", "radius"), [(0, 3.0), (4, -3.0), (6, -3.0)])
+def test_the_zoom_of_an_edited_lens_without_a_growing_focal_length_turns_by_its_part(surface, radius):
+    """One diverges throughout, one at a part of its travel, of one the focal length falls."""
+    bent = edited(replace(Settings(), lens="nikon-af-s-nikkor-g-ed-18-35-f35", f_number=None),
+                  lambda document: with_radius(document, surface, radius))[0]
+    assert not is_engraved(design(bent))
+    seen = {"shown": bent}
+
+    def gui():
+        seen["shown"] = controls_panel(seen["shown"], Chooser())
+
+    def test(ctx):
+        for name, inset in (("Zoom", 12.0), ("Field of view", 40.0)):
+            box = ctx.item_info(f"**/{name}").rect_full
+            ctx.mouse_move_to_pos(type(box.min)(box.max.x - inset, 0.5 * (box.min.y + box.max.y)))
+            ctx.mouse_click(0)
+            ctx.yield_(2)
+            seen[name] = seen["shown"]
+
+    drive(gui, test, size=(270, 440))
+    assert seen["Zoom"].zoom == pytest.approx(1.0, abs=0.02)
+    assert seen["Field of view"].zoom == seen["Zoom"].zoom and seen["Field of view"].crop < 1.0
+    with pytest.raises(lb.LensError, match="does not grow"):
+        asked_zoom(design(bent), ("focal length", 20.0))
 
 
 # The commands
