@@ -75,6 +75,8 @@ def render(arguments: argparse.Namespace) -> int:
     remark = wavelength_remark(settings)
     if remark:
         say(f"{settings.lens}: {remark}")
+    if arguments.until_noise is not None and not 0.0 < arguments.until_noise <= 1.0:
+        raise UsageError("--until-noise: it must be more than 0 and at most 100 %, such as 1%")
     if arguments.until_noise is not None and arguments.samples is None:
         settings = replace(settings, samples=MOST_SAMPLES)
     if arguments.save_settings is not None:

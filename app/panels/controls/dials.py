@@ -65,7 +65,7 @@ def dials(settings: Settings, locked: set[str]) -> Settings:
 def _focus(settings: Settings) -> Settings:
     figures = readings(settings)
     nearest = figures.nearest_focus
-    if nearest is None:
+    if nearest is None or not math.isfinite(nearest):       # an edited lens may focus on nothing
         nearest = full_view(settings)[1] if settings.has_lens or settings.kind.view is not None else NEAREST
     zone = None
     if figures.near_limit is not None and figures.far_limit is not None:

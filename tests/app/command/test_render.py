@@ -67,6 +67,8 @@ def test_frames_of_what_stands_still_are_refused(tmp_path, capsys):
 
 def test_the_noise_that_was_reached_is_printed(tmp_path, capsys):
     words = ["render", "pbrt-dgauss-50mm", "--scene", "white-wall", "--size", "12x8", "-o", str(tmp_path / "a.png")]
+    for impossible in ("0", "-1%", "200%"):             # before anything is rendered
+        assert main([*words, f"--until-noise={impossible}"]) == 2
     assert main([*words, "--until-noise", "5%", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)
     assert figures["noise_reached"] and figures["noise"] <= 0.05 and figures["samples"] < 64
