@@ -84,7 +84,7 @@ def focal_length(lens: lb.Lens, zoom: float) -> float:
 
 
 def is_engraved(lens: lb.Lens) -> bool:
-    """Whether focal lengths name the places of a zoom: those of its stations are positive and finite, the last longer.
+    """Whether focal lengths name the places of a zoom: positive and finite at its stations, longer at the last one.
 
     An edited lens may diverge at a part of its travel.
     """

@@ -97,7 +97,9 @@ def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str 
     left_out = f"no best focus is drawn where the contrast stays below {significant(RESOLVED)}"
     beyond = f"no best focus is drawn where it lies more than {significant(reachable)} mm from the film"
     outside = ~blurred & np.isnan(found.best_shifts) & (found.white.max(2) > 0.0)
-    remarks = (*([left_out] if blurred.any() else []), *([beyond] if outside.any() else []), *query.remarks(rays))
+    drawn = [way in ("both", name) for name in WAYS]
+    remarks = (*([left_out] if blurred[:, drawn].any() else []), *([beyond] if outside[:, drawn].any() else []),
+               *query.remarks(rays))
     return with_rims(query, Figure("MTF map", ((plot,),), _map_table(found), words, remarks))
 
 
