@@ -284,9 +284,8 @@ class Hand:
         session.layout = layout
         for moment in list(session.moments.shelf.moments):
             session.moments.shelf.remove(moment)
-        fields = session.light_field.worker
-        fields.cancel()
-        fields.recording = fields.field_picture = fields.depth = fields.compared = None
+        session.light_field.worker.cancel()
+        session.light_field.worker.forget()
         yield
         session.take(first)
         start = monotonic()

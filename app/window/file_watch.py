@@ -27,20 +27,23 @@ class FileWatch:
     def changed(self, settings: Settings, now: float) -> tuple[list[str], dict[str, str]]:
         """Names of the files that have changed and can be read, and messages by name about those that cannot.
 
-        At most once a second. A file that the settings have not named before counts as unchanged.
+        At most once a second. A file that the settings have not named before counts as unchanged; its stamp is taken
+        at once, so that a change within that second is seen.
         """
+        files = [each for each in ((settings.lens, file_stamp, lenses.load),
+                                   (settings.scene, scene_stamp, find_scene),
+                                   (settings.stop_image, file_stamp, stop_picture),
+                                   (own_picture(settings), file_stamp, stop_picture)) if each[0]]
+        for name, stamp_of, _ in files:
+            if name not in self._stamps:
+                self._stamps[name] = stamp_of(name)
         if now < self._next:
             return [], {}
         self._next = now + SECONDS
         found, problems = [], dict[str, str]()
-        for name, stamp_of, load in ((settings.lens, file_stamp, lenses.load),
-                                     (settings.scene, scene_stamp, find_scene),
-                                     (settings.stop_image, file_stamp, stop_picture),
-                                     (own_picture(settings), file_stamp, stop_picture)):
-            if not name:
-                continue
+        for name, stamp_of, load in files:
             stamp = stamp_of(name)
-            if self._stamps.setdefault(name, stamp) == stamp:
+            if self._stamps[name] == stamp:
                 continue
             self._stamps[name] = stamp
             try:

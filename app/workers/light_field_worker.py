@@ -179,6 +179,12 @@ class LightFieldWorker:
         elif not task.cancelled:
             self._take(task.result)
 
+    def forget(self) -> None:
+        """Let go of the recording and of all that was computed from it."""
+        with self._change:
+            self._wanted = self._done = None
+        self.recording = self.field_picture = self.depth = self.compared = None
+
     @property
     def found(self) -> lb.Depth | None:
         """The depth of the recording; None until it has been estimated."""
@@ -218,7 +224,9 @@ class LightFieldWorker:
         self.task = Task(description, work, self._wake)
 
     def _take_recording(self, recording: Recorded) -> None:
-        self.recording = recording
+        shown = self.field_picture
+        self.forget()
+        self.recording, self.field_picture = recording, shown       # until there is one of the new recording
 
     def _take_saved(self, name: str) -> None:
         self.messages.append((f"The light field was saved as {name}", True))
@@ -239,32 +247,39 @@ class LightFieldWorker:
     def _show(self, viewer: Task[None]) -> None:
         while True:
             with self._change:
-                while not viewer.cancelled and self._wanted == self._done:
+                while not viewer.cancelled and self._wanted in (None, self._done):
                     self._change.wait()
-                if viewer.cancelled:
-                    return
                 wanted = self._wanted
-            assert wanted is not None
-            recording, look, depth = wanted
-            begin = perf_counter()
-            try:
-                covered = 1.0
-                if isinstance(recording, ArrayRecording):
-                    image, pixels = novel_view(recording, look)
-                    covered = float(pixels.mean())
-                else:
-                    image = light_field_picture(recording, look, depth)
-            except Exception as error:                  # any error: the window shows it, and the next look may do
-                self.messages.append((error_text(error, viewer.description), False))
-                report_unforeseen(error)
+            if viewer.cancelled or wanted is None:
+                return
+            self._answer(viewer, wanted)
+            del wanted                                  # a recording is large, and this thread waits for long
+
+    def _answer(self, viewer: Task[None], wanted: Wanted) -> None:
+        """Compute the picture that is wanted; nobody sees it if the recording was let go meanwhile."""
+        recording, look, depth = wanted
+        begin, picture = perf_counter(), None
+        try:
+            covered = 1.0
+            if isinstance(recording, ArrayRecording):
+                image, pixels = novel_view(recording, look)
+                covered = float(pixels.mean())
             else:
-                self._numbered += 1
-                self.field_picture = FieldPicture(recording, look, image, perf_counter() - begin, covered,
-                                                  self._numbered, look.show != "depth" or depth is not None)
-            with self._change:
-                self._done, self._seconds = wanted, perf_counter() - begin
-                self._change.notify_all()
-            self._wake()
+                image = light_field_picture(recording, look, depth)
+        except Exception as error:                      # any error: the window shows it, and the next look may do
+            self.messages.append((error_text(error, viewer.description), False))
+            report_unforeseen(error)
+        else:
+            self._numbered += 1
+            picture = FieldPicture(recording, look, image, perf_counter() - begin, covered, self._numbered,
+                                   look.show != "depth" or depth is not None)
+        with self._change:
+            self._seconds = perf_counter() - begin
+            if self._wanted is not None:
+                self._done = wanted
+                self.field_picture = picture or self.field_picture
+            self._change.notify_all()
+        self._wake()
 
 
 def _save(path: Path, recording: Recorded) -> str:

@@ -33,6 +33,16 @@ def test_a_change_is_noticed_once_and_at_most_once_a_second(tmp_path):
     assert watch.changed(settings, 2.0) == ([], {})
 
 
+def test_a_change_is_noticed_of_a_file_named_within_the_second_after_a_look(tmp_path):
+    path = tmp_path / "scene.toml"
+    write(path, SCENE.format(height=-1))
+    settings, watch = replace(Settings(), scene=str(path)), FileWatch()
+    watch.changed(Settings(), 0.0)
+    assert watch.changed(settings, 0.4) == ([], {})
+    write(path, SCENE.format(height=-2) + "\n")
+    assert watch.changed(settings, 1.0) == ([str(path)], {})
+
+
 @pytest.mark.parametrize("broken", ["[floor\n", None])
 def test_an_unreadable_or_missing_file_is_said_once_until_it_can_be_read(tmp_path, broken):
     path = tmp_path / "scene.toml"

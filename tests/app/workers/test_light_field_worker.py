@@ -1,5 +1,6 @@
 """The pictures of a light field in the background: an error in one does not end the others."""
 
+import weakref
 from time import monotonic, sleep
 
 import numpy as np
@@ -27,5 +28,33 @@ def test_an_unforeseen_error_becomes_a_message_and_the_next_look_is_rendered(mon
             sleep(0.002)
         assert worker.messages[0][0].startswith("ZeroDivisionError") and worker.field_picture.image is image
         assert "Traceback" in capsys.readouterr().err
+    finally:
+        worker.stop()
+
+
+def test_a_forgotten_recording_is_freed_though_the_thread_of_the_pictures_waits(monkeypatch):
+    class Held:
+        """Stands for a recording; can be watched."""
+
+    monkeypatch.setattr(module, "light_field_picture",
+                        lambda recording, look, depth: np.zeros((2, 3, 3), np.float32))
+    worker, end = LightFieldWorker(), monotonic() + 120.0
+    worker.recording = Held()
+    watched = weakref.ref(worker.recording)
+    try:
+        worker.want(Look(show="focus"))
+        while worker.field_picture is None:
+            assert monotonic() < end
+            sleep(0.002)
+        worker.forget()
+        while watched() is not None:
+            assert monotonic() < end
+            sleep(0.002)
+        worker.recording = Held()                       # the same look, of another recording
+        worker.want(Look(show="focus"))
+        while worker.field_picture is None:
+            assert monotonic() < end
+            sleep(0.002)
+        assert worker.field_picture.recording is worker.recording
     finally:
         worker.stop()
