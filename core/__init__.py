@@ -70,13 +70,12 @@ if TYPE_CHECKING:
         depth_of_field,
         hyperfocal,
         real_circle_of_confusion,
-        thick_circle_of_confusion,
     )
     from lensbench.optics.focus import FocusError, film_distance, focused, focused_distance, nearest_focus, section_foci
     from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
     from lensbench.optics.iris import Iris, IrisError
     from lensbench.optics.lens_surface import LensError, Surface
-    from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
+    from lensbench.optics.paraxial import FirstOrder, f_number_at_infinity, first_order, stopped_down
     from lensbench.optics.prescription import Lens
     from lensbench.optics.scalar_trace import Fate, Trace, trace
     from lensbench.optics.stop_image import StopImage, StopImageError
@@ -89,6 +88,12 @@ if TYPE_CHECKING:
         SystemData,
         SystemDataError,
         Wavelength,
+    )
+    from lensbench.optics.thick_depth import (
+        magnification,
+        thick_circle_of_confusion,
+        thick_depth_of_field,
+        thick_hyperfocal,
     )
     from lensbench.optics.transmission import t_number, transmission, working_f_number
     from lensbench.optics.zoom_positions import Positions, PositionsError
@@ -154,18 +159,18 @@ _HOMES = {           # the imports above, as they are made at run time
     "lightfields.lumigraph": "Lumigraph NovelView array_camera capture_lumigraph lumigraph_pinhole",
     "lightfields.plenoptic": "PlenopticCamera RawPicture",
     "optics.coatings": "COATINGS Coating CoatingError Layer Reflectance",
-    "optics.depth_of_field":
-        "circle_of_confusion depth_of_field hyperfocal real_circle_of_confusion thick_circle_of_confusion",
+    "optics.depth_of_field": "circle_of_confusion depth_of_field hyperfocal real_circle_of_confusion",
     "optics.focus": "FocusError film_distance focused focused_distance nearest_focus section_foci",
     "optics.glass": "AIR C_LINE D_LINE F_LINE Glass GlassError",
     "optics.iris": "Iris IrisError",
-    "optics.paraxial": "FirstOrder first_order stopped_down",
+    "optics.paraxial": "FirstOrder f_number_at_infinity first_order stopped_down",
     "optics.lens_surface": "LensError Surface",
     "optics.prescription": "Lens",
     "optics.scalar_trace": "Fate Trace trace",
     "optics.stop_image": "StopImage StopImageError",
     "optics.surface_pose": "PoseError SurfacePose",
     "optics.system": "Aperture ApertureKind FieldKind FieldPoint SystemData SystemDataError Wavelength",
+    "optics.thick_depth": "magnification thick_circle_of_confusion thick_depth_of_field thick_hyperfocal",
     "optics.transmission": "t_number transmission working_f_number",
     "optics.zoom_positions": "Positions PositionsError",
     "pupils.region": "ExitPupil exit_pupil open_region",
@@ -189,17 +194,18 @@ __all__ = [
     "FirstOrder", "FisheyeCamera", "Flare", "Floor", "FocusError", "Glass", "GlassError", "Image", "ImageSky",
     "Importance", "Intrinsics", "Iris", "IrisError", "Layer", "Lens", "LensCamera", "LensError", "LightField",
     "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "Mesh", "NovelView", "OrthographicCamera",
-    "Pattern", "PerspectiveCamera", "Picture", "PinholeCamera", "Places", "PlenopticCamera", "PoseError", "Positions",
-    "PositionsError", "RawPicture", "Rays", "Rectangle", "Reflectance", "Rendering", "Scene", "SceneError", "Seidel",
-    "Sensor", "Sky", "Spaces", "Sphere", "StopImage", "StopImageError", "Sun", "Surface", "SurfacePose", "SystemData",
-    "SystemDataError", "Trace", "TransformError", "Vignetting", "Wavelength", "analysis", "array_camera",
-    "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "capture_lumigraph", "chief_ray",
-    "choose_model", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "develop", "distortion",
-    "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance",
-    "film_extent", "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal",
-    "irradiance", "light_field_bytes", "load_scene", "look_at", "lumigraph_pinhole", "luminance", "metered_stops",
-    "nearest_focus", "open_region", "photograph_scene", "picture_through", "pixel_energy", "radiant_exposure",
-    "real_circle_of_confusion", "render", "save", "section_foci", "seidel", "show", "stopped_down", "t_number",
-    "thick_circle_of_confusion", "trace", "transmission", "unit_disk", "unit_square", "vignetting", "why_no_ghosts",
-    "working_f_number",
+    "Pattern", "PerspectiveCamera", "Picture", "PinholeCamera", "Places", "PlenopticCamera", "PoseError",
+    "Positions", "PositionsError", "RawPicture", "Rays", "Rectangle", "Reflectance", "Rendering", "Scene",
+    "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "StopImage", "StopImageError", "Sun", "Surface",
+    "SurfacePose", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting", "Wavelength",
+    "analysis", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field",
+    "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion", "depth_map", "depth_of_field",
+    "depth_resolution", "develop", "distortion", "distortion_grid", "equivalent", "ev100", "exit_pupil",
+    "f_number_at_infinity", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent",
+    "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance",
+    "light_field_bytes", "load_scene", "look_at", "lumigraph_pinhole", "luminance", "magnification",
+    "metered_stops", "nearest_focus", "open_region", "photograph_scene", "picture_through", "pixel_energy",
+    "radiant_exposure", "real_circle_of_confusion", "render", "save", "section_foci", "seidel", "show",
+    "stopped_down", "t_number", "thick_circle_of_confusion", "thick_depth_of_field", "thick_hyperfocal", "trace",
+    "transmission", "unit_disk", "unit_square", "vignetting", "why_no_ghosts", "working_f_number",
 ]

@@ -19,9 +19,12 @@ from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.setting import SettingsError
 from lensbench.app.state.stop_picture import stop_picture
 from lensbench.cameras.dispersion import has_dispersion
+from lensbench.cameras.flat_port import FlatPort
+from lensbench.cameras.traced_light import foremost
 from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import BLUE, RED
 from lensbench.kernels.figures import significant
+from lensbench.kernels.root_finding import find_root
 from lensbench.lenses.paraxial import at_reference, is_d_line, reference_wavelength
 from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
@@ -31,6 +34,7 @@ if TYPE_CHECKING:
 
 VISIBLE = WAVELENGTHS[BLUE][0], WAVELENGTHS[RED][-1]    # µm, of pictures with dispersion
 ENOUGH = 0.5                    # of a pixel: a smaller gain does not move the film
+SEEN_ALIKE = 1e-10              # of a distance: error of the focus through a window
 
 
 class FocusPosition(NamedTuple):
@@ -55,8 +59,9 @@ class Setup:
     """The lens in front of its film: stopped down and focused, with its film distance (mm).
 
     first_order: of this focused lens. at_infinity: of the same lens focused at infinity, for which the focal length is
-    defined. f_number: that in air, focused at infinity. reason: why f-number or focus differs from the settings, or "";
-    the lens is then wide open, or at its nearest focus.
+    defined. f_number: that in air, focused at infinity. port: the flat window into water before the lens.
+    focus_distance: that of the settings as the lens sees it, through this window. reason: why f-number or focus differs
+    from the settings, or ""; the lens is then wide open, or at its nearest focus.
     """
 
     lens: lb.Lens
@@ -66,6 +71,8 @@ class Setup:
     film: lb.Film
     film_distance: float
     focusing: FocusPosition
+    port: FlatPort
+    focus_distance: float
     reason: str = ""
 
     @property
@@ -205,16 +212,61 @@ def _setup(lens: lb.Lens, settings: "Settings") -> Setup:
             lens = lb.stopped_down(lens, settings.f_number)
         except lb.LensError as error:
             reasons.append(str(error))
-    at_infinity, f_number = lb.first_order(lens), lb.first_order(lens.in_air).f_number
+    at_infinity, f_number = lb.first_order(lens), lb.f_number_at_infinity(lens)
+    seen, found = settings.focus_distance, FocusPosition("paraxial")
     try:
-        found = focusing(lens, settings)
-        lens = lb.focused(lens, settings.focus_distance, found.method)
-        film_distance = lb.film_distance(lens, settings.focus_distance, found.method)
+        seen = seen_focus(lens, settings)
+        found = focusing(lens, settings, seen)
+        lens = lb.focused(lens, seen, found.method)
+        film_distance = lb.film_distance(lens, seen, found.method)
     except lb.LensError as error:
         reasons.append(str(error))
-        found, (lens, film_distance) = FocusPosition("paraxial"), _at_nearest(lens)
+        lens, film_distance = _at_nearest(lens)
     return Setup(lens, lb.first_order(lens), at_infinity, f_number, settings.film, film_distance, found,
-                 "; ".join(reasons))
+                 port_before(lens, film_distance, settings), seen, "; ".join(reasons))
+
+
+def port_index(settings: "Settings") -> float:
+    """The index of the water behind the flat window of the camera; 1 without a window."""
+    return WATER_INDEX if settings.medium == "water" and not (settings.has_lens and settings.immersed) else 1.0
+
+
+def port_before(lens: lb.Lens, film_distance: float, settings: "Settings") -> FlatPort:
+    """The window before a focused lens; distances from the film."""
+    return FlatPort(lens.length + film_distance - foremost(lens), port_index(settings))
+
+
+def nearest_in_focus(lens: lb.Lens, settings: "Settings") -> float:
+    """The nearest focus distance (mm) of a lens, through its window; LensError as `lb.nearest_focus`."""
+    return true_focus(lens, lb.nearest_focus(lens), settings)
+
+
+def true_focus(lens: lb.Lens, seen: float, settings: "Settings") -> float:
+    """The distance (mm) beyond the window of what a lens is focused on that it sees at a distance."""
+    if port_index(settings) == 1.0 or not math.isfinite(seen):
+        return seen
+    there = lb.focused(lens, seen)
+    return float(port_before(there, lb.film_distance(there, seen), settings).true(seen))
+
+
+def seen_focus(lens: lb.Lens, settings: "Settings") -> float:
+    """The focus distance (mm) of the settings as the lens sees it, through its window, which moves with the film.
+
+    FocusError, with distances beyond the window, where that is nearer than the lens can focus.
+    """
+    wanted = settings.focus_distance
+    if port_index(settings) == 1.0 or not math.isfinite(wanted):
+        return wanted
+
+    def excess(seen: float) -> float:
+        return true_focus(lens, seen, settings) - wanted
+
+    nearest = lb.nearest_focus(lens)
+    if excess(nearest) > 0.0:
+        raise lb.FocusError(f"focus at {significant(wanted / 1000.0, 6)} m: through the window, the nearest distance "
+                            f"of this lens is {significant(nearest_in_focus(lens, settings) / 1000.0, 4)} m from the "
+                            "film")
+    return find_root(excess, nearest, wanted, SEEN_ALIKE * wanted)
 
 
 def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:
@@ -227,14 +279,14 @@ def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:
         return lens, max(lens.length, lens.surfaces[-1].semi_diameter)
 
 
-def focusing(lens: lb.Lens, settings: "Settings") -> FocusPosition:
-    """The position of the film behind a lens that is stopped down already.
+def focusing(lens: lb.Lens, settings: "Settings", seen: float) -> FocusPosition:
+    """The position of the film behind a lens that is stopped down already, for a focus distance (mm) as it sees it.
 
     It is the paraxial focus for ideal models, and where the whole bundle cannot be focused so near.
     """
     if not settings.follows_lens:
         return FocusPosition("paraxial")
-    return _compared(lens, settings.focus_distance, settings.focus_position, ENOUGH * settings.film.pitch)
+    return _compared(lens, seen, settings.focus_position, ENOUGH * settings.film.pitch)
 
 
 @lru_cache(maxsize=64)
@@ -282,7 +334,9 @@ def lens_camera(settings: "Settings") -> lb.LensCamera:
     The film lies where the primary wavelength of the design is in focus. Groups that focus move as for the d line.
     """
     lens, found = published(settings), setup(settings)
-    focus: dict[str, Any] = {"focus_distance": settings.focus_distance}
+    # A focus that cannot be: the camera refuses it, or here its window
+    seen = seen_focus(lens, settings) if found.reason else found.focus_distance
+    focus: dict[str, Any] = {"focus_distance": seen}
     if picture_wavelength(settings, lens) is not None:
         lens = design(settings)
     elif not (is_d_line(reference_wavelength(lens.surfaces, lens.system)) or lens.has_focus_groups or found.reason):

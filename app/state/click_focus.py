@@ -12,7 +12,9 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.analysis.traced_focus import beams
-from lensbench.app.state.build import setup
+from lensbench.app.state.build import port_index, setup
+from lensbench.app.state.figures import readings
+from lensbench.app.state.ideal_cameras import port_of
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import Place, lens_leans, seen_from
 
@@ -34,8 +36,15 @@ class ClickFocus(NamedTuple):
 def focused_at(settings: Settings, part: Place, depth: float) -> ClickFocus:
     """The focus at which what lies `depth` mm before the film is sharp at a part of the picture.
 
-    part: of its width and height, from the top left.
+    part: of its width and height, from the top left. Beyond a window into water, depth and focus are true distances.
     """
+    if port_index(settings) != 1.0:                     # off the axis, water shows things nearer still than on it
+        port, efl = (setup(settings).port, setup(settings).first_order.efl) if settings.has_lens else \
+            (port_of(settings), readings(settings).efl or math.inf)
+        at = (part[0] - 0.5) * settings.film.width, (part[1] - 0.5) * settings.film.height
+        here = replace(port, index=port.stretch(math.hypot(*at) / efl))
+        found = focused_at(replace(settings, medium="air"), part, here.apparent(depth))
+        return found._replace(distance=port.true(found.distance))
     bent = settings.film_pose.is_tilted or settings.film_pose.is_curved
     if not (bent or lens_leans(settings)):
         return ClickFocus(depth)

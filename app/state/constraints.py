@@ -7,7 +7,7 @@ import math
 from dataclasses import replace
 
 import lensbench as lb
-from lensbench.app.state.build import design
+from lensbench.app.state.build import design, nearest_in_focus
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.zoom import focal_length, is_engraved, zoom_of
@@ -62,7 +62,7 @@ def _not_tighter(settings: Settings) -> Settings:
 def _widest_f_number(settings: Settings) -> float:
     """The f-number of the lens wide open; 0 where it has none."""
     lens = design(settings)
-    found = lb.first_order(lens.in_air, reference_wavelength(lens.surfaces, lens.system)).f_number
+    found = lb.f_number_at_infinity(lens, reference_wavelength(lens.surfaces, lens.system))
     return found if math.isfinite(found) else 0.0
 
 
@@ -75,7 +75,7 @@ def _nearest_focus(settings: Settings) -> float:
         return readings(settings).nearest_focus or 0.0
     lens = design(settings)
     try:
-        return lb.nearest_focus(lens) if 0.0 < lb.first_order(lens).efl < math.inf else 0.0
+        return nearest_in_focus(lens, settings) if 0.0 < lb.first_order(lens).efl < math.inf else 0.0
     except lb.LensError:
         return 0.0
 

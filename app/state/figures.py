@@ -14,10 +14,21 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.build import VISIBLE, FocusPosition, design, picture_wavelength, published, setup
+from lensbench.analysis.grids.chief_rays import find_chief_rays
+from lensbench.app.state.build import (
+    VISIBLE,
+    FocusPosition,
+    design,
+    nearest_in_focus,
+    picture_wavelength,
+    published,
+    setup,
+    true_focus,
+)
 from lensbench.app.state.coating import coating
 from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.cameras.dispersion import missing_dispersion
+from lensbench.cameras.flat_port import FlatPort
 from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses.paraxial import reference_wavelength
 from lensbench.pupils.image_circle import edge_of_light
@@ -27,6 +38,7 @@ if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
 
 SEEN = f"{fixed(VISIBLE[0], 2)} to {fixed(VISIBLE[1], 2)} µm"
+AIR = FlatPort()                # no window
 NARROW = 0.97                   # of the film's diagonal: a smaller image circle is reported
 
 
@@ -34,6 +46,7 @@ NARROW = 0.97                   # of the film's diagonal: a smaller image circle
 class Readings:
     """The read-outs; None where a figure has no meaning for the camera.
 
+    fov_…: by chief rays of the real lens, with its distortion, at infinity; 2 atan(h / 2f) for an ideal one.
     wavelength: of the focal lengths, the widest f-number, the pupils and the Airy disk (µm), the primary one of the
     design.
     f_number: in air, focused at infinity. widest_f_number: the same with the stop fully open. working_f_number: of the
@@ -123,38 +136,43 @@ def lens_readings(settings: "Settings") -> Readings:
 @lru_cache(maxsize=64)
 def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     lens_setup = setup(settings)
-    fo, film, limit = lens_setup.first_order, lens_setup.film, blur_limit(settings)
+    film, limit, port = lens_setup.film, blur_limit(settings), lens_setup.port
     wavelength = reference_wavelength(lens.surfaces, lens.system)
     designed = lb.first_order(lens, wavelength)
     seen = lb.first_order(lens_setup.lens, wavelength)              # focused and stopped down
     plain = replace(
-        angles(film, designed.efl, _across(lens, wavelength)), wavelength=wavelength,
+        angles(film, lens.front_index * designed.efl, _across(lens, wavelength), port),
+        wavelength=wavelength,
         efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl), limit=limit,
-        widest_f_number=_finite(lb.first_order(lens.in_air, wavelength).f_number),
+        widest_f_number=_finite(lb.f_number_at_infinity(lens, wavelength)),
         film_distance=lens_setup.film_distance, focusing=lens_setup.focusing,
         entrance_pupil=_finite(2.0 * seen.entrance_pupil.radius), exit_pupil=_finite(2.0 * seen.exit_pupil.radius),
         reason=lens_setup.reason,
     )
-    if not (math.isfinite(fo.efl) and fo.efl > 0.0):
+    if not 0.0 < lens_setup.first_order.efl < math.inf:
         return plain
-
-    # The closed forms measure from the front principal plane, the focus dial from the film
-    offset, nearest = lens_setup.principal_offset, lb.nearest_focus(lens_setup.lens)
+    if settings.follows_lens and lens.is_rotationally_symmetric:
+        across, down, diagonal = (angle if angle is None else 2.0 * port.seen_angle(0.5 * angle)
+                                  for angle in _traced_angles(lens, film.width, film.height, wavelength,
+                                                              lens_setup.focusing.method))
+        plain = replace(plain, fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal)
+    at, behind = lens_setup.lens, lens_setup.film_distance
+    nearest = lb.nearest_focus(at)
+    focus = max(lens_setup.focus_distance, nearest)
     if len(lens.sections) > 1:
-        foci = lb.section_foci(lens_setup.lens, max(settings.focus_distance, nearest), lens_setup.film_distance)
-        behind = (foci[0] - lens_setup.film_distance, foci[1] - lens_setup.film_distance)
-        plain = replace(plain, across=_across(lens, wavelength), foci=behind)
-    focus = max(settings.focus_distance, nearest) - offset
-    plain = replace(plain, nearest_focus=nearest, magnification=fo.efl / (focus - fo.efl))
+        foci = lb.section_foci(at, focus, behind)
+        plain = replace(plain, across=_across(lens, wavelength), foci=(foci[0] - behind, foci[1] - behind))
+    plain = replace(plain, nearest_focus=nearest_in_focus(at, settings),
+                    magnification=lb.magnification(at, behind, focus))
     if not settings.has_stop:
         return replace(plain, f_number=None)
-    near, far = lb.depth_of_field(fo.efl, fo.f_number, focus, limit)
-    working = lb.working_f_number(lens_setup.lens, lens_setup.film_distance)
+    near, far = lb.thick_depth_of_field(at, behind, focus, limit)
+    working = lb.working_f_number(at, behind)
     return replace(
         plain, f_number=lens_setup.f_number, working_f_number=_finite(working), airy=airy_diameter(working, wavelength),
-        t_number=lb.t_number(lens_setup.lens.at(close=0.0), coating(settings, lens).name),
-        near_limit=near + offset, far_limit=far + offset,
-        hyperfocal=lb.hyperfocal(fo.efl, fo.f_number, limit) + offset,
+        t_number=lb.t_number(at.at(close=0.0), coating(settings, lens).name),
+        near_limit=_known(port.true(near)), far_limit=_known(port.true(far)),
+        hyperfocal=true_focus(at, max(lb.thick_hyperfocal(at, limit), nearest), settings),
     )
 
 
@@ -163,19 +181,41 @@ def _across(lens: lb.Lens, wavelength: float) -> float | None:
     return None if len(lens.sections) == 1 else _finite(lb.first_order(lens.section("x"), wavelength).efl)
 
 
-def angles(film: lb.Film, efl: float, across_efl: float | None = None) -> Readings:
+def angles(film: lb.Film, efl: float, across_efl: float | None = None, port: FlatPort = AIR) -> Readings:
     """Fields of view at infinity, 2 atan(h / 2f), and the focal length with the same diagonal field on full frame.
 
-    across_efl: focal length (mm) of the section x–z of a lens with cylinders, which squeezes the picture; the film
-    then counts as wide as the unsqueezed picture.
+    efl: on the side of the scene, f; in water it is longer by the index. across_efl: focal length (mm) of the section
+    x–z of a lens with cylinders, which squeezes the picture; the film then counts as wide as the unsqueezed picture.
+    port: the window into water, which narrows the fields.
     """
     if not (math.isfinite(efl) and efl > 0.0):
         return Readings()
     if across_efl is not None and across_efl > 0.0:
         film = replace(film, width=film.width * efl / across_efl)
-    across, down, diagonal = (lb.field_of_view(efl, film, axis) for axis in ("horizontal", "vertical", "diagonal"))
+    across, down, diagonal = (2.0 * port.seen_angle(0.5 * lb.field_of_view(efl, film, axis))
+                              for axis in ("horizontal", "vertical", "diagonal"))
     return Readings(fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal,
-                    equivalent=lb.equivalent(efl, film).focal_length)
+                    equivalent=lb.equivalent(0.5 * film.diagonal / math.tan(0.5 * diagonal), film).focal_length)
+
+
+@lru_cache(maxsize=64)
+def _traced_angles(lens: lb.Lens, width: float, height: float, wavelength: float,
+                   method: str) -> tuple[float | None, ...]:
+    """Fields of view (radians) of a film (mm) at infinity: twice the angles of chief rays, with all distortion.
+
+    To the sides, the top and the corner of the film, or to the edge of a smaller image circle. None where no light
+    through the middle of the stop gets there. method: of focusing.
+    """
+    try:
+        film_distance = lb.film_distance(lens, math.inf, method)
+    except lb.LensError:
+        return (None,) * 3
+    corner = np.array([0.5 * width, 0.5 * height])
+    reach = float(edge_of_light(Aim(lens, film_distance), corner[None], 1.0)[0][0]) * math.hypot(*corner)
+    radii = np.minimum([corner[0], corner[1], math.hypot(*corner)], reach)
+    rays = find_chief_rays(lens, film_distance, np.column_stack([0.0 * radii, radii]), by_image=True,
+                           wavelength=wavelength)
+    return tuple(float(angle) if math.isfinite(angle) else None for angle in 2.0 * np.abs(rays.angles[:, 1]))
 
 
 def airy_diameter(working_f_number: float, wavelength: float = lb.D_LINE) -> float | None:
@@ -185,6 +225,10 @@ def airy_diameter(working_f_number: float, wavelength: float = lb.D_LINE) -> flo
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
 
 
 def intrinsics(of: lb.Camera) -> str | None:

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.build import place_and_shutter
+from lensbench.app.state.build import place_and_shutter, port_index
 from lensbench.app.state.figures import Readings, airy_diameter, angles, blur_limit, readings
 from lensbench.app.state.setting import SettingsError
 from lensbench.app.state.stop_picture import stop_picture
+from lensbench.cameras.flat_port import FlatPort
 from lensbench.kernels.figures import significant
 
 if TYPE_CHECKING:
@@ -54,16 +55,24 @@ def seen_readings(settings: "Settings") -> Readings:
 
 
 def perspective(settings: "Settings") -> lb.PerspectiveCamera:
-    """An ideal thin lens; SettingsError where it is focused nearer than magnification 1, as FocusError for a lens."""
+    """An ideal thin lens; SettingsError where it is focused nearer than twice its focal length."""
     focal_length = perspective_focal_length(settings)
     radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
-    if radius > 0.0 and settings.focus_distance < 2.0 * focal_length:
+    port = port_of(settings)
+    focus = port.apparent(settings.focus_distance)
+    if radius > 0.0 and focus < 2.0 * focal_length:
+        nearest = port.true(2.0 * focal_length)
         raise SettingsError(f"focus at {significant(settings.focus_distance / 1000.0, 6)} m: the nearest distance of "
-                            f"this camera is {significant(math.ceil(2.0 * focal_length) / 1000.0)} m, twice its focal "
-                            "length")
+                            f"this camera is {significant(math.ceil(nearest) / 1000.0)} m, "
+                            + ("twice its focal length" if port.index == 1.0 else "which it sees at twice its focal "
+                               "length through the window"))
     return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis, lens_radius=radius,
-                                focus_distance=settings.focus_distance, **_stop(settings),
-                                **place_and_shutter(settings))
+                                focus_distance=focus, **_stop(settings), **place_and_shutter(settings))
+
+
+def port_of(settings: "Settings") -> FlatPort:
+    """The window into water of a camera without a lens, which touches its centre of projection."""
+    return FlatPort(0.0, port_index(settings))
 
 
 def perspective_focal_length(settings: "Settings") -> float:
@@ -74,21 +83,28 @@ def perspective_focal_length(settings: "Settings") -> float:
 @lru_cache(maxsize=64)
 def perspective_readings(settings: "Settings") -> Readings:
     """The read-outs of an ideal thin lens of the focal length that the field of view implies."""
-    film, limit = settings.film, blur_limit(settings)
+    film, limit, port = settings.film, blur_limit(settings), port_of(settings)
     efl = perspective_focal_length(settings)
-    plain = replace(angles(film, efl), efl=efl, limit=limit)
+    plain = replace(angles(film, efl, port=port), efl=efl, limit=limit)
     if settings.f_number is None:
         return plain
     plain = replace(plain, f_number=settings.f_number, entrance_pupil=efl / settings.f_number,
-                    hyperfocal=lb.hyperfocal(efl, settings.f_number, limit), nearest_focus=2.0 * efl)
+                    hyperfocal=port.true(efl**2 / (settings.f_number * limit)), nearest_focus=port.true(2.0 * efl),
+                    working_f_number=settings.f_number, airy=airy_diameter(settings.f_number))
+    focus = port.apparent(settings.focus_distance)
     try:
-        near, far = lb.depth_of_field(efl, settings.f_number, settings.focus_distance, limit)
-    except lb.LensError as error:
+        perspective(settings)                           # refuses what is too near
+        near, far = lb.depth_of_field(*focused_lens(settings), focus, limit)
+    except (lb.LensError, lb.CameraError, SettingsError) as error:
         return replace(plain, reason=str(error))
-    magnification = efl / (settings.focus_distance - efl)
-    working = settings.f_number * (1.0 + magnification)
-    return replace(plain, near_limit=near, far_limit=far, magnification=magnification, working_f_number=working,
-                   airy=airy_diameter(working))
+    return replace(plain, near_limit=port.true(near), far_limit=port.true(far), magnification=efl / focus)
+
+
+def focused_lens(settings: "Settings") -> tuple[float, float]:
+    """Focal length (mm) and f-number of the ideal lens in focus: its film stays where it is, and its power rises."""
+    efl = perspective_focal_length(settings)
+    focused = 1.0 / (1.0 / efl + 1.0 / port_of(settings).apparent(settings.focus_distance))
+    return focused, (settings.f_number or math.inf) * focused / efl
 
 
 def perspective_view(settings: "Settings") -> tuple[float, float]:
@@ -107,7 +123,8 @@ def perspective_with_view(settings: "Settings", fov: float) -> "Settings":
 def orthographic(settings: "Settings") -> lb.OrthographicCamera:
     """Parallel rays, or cones of them about parallel axes."""
     return lb.OrthographicCamera(settings.film, settings.scene_width * settings.crop, settings.lens_radius,
-                                 settings.focus_distance, **_stop(settings), **place_and_shutter(settings))
+                                 port_of(settings).apparent(settings.focus_distance), **_stop(settings),
+                                 **place_and_shutter(settings))
 
 
 @lru_cache(maxsize=64)
@@ -180,7 +197,8 @@ def hole_diameter(settings: "Settings") -> float:
 def finite_pinhole_readings(settings: "Settings") -> Readings:
     """The read-outs of a hole: the blur of hole and diffraction is nearly the same at every distance."""
     film, of = settings.film, finite_pinhole(settings)
-    return replace(angles(film, of.distance), efl=of.distance, limit=blur_limit(settings), f_number=of.f_number,
+    return replace(angles(film, of.distance, port=port_of(settings)), efl=of.distance, limit=blur_limit(settings),
+                   f_number=of.f_number,
                    working_f_number=of.f_number, film_distance=of.distance, entrance_pupil=2.0 * of.radius,
                    airy=of.diffraction())
 

@@ -24,7 +24,7 @@ from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.focus import FocusError, focused, nearest_focus
 from lensbench.optics.focus import film_distance as focus_on
 from lensbench.optics.lens_surface import LensError
-from lensbench.optics.paraxial import first_order, stopped_down
+from lensbench.optics.paraxial import f_number_at_infinity, first_order, stopped_down
 from lensbench.optics.prescription import Lens
 
 STOPS = 8               # half stops from the widest, that focus shift takes by default
@@ -134,7 +134,7 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
         For an afocal lens, f-numbers that the lens does not reach, a frequency or limit that is not positive, and as
         `ray_grid`.
     """
-    widest = first_order(lens.in_air).f_number
+    widest = f_number_at_infinity(lens)
     if not widest < inf:
         raise LensError("this lens is afocal: it has no focus to shift")
     if not (0.0 < frequency < inf and 0.0 < limit < inf):
@@ -267,7 +267,7 @@ def relative_illumination(lens: Lens, film_distance: float, film: Film, f_number
     """
     if points < 2:
         raise LensError(f"{points} film radii: at least 2 are needed")
-    widest = first_order(lens.in_air).f_number
+    widest = f_number_at_infinity(lens)
     if not widest < inf:
         raise LensError("this lens is afocal: it has no f-numbers to compare")
     numbers = widest * np.sqrt(2.0) ** np.arange(4) if f_numbers is None else f_numbers

@@ -1,6 +1,11 @@
-"""Flat port: a plane window between a camera in air and a medium of another index, at the camera's foremost point."""
+"""Flat port: a plane window between a camera in air and a medium of another index, at the camera's foremost point.
+
+Seen through it along the axis, all beyond appears nearer to the window by the index (Jenkins and White, "Fundamentals
+of Optics", section 2.6). Off the axis it appears nearer still, and as two foci.
+"""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,3 +41,36 @@ def port_step(z: float, index: float, gain: float) -> Step:
     p = np.empty(3)
     p[WINDOW_Z], p[RATIO], p[GAIN] = z, 1.0 / index, gain
     return Step(port, p)
+
+
+@dataclass(frozen=True)
+class FlatPort:
+    """Where a window is and what lies beyond it: distances through it along the axis, paraxially.
+
+    window: its distance (mm) from where distances begin. index: of the medium beyond; 1 stands for no window.
+    """
+
+    window: float = 0.0
+    index: float = 1.0
+
+    def apparent(self, distance):
+        """The distance (mm, also an array, also inf) at which the camera sees what is at a distance before it."""
+        return self.window + (distance - self.window) / self.index
+
+    def true(self, apparent):
+        """The distance (mm, also an array, also inf) of what the camera sees at a distance; inverse of `apparent`."""
+        return self.window + self.index * (apparent - self.window)
+
+    def seen_angle(self, angle: float) -> float:
+        """The angle (radians) from the axis, beyond the window, of a ray that has an angle from it in air."""
+        return math.asin(math.sin(min(angle, 0.5 * math.pi)) / self.index) if self.index != 1.0 else angle
+
+    def stretch(self, slope):
+        """True over apparent distance beyond the window for a ray of a slope (tan of the angle in air, also an array).
+
+        The mean of the two foci that a beam aslant has, n cos θ′ / cos θ across the plane of incidence and
+        n cos³ θ′ / cos³ θ in it, θ′ the angle beyond the window.
+        """
+        square = slope**2 / (1.0 + slope**2)                            # sin² θ
+        ratio = np.sqrt((1.0 - square / self.index**2) / (1.0 - square))
+        return self.index * 0.5 * (ratio + ratio**3)

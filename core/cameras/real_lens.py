@@ -19,7 +19,7 @@ from lensbench.cameras.lens_settings import FOLLOWING, check_medium, check_room,
 from lensbench.cameras.posed_ideal_lens import posed_film_points, posed_steps
 from lensbench.cameras.project import BEYOND, starting_points
 from lensbench.cameras.rays import CameraError
-from lensbench.cameras.traced_light import first_surface, traced_importance, traced_landing
+from lensbench.cameras.traced_light import foremost, traced_importance, traced_landing
 from lensbench.imaging.film import Film
 from lensbench.imaging.film_pose import UPRIGHT, FilmPose
 from lensbench.kernels.block import Step
@@ -227,7 +227,7 @@ class LensCamera(Camera):
     @property
     def front(self) -> float:
         """Coordinate z (mm, camera frame) of the lens's foremost point: its first vertex, or glass or rim before it."""
-        return min(0.0, float(np.fmin.reduce(first_surface(self.lens)[:, 2]))) - self.lens.length - self.film_distance
+        return foremost(self.lens) - self.lens.length - self.film_distance
 
     def film_slopes(self, film_xy, directions):
         """Derivatives in closed form for the ideal models; see `Camera.film_slopes`."""

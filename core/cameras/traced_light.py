@@ -59,6 +59,11 @@ def traced_importance(lens: Lens, film_distance: float, pose: FilmPose, film_are
     return FilmImportance(film, we, position_pdf, direction_pdf, passes & (area > 0.0))
 
 
+def foremost(lens: Lens) -> float:
+    """Coordinate z (mm, lens frame) of a lens's foremost point: its first vertex, or glass or rim before it."""
+    return min(0.0, float(np.fmin.reduce(first_surface(lens)[:, 2])))
+
+
 def first_surface(lens: Lens) -> np.ndarray:
     """Points (n, 3) of the first surface, lens frame (mm): one of its rim where it is in line, else all over it."""
     first, frame = lens.surfaces[0], lens.frames[0]

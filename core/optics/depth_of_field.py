@@ -15,7 +15,6 @@ from lensbench.kernels.figures import significant
 from lensbench.optics.axial_bundle import pupil_rays
 from lensbench.optics.focus import FocusError
 from lensbench.optics.lens_surface import LensError
-from lensbench.optics.paraxial import ray_matrix
 from lensbench.optics.prescription import Lens
 
 
@@ -80,7 +79,7 @@ def hyperfocal(focal_length: float, f_number: float, limit: float) -> float:
         If a number is not positive and finite.
     """
     _check_thin_lens(focal_length, f_number, np.asarray(np.inf))
-    _check_limit(limit)
+    check_limit(limit)
     return focal_length**2 / (f_number * limit) + focal_length
 
 
@@ -112,44 +111,13 @@ def depth_of_field(focal_length: float, f_number: float, focus_distance: ArrayLi
     """
     s_f = np.asarray(focus_distance, dtype=np.float64)
     _check_thin_lens(focal_length, f_number, s_f)
-    _check_limit(limit)
+    check_limit(limit)
     # near, far = s f² / (f² ± N C (s − f)); s / (s − f) is 1 where both are infinite
     whole, blur = focal_length**2, f_number * limit * (s_f - focal_length)
     far, near = np.full(s_f.shape, np.inf), np.full(s_f.shape, whole / (f_number * limit))
     np.multiply(s_f, whole / np.where(blur < whole, whole - blur, 1.0), out=far, where=blur < whole)
     np.multiply(s_f, whole / (whole + blur), out=near, where=np.isfinite(blur))
     return _plain(near), _plain(far)
-
-
-def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> np.ndarray:
-    """Paraxial circles of confusion of a lens, from marginal rays of the stop by the ABCD matrix.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens at its current focus positions.
-    film_distance : float
-        Last vertex → film (mm).
-    distances : (n,) array_like
-        Film → axis points (mm).
-
-    Returns
-    -------
-    (n,) ndarray
-        Diameters on the film (mm); NaN for a point within the lens.
-    """
-    film_gap = film_distance / lens.indices()[-1]
-    before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
-    squares = []
-    for section in lens.sections:
-        a, b, c, d = ray_matrix(section, 0, len(lens.surfaces))
-        a_stop, b_stop, _, _ = ray_matrix(section, 0, lens.stop_index)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            nearness = lens.front_index / before        # reduced slope per mm of height at the first vertex
-            at_film = (a + film_gap * c) + (b + film_gap * d) * nearness    # heights per mm there
-            at_stop = a_stop + b_stop * nearness
-            squares.append((2.0 * lens.stop.semi_diameter * at_film / at_stop) ** 2)
-    return np.where(before > 0.0, np.sqrt(np.mean(squares, 0)), np.nan)
 
 
 def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -190,6 +158,13 @@ def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayL
     return spread, extent
 
 
+def check_limit(limit: float) -> None:
+    """LensError for a limit (mm) of the circle of confusion that is not positive and finite."""
+    if not (isfinite(limit) and limit > 0.0):
+        raise LensError(f"limit {significant(limit)} mm of the circle of confusion: it must be a positive "
+                        f"finite number")
+
+
 def _plain(values: np.ndarray):
     """A float for a 0-dimensional array."""
     return values if np.ndim(values) else float(values)
@@ -204,9 +179,3 @@ def _check_thin_lens(focal_length: float, f_number: float, focus_distance: np.nd
         raise FocusError(f"focus at {significant(np.min(focus_distance) / 1000.0, 4)} m: a thin lens of "
                          f"{significant(focal_length)} mm "
                          f"focuses only beyond its focal length, {significant(focal_length / 1000.0, 4)} m")
-
-
-def _check_limit(limit: float) -> None:
-    if not (isfinite(limit) and limit > 0.0):
-        raise LensError(f"limit {significant(limit)} mm of the circle of confusion: it must be a positive "
-                        f"finite number")

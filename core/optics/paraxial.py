@@ -148,6 +148,24 @@ def _first_order(lens: Lens, wavelength: float) -> FirstOrder:
     )
 
 
+def f_number_at_infinity(lens: Lens, wavelength: float = D_LINE) -> float:
+    """The f-number of a lens in air and focused at infinity, whatever is before it and wherever its groups are now.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens at its zoom setting, with its stop as open as it is.
+    wavelength : float
+        Micrometres.
+
+    Returns
+    -------
+    float
+        Focal length over the diameter of the entrance pupil; inf for an afocal lens.
+    """
+    return first_order((lens.at(close=0.0) if lens.has_focus_groups else lens).in_air, wavelength).f_number
+
+
 def stopped_down(lens: Lens, f_number: float) -> Lens:
     """The lens with its stop closed to an f-number: the stop's radius is proportional to 1 / f-number.
 
@@ -171,7 +189,7 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
     """
     if not (isfinite(f_number) and f_number > 0.0):
         raise LensError(f"f-number {significant(f_number)}: it must be a positive finite number")
-    widest = first_order(lens.in_air).f_number
+    widest = f_number_at_infinity(lens)
     if isinf(widest) or widest == 0.0:
         raise LensError("this lens is afocal or telecentric towards the scene: it has no f-number to stop down to")
     engraved = lens.stated_f_number

@@ -27,7 +27,8 @@ from lensbench.app.panels.lens_section.links import (
 from lensbench.app.panels.lens_section.posed_film import draw_posed
 from lensbench.app.panels.lens_section.switches import dead_ray_switch, edit_switch, view_switch
 from lensbench.app.panels.lens_section.viewport import View, fitted
-from lensbench.app.state.build import design
+from lensbench.app.state.analysis import film_drag
+from lensbench.app.state.build import design, setup
 from lensbench.app.state.figures import readings
 from lensbench.app.state.geometry.elements import elements
 from lensbench.app.state.geometry.exit_pupil import region
@@ -295,7 +296,7 @@ def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float
     if shown.lens is None or shown.open_radius is None:     # perspective camera: opens to f/0.5
         open_radius, widest = shown.film_z, 0.5
     else:
-        open_radius, widest = shown.open_radius, lb.first_order(design(settings).in_air).f_number
+        open_radius, widest = shown.open_radius, lb.f_number_at_infinity(design(settings))
     radius = min(max(radius, SMALLEST_STOP * open_radius), open_radius)
     return replace(settings, f_number=widest * open_radius / radius)
 
@@ -310,19 +311,15 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas, state: Sect
     if not imgui.is_item_active():
         return settings
     before = state.mouse
-    # The film of a lens with focus groups is fixed: convert the drag to a focus of the lens as a whole, paraxially
-    whole = replace(shown.lens.at(close=0.0), positions=None)
     try:
-        nearest = max(lb.nearest_focus(shown.lens), lb.nearest_focus(whole))
-        now = whole.length + lb.film_distance(whole, max(settings.focus_distance, nearest))
-        film_z = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale, state)
+        built = setup(settings)
+        now = film_drag.film_z(built)
+        pulled = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale, state)
         if imgui.is_item_activated() or state.mouse == before:
             return settings
-        film_distance = min(film_z - whole.length, lb.film_distance(whole, nearest))
-        focus = max(lb.focused_distance(whole, film_distance), nearest)
     except lb.LensError:
         return settings
-    return replace(settings, focus_distance=focus)
+    return replace(settings, focus_distance=film_drag.focus_at(built, pulled - now))
 
 
 def _tooltip(what: str, value: str) -> None:

@@ -23,7 +23,7 @@ def focus_shift_figure(query: Query, points: int, f_number: float | None = None)
 
     f_number: marked, where it is not that of the query.
     """
-    widest = lb.first_order(query.setup.lens.in_air).f_number
+    widest = lb.f_number_at_infinity(query.setup.lens)
     numbers = widest * math.sqrt(2.0) ** (0.5 * np.arange(1 + max(2, math.ceil(4 * math.log2(max(
         SLOWEST / widest, 1.0))))))
     found = focus_shift(query.lens, query.setup.film_distance, query.conditions(), numbers, FREQUENCY,

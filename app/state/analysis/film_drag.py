@@ -1,22 +1,33 @@
-"""The focus distance that puts the film elsewhere behind the lens."""
+"""The focus distance that puts the film elsewhere behind the lens.
+
+The film of a lens with focus groups is fixed: its lens as a whole is taken instead, paraxially. Lengths in mm.
+"""
 
 from dataclasses import replace
 
 import lensbench as lb
-from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.build import Setup
 
 
-def focus_at(query: Query, shift: float) -> float:
-    """The focus distance (mm) of a film that is shifted by so much (mm along +z); the present one where there is none.
+def film_z(built: Setup) -> float:
+    """Where the film of the lens as a whole is, in the lens frame; LensError for a lens that cannot be focused."""
+    whole, nearest = _whole(built.lens)
+    return whole.length + lb.film_distance(whole, max(built.focus_distance, nearest))
 
-    The film of a lens with focus groups is fixed: its lens as a whole is taken instead, paraxially.
-    """
-    lens = query.setup.lens
-    whole = replace(lens.at(close=0.0), positions=None)
+
+def focus_at(built: Setup, shift: float) -> float:
+    """The focus distance of a film that is shifted by so much along +z; the present one where there is none."""
     try:
-        nearest = max(lb.nearest_focus(lens), lb.nearest_focus(whole))
-        now = lb.film_distance(whole, max(query.focus_distance, nearest))
-        farthest_film = lb.film_distance(whole, nearest)
-        return float(max(lb.focused_distance(whole, min(now + shift, farthest_film)), nearest))
+        whole, nearest = _whole(built.lens)
+        now = lb.film_distance(whole, max(built.focus_distance, nearest))
+        film = min(now + shift, lb.film_distance(whole, nearest))
+        port = replace(built.port, window=built.port.window + film - now)
+        return float(port.true(max(lb.focused_distance(whole, film), nearest)))
     except lb.LensError:
-        return query.focus_distance
+        return float(built.port.true(built.focus_distance))
+
+
+def _whole(lens: lb.Lens) -> tuple[lb.Lens, float]:
+    """The lens without focus groups, and its nearest focus distance."""
+    whole = replace(lens.at(close=0.0), positions=None)
+    return whole, max(lb.nearest_focus(lens), lb.nearest_focus(whole))

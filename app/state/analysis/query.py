@@ -93,7 +93,8 @@ class Query:
         """The conditions in one line. more: what the analysis adds, such as its reference."""
         given = self.conditions() if rays is None else rays.conditions
         lines = ", ".join(fixed(1000.0 * line, 0) for line in given.wavelengths)
-        parts = [f"object {format_distance(self.focus_distance)}", f"{lines} nm"]
+        seen = "" if self.setup.port.index == 1.0 else " as seen through the window"
+        parts = [f"object {format_distance(self.focus_distance)}{seen}", f"{lines} nm"]
         parts += [each for each in more if each != f"{lines} nm alone"]
         if rays is not None:
             parts.append(f"{rays.opd.shape[-1]} × {rays.opd.shape[-1]} rays")
@@ -159,12 +160,12 @@ def query(settings: Settings) -> Query:
     if not settings.has_lens:
         raise ValueError(NO_LENS)
     built = setup(settings)
-    distance = settings.focus_distance - built.film_z if math.isfinite(settings.focus_distance) else math.inf
+    distance = built.focus_distance - built.film_z if math.isfinite(built.focus_distance) else math.inf
     if not distance > 0.0:
         raise ValueError("The plane in focus lies within the lens: there is no object to analyse. Focus farther away")
     model = LENS_MODELS[settings.lens_model]
     lens, alone = _with_dispersion(published(settings), built.lens)
-    return Query(built, lens, distance, settings.focus_distance, "" if model.follows_lens else model.title,
+    return Query(built, lens, distance, built.focus_distance, "" if model.follows_lens else model.title,
                  not settings.film_pose.is_upright, alone)
 
 

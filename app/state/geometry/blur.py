@@ -2,8 +2,8 @@
 
 Lengths in mm, camera frame. What a pixel sees `depth` before the film has a circle of confusion of the diameter gain ·
 |1/(focus − offset) − 1/(depth − offset)| pixels, `offset` being the distance of the entrance pupil, or of the
-front principal plane, from the film. For a lens and a film in line the three numbers are those of the formula of the
-thin lens, and the same for all pixels. Before a film out of line they change with the place: in closed form for ideal
+front principal plane, from the film. For a lens and a film in line the three numbers are those of its first order,
+and the same for all pixels. Before a film out of line they change with the place: in closed form for ideal
 lenses. A lens that is traced, or out of line, has them from traced beams: no formula knows its field curvature there.
 """
 
@@ -13,15 +13,19 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+import lensbench as lb
 from lensbench.analysis.traced_focus import Beams, beams
-from lensbench.app.state.build import setup
+from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.figures import blur_limit, readings
 from lensbench.app.state.file_cache import Stamp, file_stamp
+from lensbench.app.state.ideal_cameras import port_of
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import lens_leans
+from lensbench.cameras.flat_port import FlatPort
 
 ACROSS, DOWN = 9, 7                    # nodes of traced beams
 FINE = 49                               # nodes along each side of a curved film behind an ideal lens
+FAR_PUPIL = 100.0                       # × the distance from film to first vertex
 DIAMETER = 2.0 * math.sqrt(2.0)         # of a disc over its rms radius
 
 
@@ -76,23 +80,54 @@ def _blur(settings: Settings, lens: Stamp) -> Blur:
     pitch, sharp = settings.film.pitch, blur_limit(settings)
     pose = settings.film_pose
     if lens_leans(settings) or settings.follows_lens and (pose.is_tilted or pose.is_curved):
-        return Blur(_traced(settings), sharp / pitch)
-    if settings.kind.ideal_lens:
-        offset, efl, f_number = 0.0, readings(settings).efl or 50.0, settings.f_number or math.inf
-    else:
         built = setup(settings)
-        offset, efl, f_number = built.principal_offset, built.first_order.efl, built.first_order.f_number
-    focus = 1.0 / max(settings.focus_distance - offset, 1.01 * abs(efl))
-    gain = efl * efl / f_number / (1.0 - efl * focus) / pitch
-    if settings.kind.ideal_lens or not (pose.is_tilted or pose.is_curved):
-        return Blur.even(gain, focus, offset, sharp / pitch)
-    # A film point that lies so much farther behind the rear principal plane, in parts: the formula of its own film
-    behind = built.film_distance - built.first_order.rear_principal
-    count = FINE if pose.is_curved else 2
-    places = pose.points(_film_places(settings, count, count).reshape(-1, 2))
-    lean = places[:, 2].reshape(count, count) / behind
-    return Blur(np.stack([gain * (focus + lean / efl), gain * (1.0 + lean), np.full(lean.shape, offset)], -1),
+        return Blur(_through(built.port, _traced(settings), settings, built.first_order.efl), sharp / pitch)
+    if settings.kind.ideal_lens:
+        port, efl = port_of(settings), readings(settings).efl or 50.0
+        focus, gain = 1.0 / port.apparent(settings.focus_distance), efl * efl / (settings.f_number or math.inf) / pitch
+        return Blur(_through(port, np.array([[[gain * focus, gain, 0.0]]]), settings, efl), sharp / pitch)
+    built = setup(settings)
+    count = FINE if pose.is_curved else 2 if pose.is_tilted else 1
+    behind = np.zeros((count, count)) if count == 1 else \
+        pose.points(_film_places(settings, count, count).reshape(-1, 2))[:, 2].reshape(count, count)
+    return Blur(_through(built.port, _of_lens(built, behind) / [pitch, pitch, 1.0], settings, built.first_order.efl),
                 sharp / pitch)
+
+
+def _of_lens(built: Setup, behind: np.ndarray) -> np.ndarray:
+    """Nodes (rows, columns, 3) of a lens in line, in mm, for film points so much farther from it (mm).
+
+    A point at t from the entrance pupil, of the diameter D, is as wide on the film as D m |t′ − t| / t, t′ the distance
+    in focus and m its magnification. A pupil that is far from the lens, or beyond the focus, has the formula of the
+    thin lens in the front principal plane.
+    """
+    fo, focused = built.first_order, built.focus_distance
+    if built.reason:                                    # not focused as set
+        focused = lb.focused_distance(built.lens, built.film_distance)
+    plane, diameter = fo.entrance_pupil.z, 2.0 * fo.entrance_pupil.radius
+    if not (abs(plane) < FAR_PUPIL * built.film_z and focused > built.film_z - plane):
+        plane, diameter = fo.front_principal, fo.efl / fo.f_number
+    offset, magnification = built.film_z - plane, lb.magnification(built.lens, built.film_distance, focused)
+    image = magnification * (focused - offset) if math.isfinite(focused) else built.lens.front_index * fo.efl
+    return np.stack([diameter * (magnification + behind / fo.efl),
+                     diameter * (image + behind * (plane - fo.ffl) / fo.efl), np.full(behind.shape, offset)], -1)
+
+
+def _through(port: FlatPort, nodes: np.ndarray, settings: Settings, efl: float) -> np.ndarray:
+    """The nodes of a camera in air for depths behind its window into water.
+
+    What is at the depth d appears at w + (d − w) / n: beyond another offset, with another gain. n is the mean of the
+    two foci of a beam aslant; nodes that were alike are spread over the picture for it.
+    """
+    if port.index == 1.0:
+        return nodes
+    if nodes.shape[:2] == (1, 1):
+        nodes = np.broadcast_to(nodes, (DOWN, ACROSS, 3))
+    rows, columns = nodes.shape[:2]
+    slope = np.hypot(*np.moveaxis(_film_places(settings, columns, rows), 2, 0)) / efl
+    index = port.stretch(slope)
+    focused, gain, offset = np.moveaxis(nodes, 2, 0)
+    return np.stack([focused, gain * index, port.window - index * (port.window - offset)], -1)
 
 
 def _film_places(settings: Settings, across: int, down: int) -> np.ndarray:

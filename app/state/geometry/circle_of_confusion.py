@@ -1,6 +1,6 @@
 """The circle of confusion as curves against distance: of the thin lens, the thick lens and the traced real lens.
 
-Distances in metres from the film, diameters in micrometres on the film.
+Distances in metres from the film, beyond a window into water as well; diameters in micrometres on the film.
 """
 
 import math
@@ -14,6 +14,7 @@ from lensbench.app.state.build import setup
 from lensbench.app.state.dial_scales import WHOLE_STOPS
 from lensbench.app.state.figures import Readings, readings
 from lensbench.app.state.file_cache import Stamp, file_stamp
+from lensbench.app.state.ideal_cameras import focused_lens, port_of
 from lensbench.app.state.settings import Settings
 
 NEIGHBOURS = (-1, 2, 5)         # stops from the present f-number, drawn faint
@@ -69,19 +70,21 @@ def _curves(settings: Settings, low: float, high: float, lens: Stamp) -> Curves:
     if not settings.focuses:
         raise ValueError("A pinhole has no focus: hole and diffraction blur all distances nearly alike")
     if not settings.has_lens:
-        thin = lb.circle_of_confusion(got.efl, got.f_number, focus, distances)
+        port = port_of(settings)
+        thin = lb.circle_of_confusion(*focused_lens(settings), port.apparent(focus), port.apparent(distances))
         return Curves(distances / 1000.0, _micrometres(thin), None, None, _neighbours(got, thin))
     lens_setup = setup(settings)
-    offset = lens_setup.principal_offset
+    offset, metres = lens_setup.principal_offset, distances / 1000.0
+    distances = lens_setup.port.apparent(distances)
     from_lens = np.maximum(distances - offset, 1e-3)
-    s_f = max(focus, got.nearest_focus or 0.0) - offset
+    s_f = max(lens_setup.focus_distance, lb.nearest_focus(lens_setup.lens)) - offset
     thin = np.where(distances > offset,
                     lb.circle_of_confusion(got.efl, lens_setup.at_infinity.f_number, s_f, from_lens), np.nan)
     thick = lb.thick_circle_of_confusion(lens_setup.lens, lens_setup.film_distance, distances)
     real = None
     if settings.follows_lens:
         real = _micrometres(lb.real_circle_of_confusion(lens_setup.lens, lens_setup.film_distance, distances)[0])
-    return Curves(distances / 1000.0, _micrometres(thin), _micrometres(thick), real, _neighbours(got, thick))
+    return Curves(metres, _micrometres(thin), _micrometres(thick), real, _neighbours(got, thick))
 
 
 def _micrometres(millimetres: np.ndarray) -> np.ndarray:

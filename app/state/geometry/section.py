@@ -10,11 +10,13 @@ from functools import lru_cache
 
 import lensbench as lb
 from lensbench.app.state.build import Setup, design, published, setup
-from lensbench.app.state.figures import readings
+from lensbench.app.state.figures import AIR, readings
 from lensbench.app.state.geometry.elements import cut
 from lensbench.app.state.geometry.ray_fans import FIELDS, Fan, fans, ideal_fan
 from lensbench.app.state.geometry.top_view import quarter_turned
+from lensbench.app.state.ideal_cameras import port_of
 from lensbench.app.state.settings import Settings
+from lensbench.cameras.flat_port import FlatPort
 
 UNMARKED = "No F, P, E: the elements are out of line"
 
@@ -53,6 +55,7 @@ class Sketch:
     glasses: tuple[lb.Glass, ...] = ()
     above: bool = False
     unmarked: str = ""
+    port: FlatPort = AIR            # the window into water, distances from the film
 
     @property
     def stop_is_in_line(self) -> bool:
@@ -85,7 +88,7 @@ def sketch(settings: Settings, above: bool = False) -> Sketch:
 def _of_lens(lens_setup: Setup, wide_open: lb.Lens, glasses: tuple[lb.Glass, ...], settings: Settings,
              above: bool) -> Sketch:
     lens, fo = lens_setup.lens, lens_setup.first_order
-    focus = settings.focus_distance
+    focus = lens_setup.focus_distance
     if lens_setup.reason:                                        # not focused as set: find the actual focus distance
         try:
             focus = lb.focused_distance(lens, lens_setup.film_distance)
@@ -109,7 +112,7 @@ def _of_lens(lens_setup: Setup, wide_open: lb.Lens, glasses: tuple[lb.Glass, ...
         stop_radius=lens.stop.semi_diameter if settings.has_stop else None,
         open_radius=wide_open.stop.semi_diameter if settings.has_stop else None,
         ideal=not settings.follows_lens, reason=lens_setup.reason, glasses=glasses, above=above,
-        unmarked="" if is_marked else UNMARKED,
+        unmarked="" if is_marked else UNMARKED, port=lens_setup.port,
     )
 
 
@@ -119,12 +122,12 @@ def _of_ideal_lens(settings: Settings) -> Sketch:
     if got.efl is None:
         raise ValueError(got.reason)
     film, radius = settings.film, 0.0 if settings.f_number is None else 0.5 * (got.entrance_pupil or 0.0)
-    half = 0.5 * film.diagonal
+    half, focus = 0.5 * film.diagonal, port_of(settings).apparent(settings.focus_distance)
     # The film stays at the focal length: the power of the lens rises with a nearer focus
-    found = tuple(ideal_fan(name, part * half, 1.0 / (1.0 / got.efl + 1.0 / settings.focus_distance), 0.0, 0.0, got.efl,
+    found = tuple(ideal_fan(name, part * half, 1.0 / (1.0 / got.efl + 1.0 / focus), 0.0, 0.0, got.efl,
                             0.0, radius, 9 if radius else 1, -8.0 * got.efl) for name, part in FIELDS)
     return Sketch(
         lens=None, fans=found, marks=(Mark("O", 0.0, "Centre of projection"),), film_z=got.efl, film_height=half,
         rear_z=0.0, glass_radius=max(radius, 0.2 * half), near_stop=radius, stop_z=0.0, stop_radius=radius or None,
-        open_radius=None, ideal=True, reason=got.reason,
+        open_radius=None, ideal=True, reason=got.reason, port=replace(port_of(settings), window=got.efl),
     )

@@ -16,6 +16,7 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.geometry.exit_pupil import from_film, region, turn
 from lensbench.app.state.geometry.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan
 from lensbench.app.state.geometry.top_view import quarter_turned
+from lensbench.app.state.ideal_cameras import port_of
 from lensbench.app.state.pixel.beam import landing
 from lensbench.app.state.pixel.pointed import Place, PointedRay
 from lensbench.app.state.settings import Settings
@@ -60,7 +61,8 @@ def _perspective_fan(settings: Settings, radius: float) -> Fan:
     if got.efl is None:
         raise ValueError(got.reason)
     opening = 0.0 if settings.f_number is None else 0.5 * (got.entrance_pupil or 0.0)
-    return ideal_fan("pixel", radius, 1.0 / (1.0 / got.efl + 1.0 / settings.focus_distance), 0.0, 0.0, got.efl, 0.0,
+    focus = port_of(settings).apparent(settings.focus_distance)
+    return ideal_fan("pixel", radius, 1.0 / (1.0 / got.efl + 1.0 / focus), 0.0, 0.0, got.efl, 0.0,
                      opening, COUNT if opening else 1, -8.0 * got.efl)
 
 

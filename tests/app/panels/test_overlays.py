@@ -16,12 +16,12 @@ from lensbench.app.state.settings import Settings
 @pytest.mark.parametrize("focus", [400.0, 1200.0, 50_000.0, math.inf])
 @pytest.mark.parametrize("f_number", [None, 2.8, 16.0])
 def test_the_overlay_shows_the_circles_of_confusion_of_the_closed_form(focus, f_number):
-    settings = replace(Settings(), focus_distance=focus, f_number=f_number)
+    settings = replace(Settings(), focus_distance=focus, f_number=f_number, focus_position="paraxial")
     depth = np.array([[250.0, 400.0, 1000.0, 1200.0, 8000.0, 1e6]], np.float32)
     blur, stand = Blur.of(settings), setup(settings)
     shown = np.array([[blur.pixels(each, (0.3, 0.7)) for each in depth[0].tolist()]])
-    expected = lb.circle_of_confusion(stand.first_order.efl, stand.first_order.f_number,
-                                      focus - stand.principal_offset, depth.astype(float) - stand.principal_offset)
+    film_distance = lb.film_distance(stand.lens, focus)
+    expected = lb.thick_circle_of_confusion(stand.lens, film_distance, depth[0].astype(float))[None]
     # both in double: what is in focus comes out as a difference of reciprocals of 1/1000 mm, times gains of 1e5 px mm
     np.testing.assert_allclose(shown, expected / settings.film.pitch, rtol=1e-9, atol=1e-9)
 

@@ -66,11 +66,11 @@ def test_the_perspective_camera_has_a_field_of_view_of_its_own():
     assert constraints.with_field_of_view(settings, 1.0) == replace(settings, fov=1.0)
 
 
-def test_the_perspective_camera_focuses_no_nearer_than_at_magnification_one():
+def test_the_perspective_camera_focuses_no_nearer_than_twice_its_focal_length():
     near = constraints.constrained(replace(START, camera="perspective", fov=0.1, focus_distance=1.0))
     got = readings(near)
     assert math.isclose(near.focus_distance, got.nearest_focus, rel_tol=1e-3)
-    assert math.isclose(got.magnification, 1.0, rel_tol=1e-3)
+    assert math.isclose(got.magnification, 0.5, rel_tol=1e-3)           # its film stays at the focal length
     camera(near)
     with pytest.raises(SettingsError, match="nearest distance"):
         camera(replace(near, focus_distance=0.9 * near.focus_distance))

@@ -3,15 +3,19 @@
 import math
 from dataclasses import fields, replace
 
+import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.state.build import setup
+from lensbench.app.state.build import camera, setup
+from lensbench.app.state.constraints import constrained
 from lensbench.app.state.figures import Readings, blur_limit, readings
+from lensbench.app.state.geometry.blur import Blur
 from lensbench.app.state.settings import Settings
 from tests.app.kinds import of_kind
 
 START = Settings(lens="pbrt-dgauss-50mm", focus_position="paraxial")     # the focus of the closed forms
+CLOSED = 200.0                  # × the f-number, for the limit of small stops
 distances = pytest.mark.parametrize("focus", [250.0, 1200.0, 9000.0, math.inf])
 
 
@@ -30,34 +34,100 @@ def test_principal_planes_carry_the_engraved_distance_to_the_film(focus):
     assert 1.0 / s + 1.0 / image == pytest.approx(1.0 / fo.efl, rel=1e-12)
 
 
-@distances
-@pytest.mark.parametrize("limit", ["diagonal", "pixel"])
-def test_at_the_limits_of_the_depth_of_field_the_circle_of_confusion_is_the_limit(focus, limit):
-    settings = replace(START, focus_distance=focus, limit=limit)
-    stand, got = setup(settings), readings(settings)
-    s_f = from_lens(stand, focus)
+SEEN = {
+    "unit focusing": START,
+    "internal focusing": replace(START, lens="lv-minolta-af-100mm-f28-macro", f_number=4.0,
+                                 focus_distance=400.0),
+    "a zoom": replace(START, lens="lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed", f_number=4.0,
+                      zoom=0.8, focus_distance=1500.0),
+    "through a window": replace(START, medium="water", visibility=8000.0),
+    "internal focusing through a window": replace(START, medium="water", lens="lv-minolta-af-100mm-f28-macro",
+                                                  f_number=4.0, focus_distance=450.0),
+    "in the water": replace(START, medium="water", immersed=True),
+    "perspective": replace(of_kind(START, "perspective"), f_number=2.8),
+    "perspective through a window": replace(of_kind(START, "perspective"), f_number=2.8, medium="water"),
+}
+
+
+def blur_of_point(settings: Settings, distance: float) -> float:
+    """Diameter (mm) of the image of a point of the axis, from rays of the camera.
+
+    Film points see the point whose cones of rays hold it. The cone of the film's middle is as wide at this distance as
+    its rays say (2√2 × their rms); a film point beside it has its cone as far beside it as the ray through the middle
+    of the pupil. The stop is closed to 1/200 and the result scaled back: the limit of small stops, without
+    aberrations.
+    """
+    of = camera(replace(settings, f_number=CLOSED * settings.f_number))
+    even, middle = (np.arange(24) + 0.5) / 24.0, [of.film.pixels_x / 2.0, of.film.pixels_y / 2.0]
+    samples = np.stack(np.meshgrid(even, even), -1).reshape(-1, 2)
+
+    def at_distance(raster, uv):
+        rays = of.generate_rays(np.broadcast_to(raster, uv.shape), uv)
+        away = (-distance - rays.origins[:, 2]) / rays.directions[:, 2]
+        return (rays.origins + away[:, None] * rays.directions)[:, :2]
+
+    cone = at_distance(middle, samples)
+    beside = at_distance([middle[0], middle[1] - 0.5], np.array([of.pupil_centre]))
+    width = 2.0 * math.sqrt(2.0 * float(((cone - cone.mean(0)) ** 2).sum(1).mean()))
+    return CLOSED * 0.5 * of.film.pitch * width / float(np.hypot(*beside[0]))
+
+
+@pytest.mark.parametrize("name", SEEN)
+def test_at_the_limits_of_the_depth_of_field_the_camera_blurs_a_point_as_much_as_the_limit(name):
+    settings = SEEN[name]
+    got = readings(settings)
+    assert got.near_limit < settings.focus_distance < got.far_limit < math.inf
     for edge in (got.near_limit, got.far_limit):
-        s = from_lens(stand, edge)
-        if math.isinf(s_f):
-            blur = got.efl**2 / got.f_number / s if math.isfinite(s) else 0.0
-        elif math.isinf(s):
-            continue
-        else:
-            blur = got.efl / got.f_number * got.efl * abs(s - s_f) / (s * (s_f - got.efl))
-        if blur:
-            assert blur == pytest.approx(blur_limit(settings), rel=1e-9)
-    assert got.near_limit < focus and got.far_limit >= focus
+        # A bundle 1/200 as wide has, scaled back, 1/40,000 of the spherical aberration of the whole
+        assert blur_of_point(settings, edge) == pytest.approx(got.limit, rel=5e-3)
 
 
-def test_focused_at_the_hyperfocal_distance_all_is_sharp_from_half_of_it():
-    got = readings(START)
-    # The film moves a little with the focus, and the engraved distance with it: the second step closes it
-    for _ in range(3):
-        got = readings(replace(START, focus_distance=got.hyperfocal))
-    stand = setup(replace(START, focus_distance=got.hyperfocal))
-    nudged = readings(replace(START, focus_distance=got.hyperfocal * 1.001))
-    assert nudged.far_limit == math.inf
-    assert from_lens(stand, got.near_limit) == pytest.approx(0.5 * from_lens(stand, got.hyperfocal), rel=1e-3)
+@pytest.mark.parametrize("name", SEEN)
+def test_the_distance_in_focus_is_sharp_and_the_overlay_knows_it(name):
+    settings = SEEN[name]
+    got, blur = readings(settings), Blur.of(settings)
+    assert blur_of_point(settings, settings.focus_distance) < 5e-3 * got.limit
+    pitch = settings.film.pitch
+    assert blur.pixels(settings.focus_distance, (0.5, 0.5)) < 1e-3 * got.limit / pitch
+    for edge in (got.near_limit, got.far_limit):
+        assert blur.pixels(edge, (0.5, 0.5)) * pitch == pytest.approx(got.limit, rel=2e-3)
+
+
+@pytest.mark.parametrize("name", SEEN)
+def test_magnification_is_that_of_the_rays_to_the_plane_in_focus(name):
+    settings = SEEN[name]
+    of = camera(replace(settings, f_number=CLOSED * settings.f_number))
+    rays = of.generate_rays([[of.film.pixels_x / 2.0, of.film.pixels_y / 2.0 - 0.5]], [of.pupil_centre])
+    away = (-settings.focus_distance - rays.origins[:, 2]) / rays.directions[:, 2]
+    there = (rays.origins + away[:, None] * rays.directions)[0, :2]
+    assert 0.5 * of.film.pitch / np.hypot(*there) == pytest.approx(readings(settings).magnification, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", SEEN)
+def test_the_field_of_view_is_that_of_the_camera_near_the_axis(name):
+    settings = replace(SEEN[name], focus_distance=1e7, crop=0.05)        # the field of a small film, free of distortion
+    of, got = camera(settings), readings(settings)
+    rays = of.generate_rays([[of.film.pixels_x / 2.0, 0.0]], [of.pupil_centre])
+    assert 2.0 * math.acos(-rays.directions[0, 2]) == pytest.approx(got.fov_vertical, rel=2e-3)
+
+
+@pytest.mark.parametrize("name", SEEN)
+def test_focused_at_the_hyperfocal_distance_infinity_is_just_sharp(name):
+    settings = replace(SEEN[name], f_number=8.0)
+    at = readings(settings).hyperfocal
+    assert readings(replace(settings, focus_distance=0.5 * at)).hyperfocal == pytest.approx(at, rel=1e-9)
+    assert readings(replace(settings, focus_distance=0.999 * at)).far_limit < math.inf
+    assert readings(replace(settings, focus_distance=1.001 * at)).far_limit == math.inf
+
+
+def test_what_a_lens_does_not_focus_on_through_its_window_is_said_in_true_distances():
+    settings = replace(START, medium="water", focus_distance=215.0)
+    nearest = readings(settings).nearest_focus
+    assert 200.0 < nearest < 250.0
+    assert f"{nearest / 1000.0:.4g}"[:5] in setup(settings).reason and "window" in setup(settings).reason
+    with pytest.raises(lb.FocusError, match="window"):
+        camera(settings)
+    assert constrained(settings).focus_distance == pytest.approx(nearest, rel=1e-3)
 
 
 @distances
@@ -112,8 +182,7 @@ def test_a_perspective_camera_is_an_ideal_lens_of_its_field_of_view():
     got = readings(replace(START, camera="perspective", fov=0.6, f_number=4.0, focus_distance=2000.0))
     assert got.fov_vertical == pytest.approx(0.6, rel=1e-12)        # the shorter side of 36 × 24
     assert got.efl == pytest.approx(12.0 / math.tan(0.3), rel=1e-12)
-    assert lb.circle_of_confusion(got.efl, 4.0, 2000.0, got.near_limit) == pytest.approx(got.limit, rel=1e-9)
-    assert lb.circle_of_confusion(got.efl, 4.0, 2000.0, got.far_limit) == pytest.approx(got.limit, rel=1e-9)
+    assert got.working_f_number == 4.0                              # its film stays at the focal length
     assert got.bfl is got.film_distance is got.exit_pupil is None
 
 

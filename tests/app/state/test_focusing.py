@@ -46,10 +46,11 @@ def test_at_a_switch_the_film_moves_by_less_than_anyone_can_see():
 def test_ideal_models_and_what_is_too_near_for_the_whole_bundle_are_focused_paraxially():
     lens = design(WIDE)                         # wide open
     for model in ("thick", "thin", "pinhole"):
-        assert focusing(lens, replace(WIDE, lens_model=model, focus_position="real")).method == "paraxial"
+        ideal = replace(WIDE, lens_model=model, focus_position="real")
+        assert focusing(lens, ideal, WIDE.focus_distance).method == "paraxial"
     near = replace(WIDE, focus_position="real", focus_distance=50.0)
-    assert focusing(lens, near).method == "paraxial" and "nearest" in setup(near).reason
-    assert "ideal" in focus_text(focusing(lens, replace(WIDE, lens_model="thin")))
+    assert focusing(lens, near, 50.0).method == "paraxial" and "nearest" in setup(near).reason
+    assert "ideal" in focus_text(focusing(lens, replace(WIDE, lens_model="thin"), WIDE.focus_distance))
 
 
 def test_the_read_out_says_what_is_done_and_what_the_other_way_would_give():

@@ -163,7 +163,7 @@ def test_the_film_dragged_to_a_shift_of_the_map_is_focused_there():
     figure = mtf_map_figure(ASKED, 8)
     shades = figure.rows[0][0].layers[0]
     assert isinstance(shades, Map) and shades.values.shape == (9, 17)
-    assert focus_at(ASKED, 0.0) == pytest.approx(ASKED.focus_distance, rel=1e-6)
+    assert focus_at(ASKED.setup, 0.0) == pytest.approx(ASKED.focus_distance, rel=1e-6)
     assert all(np.isfinite(curve.x).any() for curve in figure.rows[0][0].layers[1:3])
     blurred = mtf_map_figure(ASKED, 8, 2000.0)              # side maxima of nothing are no best focus
     assert all(np.isnan(curve.x).all() for curve in blurred.rows[0][0].layers[1:3])
@@ -171,7 +171,7 @@ def test_the_film_dragged_to_a_shift_of_the_map_is_focused_there():
     assert not any("mm from the film" in remark for remark in figure.remarks)
     wide = query(replace(Settings(), lens="canon-50-f12", f_number=1.2))        # sharp far from the film at its edge
     assert "no best focus is drawn where it lies more than 0.15 mm from the film" in mtf_map_figure(wide, 8).remarks
-    near = focus_at(ASKED, 0.1)
+    near = focus_at(ASKED.setup, 0.1)
     assert near < ASKED.focus_distance
     moved = query(replace(Settings(), focus_distance=near, focus_position="paraxial"))
     still = query(replace(Settings(), focus_position="paraxial"))

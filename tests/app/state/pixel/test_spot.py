@@ -93,11 +93,12 @@ def test_readings_of_the_middle_and_of_the_corner():
     assert middle.traced and middle.pixels == pytest.approx(middle.diameter / START.film.pitch)
 
 
-def test_the_blur_of_an_ideal_camera_is_that_of_the_thin_lens():
+def test_the_blur_of_an_ideal_camera_is_that_of_its_ideal_lens():
     got = pixel_readings(PERSPECTIVE, (200.5, 600.5))
     efl = 0.5 * 24.0 / math.tan(0.5 * PERSPECTIVE.fov)
-    expected = lb.circle_of_confusion(efl, 2.0, PERSPECTIVE.focus_distance, got.ahead)
-    assert not got.traced and got.diameter == pytest.approx(float(expected), rel=0.02)
+    at, focus = got.ahead, PERSPECTIVE.focus_distance               # the film stays at the focal length
+    expected = 0.5 * efl * efl * abs(at - focus) / (at * focus)
+    assert not got.traced and got.diameter == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize(("camera", "why"), [("environment", "no plane in focus"), ("fisheye", "no"),

@@ -1,0 +1,192 @@
+"""Blur and depth of field of the thick lens: paraxial, of any lens at any focus, in any medium.
+
+Distances in mm from the film. Internal focusing, pupils of different sizes and water before the lens are all in the
+matrix of its surfaces. With the reduced nearness ν = n / x of a point x before the first vertex, ν′ that of the plane
+in focus, (a, b, c, d) the matrix of the lens and (a, b)ₛ the first row of that of the surfaces before the stop, the
+cone of the point is as wide on the film as
+
+    2 r |ν − ν′| / (|c + d ν′| (aₛ + bₛ ν)),
+
+r the radius of the stop. The depth of field is where this is no greater than the limit.
+"""
+
+from math import inf, isfinite, nan
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lensbench.kernels.figures import significant
+from lensbench.optics.depth_of_field import check_limit
+from lensbench.optics.focus import film_distance, focused, nearest_focus
+from lensbench.optics.lens_surface import LensError
+from lensbench.optics.paraxial import ray_matrix
+from lensbench.optics.prescription import Lens
+
+TURNS = 20                      # of the hyperfocal distance of a lens with focus groups; three suffice
+SETTLED = 1e-12
+
+
+def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> np.ndarray:
+    """Paraxial circles of confusion of a lens, from marginal rays of the stop by the ABCD matrix.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens at its current focus positions.
+    film_distance : float
+        Last vertex → film (mm).
+    distances : (n,) array_like
+        Film → axis points (mm).
+
+    Returns
+    -------
+    (n,) ndarray
+        Diameters on the film (mm); NaN for a point within the lens.
+    """
+    film_gap = film_distance / lens.indices()[-1]
+    before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
+    squares = []
+    for section in lens.sections:
+        a, b, c, d = ray_matrix(section, 0, len(lens.surfaces))
+        a_stop, b_stop, _, _ = ray_matrix(section, 0, lens.stop_index)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            nearness = lens.front_index / before        # reduced slope per mm of height at the first vertex
+            at_film = (a + film_gap * c) + (b + film_gap * d) * nearness    # heights per mm there
+            at_stop = a_stop + b_stop * nearness
+            squares.append((2.0 * lens.stop.semi_diameter * at_film / at_stop) ** 2)
+    return np.where(before > 0.0, np.sqrt(np.mean(squares, 0)), np.nan)
+
+
+def magnification(lens: Lens, film_distance: float, focus_distance: float) -> float:
+    """Paraxial magnification of the plane in focus.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens at its current focus position.
+    film_distance : float
+        Last vertex → film (mm), from which the object's distance before the lens follows.
+    focus_distance : float
+        Film → plane in focus (mm); math.inf is allowed.
+
+    Returns
+    -------
+    float
+        Size of the image to that of the object: positive, 0 at infinity. Of the section y–z of a lens with cylinders.
+    """
+    _, _, c, d = ray_matrix(lens, 0, len(lens.surfaces))
+    nearness = _nearness(lens, film_distance, focus_distance)
+    return abs(nearness / (c + d * nearness)) if nearness else 0.0
+
+
+def thick_depth_of_field(lens: Lens, film_distance: float, focus_distance: float, limit: float) -> tuple[float, float]:
+    """Near and far limit of the depth of field of a lens.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens at its current focus position, stopped down.
+    film_distance : float
+        Last vertex → film (mm).
+    focus_distance : float
+        Film → plane in focus (mm); math.inf is allowed.
+    limit : float
+        Greatest acceptable circle of confusion on the film (mm).
+
+    Returns
+    -------
+    (near, far) : floats
+        Film → limits (mm). far is inf from the hyperfocal distance on. near is that of the first vertex where even what
+        touches the lens is sharp. Both are NaN for a lens with cylinders whose two foci blur every distance more.
+
+    Raises
+    ------
+    LensError
+        If the limit is not a positive finite number, or the plane in focus does not lie before the lens.
+    """
+    check_limit(limit)
+    focus = _nearness(lens, film_distance, focus_distance)
+    if not focus >= 0.0:
+        raise LensError(f"focus at {significant(focus_distance / 1000.0, 4)} m: that is within the lens")
+    if len(lens.sections) > 1:
+        near, far = _between_sections(lens, film_distance, focus, limit)
+    else:
+        _, _, c, d = ray_matrix(lens, 0, len(lens.surfaces))
+        a, b, _, _ = ray_matrix(lens, 0, lens.stop_index)
+        share = limit * abs(c + d * focus) / (2.0 * lens.stop.semi_diameter)
+        share = share if a + b * focus > 0.0 else -share
+        far = (focus - share * a) / (1.0 + share * b) if share * b > -1.0 else 0.0
+        near = (focus + share * a) / (1.0 - share * b) if share * b < 1.0 else inf
+    near, far = (inf if nearness <= 0.0 else lens.front_index / nearness for nearness in (near, far))   # keeps NaN
+    return film_distance + lens.length + near, film_distance + lens.length + far
+
+
+def thick_hyperfocal(lens: Lens, limit: float) -> float:
+    """Hyperfocal distance of a lens: the least focus distance at which infinity is still sharp.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens, stopped down. Its focus groups are moved to that distance, at most to their nearest position.
+    limit : float
+        Greatest acceptable circle of confusion on the film (mm).
+
+    Returns
+    -------
+    float
+        Film → plane in focus (mm). Of the section y–z of a lens with cylinders.
+
+    Raises
+    ------
+    LensError
+        If the limit is not a positive finite number, or the lens does not converge.
+    """
+    check_limit(limit)
+    if not lens.has_focus_groups:
+        return _hyperfocal(lens, limit)
+    nearest, found = nearest_focus(lens), inf
+    for _ in range(TURNS):
+        before, there = found, max(found, nearest)
+        found = _hyperfocal(focused(lens, there), limit, film_distance(lens, there))
+        if abs(found - before) <= SETTLED * found:
+            break
+    return found
+
+
+def _hyperfocal(lens: Lens, limit: float, film_at: float | None = None) -> float:
+    """The hyperfocal distance (mm) of a lens whose groups stay where they are.
+
+    film_at: last vertex → film (mm); None where the film moves.
+    """
+    a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
+    a_stop = ray_matrix(lens, 0, lens.stop_index)[0]
+    share = limit * abs(a_stop) / (2.0 * lens.stop.semi_diameter)
+    nearness = -share * c / (1.0 + share * d)           # of ν = share · |c + d ν|, and c + d ν < 0
+    if not (c < 0.0 and nearness > 0.0):
+        raise LensError("this lens has no hyperfocal distance: it does not make distant light converge")
+    if film_at is None:
+        film_at = -lens.indices()[-1] * (a + b * nearness) / (c + d * nearness)
+    return lens.front_index / nearness + lens.length + film_at
+
+
+def _nearness(lens: Lens, film_distance: float, distance: float) -> float:
+    """Reduced nearness (1/mm) of a distance (mm) from the film."""
+    return lens.front_index / (distance - film_distance - lens.length) if isfinite(distance) else 0.0
+
+
+def _between_sections(lens: Lens, film_distance: float, focus: float, limit: float) -> tuple[float, float]:
+    """Reduced nearness (1/mm) of the limits of a lens with cylinders, whose blur is the rms of its two sections."""
+    gap = film_distance / lens.indices()[-1]
+    wide, stops = [], []
+    for section in lens.sections:
+        a, b, c, d = ray_matrix(section, 0, len(lens.surfaces))
+        a_stop, b_stop, _, _ = ray_matrix(section, 0, lens.stop_index)
+        diameter = 2.0 * lens.stop.semi_diameter
+        wide.append(diameter * np.poly1d([b + gap * d, a + gap * c]))
+        stops.append(np.poly1d([b_stop, a_stop]))
+    excess = (wide[0] * stops[1]) ** 2 + (wide[1] * stops[0]) ** 2 - 2.0 * limit**2 * (stops[0] * stops[1]) ** 2
+    if excess(focus) > 0.0:
+        return nan, nan
+    roots = np.sort(excess.roots[np.isreal(excess.roots)].real)
+    after, before = roots[roots > focus], roots[roots < focus]
+    return (float(after[0]) if len(after) else inf), (float(before[-1]) if len(before) else 0.0)
