@@ -96,8 +96,9 @@ def _lens_view(settings: Settings) -> Settings:
     """The field of view of a lens, by zoom and by crop."""
     narrow, wide = ends_of_view(settings)
     zooming = zooms(settings)
-    tip = "Field of view along the shorter side: turns the zoom, and beyond its longest end uses less of the film" \
-        if zooming else "Field of view along the shorter side: a smaller one uses less of the film"
+    tip = ("Field of view along the shorter side: turns the zoom, and beyond its longest end uses less of the film"
+           if zooming else "Field of view along the shorter side: a smaller one uses less of the film") \
+        + "\nOf a lens without distortion, in air; the read-outs have that of its rays"
     fov = field_of_view(settings)
     fov_set = dial("Field of view", fov, dial_scales.fov_scale(narrow, wide, wide), tip)
     if fov_set == fov:
