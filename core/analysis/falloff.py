@@ -17,16 +17,16 @@ from lensbench.pupils.region import exit_pupil
 
 @dataclass(frozen=True, eq=False)
 class Falloff:
-    """Falloff at n film radii relative to the axis, from `falloff`; 0 where no light falls.
+    """Falloff at n film radii relative to the axis, from `falloff`.
 
     Parameters
     ----------
     radii
         (n,) film radii, mm.
     natural
-        (n,) mean of cos⁴θ over the exit-pupil region, over that on the axis.
+        (n,) mean of cos⁴θ over the exit-pupil region, over that on the axis; NaN where no light falls.
     vignetting
-        (n,) area of the exit-pupil region, over that on the axis.
+        (n,) area of the exit-pupil region, over that on the axis; 0 where no light falls.
     irradiance
         (n,) irradiance under a scene of radiance 1; π sin²θ′ on the axis.
     """
@@ -38,8 +38,8 @@ class Falloff:
 
     @property
     def total(self) -> np.ndarray:
-        """(n,) relative illumination, natural × vignetting."""
-        return self.natural * self.vignetting
+        """(n,) relative illumination, natural × vignetting; 0 where no light falls."""
+        return np.where(self.vignetting > 0.0, self.natural * self.vignetting, 0.0)
 
     @property
     def stops(self) -> np.ndarray:
@@ -75,6 +75,6 @@ def falloff(lens: Lens, film_distance: float, film_radii, wavelength: float = D_
     pupil = exit_pupil(lens, film_distance, np.append(0.0, radii), wavelength)
     light, area = pupil.cos4_area, pupil.area
     with np.errstate(divide="ignore", invalid="ignore"):
-        cos4 = np.where(area > 0.0, light / area, 0.0)
+        cos4 = np.where(area > 0.0, light / area, np.nan)
         natural, vignetting = cos4[1:] / cos4[0], area[1:] / area[0]
-    return Falloff(radii, np.nan_to_num(natural), np.nan_to_num(vignetting), light[1:] / film_distance**2)
+    return Falloff(radii, natural, np.nan_to_num(vignetting), light[1:] / film_distance**2)

@@ -65,3 +65,24 @@ def test_a_click_in_line_is_its_depth_and_one_out_of_reach_says_so(tmp_path):
     assert nearest.remark == TOO_NEAR and nearest.distance < 500.0
     dark = replace(bent(tmp_path, 0, 5, tilt_x=0.05), film_width=360.0, film_height=240.0)
     assert focused_at(dark, (0.02, 0.02), 900.0) == (900.0, UNLIT)
+
+
+@pytest.mark.parametrize("part", [(0.5, 0.5), (0.15, 0.2), (0.9, 0.5)])
+@pytest.mark.parametrize("camera_kind", ["perspective", "lens"])
+def test_what_is_clicked_under_water_is_where_the_rays_of_its_pixel_come_together(camera_kind, part):
+    start = replace(Settings(), medium="water", f_number=8.0, camera=camera_kind, fov=0.9, lens_model="thick")
+    depth = 1500.0
+    found = focused_at(start, part, depth)
+    of = camera(replace(start, focus_distance=found.distance))
+    even = (np.arange(16) + 0.5) / 16.0
+    samples = np.stack(np.meshgrid(even, even), -1).reshape(-1, 2)
+    raster = np.broadcast_to([part[0] * of.film.pixels_x, part[1] * of.film.pixels_y], samples.shape)
+    rays = of.generate_rays(raster, samples)
+    slopes = rays.directions[:, :2] / rays.directions[:, 2:]
+    places = rays.origins[:, :2] - rays.origins[:, 2:] * slopes
+    slopes, places = slopes - slopes.mean(0), places - places.mean(0)
+    sharpest = -float((slopes * places).sum() / (slopes**2).sum())          # z of least rms
+    # The cone aslant has two foci, of which the formula takes the mean: within a part of their distance
+    assert -sharpest == pytest.approx(depth, rel=1e-5 if part == (0.5, 0.5) else 0.012)
+    middle = replace(start, focus_distance=depth)
+    assert abs(found.distance - depth) < 1e-6 * depth if part == (0.5, 0.5) else found.distance < middle.focus_distance

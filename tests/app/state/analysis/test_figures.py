@@ -355,3 +355,13 @@ def test_a_ripple_draws_rings_into_the_bokeh_and_says_what_it_is():
     spread = [np.std([layer for layer in figure.rows[0][0].layers if isinstance(layer, Map)][1].values[20:28, 20:28])
               for figure in (plain, rings)]
     assert spread[1] > 2.0 * spread[0]
+
+
+def test_apertures_of_a_lens_that_focuses_by_its_groups_are_those_at_infinity():
+    near = replace(Settings(), lens="lv-minolta-af-100mm-f28-macro", f_number=None, focus_distance=360.0)
+    asked = query(near)
+    assert lb.first_order(asked.setup.lens).f_number < 1.9              # at magnification 0.8, where it is shorter
+    assert focus_shift_figure(asked, 8).rows[0][0].x.low == pytest.approx(2.83, rel=1e-3)
+    assert illumination_figure(asked, 8).rows[0][0].layers[0].name.startswith("f/2.8")
+    assert lb.stopped_down(asked.setup.lens, 5.66).stop.semi_diameter == pytest.approx(
+        0.5 * asked.setup.lens.stop.semi_diameter, rel=1e-3)
