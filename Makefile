@@ -7,6 +7,7 @@
 #                 LENSBENCH_LENS_FILES=FOLDER adds files of your own); the tests run a short form
 # make abuse      4,000 random commands of odd and impossible values (a quarter of an hour); the tests run a short form
 # make numbers    trace 20,000 random lenses and cameras: finite numbers and unit directions, or a refusal
+# make impossible  twenty minutes of impossible lenses under the mouse: does any panel fail?
 # make soak       two hours of random use of the window by mouse and keyboard: does its memory grow? (MINUTES=10)
 # make interrupts 20,000 small renders interrupted at random moments, with bounds checked (half an hour)
 # make mutants    put known kinds of one-line faults into the core, and list those that the nearest tests miss
@@ -22,7 +23,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6
 
-.PHONY: run test test-slow wheel lint fuzz abuse numbers soak interrupts mutants compat choices peers needs clean
+.PHONY: run test test-slow wheel lint fuzz abuse numbers soak impossible interrupts mutants compat choices peers needs clean
 
 run: $(VENV)/.installed
 	@$(BIN)/lensbench
@@ -62,6 +63,9 @@ numbers: $(VENV)/.installed-test
 
 soak: $(VENV)/.installed-test
 	$(BIN)/python -m trials.soak --minutes $(MINUTES)
+
+impossible: $(VENV)/.installed-test
+	$(BIN)/python -m trials.impossible_lenses
 
 interrupts: $(VENV)/.installed-test
 	$(BIN)/python -m trials.interrupts

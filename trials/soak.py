@@ -94,6 +94,7 @@ class Hand:
         self.actions = 0
         self.rests = [0.0]                              # when the window was at rest, in minutes
         self.toured = toured                            # the tour is over, or there is none
+        self.doing = ""                                 # what a failure comes after
 
     def script(self, session: "Session", every: float) -> Iterator[None]:
         """One action after the other; goes on once a frame. every: minutes between two rests."""
@@ -326,14 +327,15 @@ class Hand:
 Samples = list[tuple[float, float]]                     # minutes, MB
 
 
-def soak(minutes: float, seed: int, hurries: bool) -> tuple[Samples, Samples, list[str]]:
+def soak(minutes: float, hand: Hand) -> tuple[Samples, Samples, list[str]]:
     """Memory once a minute, memory at rest from the end of the tour on, and what failed."""
     from lensbench.app.window import window
 
     failures: list[str] = []
 
     def failed(*error: Any, **ignored: Any) -> None:
-        failures.append("".join(traceback.format_exception(*error[-3:] if len(error) > 1 else error)))
+        raised = next(each for each in error if isinstance(each, BaseException))
+        failures.append(hand.doing + "".join(traceback.format_exception(raised)))
         print(failures[-1], flush=True)
 
     sys.excepthook = failed
@@ -344,7 +346,7 @@ def soak(minutes: float, seed: int, hurries: bool) -> tuple[Samples, Samples, li
     window.without_display()
     runner = window.parameters(session, SIZE)
     runner.fps_idling.enable_idling = False
-    hand, start = Hand(seed, SIZE, minutes < SHORT and not hurries, hurries), monotonic()
+    start = monotonic()
     steps, samples, frames = hand.script(session, HOME), [(0.0, memory())], [0]
     rests: Samples = []
 
@@ -373,6 +375,15 @@ def soak(minutes: float, seed: int, hurries: bool) -> tuple[Samples, Samples, li
     return samples, rests, failures + [f"a thread is left: {name}" for name in left]
 
 
+def at_home(minutes: float, hand: Hand) -> tuple[Samples, Samples, list[str]]:
+    """`soak` in an empty folder of its own, which is the home of the user and the present one."""
+    os.environ.setdefault("XDG_CACHE_HOME", str(Path.home() / ".cache"))        # the kernels
+    with tempfile.TemporaryDirectory() as home:
+        os.environ["HOME"] = os.environ["XDG_CONFIG_HOME"] = home
+        os.chdir(home)
+        return soak(minutes, hand)
+
+
 def main() -> None:
     """Run the trial and print its figures."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -380,11 +391,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--hurry", action="store_true", help="tour in a short run too, and wait for no picture there")
     asked = parser.parse_args()
-    os.environ.setdefault("XDG_CACHE_HOME", str(Path.home() / ".cache"))        # the kernels
-    with tempfile.TemporaryDirectory() as home:
-        os.environ["HOME"] = os.environ["XDG_CONFIG_HOME"] = home
-        os.chdir(home)
-        samples, rests, failures = soak(asked.minutes, asked.seed, asked.hurry)
+    hand = Hand(asked.seed, SIZE, asked.minutes < SHORT and not asked.hurry, asked.hurry)
+    samples, rests, failures = at_home(asked.minutes, hand)
     print(f"seed {asked.seed}: {samples[-1][1]:.0f} MB after {samples[-1][0]:.0f} minutes, {len(failures)} failures")
     toured = rests[0][0] if rests and (asked.minutes >= SHORT or asked.hurry) else 0.0
     print(f"growth in MB a minute after a tour of {toured:.0f} minutes; nan where there are too few samples:")
