@@ -20,6 +20,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.kernels.figures import fixed, significant, true_minus
+from lensbench.rendering.aovs import sees_behind
 
 fa = icons_fontawesome_6
 NONE = "–"
@@ -31,14 +32,14 @@ def spaces_panel(settings: Settings, at: tuple[float, float], depth: NDArray[np.
                  image: NDArray[np.float32] | None) -> bool:
     """Draw the table of the raster point `at`; whether the intrinsics are to be saved to a file.
 
-    depth: (h, w) mm from the film along the axis; image: (h, w, 3), the result of the core.
+    depth: (h, w) as `lb.depth_map` has it; image: (h, w, 3), the result of the core.
     """
     try:
         of = _camera(settings.picture)
     except (ValueError, OSError) as error:
         paragraph(str(error))
         return False
-    text, pixels = intrinsics(of), _pixels(of)
+    text, pixels = intrinsics(of), intrinsic_rows(of)
     pitch = _table([*rows(of, at, depth), *_object(settings, of, at, depth), *_values(settings, at, image), *pixels])
     return text is not None and _kept(text, len(pixels) * pitch, pitch)
 
@@ -110,18 +111,27 @@ def _screen_z(of: lb.Camera, z: float) -> list[Row]:
 
 
 def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> float | None:
-    """Distance (mm) along the ray of a raster point to the object there; None for sky, no light, or no valid depth."""
+    """Distance (mm) along the ray of a raster point to the object there; None for sky, no light, or no valid depth.
+
+    depth: (h, w) as `lb.depth_map` has it: along the axis, or along the ray of a camera that sees behind itself.
+    """
     if depth is None or depth.shape != (of.film.pixels_y, of.film.pixels_x):
         return None
     x, y = (min(max(int(place), 0), size - 1) for place, size in zip(at, depth.shape[::-1], strict=True))
     deep = float(depth[y, x])
     if not math.isfinite(deep):
         return None
-    ray = of.with_open_stop.generate_rays([at], [of.pupil_centre])
-    frame = np.linalg.inv(np.reshape(of.placement(0.0, np.array([at])), (4, 4)))
-    start, direction = frame[2, :3] @ ray.origins[0] + frame[2, 3], frame[2, :3] @ ray.directions[0]
-    distance = (-deep - start) / direction if direction != 0.0 else math.nan
+    ray, distance = of.with_open_stop.generate_rays([at], [of.pupil_centre]), deep
+    if not _sees_behind(of):
+        frame = np.linalg.inv(np.reshape(of.placement(0.0, np.array([at])), (4, 4)))
+        start, direction = frame[2, :3] @ ray.origins[0] + frame[2, 3], frame[2, :3] @ ray.directions[0]
+        distance = (-deep - start) / direction if direction != 0.0 else math.nan
     return distance if ray.weights[0] > 0.0 and math.isfinite(distance) and distance > 0.0 else None
+
+
+@lru_cache(maxsize=2)
+def _sees_behind(of: lb.Camera) -> bool:
+    return sees_behind(of)
 
 
 def number(value: float, digits: int) -> str:
@@ -143,7 +153,8 @@ def _table(table: list[Row]) -> float:
     """Draw the rows, as close as they have to be; returns how far they are apart."""
     width, line = imgui.get_content_region_avail().x, imgui.get_text_line_height()
     colour, draw = theme.colours(), imgui.get_window_draw_list()
-    first, unit = theme.em(4.6), theme.em(1.9)
+    first = theme.em(4.6)
+    unit = max(theme.em(1.9), 0.45 * line + max(imgui.calc_text_size(text).x for _, _, text, _ in table))
     room = (imgui.get_content_region_avail().y - theme.em(0.4)) / len(table)
     pitch = math.floor(min(max(room, 0.92 * line), 1.26 * line))        # closer where the panel is low
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
@@ -166,16 +177,19 @@ def _table(table: list[Row]) -> float:
 # Intrinsics
 
 
-def _pixels(of: lb.Camera) -> list[Row]:
+def intrinsic_rows(of: lb.Camera) -> list[Row]:
     """The intrinsics as rows."""
     try:
         found = of.intrinsics
     except lb.CameraError as error:
         return [("Intrinsics", (NONE,), "", f"Focal length and principal point: none; {error}")]
+    middle = ("cx, cy", (number(found.cx, 1), number(found.cy, 1)), "px",
+              "Intrinsics: the principal point, where the axis meets the picture")
+    if of.gaussian.slope_film == 0.0:               # an orthographic camera
+        return [("fx, fy", (significant(found.fx, 4), significant(found.fy, 4)), "px/mm",
+                 "Intrinsics of parallel rays: pixels across and down that a millimetre of the scene covers"), middle]
     return [("fx, fy", (number(found.fx, 1), number(found.fy, 1)), "px",
-             "Intrinsics: the focal length in pixels across and down; of a lens, that of its first order"),
-            ("cx, cy", (number(found.cx, 1), number(found.cy, 1)), "px",
-             "Intrinsics: the principal point, where the axis meets the picture")]
+             "Intrinsics: the focal length in pixels across and down; of a lens, that of its first order"), middle]
 
 
 def _kept(text: str, up: float, height: float) -> bool:
