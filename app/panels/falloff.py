@@ -19,7 +19,7 @@ from lensbench.app.panels.analysis.drawing import Drawn, draw_figure
 from lensbench.app.state.analysis.figure import Figure, Table, light_limit
 from lensbench.app.state.analysis.ghost import with_ghost
 from lensbench.app.state.analysis.grid_figure import distortion_words, film_distortion, grid_plot
-from lensbench.app.state.build import Setup, setup
+from lensbench.app.state.build import Setup, camera, setup
 from lensbench.app.state.picture.statistics import round_above
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
@@ -29,6 +29,8 @@ from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import fixed, significant, true_minus
 
 RADII = 49
+ACROSS = 16                                     # points across the pupil of a camera without a lens
+SLIGHT = 0.01                                   # of the light: a smaller loss is none
 SHOWN = {"curve": "Curve", "grid": "Grid"}
 TIPS = {"curve": "Distortion in percent of the ideal radius, over the film's radius",
         "grid": "The image of a square grid; the ideal one is faint"}
@@ -76,7 +78,7 @@ def falloff_panel(settings: Settings, state: FalloffState, other: Settings | Non
     if size.x < 60.0 or size.y < 60.0:
         return
     if not settings.has_lens:
-        paragraph("This camera has no lens: no falloff and no distortion")
+        paragraph(without_lens(settings.picture))
         return
     try:
         lens_setup = setup(settings)
@@ -107,6 +109,23 @@ def falloff_panel(settings: Settings, state: FalloffState, other: Settings | Non
 def _both_grids(found: Falling, ghost: Falling) -> Figure:
     """The grid of B with that of A behind it."""
     return with_ghost(found.grid, ghost.grid, "A")
+
+
+@lru_cache(maxsize=8)
+def without_lens(settings: Settings) -> str:
+    """The falloff of a camera without a lens in a sentence, from the weights of its rays."""
+    try:
+        of = camera(settings).with_open_stop
+    except (ValueError, OSError) as error:
+        return str(error)
+    grid = (np.arange(ACROSS) + 0.5) / ACROSS
+    pupil = np.stack(np.meshgrid(grid, grid), -1).reshape(-1, 2)
+    middle, corner = (float(of.generate_rays([at] * len(pupil), pupil).weights.mean())
+                      for at in ((0.5 * of.film.pixels_x, 0.5 * of.film.pixels_y), (0.0, 0.0)))
+    if not 0.0 < corner < (1.0 - SLIGHT) * middle:
+        return "This camera has no lens and no falloff: it weighs the light of all its rays alike"
+    return f"This camera has no lens: no vignetting and no distortion. Its natural falloff, cos⁴ of the angle to the " \
+           f"axis, leaves {_stops(corner / middle)} in the corner"
 
 
 def _ghost(other: Settings | None) -> Falling | None:
@@ -174,11 +193,27 @@ def _light_plot(light: Falloff, ghost: Falling | None, size: ImVec2) -> None:
 def _draw_ghost(draw: imgui.ImDrawList, plot: PlotMap, points: np.ndarray) -> None:
     """A curve of A through pixels (n, 2), with its name at its end."""
     polyline(draw, points, theme.packed(theme.compared()), 1.5)
+    extent = imgui.calc_text_size("A")
+    if (at := name_corner(points, plot, (extent.x, extent.y), 3.0 * theme.scale())) is not None:
+        text(draw, ImVec2(*at), theme.compared(), "A")
+
+
+def name_corner(points: np.ndarray, plot: PlotMap, extent: tuple[float, float],
+                gap: float) -> tuple[float, float] | None:
+    """Upper left corner of a name at the end of a curve through pixels (n, 2); None without a curve.
+
+    Right of the end where the plot has room there, else above the curve, or below it at the top of the plot.
+    """
     good = points[np.isfinite(points).all(1)]
-    if len(good):
-        x = min(float(good[-1][0]), plot.right) - 4.0 * theme.scale()
-        above = float(good[-1][1]) - 1.1 * imgui.get_text_line_height()
-        text(draw, ImVec2(x, above), theme.compared(), "A", right=True)
+    if not len(good):
+        return None
+    (width, height), (x, y) = extent, good[-1].tolist()
+    if x + gap + width <= plot.right:
+        return x + gap, min(max(y - 0.5 * height, plot.top), plot.bottom - height)
+    left = min(x, plot.right) - gap - width
+    beside = np.append(good[good[:, 0] >= left - gap, 1], np.interp(left - gap, good[:, 0], good[:, 1]))
+    above = float(beside.min()) - gap - height
+    return left, above if above >= plot.top else float(beside.max()) + gap
 
 
 def _shape_plot(found: Falling, ghost: Falling | None, size: ImVec2) -> None:
