@@ -121,6 +121,11 @@ class Settings(SettingTable):
         return self.kind.has_stop and (not self.has_lens or LENS_MODELS[self.lens_model].has_stop)
 
     @property
+    def has_f_number(self) -> bool:
+        """Whether the setting `f_number` opens the stop."""
+        return self.has_stop and self.kind.f_number
+
+    @property
     def focuses(self) -> bool:
         """Whether the picture has a plane in focus."""
         return self.kind.focuses and self.has_stop

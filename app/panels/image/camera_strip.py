@@ -61,7 +61,7 @@ def camera_strip(settings: Settings, view: View, found: AppliedExposure | None, 
     corner, width, height = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x, strip_height()
     mode = mode_of(settings, view.program)
     try:
-        values = _values(settings, mode, found)
+        values = strip_values(settings, mode, found)
     except NotCompiledError:
         _go_below(corner, height)
         raise
@@ -114,10 +114,11 @@ def _modes(mode: str, width: float) -> str:
     return mode
 
 
-def _values(settings: Settings, mode: str, found: AppliedExposure | None) -> list[Value]:
+def strip_values(settings: Settings, mode: str, found: AppliedExposure | None) -> list[Value]:
+    """The values of the strip in a mode; found: the exposure of the picture."""
     got, off = readings(settings), mode == "off"
     values = []
-    if settings.has_stop and settings.f_number is not None or got.f_number is not None:
+    if settings.has_f_number and not (settings.f_number is None and got.f_number is None):
         widest = got.widest_f_number or 1.0
         shown = settings.f_number if settings.f_number is not None else widest
 

@@ -75,7 +75,7 @@ NONE = Blur.even(0.0, 0.0)
 
 @lru_cache(maxsize=16)
 def _blur(settings: Settings, lens: Stamp) -> Blur:
-    if not (settings.has_stop and settings.kind.f_number):
+    if not settings.has_f_number:
         return NONE
     pitch, sharp = settings.film.pitch, blur_limit(settings)
     pose = settings.film_pose

@@ -60,11 +60,16 @@ def metered(settings: Settings, image: NDArray[np.float32], mode: str) -> Settin
     """The settings with the f-number and the time that the meter chooses for a linear picture (h, w, 3).
 
     mode: one of METERED. They stay as they are within TOLERANCE, and end at the range of the lens and of TIMES. The
-    exposure dial is a correction of the meter's choice.
+    exposure dial is a correction of the meter's choice. Of a camera whose f-number cannot be set the time alone
+    follows, and in the mode S nothing.
     """
     off = meter_stops(replace(settings, exposure=0.0), image)
     if off is None or abs(off) < TOLERANCE or not math.isfinite(off):
         return settings
+    if not settings.has_f_number:
+        if mode == "S":
+            return settings
+        mode = "A"
     got = readings(settings)
     f_number = settings.f_number or got.f_number or 1.0
     time_stops, f_stops = {"A": (-off, 0.0), "S": (0.0, off), "P": (-0.5 * off, 0.5 * off)}[mode]

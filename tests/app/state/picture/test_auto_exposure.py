@@ -20,6 +20,7 @@ from lensbench.app.state.picture.auto_exposure import (
 )
 from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
+from tests.app.kinds import of_kind
 
 START = with_mode(replace(Settings(), f_number=5.6, shutter=1.0 / 60.0), "M")
 GREY = np.full((8, 8, 3), 0.3, np.float32)
@@ -48,6 +49,14 @@ def test_the_meter_ends_at_the_range_of_lens_and_shutter():
     assert metered(START, bright, "A").shutter == TIMES.low
     opened = metered(START, GREY / 256.0, "P")                  # what the stop cannot give the time gives
     assert opened.f_number is None and abs(meter_stops(opened, GREY / 256.0)) < 0.05
+
+
+def test_the_time_alone_follows_where_no_f_number_can_be_set():
+    settings = with_mode(of_kind(START, "finite-pinhole"), "M")
+    for mode in ("P", "A"):
+        taken = metered(settings, GREY, mode)
+        assert taken == replace(settings, shutter=taken.shutter) and abs(meter_stops(taken, GREY)) < 0.03
+    assert metered(settings, GREY, "S") == settings
 
 
 def test_the_correction_is_over_the_choice_of_the_meter():
