@@ -1,8 +1,8 @@
 """The circle of confusion against distance: ideal thin lens, thick lens and the real one, traced.
 
-Distances are measured from the film and shown in metres, diameters on the film
-in micrometres and, on the right axis, in pixels. The amber line is the plane in
-focus and can be dragged.
+Distances are measured from the film, those of a camera without a prescription from its ideal lens, and shown in metres;
+diameters on the film in micrometres and, on the right axis, in pixels. The amber line is the plane in focus and can be
+dragged.
 """
 
 import math
@@ -377,7 +377,7 @@ def _tooltip(plot: PlotMap, settings: Settings, shown: Curves) -> None:
         return
     pitch = 1000.0 * settings.film.pitch
     if imgui.begin_tooltip():
-        imgui.text_unformatted(f"{format_distance(1000.0 * distance)} from the film")
+        imgui.text_unformatted(f"{format_distance(1000.0 * distance)} from {settings.kind.measured_from}")
         for name, diameters in (("real", shown.real), ("thick", shown.thick), ("thin", shown.thin)):
             if diameters is not None:
                 value = float(np.exp(np.interp(math.log(distance), np.log(shown.distances), np.log(diameters))))

@@ -194,6 +194,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
     limit = NONE if got.limit is None else f"{fixed(1000.0 * got.limit, 1)} µm"
     field = NONE if got.fov_horizontal is None or got.fov_vertical is None else \
         f"{format_angle(got.fov_horizontal)} × {format_angle(got.fov_vertical)}"
+    start = settings.kind.measured_from
     return [
         Row("Focal length", *_length(got.efl), "Effective focal length (EFL), f: from the rear principal plane P′ "
                                                "to the rear focus F′"),
@@ -219,18 +220,19 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
             "The f-number that gives the same depth of field on a 36 × 24 mm film, with the equivalent focal length: "
             "the same field, blur and light in all"),
         Row("Depth of field", *_range(got.near_limit, got.far_limit),
-            f"From the near to the far limit, measured from the film: the circle of confusion (CoC) stays below "
+            f"From the near to the far limit, measured from {start}: the circle of confusion (CoC) stays below "
             f"{limit}, {LIMITS.get(settings.limit, settings.limit).lower()}", gap=True, amber=True),
         Row("Blur in focus", NONE if got.focusing.blur is None else significant(1000.0 * got.focusing.blur, 3), "µm",
             f"Of a point in focus on the axis: 2√2 × the rms radius of its real rays. {focus_text(got.focusing)}",
             amber=True),
         Row("Hyperfocal", *_distance(got.hyperfocal), "Focused here, all is sharp from half this distance to infinity"),
-        Row("Nearest focus", *_distance(got.nearest_focus), "Nearest distance from the film that the lens can focus"),
+        Row("Nearest focus", *_distance(got.nearest_focus), f"Nearest distance from {start} that the lens can focus"),
         Row("Magnification", _magnification(got.magnification), "", "Size of the image to that of the object "
                                                                     "in focus, m"),
         Row("Exposure value", _exposure_value(settings, got), "EV",
             "log2 N²/t with the working f-number and the shutter time, at ISO 100: EV − log2 ISO/100"),
-        Row("Film distance", *_length(got.film_distance, 2), "From the last vertex to the film", gap=True),
+        Row("Film distance", *_length(got.film_distance, 2),
+            "From the last vertex to the film" if settings.has_lens else "From the hole to the film", gap=True),
         Row("Entrance pupil", *_diameter(got.entrance_pupil), "Diameter of the stop as the scene sees it, E"),
         Row("Exit pupil", *_diameter(got.exit_pupil), "Diameter of the stop as the film sees it, E′"),
         Row("Airy disk", NONE if got.airy is None else fixed(1000.0 * got.airy, 1), "µm",

@@ -31,7 +31,8 @@ class CameraKind:
     directions, in the shape of a layout and not of the film. bounded: it sees a part of the scene, with a left and a
     right end. under_water: it can look through a window into water. film_lengths: settings (mm) that grow with the film
     where the picture is to stay the same. without_view: what to set instead of a field of view, for messages.
-    reason: why it has no other read-outs, for `seen_readings`.
+    reason: why it has no other read-outs, for `seen_readings`. measured_from: what object distances count from, in
+    words.
     """
 
     title: str
@@ -55,6 +56,7 @@ class CameraKind:
     film_lengths: tuple[str, ...] = ()
     without_view: str = ""
     reason: str = ""
+    measured_from: str = "the film"
 
 
 @dataclass(frozen=True)
@@ -87,11 +89,12 @@ CAMERA_KINDS = {
         "Perspective, no lens", "No prescription: an ideal thin lens with a field of view of its own",
         ideal.perspective, ideal.perspective_readings, dials=("focus", "aperture", "perspective view"),
         lists=("fov_axis",), view=ideal.perspective_view, with_view=ideal.perspective_with_view, ideal_lens=True,
-        focuses=True, has_stop=True, f_number=True),
+        focuses=True, has_stop=True, f_number=True, measured_from="the lens"),
     "orthographic": CameraKind(
         "Orthographic", "No prescription: parallel rays, objects keep their size at any distance",
         ideal.orthographic, ideal.orthographic_readings, dials=("scene width", "focus", "lens radius"), focuses=True,
-        has_stop=True, lens_radius=True, own=("scene_width",), without_view="give --scene-width"),
+        has_stop=True, lens_radius=True, own=("scene_width",), without_view="give --scene-width",
+        measured_from="the camera"),
     "fisheye": CameraKind(
         "Ideal fisheye", "No prescription: the angle from the axis becomes a length on the film, by one of four rules",
         ideal.fisheye, ideal.fisheye_readings, dials=("fisheye view",), lists=("projection", "fov_axis"),

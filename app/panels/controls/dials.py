@@ -72,7 +72,8 @@ def _focus(settings: Settings) -> Settings:
         zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)
     distance = dial(TITLES[FOCUS], settings.focus_distance,
                     dial_scales.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
-                    "Distance s from the film to the plane in focus; the amber zone is the depth of field"
+                    f"Distance s from {settings.kind.measured_from} to the plane in focus; the amber zone is the "
+                    "depth of field"
                     if settings.focuses else
                     "Distance s from the film to the plane that the lens would focus on: it sets the film distance,\n"
                     "and everything is sharp", zone)

@@ -75,6 +75,18 @@ def test_every_row_is_explained_and_abbreviations_are_spelled_out():
     assert "circle of confusion (CoC)" in meanings["Depth of field"]
 
 
+def test_limits_count_from_what_their_meaning_names():
+    """The depth of field of the perspective camera is that of a thin lens, by distances from it."""
+    settings = replace(of_kind(START, "perspective"), f_number=2.8, focus_distance=1200.0)
+    for of, start in ((settings, "the lens"), (START, "the film")):
+        meanings = {row.name: row.meaning for row in rows(of, readings(of), Status())}
+        assert f"from {start}" in meanings["Depth of field"] and f"from {start}" in meanings["Nearest focus"]
+    got = readings(settings)
+    # Sharp at the near limit: the cone of the film's image has the width of the limit, by 1/f = 1/s + 1/s'
+    image, of_near = (1.0 / (1.0 / got.efl - 1.0 / s) for s in (1200.0, got.near_limit))
+    assert got.efl / 2.8 * abs(of_near - image) / of_near == pytest.approx(got.limit, rel=1e-6)
+
+
 @pytest.mark.parametrize("size", [(10, 10), (60, 300), (270, 440)])
 def test_the_panel_lives_in_any_window_and_any_state(size):
     shown = [START]
