@@ -51,6 +51,7 @@ class Chooser:
     equivalent: bool = False                                # another film keeps field of view and depth of field
     locked: set[str] = field(default_factory=set)           # LOCKS that another lens leaves as they are
     requests: set[Request] = field(default_factory=set)     # of the window
+    heights: dict[str, float] = field(default_factory=dict)     # pixels that the content of each popup needs
 
 
 def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
@@ -99,16 +100,17 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
             imgui.open_popup(name)
         imgui.pop_style_color(2)
         imgui.set_item_tooltip(tip)
-        # Over the column, so that the picture stays in sight
-        imgui.set_next_window_pos(ImVec2(imgui.get_window_pos().x, imgui.get_item_rect_min().y),
-                                  imgui.Cond_.always, ImVec2(0.0, 1.0))
-        width, room = imgui.get_window_width(), imgui.get_item_rect_min().y
+        # Over the column, so that the picture stays in sight; over the buttons where there is too little room above
+        width, above = imgui.get_window_width(), imgui.get_item_rect_min().y
+        room = max(above, min(chooser.heights.get(name, 0.0), imgui.get_main_viewport().size.y), theme.em(8.0))
+        imgui.set_next_window_pos(ImVec2(imgui.get_window_pos().x, room), imgui.Cond_.always, ImVec2(0.0, 1.0))
         imgui.set_next_window_size(ImVec2(width, 0.0))
-        imgui.set_next_window_size_constraints(ImVec2(width, 0.0), ImVec2(width, max(room, theme.em(8.0))))
+        imgui.set_next_window_size_constraints(ImVec2(width, 0.0), ImVec2(width, room))
         if imgui.begin_popup(name):
             imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(style.item_spacing.x, theme.scale()))
             settings = content(settings)
             imgui.pop_style_var()
+            chooser.heights[name] = imgui.get_cursor_pos_y() + style.window_padding.y
             imgui.end_popup()
         imgui.same_line(0.0, 0.0)
     imgui.pop_style_var()
