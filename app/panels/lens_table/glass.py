@@ -29,17 +29,33 @@ OFFERED = 12                    # rows for a text that names no glass
 
 @lru_cache(maxsize=64)
 def found(text: str, maker: str, known: tuple[Entry, ...], current: Glass) -> tuple[Entry, ...]:
-    """Glasses whose name or maker holds every word, the current ones first, then the nearest to the present glass."""
+    """Glasses whose name or maker holds every word, by `_place` and the current ones first.
+
+    Without a word the nearest to the present glass come first.
+    """
     words = [glass_catalogue.key(word) for word in text.split()]
     shown = [entry for entry in known if (not maker or entry.maker == maker)
              and all(word in glass_catalogue.key(entry.name) or entry.maker.startswith(word) for word in words)]
     if words:
-        start = words[0]
-        shown.sort(key=lambda e: (glass_catalogue.key(e.name) != start, not glass_catalogue.key(e.name).endswith(start),
-                                  e.rank, e.name))
+        shown.sort(key=lambda e: (_place(e.name, words[0]), e.rank, e.name))
     elif current.n_d > 1.0 and current.v_d:
         shown.sort(key=lambda e: glass_catalogue.distance(e, current.n_d, current.v_d or 50.0))
     return tuple(shown[:MOST])
+
+
+def _place(name: str, word: str) -> int:
+    """Place of a name in the list for a word, first first: the name itself; N-SF1 for SF1; SF10 and N-SF10 for SF1.
+
+    Then names that end with the word, and those that hold it elsewhere: LASF9 for SF.
+    """
+    whole, parts = glass_catalogue.key(name), [glass_catalogue.key(part) for part in name.split("-")]
+    if whole == word:
+        return 0
+    if word in parts:
+        return 1
+    if any(part.startswith(word) for part in (whole, *parts)):
+        return 2
+    return 3 if whole.endswith(word) else 4
 
 
 @lru_cache(maxsize=64)
@@ -138,7 +154,7 @@ def _line(entry: Entry, current: Glass, chosen: Glass | str | None) -> Glass | s
         figures = f"{fixed(entry.n_d, 3)}  {fixed(entry.v_d, 1)}"
         box = imgui.get_item_rect_max()
         imgui.get_window_draw_list().add_text(
-            ImVec2(box.x - imgui.calc_text_size(figures).x - theme.em(0.2), imgui.get_item_rect_min().y + 1.0),
+            ImVec2(box.x - imgui.calc_text_size(figures).x - theme.em(0.6), imgui.get_item_rect_min().y + 1.0),
             theme.packed(theme.colours().dim), figures)
     return entry.make() if clicked else chosen
 
