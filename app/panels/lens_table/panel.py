@@ -23,7 +23,7 @@ from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
-from lensbench.kernels.figures import fixed
+from lensbench.kernels.figures import RAISED, fixed
 from lensbench.lenses.editing.cells import with_comment
 from lensbench.lenses.editing.document import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS, LensDocument
 from lensbench.optics.finding import Finding, Kind
@@ -214,19 +214,21 @@ def _asphere(settings: Settings, document: LensDocument, i: int, state: LensTabl
     name = f"{ASPHERE} {i}"
     if pressed:
         imgui.open_popup(name)
-    imgui.set_next_window_size(imgui.ImVec2(theme.em(16.0), 0.0))
+    titles = (f"Surface {i}: coefficients of r^p, mm^(1 − p)", f"Surface {i}: section x–z of a cylinder or toroid")
+    width = max(imgui.calc_text_size(title).x for title in titles) + 2.0 * imgui.get_style().window_padding.x
+    imgui.set_next_window_size(imgui.ImVec2(max(width, theme.em(16.0)), 0.0))
     if imgui.begin_popup(name):
         powers = [power for power, _ in surface.aspheric]
         shown = sorted({4, 6, 8, 10, *powers, min((powers or [8])[-1] + 2, 20)})
         if not toroid:
-            imgui.text_disabled(f"Surface {i}: coefficients of r^p, mm^(1 − p)")
+            imgui.text_disabled(titles[0])
             for power in shown:
                 imgui.align_text_to_frame_padding()
-                imgui.text_disabled(f"r^{power}")
+                imgui.text_disabled("r" + f"{power}".translate(RAISED))
                 imgui.same_line(theme.em(4.5))
                 settings = number_cell(settings, document, (i, f"r{power}"), state)
         if toroid or not (surface.aspheric or surface.conic):
-            imgui.text_disabled(f"Surface {i}: section x–z of a cylinder or toroid")
+            imgui.text_disabled(titles[1])
             imgui.align_text_to_frame_padding()
             imgui.text_disabled("Radius")
             imgui.set_item_tooltip("Another one than that of the section y–z, in the column Radius, makes the surface\n"
