@@ -34,6 +34,19 @@ class Mark:
             settings.aim)
 
 
+@dataclass(frozen=True)
+class Click:
+    """A click in the picture (parts of width and height) that waits for the depth map, and the camera's aim then."""
+
+    x: float
+    y: float
+    aim: Settings
+
+    def holds(self, settings: Settings) -> bool:
+        """Whether the camera still aims as when it was clicked: another lens or scene shows something else there."""
+        return _any_size(self.aim) == _any_size(settings.aim)
+
+
 def _any_size(settings: Settings) -> Settings:
     return settings.plain("pixels_x", "pixels_y")
 
@@ -97,7 +110,7 @@ class View:
     pin_pick: bool = False                          # a click pins a pixel, and does not focus
     histogram: bool = False
     mark: Mark | None = None
-    pending: tuple[float, float] | None = None      # a click that waits for the depth map; parts of width and height
+    pending: Click | None = None
     cross: tuple[int, int] | None = None            # the chosen pixel of a light field
     line: bool = False                              # and whether its line is marked
     links: Pointed = field(default_factory=Pointed)     # the pixel, ray and surfaces under the mouse

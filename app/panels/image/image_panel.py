@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.display.frame import Picture, View
+from lensbench.app.display.frame import Click, Picture, View
 from lensbench.app.panels.image.camera_strip import camera_strip
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
 from lensbench.app.panels.image.first_trials import draw_trials
@@ -172,7 +172,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     if imgui.is_item_hovered() and inside and picture.recorded is None:
         view.links.hover = view.pointed = (at[0] * width, at[1] * height)
     settings = _handled(settings, picture, view, at, inside, extent)
-    settings = _focused(settings, picture, view)
+    settings = focused_by_click(settings, picture, view)
 
     # The overlays
     if picture.recorded is None:
@@ -279,7 +279,7 @@ def _handled(settings: Settings, picture: Picture, view: View, at: tuple[float, 
         if picture.recorded is None and (view.pin_pick or io.key_alt):
             view.links.toggle_pin(at)
         elif view.focus_pick:
-            view.pending = at
+            view.pending = Click(*at, settings.aim)
 
     # The wheel
     if imgui.is_item_hovered():
@@ -311,14 +311,16 @@ def _length_per_pixel(settings: Settings, extent: ImVec2) -> float:
     return 2.0 * pivot_distance(settings) * math.tan(0.5 * view) / max(extent.x, 1.0)
 
 
-def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
-    """The settings focused at the depth under a click, as soon as the depth is known."""
+def focused_by_click(settings: Settings, picture: Picture, view: View) -> Settings:
+    """The settings focused at the depth under a click, once it is known; a click in a picture that is gone is void."""
     if view.pending is not None and picture.recorded is not None:
         width, height = picture.size
-        view.picked, view.pending = (int(view.pending[0] * width), int(view.pending[1] * height)), None
+        view.picked, view.pending = (int(view.pending.x * width), int(view.pending.y * height)), None
+    if view.pending is not None and not view.pending.holds(settings):
+        view.pending = None
     if view.pending is None or picture.depth is None:
         return settings
-    x, y = view.pending
+    x, y = view.pending.x, view.pending.y
     view.pending = None
     rows, columns = picture.depth.shape
     depth = float(picture.depth[min(int(y * rows), rows - 1), min(int(x * columns), columns - 1)])
