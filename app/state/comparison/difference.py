@@ -1,4 +1,4 @@
-"""The difference of two figures as they are written: with the digits of the more precise one."""
+"""The difference of two figures as they are written: with the digits of the less precise one."""
 
 import math
 import re
@@ -20,5 +20,5 @@ def difference(a: str, b: str) -> str:
     one, other = (float(found["value"].replace("−", "-")) for found in (first, second))
     if first["sign"] in STOPS:
         return true_minus(f"{fixed(2.0 * math.log2(one / other), 1, signed=True)} EV") if one > 0.0 < other else ""
-    decimals = max(len(found["value"].partition(".")[2]) for found in (first, second))
+    decimals = min(len(found["value"].partition(".")[2]) for found in (first, second))
     return true_minus(fixed(other - one, decimals, signed=True)) + (first["unit"] or "")
