@@ -3,6 +3,7 @@
 Their colours do not follow the theme, because the pictures below do not.
 """
 
+from collections.abc import Callable
 from dataclasses import fields, replace
 
 import numpy as np
@@ -42,12 +43,33 @@ def draw_pinned(draw: imgui.ImDrawList, pinned: Pinned, upper: ImVec2, lower: Im
 
 
 def draw_plate(draw: imgui.ImDrawList, name: str, own: Settings, other: Settings, samples: int, corner: ImVec2,
-               right: bool = False) -> None:
-    """The name of a picture, and how its settings differ from the other's; right: `corner` is the text's right end."""
+               room: float, right: bool = False) -> None:
+    """The name of a picture, and how its settings differ from the other's, in lines no wider than `room` pixels.
+
+    right: `corner` is the text's right end.
+    """
     theme.small()
-    text = f"{name}   {differences(own, other)[0]}   {samples} samples"
+    lines = plate_lines(f"{name}   {differences(own, other)[0]}", f"{samples} samples", room,
+                        lambda text: imgui.calc_text_size(text).x)
+    text = "\n".join(theme.shortened(line, room) for line in lines)
     draw_note(draw, ImVec2(corner.x - right * imgui.calc_text_size(text).x, corner.y), text)
     imgui.pop_font()
+
+
+def plate_lines(text: str, samples: str, room: float, width: Callable[[str], float]) -> list[str]:
+    """The text of a plate, broken at its commas where it is wider than `room`; a part that is wider alone stays whole.
+
+    width: of a text, in the unit of `room`.
+    """
+    lines: list[str] = []
+    for part in text.split(", "):
+        joined = f"{lines[-1]}, {part}" if lines else part
+        if lines and width(joined) <= room:
+            lines[-1] = joined
+        else:
+            lines.append(part)
+    joined = f"{lines[-1]}   {samples}"
+    return [*lines[:-1], joined] if width(joined) <= room else [*lines, samples]
 
 
 def differences(a: Settings, b: Settings) -> tuple[str, str]:

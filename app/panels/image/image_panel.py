@@ -132,9 +132,10 @@ def _pinned_alone(picture: Picture, settings: Settings, view: View, corner: ImVe
     _, upper, lower = _frame(picture.pinned.size, view, corner, room)
     end = ImVec2(corner.x + room.x, corner.y + room.y)
     draw_pinned(draw, picture.pinned, upper, lower, (corner, end))
+    left, right = max(upper.x, corner.x), min(lower.x, end.x)
     draw.push_clip_rect(corner, end, True)
     draw_plate(draw, "A, locked" if view.locked else "A", picture.pinned.settings, settings, picture.pinned.samples,
-               ImVec2(max(upper.x, corner.x) + 14.0 * pixel, max(upper.y, corner.y) + 10.0 * pixel))
+               ImVec2(left + 14.0 * pixel, max(upper.y, corner.y) + 10.0 * pixel), right - left - 28.0 * pixel)
     draw.pop_clip_rect()
 
 
@@ -243,10 +244,11 @@ def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, l
     a = ImVec2(max(upper.x, corner.x) + 14.0 * pixel, top)
     b = ImVec2(min(lower.x, end.x) - 14.0 * pixel, top)
     if comparison == "side":
-        draw_plate(draw, "B", own, pinned.settings, picture.samples, a)
+        draw_plate(draw, "B", own, pinned.settings, picture.samples, a, b.x - a.x)
     else:
-        draw_plate(draw, "A, locked" if view.locked else "A", pinned.settings, own, pinned.samples, a)
-        draw_plate(draw, "B", own, pinned.settings, picture.samples, b, right=True)
+        half = 0.5 * (b.x - a.x) - 14.0 * pixel
+        draw_plate(draw, "A, locked" if view.locked else "A", pinned.settings, own, pinned.samples, a, half)
+        draw_plate(draw, "B", own, pinned.settings, picture.samples, b, half, right=True)
     return settings
 
 

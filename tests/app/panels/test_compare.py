@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from lensbench.app.display.gl_texture import Development, Screen
-from lensbench.app.panels.image.compare import differences
+from lensbench.app.panels.image.compare import differences, plate_lines
 from lensbench.app.state.picture import tone
 from lensbench.app.state.picture.statistics import Difference, round_above
 from lensbench.app.state.settings import Settings
@@ -37,6 +37,15 @@ def test_places_that_are_no_number_in_either_count_as_alike():
     a[0, 0], b[1, 1] = np.nan, np.inf
     b[2, 2] = 1.5
     assert Difference.of(a, b).largest == 0.5
+
+
+@given(st.lists(st.text("abc 1", min_size=1, max_size=9), min_size=1, max_size=6), st.integers(1, 60))
+def test_a_plate_breaks_at_commas_where_it_is_wider_than_its_room(parts, room):
+    lines = plate_lines("A   " + ", ".join(parts), "8 samples", room, len)
+    assert "".join("".join(lines).split(", ")).replace("8 samples", "").split() == \
+        "".join(("A   " + "".join(parts)).split(", ")).split()
+    whole = [f"A   {parts[0]}", *parts[1:], "8 samples"]
+    assert all(len(line) <= room or line in whole for line in lines)
 
 
 @given(st.floats(1e-9, 1e9))
