@@ -81,7 +81,13 @@ def _progress(update: RenderUpdate | None, drawn_by: str) -> list[str]:
     if update is None:
         return [frames]
     samples = f"{update.samples} sample{'s' if update.samples > 1 else ''}"
-    return [samples, f"{fixed(update.rate / 1e6, 0)} Msamples/s", frames]
+    return [samples, *([speed_text(update.rate)] if update.rate > 0.0 else []), frames]
+
+
+def speed_text(rate: float) -> str:
+    """A rate of samples a second: 0.043, 4.2 or 134 Msamples/s."""
+    millions = rate / 1e6
+    return f"{fixed(millions, 0) if millions >= 9.95 else significant(millions, 2)} Msamples/s"
 
 
 def _lens(settings: Settings) -> str:
