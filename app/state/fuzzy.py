@@ -1,6 +1,9 @@
 """Fuzzy search: the characters of a query in their order anywhere in a text, best where they begin words."""
 
+import re
+
 WORD, RUN, FIRST = 8.0, 5.0, 6.0        # points: for the beginning of a word, a run of characters, the first of all
+VERBATIM, INITIALS = 2.0, 1.5           # more for a part as it is written, and for the initials of successive words
 GAP = 0.15                              # points lost for each character that is passed over
 
 
@@ -27,7 +30,9 @@ def _part(part: str, text: str) -> float | None:
         best = points if best is None else max(best, points)
         at = text.find(part, at + 1)
     if best is not None:
-        return best + 2.0
+        return best + VERBATIM
+    if len(part) > 2 and part in "".join(word[0] for word in re.findall(r"\w+", text)):
+        return RUN * len(part) + WORD + INITIALS
     points, at, run = 0.0, -1, False
     for character in part:
         ahead = text.find(character, at + 1)
@@ -36,7 +41,7 @@ def _part(part: str, text: str) -> float | None:
         word = next((i for i in range(ahead, len(text)) if text[i] == character and _begins(text, i)), None)
         if not (run and ahead == at + 1) and word is not None:
             ahead = word
-        run = ahead == at + 1
+        run = 0 <= at == ahead - 1
         points += (RUN if run else 0.0) + (WORD if _begins(text, ahead) else 0.0) - GAP * (ahead - at - 1)
         at = ahead
     return points

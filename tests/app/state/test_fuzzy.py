@@ -5,13 +5,16 @@ import pytest
 from lensbench.app.state.fuzzy import ranked, score
 
 TEXTS = ["Focus peaking", "Focus position: Paraxial", "Circles of confusion as colours", "Clipping",
-         "Lens: Double Gauss 50 mm f/2", "Lens: Petzval portrait lens", "Scene: Night lights", "Export"]
+         "Degree of the polynomial", "Difference of A and B", "Dispersion: Off", "Panel: Depth of field", "Panel: MTF",
+         "Lens: Minolta Tele f/2.8", "Lens: Double Gauss 50 mm f/2", "Lens: Petzval portrait lens",
+         "Scene: Night lights", "Export"]
 
 
 @pytest.mark.parametrize(("query", "wanted"), [
     ("peak", "Focus peaking"), ("fp", "Focus peaking"), ("coc", "Circles of confusion as colours"),
     ("petz", "Lens: Petzval portrait lens"), ("gauss double", "Lens: Double Gauss 50 mm f/2"),
-    ("night", "Scene: Night lights"), ("EXP", "Export"), ("para", "Focus position: Paraxial")])
+    ("night", "Scene: Night lights"), ("EXP", "Export"), ("para", "Focus position: Paraxial"),
+    ("dof", "Panel: Depth of field"), ("mtf", "Panel: MTF"), ("deg", "Degree of the polynomial")])
 def test_the_first_answer_is_the_one_that_is_meant(query, wanted):
     assert TEXTS[ranked(query, TEXTS, 3)[0]] == wanted
 
