@@ -117,7 +117,8 @@ def film_name(size: tuple[float, float]) -> str:
 @lru_cache(maxsize=4096)
 def short_title(card: Card) -> str:
     """The title without focal length and f-number, which a card shows beside it."""
-    return re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.–]+", "", card.title).strip(" ,") or card.title
+    left = re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.–]+", " ", card.title)
+    return re.sub(r"\s+(?=[\s,)])", "", left).strip(" ,") or card.title
 
 
 def kinds(cards: Sequence[Card]) -> list[str]:

@@ -84,3 +84,5 @@ def test_a_search_is_no_filter_and_clearing_keeps_it():
 def test_a_short_title_leaves_out_what_stands_beside_it():
     assert short_title(Card("a", "Biogon 21 mm f/4.5")) == "Biogon"
     assert short_title(Card("b", "50 mm f/2")) != ""
+    assert short_title(Card("c", "Nikon AI Zoom-Nikkor 50–135 mm f/3.5S")) == "Nikon AI Zoom-Nikkor S"
+    assert short_title(Card("d", "Phone lens 4 mm f/1.8, six elements")) == "Phone lens, six elements"
