@@ -25,6 +25,8 @@ DEPTHS = 8.0                    # × λN² and more: half the range of focus of 
 FARTHEST = 3.0                  # × that, where the beams of some fields are narrowest so far from the film
 LEVELS = (0.2, 0.4, 0.6, 0.8)
 COARSE = 16                     # rays across the pupil, which other figures have already
+VALLEY = 0.01                   # contrast by which it falls between two separate maxima
+HALF = 0.5                      # of the greatest contrast, below which nothing joins two maxima
 RESOLVED = 0.1                  # contrast, below which there is no best focus
 
 
@@ -87,7 +89,7 @@ def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str 
     best = np.where(blurred, np.nan, found.best_shifts)
     layers: list = [Map(f"MTF at {significant(frequency)} lp/mm", white, (shifts[0] - half, shifts[-1] + half),
                         (-rise, top + rise), 0.0, 1.0, LEVELS)]
-    layers += [Curve(f"best {name}", best[:, a], heights, "field2", dash)
+    layers += [Curve(f"best {name}", *of_one_maximum(best[:, a], heights, shifts, found.white[:, a]), "field2", dash)
                for a, (name, dash) in enumerate(zip(WAYS, (SOLID, DASHED), strict=True)) if way in ("both", name)]
     plot = Plot(Axis("Film shift (mm)", -reachable, reachable), Axis("Image height (mm)", 0.0, top), tuple(layers),
                 across=True)
@@ -101,6 +103,24 @@ def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str 
     remarks = (*([left_out] if blurred[:, drawn].any() else []), *([beyond] if outside[:, drawn].any() else []),
                *query.remarks(rays))
     return with_rims(query, Figure("MTF map", ((plot,),), _map_table(found), words, remarks))
+
+
+def of_one_maximum(best: np.ndarray, heights: np.ndarray, shifts: np.ndarray,
+                    values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The line through the best shifts (F,) of fields, with a gap wherever two neighbours are maxima of their own.
+
+    They are where the contrast (F, K) of one of both fields falls and rises again on the way from the one shift to the
+    other, or falls below HALF.
+    """
+    gaps = []
+    for f in range(len(best) - 1):
+        low, high = sorted((best[f], best[f + 1]))
+        between = values[f:f + 2, (shifts >= low) & (shifts <= high)]       # none where a field has no best shift
+        if between.shape[1] > 2:
+            least = between.min(1)
+            if (least < np.maximum(between[:, [0, -1]].min(1) - VALLEY, HALF * between.max(1))).any():
+                gaps.append(f + 1)
+    return np.insert(best, gaps, np.nan), np.insert(heights, gaps, np.nan)
 
 
 def focus_range(query: Query) -> float:
