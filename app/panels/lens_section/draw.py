@@ -23,6 +23,7 @@ from lensbench.kernels.figures import significant
 
 LIVE_ALPHA, DEAD_ALPHA = 0.55, 0.45
 CROSS = 3.0
+NARROW = 20.0                   # em: a narrower section has short names
 BESIDE = 10.0                   # pixels at a scale of 1, from the film to the names of the fields
 OPEN = imgui.ImDrawFlags_.none
 
@@ -224,7 +225,8 @@ def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool,
             draw.add_line(ImVec2(corner.x + 3.0 * pixel, y + 0.5), ImVec2(end.x - 3.0 * pixel, y + 0.5),
                           theme.packed(colour.well), pixel)
     # Names from the top down, moved apart if they would touch; left of the film if there is no room at its right
-    widest = max(imgui.calc_text_size(name).x for name in field_names(sketch))
+    names = field_names(sketch, canvas.width < theme.em(NARROW))
+    widest = max(imgui.calc_text_size(name).x for name in names)
     before = x + widest + BESIDE * pixel > canvas.x + canvas.width
     free = canvas.y - line
 
@@ -237,7 +239,7 @@ def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool,
                              theme.packed(colour.well, 0.8), 2.0 * pixel)
         draw.add_text(ImVec2(floor(left), floor(y)), theme.packed(tint), name)
 
-    for fan, name, (_, text) in sorted(zip(sketch.fans, field_names(sketch), field_colours(), strict=True),
+    for fan, name, (_, text) in sorted(zip(sketch.fans, names, field_colours(), strict=True),
                                        key=lambda each: -each[0].height):
         y = canvas.at(0.0, fan.height).y - (0.5 * line if fan.height else 1.0 * line)
         y = max(y, free)
@@ -247,9 +249,10 @@ def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool,
         named(max(corner.y + 0.5 * (size.y - line), free), "Film", colour.amber_text)
 
 
-def field_names(sketch: Sketch) -> list[str]:
-    """The names of the fields, in the order of their fans."""
-    return [f"{fan.name}, dark" if fan.dark else fan.name for fan in sketch.fans]
+def field_names(sketch: Sketch, short: bool = False) -> list[str]:
+    """The names of the fields, in the order of their fans; short: "full" and "0.7", for a narrow panel."""
+    names = [fan.name.removesuffix(" field") if short else fan.name for fan in sketch.fans]
+    return [f"{name}, dark" if fan.dark else name for name, fan in zip(names, sketch.fans, strict=True)]
 
 
 def film_handle(sketch: Sketch, canvas: Canvas) -> tuple[ImVec2, ImVec2]:

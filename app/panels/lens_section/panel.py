@@ -241,7 +241,8 @@ def _canvas(settings: Settings, shown: Sketch, ghost: Ghost | None, corner: ImVe
         if ghost is not None:
             front = min(front, front_of(ghost))
             half = max(half, ghost.sketch.film_height, 1.1 * ghost.sketch.glass_radius)
-        names = max(imgui.calc_text_size(name).x for name in drawing.field_names(shown))
+        names = max(imgui.calc_text_size(name).x
+                    for name in drawing.field_names(shown, size.x < theme.em(drawing.NARROW)))
         state.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line,
                             names + drawing.BESIDE * theme.scale())
         state.fitted_to = key

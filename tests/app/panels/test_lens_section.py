@@ -11,6 +11,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.lens_section import panel
 from lensbench.app.panels.lens_section.cardinal_points import pushed_apart
+from lensbench.app.panels.lens_section.draw import field_names
 from lensbench.app.panels.lens_section.viewport import fitted, round_length
 from lensbench.app.state.build import design, setup
 from lensbench.app.state.geometry.elements import elements, sag
@@ -188,6 +189,12 @@ def test_a_fitted_view_keeps_room_for_the_names_of_the_fields():
     for width in (316.0, 1200.0):
         view = fitted(width, 200.0, -2.0, 90.0, 22.0, 0.0, 95.0)
         assert width - view.to_screen(ImVec2(0.0, 0.0), 90.0, 0.0).x >= min(95.0, 0.3 * width) - 1e-3
+
+
+def test_the_names_of_the_fields_are_short_in_a_narrow_panel():
+    shown = sketch(START)
+    assert field_names(shown) == ["axis", "0.7 field", "full field"]
+    assert field_names(shown, short=True) == ["axis", "0.7", "full"]
 
 
 @pytest.mark.parametrize(("most", "length"), [(12.0, 10.0), (4.9, 2.0), (0.5, 0.5), (1999.0, 1000.0)])
