@@ -16,7 +16,6 @@ Goodman, "Introduction to Fourier Optics", ch. 6. L. I. Bluestein, IEEE Trans. A
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import floor
 
 import numpy as np
 
@@ -33,7 +32,7 @@ METHODS = ("auto", "diffraction", "geometric")
 WAVES_END, RAYS_BEGIN = 0.8, 1.2        # × half of λ / spacing: diffraction alone below, rays alone beyond
 AIRY_RADII = 10.0                       # to the edge of the window, at the least
 SPOT_RADII = 1.15                       # the same of the farthest ray
-FINEST = 24                             # parts of a cell, for the density of rays
+PER_SAMPLE, FINEST = 2.0, 24.0          # rays of the density along a side of a sample, and of a cell at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,9 +261,11 @@ def ray_density(rays: RayGrid, field: int, colour: int, shift: float, centre: np
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _splat(s, t, weight, out):
-    """Add the light of cells to samples (M, M): each cell as a grid of rays that are less than a sample apart.
+    """Add the light of cells to samples (M, M): each cell as PER_SAMPLE² rays a sample or more, up to FINEST².
 
-    s, t: (N, N) landing points in samples from the middle; between cells they are interpolated linearly from slopes.
+    The rays of a cell are a Fibonacci lattice: the rows and columns of a square one beat with those of the samples, and
+    the picture would show a grid. s, t: (N, N) landing points in samples from the middle; between cells they are
+    interpolated linearly from slopes.
     """
     rows, columns = s.shape
     samples = out.shape[0]
@@ -276,22 +277,24 @@ def _splat(s, t, weight, out):
             s_i, t_i = _gap(s, weight, i, j, 1, 0), _gap(t, weight, i, j, 1, 0)
             s_j, t_j = _gap(s, weight, i, j, 0, 1), _gap(t, weight, i, j, 0, 1)
             reach = max(abs(s_i), abs(t_i), abs(s_j), abs(t_j))
-            parts = min(max(2, int(floor(1.5 * reach)) + 1), FINEST)
-            light = weight[i, j] / (parts * parts)
-            for a in range(parts):
-                di = (a + 0.5) / parts - 0.5
-                for b in range(parts):
-                    dj = (b + 0.5) / parts - 0.5
-                    x = s[i, j] + di * s_i + dj * s_j + middle
-                    y = t[i, j] + di * t_i + dj * t_j + middle
-                    if not (0.0 <= x < samples - 1 and 0.0 <= y < samples - 1):
-                        continue
-                    left, low = int(x), int(y)
-                    u, v = x - left, y - low
-                    out[low, left] += light * (1.0 - u) * (1.0 - v)
-                    out[low, left + 1] += light * u * (1.0 - v)
-                    out[low + 1, left] += light * (1.0 - u) * v
-                    out[low + 1, left + 1] += light * u * v
+            wanted = min(PER_SAMPLE * reach, FINEST) ** 2
+            step, count = 5, 8
+            while count < wanted:
+                step, count = count, step + count
+            light = weight[i, j] / count
+            for k in range(count):
+                di = (k + 0.5) / count - 0.5
+                dj = (k * step % count + 0.5) / count - 0.5
+                x = s[i, j] + di * s_i + dj * s_j + middle
+                y = t[i, j] + di * t_i + dj * t_j + middle
+                if not (0.0 <= x < samples - 1 and 0.0 <= y < samples - 1):
+                    continue
+                left, low = int(x), int(y)
+                u, v = x - left, y - low
+                out[low, left] += light * (1.0 - u) * (1.0 - v)
+                out[low, left + 1] += light * u * (1.0 - v)
+                out[low + 1, left] += light * (1.0 - u) * v
+                out[low + 1, left + 1] += light * u * v
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -101,3 +101,14 @@ def test_a_pixel_averages_the_light_and_keeps_it():
 def test_impossible_patterns_are_refused(call, message):
     with pytest.raises(lb.LensError, match=message):
         call(perfect_grid(32))
+
+
+@pytest.mark.parametrize("samples", [40, 61, 80, 100, 256])
+def test_an_even_disk_of_rays_shows_no_grid(samples):
+    """Landing points that are linear in the pupil: the density is the same everywhere within the disk."""
+    w20 = 40.0 * LINE
+    grid = pupil_of(circle, slopes=lambda s, t: (2.0 * w20 * s / NA**2, 2.0 * w20 * t / NA**2))
+    spread = lb.analysis.psf(grid, samples, method="geometric")
+    x, radius = spread.offsets[0], lb.analysis.spots(grid, "centroid").geo[0, 0, 0]
+    inside = spread.density[0, 0][np.hypot(x, x[:, None]) < 0.85 * radius]
+    assert inside.std() < 0.008 * inside.mean()
