@@ -1,5 +1,6 @@
 """Layers of a plot drawn in the window: curves, marks, bars, labels, maps with contours."""
 
+import math
 from collections.abc import Iterable
 from functools import lru_cache
 from math import ceil, floor
@@ -17,6 +18,7 @@ from lensbench.kernels.figures import significant
 MARKERS = {"triangle": implot.Marker_.up, "square": implot.Marker_.square, "diamond": implot.Marker_.diamond}
 DOT = 1.3                       # half a mark of a point, pixels
 SHADES = 64
+FEW = 64                        # samples across a map, up to which they are interpolated
 VALUE_PLACES = (0.5, 0.25, 0.75, 0.1, 0.9)      # along a contour, for its value: the first that is free
 NAMED = 6                       # levels of a map, at most, that have their values on the contours
 GHOST = 0.5                     # opacity of the figure A
@@ -103,8 +105,8 @@ def _draw_label(draw: imgui.ImDrawList, shown: PlotMap, label: Label, above: lis
 def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, memo: FrameMemo) -> None:
     """Shades from the ground to strong, and contours at the levels."""
     implot.push_colormap(_shades(theme.colours().dark))
-    implot.plot_heatmap("##map", np.ascontiguousarray(shades.shades[::-1]), 0.0, 1.0, "",
-                        implot.Point(shades.x[0], shades.y[0]), implot.Point(shades.x[1], shades.y[1]))
+    values, lower, upper = memo.of((name, "cells", shades, shown), lambda: on_pixels(shades, shown))
+    implot.plot_heatmap("##map", values, 0.0, 1.0, "", implot.Point(*lower), implot.Point(*upper))
     implot.pop_colormap()
     for x0, y0, x1, y1 in memo.of((name, "gaps", shades, shown), lambda: _gaps(shades, shown)):
         draw.add_rect_filled(ImVec2(x0, y1), ImVec2(x1, y0), theme.packed(theme.colours().well))
@@ -127,6 +129,36 @@ def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, mem
                     text(draw, ImVec2(at.x, at.y), theme.colours().text, value, plate=True)
                     taken.append((at.x, at.y, size.x))
                     break
+
+
+def on_pixels(shades: Map, shown: PlotMap) -> tuple[np.ndarray, tuple[float, float], tuple[float, float]]:
+    """The shades of a map, the top row first, and its lower left and its upper right corner in the plot.
+
+    Where its samples are few, the shades are those of cells of whole pixels, interpolated between the samples: samples
+    of one and of two pixels side by side would show as a grid. A map with gaps keeps its samples.
+    """
+    values, ends = shades.shades, shown.pixels(shades.x, shades.y)
+    if max(values.shape) > FEW or np.isnan(shades.values).any():
+        return np.ascontiguousarray(values[::-1]), (shades.x[0], shades.y[0]), (shades.x[1], shades.y[1])
+    corners = []
+    for (low, high), (start, end), axis in ((shades.x, ends[:, 0], 1), (shades.y, ends[:, 1], 0)):
+        count, size = values.shape[axis], max(abs(end - start), 1.0)
+        step = max(int(size / count), 1)
+        edges = round(start) + math.copysign(step, end - start) * np.arange(max(round(size) // step, 1) + 1)
+        parts = (edges - start) / math.copysign(size, end - start)
+        values = _between(np.moveaxis(values, axis, 0), 0.5 * (parts[1:] + parts[:-1]) * count - 0.5)
+        values = np.moveaxis(values, 0, axis)
+        corners.append((low + float(parts[0]) * (high - low), low + float(parts[-1]) * (high - low)))
+    (left, right), (bottom, top) = corners
+    return np.ascontiguousarray(values[::-1]), (left, bottom), (right, top)
+
+
+def _between(values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Rows (k, m) of values (n, m) at places (k,), interpolated between neighbours, beyond the ends the last ones."""
+    at = np.clip(at, 0.0, len(values) - 1.0)
+    low = np.minimum(at.astype(int), max(len(values) - 2, 0))
+    part, high = (at - low)[:, None], np.minimum(low + 1, len(values) - 1)
+    return values[low] * (1.0 - part) + values[high] * part
 
 
 def _gaps(shades: Map, shown: PlotMap) -> list[list[float]]:
