@@ -6,13 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.analysis.onion_rings import rippled
 from lensbench.analysis.point_spread import PointSpread, psf
 from lensbench.analysis.spot_diagram import spots
-from lensbench.app.state.analysis.figure import Area, Axis, Figure, Label, Map, Plot, Table
+from lensbench.app.state.analysis.figure import Area, Axis, Curve, Figure, Label, Map, Plot, Table
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.rims import ended_marks, ends_within_stop
 from lensbench.app.state.analysis.spots import field_label
+from lensbench.app.state.picture.statistics import round_above
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import significant
 from lensbench.optics.lens_surface import LensError
@@ -21,6 +23,9 @@ from lensbench.optics.prescription import Lens
 FIELDS = (0.0, 0.5, 0.8, 1.0)
 AWAY = (0.6, 1.0, 1.6, math.inf)        # × the focus distance
 SHADE = 0.48                            # half a picture, of its cell
+SPOT_RADII, AIRY_RADII = 1.15, 2.0      # to the edge of a picture, at the least
+STRAY = 3.0                             # rms radii from the centroid, beyond which rays are too few to count
+BAR = 0.05                              # of a cell, from the lowest one to the scale bar
 DECADES = 4.0                           # of the logarithmic view
 RINGS = 96                              # samples across a picture with onion rings, at the least
 
@@ -62,9 +67,9 @@ def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple
             layers.append(Label(column, 0.0, "no image", "dim", "middle"))
             continue
         rays = rays if ripple is None else rippled(rays, *ripple)
-        spread = psf(rays, samples)
-        width = 1000.0 * samples * float(np.nanmax(spread.pitch))           # of the cells of this column
-        layers.append(Label(column, 0.5 - len(heights), f"{significant(width, 2)} µm", "dim", "below"))
+        side = _side(rays)
+        spread, width = psf(rays, samples, side), 1000.0 * side
+        layers += _scale_bar(column, 0.5 - len(heights), width)
         sizes = _sizes(spread)
         for row in range(len(heights)):
             layers += _cell(spread, sizes[row], row, column, distance, view)
@@ -72,7 +77,7 @@ def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple
     if rays is None and refused:
         raise next(iter(refused.values()))
     edge = len(distances) - 0.5, 0.5 - len(heights)
-    plot = Plot(Axis(None, -0.52, edge[0] + 0.02), Axis(None, edge[1] - 0.2, 0.72), tuple(layers), equal=True)
+    plot = Plot(Axis(None, -0.52, edge[0] + 0.02), Axis(None, edge[1] - 0.36, 0.72), tuple(layers), equal=True)
     head = ("field (mm)", "distance (m)", "window (um)", "rms sagittal (um)", "rms tangential (um)", "cut by surface")
     words = query.words(rays, "one scale a column", "log, 4 decades" if view == "log" else "linear",
                         "waves near focus, rays far from it", *(() if ripple is None else (_ripple_words(ripple),)))
@@ -93,6 +98,22 @@ def ripple_surface(lens: Lens) -> int:
                key=lambda i: lens.surfaces[i].semi_diameter)
 
 
+def _side(rays: RayGrid) -> float:
+    """Side (mm) of a square about each field's centroid that holds the patterns of all fields, but for faint rims."""
+    spot = spots(rays, "centroid")
+    blur = SPOT_RADII * np.minimum(spot.geo[:, :, 0], STRAY * spot.rms_radius[:, :, 0])
+    waves = AIRY_RADII * spot.airy_radius.max(2)
+    return 2.0 * float(np.nan_to_num(np.fmax(blur, waves)).max())
+
+
+def _scale_bar(column: int, below: float, width: float) -> list:
+    """A round length for cells `width` µm wide, under the lowest one."""
+    length = round_above(0.2 * width)
+    half, y = SHADE * length / width, below - BAR
+    return [Curve("", np.array([column - half, column + half]), np.array([y, y]), "dim"),
+            Label(column, y, f"{significant(length)} µm", "dim", "below")]
+
+
 def _cell(spread: PointSpread, size: np.ndarray, row: int, column: int, distance: float, view: str) -> list:
     rays = spread.rays
     box = (column - SHADE, column + SHADE), (-row - SHADE, -row + SHADE)
@@ -100,12 +121,8 @@ def _cell(spread: PointSpread, size: np.ndarray, row: int, column: int, distance
     if not rays.lit[row]:
         return [Label(column, -row, "dark", "dim", "middle"), Area(*box, f"{name}: no light reaches this field")]
     light = spread.white[row] / max(float(spread.white[row].max()), 1e-30)
-    # Each pattern has a window of its own; that of the largest fills the cell
-    half = SHADE * float(spread.pitch[row] / np.nanmax(spread.pitch))
-    made: list = [Map("", np.zeros((2, 2)), *box),
-                  Map("", light, (column - half, column + half), (-row - half, -row + half),
-                      decades=DECADES if view == "log" else 0.0)]
-    c, to_cell = rays.conditions.primary, half / (0.5 * spread.pitch[row] * light.shape[-1])
+    made: list = [Map("", light, *box, decades=DECADES if view == "log" else 0.0)]
+    c, to_cell = rays.conditions.primary, SHADE / (0.5 * spread.pitch[row] * light.shape[-1])
     x, y = ((offset[row, c] - middle) * to_cell for offset, middle in
             zip((rays.offset_s, rays.offset_t), spread.centres[row], strict=True))
     inside = (np.abs(x) < SHADE) & (np.abs(y) < SHADE)

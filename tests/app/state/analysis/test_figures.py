@@ -207,7 +207,7 @@ def test_the_bokeh_far_from_focus_is_as_wide_as_the_circle_of_confusion():
     diameter = real_circle_of_confusion(ASKED.lens, ASKED.setup.film_distance, [np.inf])[0][0]
     assert 2.0 * np.sqrt(2.0) * np.hypot(row[3], row[4]) == pytest.approx(1000.0 * diameter, rel=0.02)
     shades = [layer for layer in figure.rows[0][0].layers if isinstance(layer, Map)]
-    assert len(shades) == 2 * 16 and max(float(np.nanmax(each.values)) for each in shades) == pytest.approx(1.0)
+    assert len(shades) == 16 and max(float(np.nanmax(each.values)) for each in shades) == pytest.approx(1.0)
 
 
 def test_the_wavefront_of_the_axis_has_its_strehl_ratio_in_the_title():
@@ -352,8 +352,10 @@ def test_a_ripple_draws_rings_into_the_bokeh_and_says_what_it_is():
     ripple = Ripple(ripple_surface(ASKED.lens), 2.0, 3e-4)
     plain, rings = (bokeh_figure(ASKED, 48, "linear", each) for each in (None, ripple))
     assert "every 2 mm, 300 nm high" in rings.conditions and "ripple" not in plain.conditions
-    spread = [np.std([layer for layer in figure.rows[0][0].layers if isinstance(layer, Map)][1].values[20:28, 20:28])
-              for figure in (plain, rings)]
+    axis = [next(layer for layer in figure.rows[0][0].layers if isinstance(layer, Map)).values
+            for figure in (plain, rings)]
+    middle = [slice(5 * len(values) // 12, 7 * len(values) // 12) for values in axis]
+    spread = [np.std(values[each, each]) for values, each in zip(axis, middle, strict=True)]
     assert spread[1] > 2.0 * spread[0]
 
 

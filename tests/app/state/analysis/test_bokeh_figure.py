@@ -1,0 +1,27 @@
+"""The bokeh gallery: discs as large as their pictures hold, and a bar with their scale."""
+
+import numpy as np
+import pytest
+
+from lensbench.app.state.analysis.bokeh_figure import bokeh_figure
+from lensbench.app.state.analysis.figure import Curve, Label, Map
+from lensbench.app.state.analysis.query import query
+from lensbench.app.state.lens_choice import with_lens
+from lensbench.app.state.settings import Settings
+
+
+@pytest.mark.parametrize("lens", ["pbrt-fisheye-10mm", "apple-phone-6-elements-4-f18", "pbrt-dgauss-50mm"])
+def test_the_bokeh_fills_its_pictures_and_a_bar_has_their_scale(lens):
+    figure = bokeh_figure(query(with_lens(Settings(), lens)), 48)
+    plot, table = figure.rows[0][0], figure.table
+    light = [layer for layer in plot.layers if isinstance(layer, Map)]
+    bars = [layer for layer in plot.layers if isinstance(layer, Curve)]
+    named = [layer for layer in plot.layers if isinstance(layer, Label) and layer.side == "below"]
+    for column in range(4):
+        # A disk of even light that fills the picture has an rms radius of a third of its side
+        widths = [row[2:5] for row in table.rows[4 * column:4 * column + 4]]
+        assert max(np.hypot(s, t) / width for width, s, t in widths) > 0.08
+        length = float(named[column].text.removesuffix(" µm"))
+        cell = light[4 * column].x[1] - light[4 * column].x[0]
+        assert np.ptp(bars[column].x) / cell == pytest.approx(length / widths[0][0], rel=1e-9)
+        assert 0.15 < length / widths[0][0] < 0.6
