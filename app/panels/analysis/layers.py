@@ -134,11 +134,13 @@ def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, mem
 def on_pixels(shades: Map, shown: PlotMap) -> tuple[np.ndarray, tuple[float, float], tuple[float, float]]:
     """The shades of a map, the top row first, and its lower left and its upper right corner in the plot.
 
-    Where its samples are few, the shades are those of cells of whole pixels, interpolated between the samples: samples
-    of one and of two pixels side by side would show as a grid. A map with gaps keeps its samples.
+    The shades are those of cells of whole pixels, interpolated between few samples and averaged over more samples than
+    pixels: samples of one and of two pixels side by side, or those that a pixel happens to show, would make a grid. A
+    map with gaps keeps its samples.
     """
     values, ends = shades.shades, shown.pixels(shades.x, shades.y)
-    if max(values.shape) > FEW or np.isnan(shades.values).any():
+    sizes = np.maximum(np.abs(ends[1] - ends[0]), 1.0)[::-1]
+    if np.isnan(shades.values).any() or max(values.shape) > FEW and (values.shape <= sizes).all():
         return np.ascontiguousarray(values[::-1]), (shades.x[0], shades.y[0]), (shades.x[1], shades.y[1])
     corners = []
     for (low, high), (start, end), axis in ((shades.x, ends[:, 0], 1), (shades.y, ends[:, 1], 0)):
@@ -146,8 +148,10 @@ def on_pixels(shades: Map, shown: PlotMap) -> tuple[np.ndarray, tuple[float, flo
         step = max(int(size / count), 1)
         edges = round(start) + math.copysign(step, end - start) * np.arange(max(round(size) // step, 1) + 1)
         parts = (edges - start) / math.copysign(size, end - start)
-        values = _between(np.moveaxis(values, axis, 0), 0.5 * (parts[1:] + parts[:-1]) * count - 0.5)
-        values = np.moveaxis(values, 0, axis)
+        turned = np.moveaxis(values, axis, 0)
+        turned = _averaged(turned, parts * count) if count > size else \
+            _between(turned, 0.5 * (parts[1:] + parts[:-1]) * count - 0.5)
+        values = np.moveaxis(turned, 0, axis)
         corners.append((low + float(parts[0]) * (high - low), low + float(parts[-1]) * (high - low)))
     (left, right), (bottom, top) = corners
     return np.ascontiguousarray(values[::-1]), (left, bottom), (right, top)
@@ -159,6 +163,13 @@ def _between(values: np.ndarray, at: np.ndarray) -> np.ndarray:
     low = np.minimum(at.astype(int), max(len(values) - 2, 0))
     part, high = (at - low)[:, None], np.minimum(low + 1, len(values) - 1)
     return values[low] * (1.0 - part) + values[high] * part
+
+
+def _averaged(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Means (k, m) of the rows of values (n, m) from edge to edge (k + 1,), in rows from the first one's beginning."""
+    total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, 0)])
+    edges = np.clip(edges, 0.0, len(values))
+    return np.diff(_between(total, edges), axis=0) / np.maximum(np.diff(edges), 1e-9)[:, None]
 
 
 def _gaps(shades: Map, shown: PlotMap) -> list[list[float]]:
