@@ -7,7 +7,7 @@ closed form is known). The camera frame has its origin at the camera, x to the r
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -130,6 +130,10 @@ class CameraStages(PlacedShutter):
     def nearest_focus(self) -> float:
         """Shortest distance (mm) at which this camera can be focused."""
         return 1e-3
+
+    def refocused(self, focus_distance: float) -> Self:
+        """The camera focused at another distance (mm); for a camera kind with a field `focus_distance`."""
+        return replace(self, focus_distance=focus_distance)         # type: ignore[call-arg]
 
     @property
     def front(self) -> float:

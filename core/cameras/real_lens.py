@@ -283,8 +283,12 @@ class LensCamera(Camera):
 
     @property
     def nearest_focus(self) -> float:
-        """Shortest distance (mm) from the film at which the lens can be focused."""
-        return nearest_focus(self.lens)
+        """Shortest distance (mm) from the film at which the lens can be focused by the focus method."""
+        return nearest_focus(self.lens, self.focus_method)
+
+    def refocused(self, focus_distance: float) -> Self:
+        """The camera focused at another distance (mm), also one that was placed by its film distance."""
+        return replace(self, focus_distance=focus_distance, film_at=None)
 
     def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """Film landing by the trace, for a polynomial as well; in closed form for the ideal models.

@@ -261,9 +261,7 @@ class LightField:
             (k, σ): the ray by the place a in the pupil to the film point x (mm) at this focus met the recording
             film at k x + σ a (mm).
         """
-        there = replace(self.camera, focus_distance=distance)          # type: ignore[call-arg]
-        before, after = self.camera.gaussian, there.gaussian
-        return _shear(before, after)
+        return _shear(self.camera.gaussian, self.camera.refocused(distance).gaussian)
 
     def shares(self, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
         """Share of each cell that an aperture takes.

@@ -33,6 +33,7 @@ METHODS = ("paraxial", "real")
 FAR_NEARNESS = 1e-3             # of an object a thousand focal lengths away
 MOST_STEPS = 200                # of a bracket; twenty suffice for magnification 1
 ROUNDING = 4e-15                # rounding error of the place of an image, over the lens's length
+SAME = 4e-15                    # relative difference of distances that differ by rounding alone
 
 
 class FocusError(LensError):
@@ -66,8 +67,7 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
     ValueError
         For another method.
     """
-    if method not in METHODS:
-        raise ValueError(f"focus method {method!r}: it must be 'paraxial' or 'real'")
+    _check_method(method)
     if lens.has_focus_groups:
         moved = focused(lens, focus_distance, method)
         return moved.surfaces[-1].thickness + _travel(moved.at(close=0.0), method)[0]
@@ -129,10 +129,10 @@ def _focused(lens: Lens, focus_distance: float, method: str) -> Lens:
     return lens.at(close=find_root(excess, 0.0, 1.0, small))
 
 
-def nearest_focus(lens: Lens) -> float:
-    """Nearest paraxial focus distance of a lens.
+def nearest_focus(lens: Lens, method: str = "paraxial") -> float:
+    """Nearest focus distance of a lens.
 
-    With unit focusing it is where object and image are nearest to each other, f (1 + √n)² + the
+    With unit focusing it is where object and image are nearest to each other, paraxially f (1 + √n)² + the
     hiatus with n the index in front of the lens (in air at magnification −1), or where the object
     would touch the first vertex if that is farther. With focus groups it is that of the nearest
     station; inf if that is not nearer than infinity.
@@ -141,6 +141,8 @@ def nearest_focus(lens: Lens) -> float:
     ----------
     lens : Lens
         The lens.
+    method : {"paraxial", "real"}
+        As for `film_distance`: aberrations move the image, and so the nearest distance.
 
     Returns
     -------
@@ -151,12 +153,15 @@ def nearest_focus(lens: Lens) -> float:
     ------
     FocusError
         If the lens forms no real image.
+    ValueError
+        For another method.
     """
+    _check_method(method)
     if lens.has_focus_groups:
-        return _travel(lens.at(close=0.0), "paraxial")[1]
+        return _travel(lens.at(close=0.0), method)[1]
     fo = _focusable(lens)
-    if len(lens.sections) > 1:
-        return _conjugates(lens, _imager(lens, "paraxial"))[1]
+    if method == "real" or len(lens.sections) > 1:
+        return _conjugates(lens, _imager(lens, method))[1]
     n = lens.front_index
     object_distance = max((n + sqrt(n)) * fo.efl, fo.front_principal)       # from the front principal plane
     return _hiatus(lens, fo) + object_distance + fo.efl * object_distance / (object_distance - n * fo.efl)
@@ -242,7 +247,7 @@ def _solved_film_distance(lens: Lens, focus_distance: float, image: Callable[[fl
     # Solve beyond the minimum of the sum of the conjugates
     near, nearest = _conjugates(lens, image, closely=not focus_distance > 2.0 * nearest_focus(lens))
     _check_distance(focus_distance, nearest)
-    if focus_distance == nearest:
+    if focus_distance <= nearest:
         return image(1.0 / near)
     far = max(focus_distance - lens.length, near)
     while excess(far) < 0.0:                            # an image before the last vertex: the object is farther
@@ -354,6 +359,12 @@ def _sharpest(heights: np.ndarray, slopes: np.ndarray, weights: np.ndarray) -> f
     return float(-np.sum(weights * heights * slopes) / spread) if spread > 0.0 else nan
 
 
+def _check_method(method: str) -> None:
+    """ValueError for a focus method that does not exist."""
+    if method not in METHODS:
+        raise ValueError(f"focus method {method!r}: it must be 'paraxial' or 'real'")
+
+
 def _hiatus(lens: Lens, fo: FirstOrder) -> float:
     """Front → rear principal plane (mm)."""
     return lens.length + fo.rear_principal - fo.front_principal
@@ -371,8 +382,8 @@ def _focusable(lens: Lens) -> FirstOrder:
 
 
 def _check_distance(focus_distance: float, nearest: float) -> None:
-    """FocusError if the object is nearer than the nearest focus distance, both mm from the film."""
-    if focus_distance >= nearest:
+    """FocusError if the object is nearer than the nearest distance by more than rounding, both mm from the film."""
+    if focus_distance >= min(nearest, nearest * (1.0 - SAME)):
         return
     limit = (f"{significant(_rounded_up(nearest / 1000.0), 4)} m from the film" if nearest < inf else
              "infinity: its focus groups reach no nearer object")

@@ -5,7 +5,6 @@ draws dots beyond it.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -50,7 +49,7 @@ def measure(camera: lb.Camera, scene: lb.Scene, views: tuple[int, ...] = VIEWS, 
     inner = tuple(slice(size // BORDER, size - size // BORDER) for size in (camera.film.pixels_y, camera.film.pixels_x))
     found = np.empty((len(views), len(distances)))
     for j, distance in enumerate(distances):
-        refocused = replace(camera, focus_distance=distance)    # type: ignore[call-arg]
+        refocused = camera.refocused(distance)
         direct = lb.render(refocused, scene, TRUTH, seed + 1)[inner]
         found[:, j] = [decibels(field.refocus(distance)[inner], direct) for field in fields]
         progress(0.5 + 0.5 * (j + 1) / len(distances))

@@ -57,6 +57,14 @@ def test_a_distance_that_the_lens_cannot_be_focused_at_is_taken_for_the_nearest_
     assert "the nearest distance in place of 0.01 m" in capsys.readouterr().out
 
 
+def test_a_lens_focused_by_real_rays_is_captured_and_refocused(tmp_path, capsys):
+    field = tmp_path / "real.npz"
+    assert main(["lightfield", "capture", "pbrt-dgauss-50mm", "--focus-position=real", *SMALL, "-o", str(field)]) == 0
+    assert "can be focused without gaps from" in capsys.readouterr().out
+    assert main(["lightfield", "refocus", str(field), "--focus", "1cm", "-o", str(tmp_path / "near.png")]) == 0
+    assert read_settings(tmp_path / "near.png").focus_distance == load_light_field(field).field.nearest
+
+
 def looked_at(recorded, tmp_path, capsys, *arguments):
     """The floats of the picture that `lightfield view` writes, and its figures."""
     path = tmp_path / "looked.exr"

@@ -342,6 +342,19 @@ def test_views_lie_a_pixel_apart_where_the_clear_range_ends(real_field):
             assert real_field.apart(end) == pytest.approx(1.0, rel=1e-6)
 
 
+@pytest.mark.parametrize("focus", [{"focus_distance": 1200.0, "focus_method": "real"}, {"film_distance": 38.5}],
+                         ids=["real rays", "film distance"])
+def test_the_clear_range_of_a_lens_is_known_however_it_was_focused(focus):
+    """With real rays the nearest distance lies beyond the paraxial one."""
+    camera = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, **focus)
+    field = LightField(camera, 1.0, np.ones((17, 17, 3, 2, 2), np.float32), np.ones((17, 17, 2, 2)))
+    assert field.nearest == lb.nearest_focus(camera.lens, camera.focus_method)
+    near, far = field.clear_range
+    assert field.nearest <= near < camera.focus_distance < far
+    assert field.apart(near) <= 1.0 + 1e-9 and field.apart(field.nearest) > 1.0
+    assert field.refocus(0.9 * field.nearest).shape == (2, 2, 3)        # taken for the nearest
+
+
 def test_invalid_arguments_are_refused():
     camera, scene = perspective(1200.0), lb.builtin_scene(STILL)
     for views in ((0, 9), (9, -1), (2.5, 2)):

@@ -100,6 +100,19 @@ def test_the_distance_that_the_error_names_can_be_focused(name):
         assert 0.9 < 1000.0 * metres / lb.nearest_focus(lens(name)) < 1.1
 
 
+@pytest.mark.parametrize("method", ["paraxial", "real"])
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "canon-ef-l-usm-14-f28"])         # unit focusing, focus groups
+def test_the_nearest_distance_of_each_method_is_the_limit_of_its_film_distance(name, method):
+    wide = library.load(name)
+    nearest = lb.nearest_focus(wide, method)
+    for distance in (nearest, nextafter(nearest, 0.0)):         # by rounding alone
+        assert lb.film_distance(wide, distance, method) > 0.0
+    with pytest.raises(lb.FocusError, match="nearest distance of this lens is"):
+        lb.film_distance(wide, nearest * (1.0 - 1e-12), method)
+    with pytest.raises(ValueError, match="it must be 'paraxial' or 'real'"):
+        lb.nearest_focus(wide, "exact")
+
+
 @pytest.mark.parametrize("name", ["minolta-af-apo-tele-200-f28", "vivitar-series-1-auto-telephoto-135-f23",
                                   "fujifilm-fujinon-gf-r-lm-ois-wr-macro-120-f4"])
 def test_a_telephoto_with_a_far_front_focus_is_focused_by_real_rays(name):
