@@ -1,7 +1,7 @@
 """A picture rendered to a file: its samples, its noise, and what is kept so that a stopped render goes on.
 
-The kept samples are an .npz beside the picture, `kept_path`. It holds the sums of all samples so far, so that the
-finished picture is that of a render without a stop, bit for bit.
+The kept samples are an .npz beside the picture, `kept_path`. It holds the sums of all samples so far and the last
+estimate of the noise, so that the finished picture is that of a render without a stop, bit for bit.
 """
 
 import os
@@ -18,21 +18,18 @@ from time import perf_counter
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.files.export import ExportError, check_writable, checked_place, develop, parts, save_bands
+from lensbench.app.files.export import ExportError, check_writable, checked_place, save_bands
 from lensbench.app.files.npz import TEXTS, load_arrays, save_arrays
+from lensbench.app.files.picture_noise import NOISE_STATE, Noise
 from lensbench.app.state.auto_model import is_automatic
 from lensbench.app.state.build import camera
 from lensbench.app.state.coating import flare
-from lensbench.app.state.picture.exposure import exposed
 from lensbench.app.state.scene_file import find_scene
 from lensbench.app.state.settings import Settings
 from lensbench.optics.finding import Finding
 
 PASS_SECONDS = 0.2              # of rendering between two steps of the progress
 KEEP_SECONDS = 60.0             # between two writings of the kept samples
-FIRST_LOOK = 8                  # samples at the first estimate of the noise
-LOOKED = 1 << 20                # pixels by which the noise is estimated
-LEAST_STEP, MOST_STEP = 1.1, 2.0        # growth of the samples between two estimates
 
 
 def _never() -> bool:
@@ -62,63 +59,6 @@ class Rendered:
     noise: float | None = None
     choice: lb.Choice | None = None
     findings: tuple[Finding, ...] = ()
-
-
-class Noise:
-    """Noise of a picture while it is rendered: the root mean square error of its sRGB values, black 0 and white 1.
-
-    The samples before and after an earlier estimate are two pictures of the same scene, whose difference gives the
-    noise of their mean. Samples of a net are spread more evenly all together than in parts, so the estimate tends to be
-    too high. Of a picture of more than LOOKED pixels, lines at even distances are looked at.
-
-    Parameters
-    ----------
-    settings
-        For exposure and tone curve; the noise of a sensor is left out.
-    goal
-        Noise that is enough.
-    """
-
-    def __init__(self, settings: Settings, goal: float):
-        self._settings, self._goal = replace(settings, noise=False), goal
-        self._earlier: tuple[int, np.ndarray] | None = None
-        self.next_look = FIRST_LOOK         # samples
-        self.noise: float | None = None
-
-    @property
-    def is_enough(self) -> bool:
-        """Whether the picture of the last estimate is as good as wanted."""
-        return self.noise is not None and self.noise <= self._goal
-
-    def look(self, rendering: lb.Rendering) -> None:
-        """Estimate the noise from the samples since the last look, and say when to look again."""
-        samples, image = rendering.samples, _looked(rendering)
-        grown = MOST_STEP
-        if self._earlier is not None:
-            before, earlier = self._earlier
-            later = (samples * image - before * earlier) / np.float32(samples - before)
-            apart = self._codes(later) - self._codes(earlier)
-            self.noise = float(np.sqrt(np.mean(apart**2, dtype=np.float64) / (
-                samples / before + samples / (samples - before))))
-            grown = min(max((self.noise / self._goal) ** 2, LEAST_STEP), MOST_STEP)
-        self._earlier = samples, image
-        self.next_look = int(np.ceil(grown * samples))
-
-    def _codes(self, image: np.ndarray) -> np.ndarray:
-        codes = np.empty(image.shape, np.float32)
-        for lines, found in zip(parts(codes), parts(exposed(self._settings, image)), strict=True):
-            lines[:] = develop(found, self._settings)
-        return codes
-
-
-def _looked(rendering: lb.Rendering) -> np.ndarray:
-    """The lines of a picture by which its noise is estimated."""
-    h, w = rendering.shape
-    every, top, found = -(-h * w // LOOKED), 0, []
-    for band in rendering.bands():
-        found.append(band[-top % every::every].copy())
-        top += len(band)
-    return np.concatenate(found)
 
 
 class _StoppedError(Exception):
@@ -158,7 +98,9 @@ class _Render:
         rendering, settings, (h, _) = self.rendering, self.settings, self.rendering.shape
         made_by = _maker(self.choice)
         if kept is not None and kept.exists():
-            _restore(rendering, kept, settings, made_by)
+            _restore(rendering, kept, settings, made_by, meter)
+            if meter and rendering.samples >= meter.next_look:
+                meter.look(rendering)
         threads = threads or os.cpu_count() or 1
         stopped = Event()
         batch, since = 1, perf_counter()
@@ -181,7 +123,8 @@ class _Render:
                             meter.look(rendering)
                         stop = stopping()
                         if kept is not None and (stop or now - since > KEEP_SECONDS):
-                            save_arrays(kept, settings, made_by=made_by, **rendering.state)
+                            noise = meter.state if meter else {}
+                            save_arrays(kept, settings, made_by=made_by, **rendering.state, **noise)
                             since = perf_counter()
                         if stop:
                             raise _StoppedError
@@ -279,15 +222,18 @@ def _maker(choice: lb.Choice | None) -> np.int64:
     return np.int64(zlib.crc32(repr((version("lensbench"), choice and (choice.model, choice.degree))).encode()))
 
 
-def _restore(rendering: lb.Rendering, kept: Path, settings: Settings, made_by: np.int64) -> None:
-    """Begin with the kept samples; ExportError where they are not of this picture."""
+def _restore(rendering: lb.Rendering, kept: Path, settings: Settings, made_by: np.int64, meter: Noise | None) -> None:
+    """Begin with the kept samples and their noise; ExportError where they are not of this picture."""
     arrays, former = load_arrays(kept, "render that was stopped", "render --resume",
                                  lambda names: names - set(TEXTS) if "made_by" in names else set(),
                                  lambda headers, former: True, lambda note: None, light=False, into=rendering.state)
     if replace(former, samples=settings.samples) != settings or int(arrays.pop("made_by")) != made_by:
         raise ExportError(f"{kept}: these are samples of other settings or of another version: remove the file, or "
                           "render without --resume")
+    noise = {name: arrays.pop(name) for name in NOISE_STATE if name in arrays}
     try:
         rendering.restore(arrays)
+        if meter and noise:
+            meter.restore(noise, rendering)
     except ValueError as error:
         raise ExportError(f"{kept}: {error}: remove the file, or render without --resume") from error

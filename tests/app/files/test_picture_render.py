@@ -11,7 +11,8 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench.app.files.export import ExportError, develop, read_settings
-from lensbench.app.files.picture_render import Noise, export_render, kept_path, render
+from lensbench.app.files.npz import TEXTS, load_arrays, save_arrays
+from lensbench.app.files.picture_render import export_render, kept_path, render
 from lensbench.app.state.settings import Settings
 
 SMALL = replace(Settings(), pixels_x=24, pixels_y=16, samples=3)
@@ -131,61 +132,74 @@ def test_sums_of_another_picture_are_refused_and_nothing_changes():
     assert small.samples == 0
 
 
-# The noise of a picture
+# A render that ends at a wanted noise
 
-
-class Made:
-    """A rendering whose samples are known: white noise of a given strength about middle grey."""
-
-    def __init__(self, deviation):
-        self._random, self._deviation = np.random.default_rng(1), deviation
-        self._sum, self.samples = np.zeros((120, 120, 3)), 0
-
-    def add(self, samples):
-        for _ in range(samples):
-            self._sum += 0.2 + self._random.normal(0.0, self._deviation, self._sum.shape)
-        self.samples += samples
-
-    @property
-    def shape(self):
-        return self._sum.shape[:2]
-
-    def bands(self):
-        image = (self._sum / self.samples).astype(np.float32)
-        return iter((image[:50], image[50:]))
-
-    def image(self):
-        return np.concatenate([*self.bands()])
-
-
-def test_the_noise_is_the_error_of_the_developed_picture():
-    settings, made = replace(SMALL, tone="none"), Made(0.02)
-    meter = Noise(settings, 1e-3)
-    looks = []
-    while not meter.is_enough:
-        made.add(meter.next_look - made.samples)
-        meter.look(made)
-        if meter.noise is not None:
-            truth = develop(np.full((1, 1, 3), 0.2, np.float32), settings)
-            error = np.sqrt(np.mean((develop(made.image(), settings) - truth) ** 2))
-            assert meter.noise == pytest.approx(error, rel=0.02)        # 43,000 numbers: 0.3 %, and as much again
-            looks.append(made.samples)
-    assert 300 < looks[-1] < 700            # 0.02 / √n in codes of slope 1.16: 540 samples bring it to 0.001
+NOISY = replace(SMALL, samples=4096)
 
 
 @pytest.mark.slow
 def test_a_render_ends_at_a_wanted_noise_and_says_so(tmp_path):
-    settings = replace(SMALL, samples=4096)
-    found = export_render(settings, tmp_path / "a.png", noise=0.02)
-    image = render(replace(settings, samples=found.samples))[0]
+    found = export_render(NOISY, tmp_path / "a.png", noise=0.02)
+    image = render(replace(NOISY, samples=found.samples))[0]
     assert 0.0 < found.noise <= 0.02 and found.samples < 4096
     assert read_settings(tmp_path / "a.png").samples == found.samples
     # The estimate is not too small: the picture is that near to one of many more samples
-    best = render(replace(settings, samples=4096, seed=9))[0]
-    error = np.sqrt(np.mean((develop(image, settings) - develop(best, settings)) ** 2))
+    best = render(replace(NOISY, seed=9))[0]
+    error = np.sqrt(np.mean((develop(image, NOISY) - develop(best, NOISY)) ** 2))
     assert error < 1.2 * found.noise
 
 
 def test_samples_that_do_not_suffice_are_said():
     _, found = render(replace(SMALL, samples=16), noise=1e-5)
     assert found.samples == 16 and found.noise > 1e-5
+
+
+@pytest.mark.slow
+def test_a_render_that_was_stopped_ends_at_the_same_noise_with_the_same_bits(tmp_path):
+    path = tmp_path / "a.exr"
+    whole = export_render(NOISY, tmp_path / "whole.exr", noise=0.02)
+    for passes in (1, 3, 6):
+        export_render(NOISY, path, noise=0.02, resume=True, stopping=stops_after(passes))
+    found = export_render(NOISY, path, noise=0.02, resume=True)
+    assert (found.samples, found.noise) == (whole.samples, whole.noise)
+    np.testing.assert_array_equal(pixels(path), pixels(tmp_path / "whole.exr"))
+
+
+@pytest.fixture
+def single_samples(monkeypatch):
+    """Passes of one sample each, however fast the machine is."""
+    monkeypatch.setattr("lensbench.app.files.picture_render.PASS_SECONDS", 0.0)
+
+
+@pytest.mark.usefixtures("single_samples")
+def test_a_render_whose_noise_is_reached_already_gets_no_more_samples(tmp_path):
+    path = tmp_path / "a.exr"
+    assert export_render(NOISY, path, noise=1e-5, resume=True, stopping=stops_after(20)) is None
+    with np.load(kept_path(path)) as kept:
+        samples, noise = int(kept["samples"]), float(kept["noise"])
+    found = export_render(NOISY, path, noise=1.01 * noise, resume=True)
+    assert found.samples == samples and found.noise <= 1.01 * noise
+
+
+@pytest.mark.usefixtures("single_samples")
+def test_of_samples_without_an_estimate_of_their_noise_a_tenth_more_tells_it(tmp_path):
+    path = tmp_path / "a.exr"
+    assert export_render(NOISY, path, resume=True, stopping=stops_after(40)) is None
+    found = export_render(NOISY, path, noise=0.5, resume=True)
+    assert found.samples == 44 and found.noise <= 0.5
+
+
+@pytest.mark.usefixtures("single_samples")
+def test_the_noise_of_another_picture_is_refused(tmp_path):
+    path = tmp_path / "a.exr"
+    assert export_render(NOISY, path, noise=1e-5, resume=True, stopping=stops_after(20)) is None
+    _, settings = load_arrays(kept_path(path), "", "", lambda names: names - set(TEXTS), lambda headers, found: True,
+                              print, light=False)
+    with np.load(kept_path(path)) as kept:
+        arrays = {name: kept[name] for name in kept.files if name not in TEXTS}
+    for change, why in (({"noise_samples": arrays["samples"] + 1}, "noise of another picture"),
+                        ({"noise_image": arrays["noise_image"][1:]}, "noise of another picture"), (None, "incomplete")):
+        changed = arrays | change if change else {name: arrays[name] for name in arrays if name != "noise"}
+        save_arrays(kept_path(path), settings, **changed)
+        with pytest.raises(ExportError, match=why):
+            export_render(NOISY, path, noise=0.02, resume=True)
