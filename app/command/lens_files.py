@@ -70,7 +70,8 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rays", required=True, metavar="RAYS.csv",
                         help="columns x y z (mm, from the first vertex) and l m n (direction); - is the standard input")
     parser.add_argument("-o", "--output", metavar="FILE", help="a .csv or .json file; the standard output by default")
-    parser.add_argument("--wavelength", type=float, default=None, metavar="UM", help="in µm; the d line by default")
+    parser.add_argument("--wavelength", type=float, default=None, metavar="UM",
+                        help="in µm, such as 0.55; the d line by default")
     parser.add_argument("--no-clip", action="store_true", help="let rays pass outside the rims and outside the stop")
     parser.add_argument("--json", action="store_true", help="print JSON: a list for each column")
     _add_position_options(parser)
@@ -87,6 +88,8 @@ def trace(arguments: argparse.Namespace) -> int:
     """Trace the rays of a table through a lens; write their end points, directions and fates."""
     import lensbench as lb
     from lensbench import lenses
+    from lensbench.analysis.grids.field_conditions import check_wavelength, unknown_dispersion
+    from lensbench.app.command.lens_options import say
     from lensbench.app.files.export import replacing
     from lensbench.app.state.zoom import positioned
 
@@ -96,6 +99,10 @@ def trace(arguments: argparse.Namespace) -> int:
     lens = positioned(lenses.load(arguments.lens), arguments)
     rays = read_rays(arguments.rays)
     wavelength = lb.D_LINE if arguments.wavelength is None else arguments.wavelength
+    check_wavelength(wavelength)
+    if wavelength != lb.D_LINE:
+        for finding in unknown_dispersion(lens):
+            say(f"{arguments.lens}: {finding}")
     traced = lb.trace(lens, [ray[:3] for ray in rays], [ray[3:] for ray in rays], wavelength=wavelength,
                       clip=not arguments.no_clip)
     columns: dict[str, list[Any]] = {name: traced.points[:, i].tolist() for i, name in enumerate("xyz")}

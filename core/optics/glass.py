@@ -180,11 +180,11 @@ class Glass:
         GlassError
             A wavelength outside the range of the glass, or not positive.
         """
+        if not (isfinite(wavelength) and wavelength > 0.0):
+            raise GlassError(f"wavelength {wavelength} µm: it must be a positive number")
         if not self.disperses and self.wavelengths is None:
             return self.n_d
         what = f"glass {self.name}" if self.name else f"the glass of index {significant(self.n_d)}"
-        if not (isfinite(wavelength) and wavelength > 0.0):
-            raise GlassError(f"wavelength {wavelength} µm: it must be a positive number")
         low, high = self.wavelengths or (MODEL_RANGE if self.formula == "model" else (wavelength, wavelength))
         if not low <= wavelength <= high:
             raise GlassError(f"{what} is known from {significant(low)} to {significant(high)} µm, and not at "

@@ -132,14 +132,20 @@ def conditions(lens: Lens, film: Film | None = None, fields=None, wavelengths=No
             object_distance = inf
     kind, points = _fields(lens, film, fields, field_kind, object_distance, findings)
     colours, weights, primary = _colours(lens, wavelengths, findings)
+    if colours != (D_LINE,):
+        findings += unknown_dispersion(lens)
+    return Conditions(kind, points, colours, weights, primary, object_distance, tuple(findings))
+
+
+def unknown_dispersion(lens: Lens) -> tuple[Finding, ...]:
+    """A finding where glasses of a lens have one index at all wavelengths, for want of another."""
     glasses = [each.glass for each in lens.surfaces if each.glass.n_d != 1.0 or each.glass.disperses]
     unknown = sum(not each.disperses for each in glasses)
-    if unknown and colours != (D_LINE,):
-        every = unknown == len(glasses)
-        findings.append(note(Kind.GLASS, "the dispersion of this lens's glasses is not known: all wavelengths take the "
-                             "same paths" if every else f"the dispersion of {unknown} of {len(glasses)} glasses is not "
-                             "known: they have one index at all wavelengths", unknown=unknown))
-    return Conditions(kind, points, colours, weights, primary, object_distance, tuple(findings))
+    if not unknown:
+        return ()
+    return (note(Kind.GLASS, "the dispersion of this lens's glasses is not known: all wavelengths take the same paths"
+                 if unknown == len(glasses) else f"the dispersion of {unknown} of {len(glasses)} glasses is not known: "
+                 "they have one index at all wavelengths", unknown=unknown),)
 
 
 def check_wavelength(wavelength: float) -> None:

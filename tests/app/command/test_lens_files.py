@@ -116,6 +116,23 @@ def test_tables_that_are_none_are_refused_with_their_line(tmp_path, capsys, text
     assert told in refused(capsys, "trace", LENS, "--rays", str(path))
 
 
+@pytest.mark.parametrize(("wavelength", "told"), [
+    ("nan", "must be a positive number"), ("-1", "must be a positive number"),
+    ("587", "give it in micrometres, such as 0.55 for 550 nm")])
+def test_trace_refuses_what_is_no_wavelength_also_of_glasses_of_one_index(tmp_path, capsys, wavelength, told):
+    (tmp_path / "rays.csv").write_text(RAYS)
+    assert told in refused(capsys, "trace", LENS, "--rays", str(tmp_path / "rays.csv"), f"--wavelength={wavelength}")
+
+
+@pytest.mark.parametrize(("lens", "wavelength", "told"), [
+    (LENS, "0.5", "the dispersion of this lens's glasses is not known: all wavelengths take the same paths"),
+    (LENS, "0.5875618", ""), ("lenshh-cooke-triplet-50", "0.5", "")])
+def test_trace_says_where_a_wavelength_changes_nothing(tmp_path, capsys, lens, wavelength, told):
+    (tmp_path / "rays.csv").write_text(RAYS)
+    assert main(["trace", lens, "--rays", str(tmp_path / "rays.csv"), "--wavelength", wavelength]) == 0
+    assert capsys.readouterr().err == (f"lensbench: {lens}: {told}\n" if told else "")
+
+
 def test_trace_refuses_in_one_line(tmp_path, capsys):
     (tmp_path / "rays.csv").write_text(RAYS)
     rays = ["--rays", str(tmp_path / "rays.csv")]

@@ -59,6 +59,13 @@ CLOSED_FORMS = [        # the same index written in each formula's own coefficie
 ]
 
 
+@pytest.mark.parametrize("wavelength", [0.0, -1.0, nan, inf])
+def test_what_is_no_wavelength_is_refused_by_glasses_of_one_index_too(wavelength):
+    for glass in (Glass(1.62), Glass()):
+        with pytest.raises(GlassError, match="it must be a positive number"):
+            glass.index(wavelength)
+
+
 @pytest.mark.parametrize("formula, coefficients, n", CLOSED_FORMS, ids=[row[0] for row in CLOSED_FORMS])
 def test_each_formula_reads_its_coefficients_in_their_order(formula, coefficients, n):
     glass = Glass(1.5, 60.0, "G", formula, coefficients)
