@@ -9,7 +9,7 @@ from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses import catalogue
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.formats.table import READERS, UTF8_SUFFIXES, WRITERS
+from lensbench.lenses.formats.table import READERS, UTF8_SUFFIXES, WRITERS, Writer
 from lensbench.lenses.stop_picture import with_picture_beside
 from lensbench.optics.finding import Finding
 from lensbench.optics.prescription import Lens
@@ -57,6 +57,19 @@ def load(name_or_path: str | os.PathLike[str], zoom: float | None = None, close:
     return reader(content, str(path)).at(zoom, close)
 
 
+def writer_of(path: Path) -> Writer:
+    """The writer of the format that the suffix says; LensFileError where there is none, or no place for the file."""
+    writer = WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise LensFileError(path, None, f"lens files of type {path.suffix or 'none'} cannot be written; "
+                                        f"supported are {', '.join(WRITERS)}")
+    if not path.parent.is_dir():
+        raise LensFileError(path, None, f"there is no folder {path.parent}")
+    if path.is_dir():
+        raise LensFileError(path, None, "this is a folder")
+    return writer
+
+
 def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
     """Write a lens in the format of the suffix.
 
@@ -81,10 +94,7 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
         No format with this suffix can be written, or the place cannot.
     """
     path = Path(path)
-    writer = WRITERS.get(path.suffix.lower())
-    if writer is None:
-        raise LensFileError(path, None, f"lens files of type {path.suffix or 'none'} cannot be written; "
-                                        f"supported are {', '.join(WRITERS)}")
+    writer = writer_of(path)
     lens, placed = with_picture_beside(lens, path) if path.suffix.lower() == ".toml" else (lens, [])
     text, remarks = writer(lens)
     beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")

@@ -23,6 +23,7 @@ def export(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.lens_options import say
     from lensbench.app.command.options import settings_from
     from lensbench.app.files.camera_export import PROGRAMS, export_camera
+    from lensbench.app.files.export import check_writable
     from lensbench.app.state.build import camera
     from lensbench.app.state.camera_kinds import CAMERA_KINDS
 
@@ -31,6 +32,7 @@ def export(arguments: argparse.Namespace) -> int:
     path = Path(arguments.output)
     if path.suffix.lower() != PROGRAMS[arguments.to]:
         raise UsageError(f"{path}: cameras for {arguments.to} are {PROGRAMS[arguments.to]} files")
+    check_writable(path)
     try:
         remarks = export_camera(camera(settings_from(arguments)), arguments.to, path)
     except OSError as error:

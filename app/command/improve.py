@@ -4,10 +4,10 @@ import argparse
 import json
 import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lensbench.app.command.errors import UsageError
+from lensbench.app.command.output import checked_lens_path
 
 if TYPE_CHECKING:
     from lensbench.app.studies.improvement.improve import Step
@@ -48,6 +48,7 @@ def improve(arguments: argparse.Namespace) -> int:
     from lensbench.lenses.editing.document import value_of
     from lensbench.lenses.paraxial import image_distance
 
+    path = checked_lens_path(arguments.output)
     document = document_named(arguments.lens)
     height = arguments.image_height
     if height is None:
@@ -92,10 +93,9 @@ def improve(arguments: argparse.Namespace) -> int:
             name = "radius" if quantity == "curvature" else quantity
             print(f"surface {i:2}  {name:14}  {whole(document.surfaces[i], quantity)[:12]} -> "
                   f"{whole(after.surfaces[i], quantity)[:12]}")
-    if arguments.output is not None:
+    if path is not None:
         from lensbench.lenses import Kind
 
-        path = Path(arguments.output)
         for remark in write_document(after, path):
             print(f"{'Also' if remark.kind is Kind.BESIDE else 'Not kept'}: {remark}", file=sys.stderr)
     return 0

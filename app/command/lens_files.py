@@ -90,12 +90,14 @@ def trace(arguments: argparse.Namespace) -> int:
     from lensbench import lenses
     from lensbench.analysis.grids.field_conditions import check_wavelength, unknown_dispersion
     from lensbench.app.command.lens_options import say
-    from lensbench.app.files.export import replacing
+    from lensbench.app.files.export import check_writable, replacing
     from lensbench.app.state.zoom import positioned
 
     suffix = Path(arguments.output).suffix.lower() if arguments.output else (".json" if arguments.json else ".csv")
     if suffix not in (".csv", ".json"):
         raise RaysError(f"{arguments.output}: rays are written as .csv or .json")
+    if arguments.output:
+        check_writable(Path(arguments.output))
     lens = positioned(lenses.load(arguments.lens), arguments)
     rays = read_rays(arguments.rays)
     wavelength = lb.D_LINE if arguments.wavelength is None else arguments.wavelength

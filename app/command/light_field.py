@@ -7,7 +7,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from lensbench.app.command.capture_options import prepare_capture, read_views
-from lensbench.app.command.output import progress
+from lensbench.app.command.output import checked_picture_path, progress
 from lensbench.kernels.figures import fixed, significant
 
 if TYPE_CHECKING:
@@ -123,6 +123,7 @@ def _refocus(arguments: argparse.Namespace) -> int:
     from lensbench.app.files.export import save_picture
     from lensbench.app.files.light_field_file import load_light_field
 
+    path = checked_picture_path(arguments.output)
     recording = load_light_field(arguments.field, say)
     field, settings = recording.field, recording.settings
     wanted = settings.focus_distance if arguments.focus is None else arguments.focus
@@ -132,14 +133,14 @@ def _refocus(arguments: argparse.Namespace) -> int:
             raise UsageError(f"--moment {arguments.moment}: this light field holds {len(field.instants)}")
         field = field.instants[arguments.moment - 1]
     picture = field.refocus(distance, arguments.f_number, arguments.view)
-    save_picture(arguments.output, picture, replace(settings, focus_distance=distance,
-                                                    f_number=arguments.f_number or settings.f_number))
+    save_picture(path, picture, replace(settings, focus_distance=distance,
+                                        f_number=arguments.f_number or settings.f_number))
     note = "" if distance == wanted else f", the nearest distance in place of {significant(wanted / 1000.0, 4)} m"
     near, far = field.clear_range
     if not near <= distance <= far:
         note += (f"; outside {_metres(near)} to {_metres(far)} neighbouring views differ by more than a "
                  "pixel: record more views")
-    print(f"{arguments.output}: focused at {significant(distance / 1000.0, 4)} m{note}")
+    print(f"{path}: focused at {significant(distance / 1000.0, 4)} m{note}")
     return 0
 
 

@@ -52,13 +52,14 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
 def _view(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.errors import UsageError
     from lensbench.app.command.options import say
-    from lensbench.app.files.export import checked_place, save_picture
+    from lensbench.app.command.output import checked_picture_path
+    from lensbench.app.files.export import save_picture
     from lensbench.app.files.light_field_file import load_light_field
 
     if arguments.output is None and not arguments.json:
         raise UsageError("name a picture by -o FILE, or ask for the figures by --json")
-    path = None if arguments.output is None else Path(arguments.output)
-    large = path is not None and checked_place(path) in ENLARGED
+    path = None if arguments.output is None else checked_picture_path(arguments.output)
+    large = path is not None and path.suffix.lower() in ENLARGED
     recording = load_light_field(arguments.field, say)
     if arguments.depth or arguments.all_in_focus:
         image, figures, settings = _of_depth(arguments, recording, path)

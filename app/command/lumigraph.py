@@ -73,12 +73,14 @@ def _array(arguments: argparse.Namespace) -> int:
 def _novel(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.errors import UsageError
     from lensbench.app.command.options import say
+    from lensbench.app.command.output import checked_picture_path
     from lensbench.app.files.export import save_picture
     from lensbench.app.files.lumigraph_file import load_lumigraph
     from lensbench.app.state.settings import placed
 
     if arguments.flat and arguments.surface is not None:
         raise UsageError("--flat and --surface: choose one of them")
+    path = checked_picture_path(arguments.output)
     made, settings = load_lumigraph(arguments.lumigraph, say)
     film = made.camera.film
     across, down = arguments.size or (max(film.pixels_x // 2, 1), max(film.pixels_y // 2, 1))
@@ -86,9 +88,9 @@ def _novel(arguments: argparse.Namespace) -> int:
     camera = replace(made.camera, film=replace(film, pixels_x=across, pixels_y=down),
                      world_from_camera=made.camera.placement() @ pose)
     view = made.seen_by(camera, None if arguments.flat else arguments.surface or "recorded")
-    save_picture(arguments.output, view.picture, replace(settings, pixels_x=across, pixels_y=down))
+    save_picture(path, view.picture, replace(settings, pixels_x=across, pixels_y=down))
     share = float(view.covered.mean())
     note = "the whole view was recorded" if share == 1.0 else (
         f"{fixed(100.0 * share, 0)} % of the view was recorded, the rest is black: move nearer to the array's middle")
-    print(f"{arguments.output}: {across} × {down} pixels; {note}")
+    print(f"{path}: {across} × {down} pixels; {note}")
     return 0

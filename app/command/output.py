@@ -44,15 +44,36 @@ def print_json(data: Any) -> None:
     print(_json_text(data))
 
 
-def checked_chart_path(path: str | None) -> Path | None:
-    """The path of a chart (.svg, .png) or of its figures (.json), checked before the work begins."""
+def checked_chart_path(path: str | None, figures: bool = True) -> Path | None:
+    """The path of a chart (.svg, .png) or, with figures, of its figures (.json), checked before the work begins."""
     from lensbench.app.files.export import check_writable
     from lensbench.app.studies.plotting import checked_suffix
 
     if path is None:
         return None
-    if not is_json(Path(path)):
+    if not (figures and is_json(Path(path))):
         checked_suffix(Path(path))
+    check_writable(Path(path))
+    return Path(path)
+
+
+def checked_picture_path(path: str) -> Path:
+    """The path of a picture, whose suffix and place are checked before the work begins."""
+    from lensbench.app.files.export import check_writable, checked_place
+
+    checked_place(Path(path))
+    check_writable(Path(path))
+    return Path(path)
+
+
+def checked_lens_path(path: str | None) -> Path | None:
+    """The path of a lens file, whose suffix and place are checked before the work begins."""
+    from lensbench.app.files.export import check_writable
+    from lensbench.lenses.lens_file import writer_of
+
+    if path is None:
+        return None
+    writer_of(Path(path))
     check_writable(Path(path))
     return Path(path)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lensbench.app.command.errors import UsageError
+from lensbench.app.command.output import checked_chart_path
 from lensbench.kernels.figures import significant
 
 if TYPE_CHECKING:
@@ -44,10 +45,7 @@ def tolerances(arguments: argparse.Namespace) -> int:
 
     if arguments.seed < 0:
         raise UsageError(f"--seed {arguments.seed}: it must be a whole number from 0")
-    if arguments.output is not None:
-        from lensbench.app.studies.plotting import checked_suffix
-
-        checked_suffix(arguments.output)
+    path = checked_chart_path(arguments.output, figures=False)
     within = lb.analysis.Tolerances(0.01 * arguments.radius, arguments.thickness, arguments.index, arguments.decentre,
                                     math.radians(arguments.tilt / 60.0))
     lens = lenses.load(arguments.lens)
@@ -63,12 +61,12 @@ def tolerances(arguments: argparse.Namespace) -> int:
         print(json.dumps(_plain(costs, run), indent=2))
     else:
         _print(costs, run)
-    if arguments.output is not None:
+    if path is not None:
         top = float(run.frequencies[-1])
         run = lb.analysis.production(lens, film, within, arguments.copies, arguments.seed,
                                      [top * (k + 1) / CHARTED for k in range(CHARTED)])
-        draw(run, Path(arguments.output), lens.name)
-        print(f"wrote {arguments.output}", file=sys.stderr)
+        draw(run, path, lens.name)
+        print(f"wrote {path}", file=sys.stderr)
     return 0
 
 

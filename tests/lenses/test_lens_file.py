@@ -82,7 +82,7 @@ def test_a_suffix_counts_in_any_case(tmp_path):
 
 def test_saving_to_an_invalid_place_is_refused_in_one_line(tmp_path):
     lens = lenses.load(NAME)
-    for path, reason in ((tmp_path / "lens.abc", ".toml, .dat"), (tmp_path / "nowhere" / "lens.toml", "No such"),
+    for path, reason in ((tmp_path / "lens.abc", ".toml, .dat"), (tmp_path / "no" / "lens.toml", "there is no folder"),
                          (tmp_path / "nul\0.toml", "null")):
         with pytest.raises(lenses.LensFileError) as caught:
             lenses.save(lens, path)
