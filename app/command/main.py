@@ -190,10 +190,13 @@ def _view(arguments: argparse.Namespace) -> int:
     with loading():
         from lensbench.app.command.lens_options import say
         from lensbench.app.command.options import settings_from
+        from lensbench.app.command.output import checked_screenshot_path
         from lensbench.app.files.state_text import PREFIX as STATE
         from lensbench.app.state.settings import PICTURES
         from lensbench.app.state.stop_picture import with_readable_stop
 
+        shot = arguments.screenshot or (None if _has_display() else SCREENSHOT)
+        screenshot = None if shot is None else checked_screenshot_path(shot)
         settings = settings_from(arguments)
         if arguments.stop_image is None:                # of a file or a text
             settings = with_readable_stop(settings, say)
@@ -212,12 +215,11 @@ def _view(arguments: argparse.Namespace) -> int:
     kept = arguments.settings is not None or Path(arguments.lens or "").suffix.lower() in PICTURES \
         or (arguments.lens or "").startswith(STATE)
     follows = arguments.size is None and not kept       # the pixels of a size or a file that was asked for stay
-    screenshot = arguments.screenshot or (None if _has_display() else SCREENSHOT)
     if screenshot is None:
         window.run(settings, follows=follows)
         return 0
     try:
-        is_early = window.run(settings, screenshot=Path(screenshot), follows=follows)
+        is_early = window.run(settings, screenshot=screenshot, follows=follows)
     except OSError as error:
         raise UsageError(f"{screenshot}: {error.strerror}" if error.strerror else str(error)) from error
     why = "" if arguments.screenshot else "no display: "

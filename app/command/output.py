@@ -9,6 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from lensbench.app.command.errors import UsageError
 from lensbench.kernels.figures import fixed
 
 WIDTH = 30                      # of the progress bar, in characters
@@ -62,6 +63,16 @@ def checked_picture_path(path: str) -> Path:
     from lensbench.app.files.export import check_writable, checked_place
 
     checked_place(Path(path))
+    check_writable(Path(path))
+    return Path(path)
+
+
+def checked_screenshot_path(path: str) -> Path:
+    """The path of a picture of the window, a PNG, checked before the window opens."""
+    from lensbench.app.files.export import check_writable
+
+    if Path(path).suffix.lower() != ".png":
+        raise UsageError(f"{path}: a picture of the window is written as .png: choose this suffix")
     check_writable(Path(path))
     return Path(path)
 

@@ -233,13 +233,20 @@ def test_a_screenshot_before_the_picture_is_ready_ends_with_1(viewed, monkeypatc
     assert "not ready in time" in capsys.readouterr().err
 
 
-def test_a_screenshot_that_cannot_be_written_ends_with_2(viewed, monkeypatch, capsys):
+def test_a_screenshot_that_cannot_be_written_ends_with_2(viewed, monkeypatch, capsys, tmp_path):
     def run(settings, screenshot, follows):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", run)
-    assert main(["view", "--screenshot", "no/w.png"]) == 2
-    assert "no/w.png: Permission denied" in one_line(capsys)
+    assert main(["view", "--screenshot", str(tmp_path / "w.png")]) == 2
+    assert "w.png: Permission denied" in one_line(capsys)
+
+
+@pytest.mark.parametrize(("path", "told"), [("w.jpg", "is written as .png"), ("w", "is written as .png"),
+                                            ("no/w.png", "there is no folder")])
+def test_a_screenshot_that_is_no_png_is_refused_before_the_window_opens(viewed, capsys, path, told):
+    assert main(["view", "--screenshot", path]) == 2
+    assert told in one_line(capsys) and not viewed
 
 
 def test_the_benchmark_gets_its_own_arguments(monkeypatch):
