@@ -127,6 +127,7 @@ def _refocus(arguments: argparse.Namespace) -> int:
     recording = load_light_field(arguments.field, say)
     field, settings = recording.field, recording.settings
     wanted = settings.focus_distance if arguments.focus is None else arguments.focus
+    replace(settings, focus_distance=wanted).checked()
     distance = max(wanted, field.nearest)
     if arguments.moment is not None:
         if arguments.moment > len(field.instants):

@@ -87,7 +87,8 @@ def _novel(arguments: argparse.Namespace) -> int:
     pose = placed(arguments.at, *map(math.radians, arguments.turn))
     camera = replace(made.camera, film=replace(film, pixels_x=across, pixels_y=down),
                      world_from_camera=made.camera.placement() @ pose)
-    view = made.seen_by(camera, None if arguments.flat else arguments.surface or "recorded")
+    surface = "recorded" if arguments.surface is None else arguments.surface
+    view = made.seen_by(camera, None if arguments.flat else surface)
     save_picture(path, view.picture, replace(settings, pixels_x=across, pixels_y=down))
     share = float(view.covered.mean())
     note = "the whole view was recorded" if share == 1.0 else (

@@ -84,6 +84,8 @@ def find_depth(field: LightField, nearest: float | None = None, farthest: float 
     """
     if min(field.views) < 2 and max(field.views) < 3:
         raise LightFieldError("a single view has no depth: record a light field of at least 3 × 3")
+    if nearest is not None and not nearest > 0.0:
+        raise LightFieldError(f"nearest depth {significant(nearest / 1000.0)} m: it must be positive")
     near = max(_nearest(field, farthest) if nearest is None else nearest, field.nearest)
     if not 0.0 < near < farthest:
         raise LightFieldError(f"depth between {significant(near / 1000.0)} and {significant(farthest / 1000.0)} m: the "

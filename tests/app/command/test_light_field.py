@@ -143,6 +143,9 @@ def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
             (["refocus", str(fake)], "not those of its settings"),
             (["refocus", str(recorded), "--f-number", "1"], "was not recorded"),
             (["refocus", str(recorded), "--view", "x"], "two numbers"),
+            (["refocus", str(recorded), "--focus=-1m"], "focus distance -1000 mm: it must lie from"),
+            (["refocus", str(recorded), "--focus=0"], "focus distance 0 mm: it must lie from"),
+            (["refocus", str(recorded), "--focus=1e20"], "it must lie from"),
             (["capture", "pbrt-dgauss-50mm", "--views", "0x3"], "views across and down"),
             (["capture", "pbrt-dgauss-50mm", "--lens-model", "pinhole"], "through a lens"),
             (["capture", "--camera", "environment"], "not projective")):
@@ -154,6 +157,7 @@ def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
     upside_down = ["--depth", "--nearest", "9m", "--farthest", "2m"]
     for arguments, says in ((["--at", "3", "0"], "reach from"), (["--pixel", "36", "0"], "0 to 35 across"),
                             (["--epipolar", "24"], "0 to 23"), (upside_down, "must be nearer"),
+                            (["--depth", "--nearest=-1m"], "must be positive"),
                             (["--sensor"], "without microlenses"), ([], "one of the arguments")):
         assert main(["lightfield", "view", str(recorded), *arguments, "--json"]) == 2
         error = capsys.readouterr().err

@@ -58,6 +58,7 @@ def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
             (["novel", str(cut)], "cut short"), (["novel", str(tmp_path / "no.npz")], "No such file"),
             (["novel", str(tmp_path / "other.npz")], "lightfield array records one"),
             (["novel", str(recorded), "--flat", "--surface", "1m"], "choose one of them"),
+            (["novel", str(recorded), "--surface", "0"], "must be positive"),
             (["array", "pbrt-dgauss-50mm", "--spacing", "0mm"], ""),
             (["array", "pbrt-dgauss-50mm", "--views", "0x3"], "views across and down"),
             (["array", "pbrt-dgauss-50mm", "--focus", "inf"], "finite distance"),

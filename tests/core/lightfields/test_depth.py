@@ -74,6 +74,9 @@ def test_invalid_arguments_are_refused(field):
         lb.find_depth(single)
     with pytest.raises(lb.LightFieldError, match="must be nearer"):
         lb.find_depth(field, 2000.0, 1000.0)
+    for nearest in (-1000.0, 0.0, math.nan):
+        with pytest.raises(lb.LightFieldError, match="must be positive"):
+            lb.find_depth(field, nearest)
     shares = []
 
     def progress(share):
