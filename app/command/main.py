@@ -79,16 +79,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: list[str]) -> int:
-    if argv[:1] == ["bench"]:
-        from lensbench.app.studies.benchmark.main import main as benchmark
-        return benchmark(argv[1:]) or 0
     with loading():
         arguments = parsed(argv or ["view"])
     return arguments.command(arguments)
 
 
 def parsed(argv: Sequence[str]) -> argparse.Namespace:
-    """The arguments of a command other than `bench`; its function is their `command`."""
+    """The arguments of a command; its function is their `command`."""
     return _parser().parse_args(argv)
 
 
@@ -114,6 +111,7 @@ def _mistakes() -> tuple[type[Exception], ...]:
 def _parser() -> argparse.ArgumentParser:
     from lensbench.app.command import (
         analyse,
+        bench,
         chart,
         check,
         export,
@@ -153,11 +151,11 @@ def _parser() -> argparse.ArgumentParser:
              "Show what errors of manufacture cost a lens, and the spread of many copies."),
             ("chart", chart.chart, chart.add_chart_options, "Chart the speed of methods against their accuracy."),
             ("stability", stability.stability, stability.add_stability_options,
-             "Show where each numerical method breaks down, and what it returns there.")):
+             "Show where each numerical method breaks down, and what it returns there."),
+            ("bench", bench.bench, bench.add_bench_options, "Measure the program's speed on this machine.")):
         command = commands.add_parser(name, help=summary, description=summary)
         command.set_defaults(command=run)
         command.add_options = add
-    commands.add_parser("bench", help="Measure the program's speed on this machine.", add_help=False)
     return parser
 
 

@@ -249,14 +249,6 @@ def test_a_screenshot_that_is_no_png_is_refused_before_the_window_opens(viewed, 
     assert told in one_line(capsys) and not viewed
 
 
-def test_the_benchmark_gets_its_own_arguments(monkeypatch):
-    bench = types.ModuleType("lensbench.app.studies.benchmark.main")
-    bench.main = lambda words: words
-    monkeypatch.setitem(sys.modules, "lensbench.app.studies.benchmark.main", bench)
-    monkeypatch.setattr("lensbench.app.studies.benchmark.main", bench, raising=False)
-    assert main(["bench", "--json"]) == ["--json"]
-
-
 def test_a_missing_system_library_is_answered_by_its_package(viewed, monkeypatch, capsys):
     monkeypatch.setattr("lensbench.app.command.main.LIBRARIES", ("libEGL.so.1", "libmissing.so.9"))
     monkeypatch.setattr(sys, "platform", "linux")

@@ -1,14 +1,11 @@
-"""The benchmark `lensbench bench`: speed on this machine, as ratios within one run where possible.
+"""The parts of `lensbench bench`: speed on this machine, as ratios within one run where possible.
 
 Timings that are compared run in turn, and the least of many is kept, because other load of the machine can only add
 time. Speeds in millions a second, lengths in mm.
 """
 
-import argparse
 import itertools
-import json
 import math
-import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -22,13 +19,12 @@ from lensbench.app.state.picture import tone
 from lensbench.app.studies.charts.samplers import DEFAULT, WHITE, samplers
 from lensbench.app.studies.charts.sampling import COUNTS, gains, scenes, squares
 from lensbench.app.studies.even_points import even_points
-from lensbench.app.studies.timing import BLOCKS, FILM, LENS, least_times, machine, streamed
+from lensbench.app.studies.timing import BLOCKS, FILM, LENS, least_times, streamed
 from lensbench.cameras.environment import LAYOUTS
 from lensbench.cameras.fisheye import PROJECTIONS
 from lensbench.cameras.lens_settings import MODELS
 from lensbench.kernels import block
 from lensbench.kernels.cache import njit
-from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
 from lensbench.optics.block_trace import surface_steps
@@ -272,8 +268,8 @@ LONG = ("sampling", "allocation", "light-tracing", "precision", "light-field", "
 FORMER = {"splats": "light-tracing"}        # former: present name of a part
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the named parts, or all of them; print a table or JSON."""
+def parts() -> dict[str, Callable[[], Iterator[tuple[str, float, str]]]]:
+    """All parts by name, in the order in which they run; each gives its figures: name, value and unit."""
     from lensbench.app.studies.benchmark.analysis import analysis
     from lensbench.app.studies.benchmark.camera_models import polynomials
     from lensbench.app.studies.benchmark.edit import edits
@@ -288,34 +284,7 @@ def main(argv: list[str] | None = None) -> int:
     from lensbench.app.studies.benchmark.ray_differentials import differentials
     from lensbench.app.studies.benchmark.window import browser, drag, starts, window
 
-    parts = {"start": starts, "drag": drag, "window": window, "browser": browser, "plots": beside_plots,
-             "edit": edits, **PARTS, "meshes": meshes, "models": polynomials, "choice": choices, "pixel": pixels,
-             "light-field": light_fields, "motion": motion, "exposure": exposure, "analysis": analysis,
-             "differentials": differentials, "files": files, "ghosts": ghosts}
-    parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
-    usual = [name for name in parts if name not in LONG]
-    parser.add_argument("part", nargs="*", help=f"parts to run: {', '.join(parts)} (default: all but the long ones, "
-                        f"{', '.join(LONG)})")
-    parser.add_argument("--only", metavar="PART,…", help="the same parts, with commas between them")
-    parser.add_argument("--all", action="store_true", help="the long parts too")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    options = parser.parse_args(argv)
-    asked = [*options.part, *filter(None, (options.only or "").split(","))]
-    for name in set(asked) & set(FORMER):
-        print(f"lensbench bench: {name} is now {FORMER[name]}", file=sys.stderr)
-    wanted = [FORMER.get(name, name) for name in asked] or (list(parts) if options.all else usual)
-    unknown = [name for name in wanted if name not in parts]
-    if unknown:
-        parser.error(f"no part is called {unknown[0]!r}: choose from {', '.join(parts)}")
-    figures: dict[str, dict] = {}
-    if not options.json:
-        print(f"{machine()}, {time.strftime('%Y-%m-%d')}")
-    for name in wanted:
-        for figure, value, unit in parts[name]():
-            figures[figure] = {"value": value, "unit": unit}
-            if not options.json:
-                print(f"{figure:<58}{significant(value, 4):>10} {unit}", flush=True)
-    if options.json:
-        json.dump({"machine": machine(), "date": time.strftime("%Y-%m-%d"), "figures": figures}, sys.stdout, indent=1)
-        print()
-    return 0
+    return {"start": starts, "drag": drag, "window": window, "browser": browser, "plots": beside_plots,
+            "edit": edits, **PARTS, "meshes": meshes, "models": polynomials, "choice": choices, "pixel": pixels,
+            "light-field": light_fields, "motion": motion, "exposure": exposure, "analysis": analysis,
+            "differentials": differentials, "files": files, "ghosts": ghosts}
