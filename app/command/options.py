@@ -15,6 +15,7 @@ from lensbench.app.command.lens_options import add_lens_options, add_setting, de
 from lensbench.app.state import former_settings
 from lensbench.app.state.build import design
 from lensbench.app.state.camera_kinds import CAMERAS, LENS_MODELS
+from lensbench.app.state.coating import missing_ghost
 from lensbench.app.state.constraints import (
     constrained,
     ends_of_view,
@@ -164,6 +165,8 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     settings = settings.checked()                       # errors come alone, before remarks
     if not settings.has_lens:
         settings.kind.maker(settings)
+    if arguments.ghost_pair and (why := missing_ghost(settings)):
+        raise SettingsError(f"--ghost-pair {arguments.ghost_pair}: {why}")
     named = {field.name: spec(field).option or field.name.replace("_", "-") for field in fields(Settings)}
     unnamed = arguments.settings is not None or lens is None or Path(lens).suffix.lower() in PICTURES
     for remark in remarks(settings, set(asked) | ({"camera"} if arguments.camera else set()), named,
