@@ -409,7 +409,7 @@ def test_the_example_of_the_readme_runs_as_it_stands(capsys):
 
 
 @pytest.mark.slow
-def test_the_commands_of_the_readme_are_understood(viewed, rendered, monkeypatch, tmp_path):
+def test_the_commands_of_the_readme_are_understood(viewed, rendered, monkeypatch, tmp_path, capsys):
     import numpy as np
 
     from lensbench.app.studies.stability import families
@@ -422,3 +422,4 @@ def test_the_commands_of_the_readme_are_understood(viewed, rendered, monkeypatch
     assert len(lines) >= 6
     for line in lines:
         assert main(shlex.split(line)[1:]) == 0, line
+        assert "has no effect" not in capsys.readouterr().err, line
