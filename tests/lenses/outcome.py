@@ -26,7 +26,9 @@ def outcome(path):
 
 
 def tables(folder):
-    """The lines of the summary, and of a table for each format."""
+    """The lines of the summary, and of a table for each format; SystemExit where there are no lens files."""
+    if not Path(folder).is_dir():
+        raise SystemExit(f"{folder}: there is no such folder")
     lines, summary, total = [], [], [0, 0]
     for suffix, name in FORMATS.items():
         files = sorted((path for path in Path(folder).rglob("*") if path.suffix.lower() == suffix),
@@ -39,9 +41,13 @@ def tables(folder):
         summary.append(f"| {name} | {len(rows)} | {read} | {len(rows) - read} |")
         lines += ["", f"### {name}", "", "| file | outcome | findings |", "|---|---|---|"]
         lines += [f"| {file} | {' | '.join(cells)} |" for file, _, cells in rows]
+    if not summary:
+        raise SystemExit(f"{folder}: this folder holds no lens files ({', '.join(FORMATS)})")
     return ["| format | files | read | refused |", "|---|---|---|---|", *summary,
             f"| all | {total[0]} | {total[1]} | {total[0] - total[1]} |", *lines]
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        raise SystemExit("usage: python -m tests.lenses.outcome FOLDER")
     print("\n".join(tables(sys.argv[1])))
