@@ -142,8 +142,12 @@ def load_scene(path: str | Path) -> lb.Scene:
 
 def _scene(table: Table, path: Path) -> lb.Scene:
     folder = path.resolve().parent
-    only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "subject", "material",
-                              "mesh", "photograph", *_SURROUNDINGS, *_SHAPES))
+    names = ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "subject", "material", "mesh",
+             "photograph", *_SURROUNDINGS, *_SHAPES)
+    for name, what in (("surfaces", "a lens file"), ("version", "a settings file")):
+        if name in table:
+            raise lb.SceneError(f"this is {what}: a scene file is TOML that holds {', '.join(names)}")
+    only(table, "a scene file", names)
     materials = {name: within(f"material {cut(name)}", _material, as_table(value, f"material {cut(name)}"), folder)
                  for name, value in as_table(table.get("material", {}), "material").items()}
     if "photograph" in table:
