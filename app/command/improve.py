@@ -18,12 +18,15 @@ WORDS = {"radius": "curvature", "semi-diameter": "semi_diameter"}       # of --v
 
 def add_improve_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench improve`."""
+    from lensbench.app.command.lens_options import option
+    from lensbench.app.state.text_values import read_extent
+
     parser.add_argument("lens", metavar="LENS", help="a lens of the library, or a lens file")
     parser.add_argument("-o", "--output", metavar="FILE", help="the improved lens, in the format of the suffix")
     parser.add_argument("--vary", metavar="CELLS", default="radii",
                         help="what may change: radii (by default), thicknesses, all, or single numbers such as "
                              "0.radius,1.thickness,3.conic,3.r4")
-    parser.add_argument("--image-height", type=float, metavar="MM",
+    parser.add_argument("--image-height", type=option(read_extent), metavar="MM",
                         help="largest image height that counts; by default that of the lens's image circle")
     parser.add_argument("--back-focus", action="store_true", help="hold the back focus as well as the focal length")
     parser.add_argument("--merit", choices=("spot", "wavefront"), default="spot",
@@ -31,8 +34,10 @@ def add_improve_options(parser: argparse.ArgumentParser) -> None:
                              "the rms wave error")
     parser.add_argument("--glasses", nargs="?", const="all", metavar="MAKER",
                         help="also try other glasses, of all catalogues or of one maker such as schott")
-    parser.add_argument("--edge", type=float, metavar="MM", help="least thickness of elements at their rims")
-    parser.add_argument("--centre", type=float, metavar="MM", help="least thickness of elements at their centre")
+    parser.add_argument("--edge", type=option(read_extent), metavar="MM",
+                        help="least thickness of elements at their rims")
+    parser.add_argument("--centre", type=option(read_extent), metavar="MM",
+                        help="least thickness of elements at their centre")
     parser.add_argument("--json", action="store_true", help="print JSON: the spot of each step, and the numbers")
 
 

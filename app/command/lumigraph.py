@@ -80,6 +80,9 @@ def _novel(arguments: argparse.Namespace) -> int:
 
     if arguments.flat and arguments.surface is not None:
         raise UsageError("--flat and --surface: choose one of them")
+    for name in ("at", "turn"):
+        if not all(map(math.isfinite, getattr(arguments, name))):
+            raise UsageError(f"--{name} {' '.join(map(significant, getattr(arguments, name)))}: type finite numbers")
     path = checked_picture_path(arguments.output)
     made, settings = load_lumigraph(arguments.lumigraph, say)
     film = made.camera.film

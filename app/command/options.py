@@ -40,8 +40,8 @@ from lensbench.kernels.quotation import cut
 def read_size(text: str) -> tuple[int, int]:
     """“960x640” in pixels across and down."""
     match = re.fullmatch(r"\s*(\d{1,9})\s*[x×]\s*(\d{1,9})\s*", text.lower())
-    if match is None:
-        raise ValueError(f"“{cut(text)}”: type pixels across and down, such as 960x640")
+    if match is None or not (int(match[1]) and int(match[2])):
+        raise ValueError(f"“{cut(text)}”: type pixels across and down, at least 1 each, such as 960x640")
     return int(match[1]), int(match[2])
 
 
@@ -199,7 +199,7 @@ def _shaped(settings: Settings, film: tuple[float, float] | None, size: tuple[in
         return settings
     if film is not None:
         return replace(settings, film_width=film[0], film_height=film[1])
-    if size is not None and min(size) > 0:
+    if size is not None:
         shape, width, height = size[0] / size[1], settings.film_width, settings.film_height
         return replace(settings, film_width=min(width, height * shape), film_height=min(height, width / shape))
     return settings

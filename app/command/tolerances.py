@@ -6,7 +6,7 @@ import math
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from lensbench.app.command.errors import UsageError
 from lensbench.app.command.output import checked_chart_path
@@ -19,19 +19,36 @@ SHOWN = 12                      # of the costliest errors
 CHARTED = 12                    # frequencies of a chart
 
 
+class _Error(NamedTuple):
+    """The option of one kind of error; unit: the value of `Tolerances` that 1 is."""
+
+    default: float
+    metavar: str
+    unit: float
+    what: str
+
+
+ERRORS = {
+    "radius": _Error(0.1, "PERCENT", 0.01, "of every radius of curvature"),
+    "thickness": _Error(0.02, "MM", 1.0, "of every thickness and gap"),
+    "index": _Error(0.0005, "N", 1.0, "of every glass"),
+    "decentre": _Error(0.01, "MM", 1.0, "of every element, across the axis"),
+    "tilt": _Error(1.0, "ARCMIN", math.radians(1.0 / 60.0), "of every element, about its front vertex"),
+}
+
+
 def add_tolerance_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench tolerances`."""
+    from lensbench.app.command.lens_options import option
+    from lensbench.app.state.text_values import read_extent
+
     parser.add_argument("lens", metavar="LENS", help="a lens of the library, or a lens file")
     parser.add_argument("--f-number", type=float, metavar="N", help="stop down to this f-number; wide open by default")
-    parser.add_argument("--image-height", type=float, metavar="MM",
+    parser.add_argument("--image-height", type=option(read_extent), metavar="MM",
                         help="largest image height; by default to the corner of the lens's film, or its light's edge")
-    for name, default, unit, what in (
-            ("radius", 0.1, "PERCENT", "of every radius of curvature"),
-            ("thickness", 0.02, "MM", "of every thickness and gap"), ("index", 0.0005, "N", "of every glass"),
-            ("decentre", 0.01, "MM", "of every element, across the axis"),
-            ("tilt", 1.0, "ARCMIN", "of every element, about its front vertex")):
-        parser.add_argument(f"--{name}", type=float, default=default, metavar=unit,
-                            help=f"tolerance {what}; {significant(default)} by default, 0 for none")
+    for name, each in ERRORS.items():
+        parser.add_argument(f"--{name}", type=float, default=each.default, metavar=each.metavar,
+                            help=f"tolerance {each.what}; {significant(each.default)} by default, 0 for none")
     parser.add_argument("--copies", type=int, default=1000, metavar="N", help="of the Monte Carlo run; 1000 by default")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of its random numbers")
     parser.add_argument("-o", "--output", metavar="FILE", help="chart of the contrast of the copies: .svg or .png")
@@ -46,13 +63,14 @@ def tolerances(arguments: argparse.Namespace) -> int:
     if arguments.seed < 0:
         raise UsageError(f"--seed {arguments.seed}: it must be a whole number from 0")
     path = checked_chart_path(arguments.output, figures=False)
-    within = lb.analysis.Tolerances(0.01 * arguments.radius, arguments.thickness, arguments.index, arguments.decentre,
-                                    math.radians(arguments.tilt / 60.0))
+    within = lb.analysis.Tolerances(**{name: _tolerance(name, getattr(arguments, name)) for name in ERRORS})
     lens = lenses.load(arguments.lens)
     if arguments.f_number is not None:
         lens = lb.stopped_down(lens, arguments.f_number)
     film = None
     if arguments.image_height is not None:
+        if not arguments.image_height > 0.0:
+            raise UsageError("--image-height 0: it must be more than 0")
         side = math.sqrt(2.0) * arguments.image_height
         film = lb.Film(side, side, 1, 1)
     costs = lb.analysis.sensitivities(lens, film, within)
@@ -68,6 +86,17 @@ def tolerances(arguments: argparse.Namespace) -> int:
         draw(run, path, lens.name)
         print(f"wrote {path}", file=sys.stderr)
     return 0
+
+
+def _tolerance(name: str, value: float) -> float:
+    """A tolerance as `Tolerances` takes it; UsageError, in the unit of the option, for one out of range."""
+    from lensbench.analysis.manufacture import LARGEST
+
+    unit, metavar = ERRORS[name].unit, ERRORS[name].metavar
+    if not 0.0 <= value * unit < LARGEST:
+        raise UsageError(f"--{name} {significant(value)}: the tolerance of {name} must be from 0 to less than "
+                         f"{significant(LARGEST / unit, 4)} {metavar}")
+    return value * unit
 
 
 def _plain(costs: "tuple[Sensitivity, ...]", run: "Production") -> dict[str, object]:

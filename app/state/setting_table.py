@@ -155,8 +155,8 @@ class SettingTable(LensSettings):
         None, "radius of the film", "mm", CURVED, none="flat", read=read_film_radius, metavar="LENGTH",
         help="of a film that is curved as a sphere; with a minus, as in --film-radius=-90mm, its sides come nearer to "
         "the lens; flat by default")
-    pixels_x: int = setting(960, unit="pixels", bounds=Interval(1, MAX_SIDE))
-    pixels_y: int = setting(640, unit="pixels", bounds=Interval(1, MAX_SIDE))
+    pixels_x: int = setting(960, "pixels across", bounds=Interval(1, MAX_SIDE))
+    pixels_y: int = setting(640, "pixels down", bounds=Interval(1, MAX_SIDE))
     f_number: float | None = setting(2.8, "f-number", bounds=Interval(0.01, 1e4), none="open")     # None: wide open
     blades: int | None = setting(
         None, choices=(0, *range(3, MOST_BLADES + 1)), none="designed", read=read_whole, metavar="N",

@@ -11,6 +11,7 @@ from lensbench.kernels.figures import INFINITE, f_number_text, fixed, significan
 from lensbench.kernels.quotation import cut
 
 LARGEST = 1e300                 # of a number that is read: no unit makes it infinite
+EXTENT = "a length of at least 0, such as 21.6 mm"
 NUMBER = r"([-+−]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?)"
 
 
@@ -147,6 +148,14 @@ def read_length(text: str) -> float:
 def read_signed_length(text: str) -> float:
     """“10 mm”, “-10”, “1 cm” in mm; such a length may be negative."""
     number, unit = read_number(r"#\s*(mm|cm)?", text, "a length such as 10 mm")
+    return number * (10.0 if unit == "cm" else 1.0)
+
+
+def read_extent(text: str) -> float:
+    """“21.6”, “21.6 mm”, “2 cm” in mm; such a length is at least 0."""
+    number, unit = read_number(r"#\s*(mm|cm)?", text, EXTENT)
+    if number < 0.0:
+        raise ValueError(f"“{cut(text.strip())}”: type {EXTENT}")
     return number * (10.0 if unit == "cm" else 1.0)
 
 

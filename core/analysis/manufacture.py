@@ -44,6 +44,7 @@ GRID, WIDE = 15, 61             # points across the beam of a field: of its rays
 TRIES = 8                       # shorter heights, for a film larger than the image circle
 CHUNK = 25                      # copies that a thread traces at a time
 MOST_COPIES = 100_000
+LARGEST = 0.5                   # of a tolerance, in its own unit
 
 
 @dataclass(frozen=True)
@@ -77,8 +78,8 @@ class Tolerances:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not (math.isfinite(value) and 0.0 <= value < 0.5):
-                raise LensError(f"tolerance of {name} {significant(value)}: it must lie from 0 to 0.5")
+            if not (math.isfinite(value) and 0.0 <= value < LARGEST):
+                raise LensError(f"tolerance of {name} {significant(value)}: it must lie from 0 to {LARGEST}")
 
 
 @dataclass(frozen=True)

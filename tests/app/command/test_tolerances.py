@@ -29,6 +29,10 @@ def test_the_command_prints_errors_and_percentiles_and_draws_a_chart(capsys, tmp
 def test_what_cannot_be_drawn_or_drawn_at_random_is_refused(capsys):
     assert main(["tolerances", LENS, "-o", "band.pdf"]) == 2 and ".svg" in capsys.readouterr().err
     assert main(["tolerances", LENS, "--seed", "-1"]) == 2 and "--seed" in capsys.readouterr().err
-    assert main(["tolerances", LENS, "--radius", "80"]) == 2 and "tolerance of radius" in capsys.readouterr().err
+    for option, value, told in (("radius", "80", "less than 50 PERCENT"), ("tilt", "-1", "less than 1719 ARCMIN"),
+                                ("tilt", "nan", "--tilt nan"), ("thickness", "0.5", "less than 0.5 MM"),
+                                ("image-height", "nan", "at least 0"), ("image-height", "0", "more than 0")):
+        assert main(["tolerances", LENS, f"--{option}", value]) == 2
+        assert told in capsys.readouterr().err
     assert [amount("radius", 0.001), amount("tilt", 0.00029088820866572158), amount("index", 0.0005)] == [
         "± 0.1 %", "± 1′", "± 0.0005"]
