@@ -9,7 +9,7 @@ import lensbench as lb
 from lensbench.app.state.build import design, focus_text, picture_wavelength, published
 from lensbench.app.state.coating import coating
 from lensbench.app.state.comparison.difference import difference
-from lensbench.app.state.figures import Readings, colours, readings
+from lensbench.app.state.figures import SOFT, Readings, colours, readings
 from lensbench.app.state.setting_table import LIMITS
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_angle, format_distance, format_length
@@ -208,9 +208,9 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
             "1 / (2 sin θ′) of the real marginal ray at the present focus: every rim and the magnification count"),
         _t_stop(settings, got),
         _colours(settings),
-        Row("Field of view", field, "", "Horizontal × vertical, 2 atan(h / 2f): of the film that is used, "
-                                        "focused at infinity. Distortion, large in a fisheye, is not counted",
-            gap=True),
+        Row("Field of view", field, "", "Horizontal × vertical, of the film that is used or of a smaller image circle, "
+                                        "focused at infinity: by rays of the real lens, with its distortion; "
+                                        "2 atan(h / 2f) for an ideal one", gap=True),
         Row("Diagonal", NONE if got.fov_diagonal is None else format_angle(got.fov_diagonal), "",
             "Field of view across the film's diagonal"),
         Row("35 mm equivalent", *_length(got.equivalent), "The focal length that sees the same diagonal on a "
@@ -221,7 +221,8 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
             "the same field, blur and light in all"),
         Row("Depth of field", *_range(got.near_limit, got.far_limit),
             f"From the near to the far limit, measured from {start}: the circle of confusion (CoC) stays below "
-            f"{limit}, {LIMITS.get(settings.limit, settings.limit).lower()}", gap=True, amber=True),
+            f"{limit}, {LIMITS.get(settings.limit, settings.limit).lower()}{SOFT if got.soft else ''}",
+            gap=True, amber=not got.soft),
         Row("Blur in focus", NONE if got.focusing.blur is None else significant(1000.0 * got.focusing.blur, 3), "µm",
             f"Of a point in focus on the axis: 2√2 × the rms radius of its real rays. {focus_text(got.focusing)}",
             amber=True),

@@ -37,6 +37,7 @@ from lensbench.pupils.ray_aiming import Aim
 if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
 
+SOFT = ". First order alone: aberrations blur even what is in focus beyond the limit, see Blur in focus"
 SEEN = f"{fixed(VISIBLE[0], 2)} to {fixed(VISIBLE[1], 2)} µm"
 AIR = FlatPort()                # no window
 NARROW = 0.97                   # of the film's diagonal: a smaller image circle is reported
@@ -79,6 +80,11 @@ class Readings:
     foci: tuple[float, float] | None = None     # of its sections x–z and y–z, mm behind the film
     focusing: FocusPosition = FocusPosition("paraxial")
     reason: str = ""
+
+    @property
+    def soft(self) -> bool:
+        """Whether aberrations blur even a point in focus on the axis beyond the limit."""
+        return None not in (self.focusing.blur, self.limit, self.near_limit) and self.focusing.blur > self.limit
 
 
 def blur_limit(settings: "Settings") -> float:

@@ -17,7 +17,7 @@ from lensbench.app.state.constraints import (
     with_field_of_view,
     zooms,
 )
-from lensbench.app.state.figures import readings
+from lensbench.app.state.figures import SOFT, readings
 from lensbench.app.state.lens_choice import APERTURE, FOCUS, LOCKS
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_length
@@ -73,7 +73,7 @@ def _focus(settings: Settings) -> Settings:
     distance = dial(TITLES[FOCUS], settings.focus_distance,
                     dial_scales.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
                     f"Distance s from {settings.kind.measured_from} to the plane in focus; the amber zone is the "
-                    "depth of field"
+                    "depth of field" + (SOFT if figures.soft else "")
                     if settings.focuses else
                     "Distance s from the film to the plane that the lens would focus on: it sets the film distance,\n"
                     "and everything is sharp", zone)

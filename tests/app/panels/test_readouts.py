@@ -24,7 +24,7 @@ def test_the_table_of_the_double_gauss():
     said = table(START, Status(164e6, 60.0, 128))
     assert said["Focal length"] == "50.4 mm" and said["Back focal length"] == "36.1 mm"
     assert said["f-number"] == "f/2.80" and said["Entrance pupil"] == "ø 18.0 mm"
-    assert said["Field of view"] == "39.3° × 26.8°"
+    assert said["Field of view"] == "39.7° × 26.9°"       # with its distortion: 39.3° × 26.8° by 2 atan(h / 2f)
     assert said["Rays"] == "164 M/s" and said["Frames"] == "60 fps" and said["Samples"] == "128"
     assert said["Magnification"].startswith("1 : 21.")
 
@@ -76,15 +76,15 @@ def test_every_row_is_explained_and_abbreviations_are_spelled_out():
 
 
 def test_limits_count_from_what_their_meaning_names():
-    """The depth of field of the perspective camera is that of a thin lens, by distances from it."""
+    """The depth of field of the perspective camera is that of an ideal lens before a fixed film, from the lens."""
     settings = replace(of_kind(START, "perspective"), f_number=2.8, focus_distance=1200.0)
     for of, start in ((settings, "the lens"), (START, "the film")):
         meanings = {row.name: row.meaning for row in rows(of, readings(of), Status())}
         assert f"from {start}" in meanings["Depth of field"] and f"from {start}" in meanings["Nearest focus"]
     got = readings(settings)
-    # Sharp at the near limit: the cone of the film's image has the width of the limit, by 1/f = 1/s + 1/s'
-    image, of_near = (1.0 / (1.0 / got.efl - 1.0 / s) for s in (1200.0, got.near_limit))
-    assert got.efl / 2.8 * abs(of_near - image) / of_near == pytest.approx(got.limit, rel=1e-6)
+    # Sharp at the near limit: the cone is as wide on the film as the limit, by 1/f' = 1/s + 1/film = 1/near + 1/image
+    film, of_near = got.efl, 1.0 / (1.0 / 1200.0 + 1.0 / got.efl - 1.0 / got.near_limit)
+    assert got.efl / 2.8 * abs(of_near - film) / of_near == pytest.approx(got.limit, rel=1e-6)
 
 
 @pytest.mark.parametrize("size", [(10, 10), (60, 300), (270, 440)])
@@ -110,3 +110,13 @@ def test_a_long_difference_of_a_and_b_does_not_reach_the_value_of_b(width, apart
 @pytest.mark.parametrize("change", [{}, {"camera": "perspective"}, {"lens_model": "pinhole"}, {"lens": "no-such-lens"}])
 def test_the_panels_can_be_prepared_for_any_state(change):
     prepare(replace(START, **change))
+
+
+def test_a_depth_of_field_that_aberrations_exceed_is_not_amber_and_says_so():
+    soft = replace(START, lens="lv-czj-tessar-50-f28", f_number=2.8, focus_position="paraxial")
+    sharp = replace(soft, f_number=11.0)
+    for settings, expected in ((soft, True), (sharp, False)):
+        got = readings(settings)
+        row = next(row for row in rows(settings, got, Status()) if row.name == "Depth of field")
+        assert got.soft == expected == (got.focusing.blur > got.limit)
+        assert row.amber != expected and ("aberrations" in row.meaning) == expected
