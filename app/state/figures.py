@@ -84,7 +84,7 @@ class Readings:
     @property
     def soft(self) -> bool:
         """Whether aberrations blur even a point in focus on the axis beyond the limit."""
-        return None not in (self.focusing.blur, self.limit, self.near_limit) and self.focusing.blur > self.limit
+        return (self.focusing.blur or 0.0) > (self.limit or math.inf) and self.near_limit is not None
 
 
 def blur_limit(settings: "Settings") -> float:
