@@ -146,9 +146,9 @@ def _stops(part: float) -> str:
 
 def _words(found: Falling) -> None:
     light, shape = found.light, found.shape
-    summary = f"Corner {_stops(float(light.total[-1]))}: natural {_stops(float(light.natural[-1]))}, " \
-           f"vignetting {_stops(float(light.vignetting[-1]))}"
-    paragraph(summary if light.total[-1] > 0.0 else "The corner of the film is dark", True)
+    paragraph("The corner of the film is dark" if light.total[-1] <= 0.0 else
+              f"Corner {_stops(float(light.total[-1]))}: natural {_stops(float(light.natural[-1]))}, "
+              f"vignetting {_stops(float(light.vignetting[-1]))}", True)
     imgui.set_item_tooltip("Against the axis, of the real lens at the present stop and focus. Natural: cos⁴ of the "
                            "angle at the film,\nover the pupil; vignetting: the pupil's area, as the rims leave it")
     imgui.text_disabled(distortion_words(shape))
@@ -185,7 +185,8 @@ def _light_plot(light: Falloff, ghost: Falling | None, size: ImVec2) -> None:
                                 for part in (light.total, light.natural, light.vignetting))
         if imgui.begin_tooltip():
             imgui.text_unformatted(f"{fixed(radius, 1)} mm off the axis: {fixed(100.0 * total, 0)} %, {_stops(total)}")
-            imgui.text_disabled(f"natural {fixed(100.0 * natural, 0)} %, vignetting {fixed(100.0 * rims, 0)} %")
+            if not math.isnan(natural):
+                imgui.text_disabled(f"natural {fixed(100.0 * natural, 0)} %, vignetting {fixed(100.0 * rims, 0)} %")
             imgui.end_tooltip()
     implot.end_plot()
 
