@@ -248,7 +248,7 @@ def intrinsics(of: lb.Camera) -> str | None:
     return json.dumps({
         "width": film.pixels_x, "height": film.pixels_y, "fx": found.fx, "fy": found.fy, "cx": found.cx,
         "cy": found.cy, "K": found.matrix.tolist(), "world_from_camera": pose.tolist(),
-        "units": "pixels, mm",
+        "units": "pixels per mm, mm" if of.gaussian.slope_film == 0.0 else "pixels, mm",     # of an orthographic camera
         "convention": "K: x right, y down, z forward; world_from_camera: x right, y up, looks along -z",
     }, indent=2)
 

@@ -113,6 +113,9 @@ def test_intrinsics_are_the_focal_length_in_pixels():
     assert found["fx"] == pytest.approx(got.efl / settings.film_width * settings.pixels_x, rel=1e-12)
     assert (found["cx"], found["cy"]) == (480.0, 320.0)
     assert np.array(found["world_from_camera"])[:3, 3].tolist() == [1.0, 2.0, 3.0]
+    assert found["units"] == "pixels, mm"
+    parallel = json.loads(intrinsics(camera(replace(settings, camera="orthographic"))))
+    assert parallel["units"] == "pixels per mm, mm"
     assert intrinsics(camera(replace(settings, camera="environment"))) is None
 
 
