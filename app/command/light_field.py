@@ -80,7 +80,7 @@ def _capture(arguments: argparse.Namespace) -> int:
     begin = perf_counter()
     recording = _by_microlenses(arguments, settings) if arguments.microlenses else _by_lens(arguments, settings)
     save_light_field(path, recording)
-    near, far = recording.field.clear_range
+    near, far = recording.clear_range
     print(f"{path}: {fixed(perf_counter() - begin, 1)} s; can be focused without gaps from "
           f"{_metres(near)} to {_metres(far)}")
     return 0
@@ -128,16 +128,16 @@ def _refocus(arguments: argparse.Namespace) -> int:
     field, settings = recording.field, recording.settings
     wanted = settings.focus_distance if arguments.focus is None else arguments.focus
     replace(settings, focus_distance=wanted).checked()
-    distance = max(wanted, field.nearest)
+    distance = max(wanted, recording.nearest)
     if arguments.moment is not None:
         if arguments.moment > len(field.instants):
             raise UsageError(f"--moment {arguments.moment}: this light field holds {len(field.instants)}")
         field = field.instants[arguments.moment - 1]
-    picture = field.refocus(distance, arguments.f_number, arguments.view)
+    picture = field.refocus(recording.seen(distance), arguments.f_number, arguments.view)
     save_picture(path, picture, replace(settings, focus_distance=distance,
                                         f_number=arguments.f_number or settings.f_number))
     note = "" if distance == wanted else f", the nearest distance in place of {significant(wanted / 1000.0, 4)} m"
-    near, far = field.clear_range
+    near, far = recording.clear_range
     if not near <= distance <= far:
         note += (f"; outside {_metres(near)} to {_metres(far)} neighbouring views differ by more than a "
                  "pixel: record more views")

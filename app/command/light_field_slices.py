@@ -85,12 +85,11 @@ def _format(value: Any) -> str:
 
 def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path | None):
     """Picture, figures and settings of the depth, or of the all-in-focus picture."""
-    import lensbench as lb
     from lensbench.app.command.output import progress
     from lensbench.app.state.picture.false_colours import depth_picture, ends, with_codes
 
     with progress() as show:
-        found = lb.find_depth(recording.field, arguments.nearest, arguments.farthest, progress=show)
+        found = recording.find_depth(arguments.nearest, arguments.farthest, show)
     sure = found.confidence > 0.5
     far, near = (end / 1000.0 for end in ends(found))
     figures = {"nearest_m": near, "farthest_m": far if math.isfinite(far) else "inf",

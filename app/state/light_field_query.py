@@ -4,6 +4,7 @@ A `Look` is a frozen value like Settings; its picture is a pure function of the 
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,6 +49,31 @@ class Recording:
     def during(self, moment: int) -> lb.LightField:
         """The light field of one stored moment; of the whole exposure for −1, or if no moments are stored."""
         return self.field if moment < 0 or self.field.moments is None else self.field.instants[moment]
+
+    # Distances of a light field are those that its camera sees; all others are true, beyond a window into water as well
+
+    @property
+    def nearest(self) -> float:
+        """The nearest distance (mm) that it can be focused on."""
+        return float(self.field.camera.flat_port.true(self.field.nearest))
+
+    @property
+    def clear_range(self) -> tuple[float, float]:
+        """The nearest and the farthest distance (mm) at which neighbouring views lie at most a pixel apart."""
+        near, far = self.field.clear_range
+        port = self.field.camera.flat_port
+        return float(port.true(near)), float(port.true(far))
+
+    def seen(self, distance: float) -> float:
+        """A distance (mm) as the camera sees it."""
+        return float(self.field.camera.flat_port.apparent(distance))
+
+    def find_depth(self, nearest: float | None = None, farthest: float = math.inf,
+                   progress: Callable[[float], bool] = lambda share: True) -> lb.Depth:
+        """The depth of every pixel between two distances (mm); errors are those of `lb.find_depth`."""
+        found = lb.find_depth(self.field, None if nearest is None else self.seen(nearest), self.seen(farthest),
+                              progress=progress)
+        return replace(found, distance=self.field.camera.flat_port.true(found.distance))
 
     @property
     def pupil_radius(self) -> float:
@@ -169,8 +195,8 @@ def light_field_picture(recording: Recording, look: Look, depth: lb.Depth | None
     if look.show == "depth" and depth is not None:
         return {"sharp": depth.picture, "depth": depth_codes(depth), "sure": confidence_codes(depth)}[look.deep]
     if look.show == "depth":
-        return recording.field.refocus(recording.settings.focus_distance)
-    return recording.during(look.moment).refocus(look.distance, look.f_number, look.view)
+        return recording.field.refocus(recording.seen(recording.settings.focus_distance))
+    return recording.during(look.moment).refocus(recording.seen(look.distance), look.f_number, look.view)
 
 
 def novel_view(recording: ArrayRecording, look: Look) -> lb.NovelView:

@@ -142,7 +142,7 @@ class LightFieldWorker:
         """Estimate the depth of the whole recording."""
         if isinstance(recording := self.recording, Recording):
             self._begin("Finding the depth",
-                        lambda task: (recording, lb.find_depth(recording.field, progress=task.report)),
+                        lambda task: (recording, recording.find_depth(progress=task.report)),
                         self._take_depth)
 
     def want(self, look: Look) -> None:

@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 
 from lensbench.cameras.film_landing import FilmLanding
-from lensbench.cameras.flat_port import port_step
+from lensbench.cameras.flat_port import FlatPort, port_step
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.placed_shutter import PlacedShutter
 from lensbench.cameras.rays import CameraError
@@ -132,7 +132,17 @@ class CameraStages(PlacedShutter):
         return 1e-3
 
     def refocused(self, focus_distance: float) -> Self:
-        """The camera focused at another distance (mm); for a camera kind with a field `focus_distance`."""
+        """The camera focused at another distance; for a camera kind with a field `focus_distance`.
+
+        Parameters
+        ----------
+        focus_distance : float
+            Of the new camera, mm.
+
+        Returns
+        -------
+        CameraStages
+        """
         return replace(self, focus_distance=focus_distance)         # type: ignore[call-arg]
 
     @property
@@ -277,9 +287,13 @@ class CameraStages(PlacedShutter):
         """Step through the window into a medium of another index; empty without a window."""
         if not self.has_port:
             return []
-        assert self.medium is not None
-        index = self.medium.index
+        index = self.flat_port.index
         return [port_step(self.front, index, 1.0 / index**2 if self.weights == "physical" else 1.0)]
+
+    @property
+    def flat_port(self) -> FlatPort:
+        """The window into a medium of another index, its distance from the camera's origin; index 1 without one."""
+        return FlatPort(-self.front, self.medium.index) if self.has_port and self.medium is not None else FlatPort()
 
     @property
     def has_port(self) -> bool:

@@ -287,7 +287,17 @@ class LensCamera(Camera):
         return nearest_focus(self.lens, self.focus_method)
 
     def refocused(self, focus_distance: float) -> Self:
-        """The camera focused at another distance (mm), also one that was placed by its film distance."""
+        """The camera focused at another distance, also one that was placed by its film distance.
+
+        Parameters
+        ----------
+        focus_distance : float
+            Of the new camera, mm.
+
+        Returns
+        -------
+        LensCamera
+        """
         return replace(self, focus_distance=focus_distance, film_at=None)
 
     def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:

@@ -143,4 +143,4 @@ class LightFieldController:
         found, self.look = self.worker.found, replace(self.look, pixel=pixel)
         if found is not None and self.look.show == "focus" and isinstance(self._recording, Recording):
             distance = float(found.distance[pixel[1], pixel[0]])
-            self.look = replace(self.look, distance=max(distance, self._recording.field.nearest * MARGIN))
+            self.look = replace(self.look, distance=max(distance, self._recording.nearest * MARGIN))

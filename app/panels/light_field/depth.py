@@ -49,7 +49,7 @@ def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form:
         ("Depth", format_distance(distance), "Distance of the object in this pixel, measured as the focus distance is"),
         ("Sure", f"{fixed(100.0 * sure, 0)} %", "0 %: the views agree at any distance; 100 %: only at this one")))
     if imgui.button("Focus there"):
-        look = replace(look, show="focus", distance=max(distance, recording.field.nearest * MARGIN))
+        look = replace(look, show="focus", distance=max(distance, recording.nearest * MARGIN))
     imgui.set_item_tooltip("Focus the light field at this pixel's depth")
     return look
 

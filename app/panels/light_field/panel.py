@@ -112,12 +112,12 @@ def _head(recording: Recorded, form: Form) -> None:
 def _focus(look: Look, recording: Recording, worker: LightFieldWorker, form: Form) -> Look:
     """Focus, aperture and viewpoint, their figures, and the comparison with the camera's own picture."""
     field = recording.field
-    nearest = max(field.nearest, 10.0)
+    nearest = max(recording.nearest, 10.0)
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
     distance = dial("Refocus", look.distance,
                     dial_scales.focus_scale(nearest * 1.0001, recording.settings.focus_distance),
                     "Focus distance, measured as the camera measures it. In the amber zone neighbouring views\n"
-                    "lie at most a pixel apart; outside it blur breaks into dots", field.clear_range)
+                    "lie at most a pixel apart; outside it blur breaks into dots", recording.clear_range)
     look = replace(look, distance=distance)
     shown = look.f_number or field.f_number
     f_number = dial("Synthetic aperture", shown, dial_scales.aperture_scale(field.f_number, field.f_number),
@@ -135,7 +135,7 @@ def _focus(look: Look, recording: Recording, worker: LightFieldWorker, form: For
 def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None:
     """At the right of the pad: viewpoint, number of views, their shift, time."""
     field = recording.field
-    apart, (near, far) = field.apart(look.distance), field.clear_range
+    apart, (near, far) = field.apart(recording.seen(look.distance)), recording.clear_range
     field_picture = worker.field_picture
     taken = float(field.shares(look.f_number, look.view).sum())
     figures((

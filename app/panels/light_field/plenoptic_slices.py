@@ -123,7 +123,7 @@ def _epipolar(look: Look, recording: Recording, settings: Settings, strip: Strip
                           "Lines parallel to the amber line are in focus. Click: another pixel of the line")
 
     # The slope of a point in focus
-    shifts = field.shifts(field.shear(look.distance)[1])[down, :, 0]
+    shifts = field.shifts(field.shear(recording.seen(look.distance))[1])[down, :, 0]
     draw.push_clip_rect(corner, end, True)
     points = [ImVec2(corner.x + (x + 0.5 + shift) / w * size.x, end.y - (i + 0.5) / across * size.y)
               for i, shift in enumerate(shifts.tolist())]
