@@ -18,13 +18,12 @@ from lensbench import lenses
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.setting import SettingsError
 from lensbench.app.state.stop_picture import stop_picture
+from lensbench.app.state.water_window import port_before, seen_focus
 from lensbench.cameras.dispersion import has_dispersion
 from lensbench.cameras.flat_port import FlatPort
-from lensbench.cameras.traced_light import foremost
 from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import BLUE, RED
 from lensbench.kernels.figures import significant
-from lensbench.kernels.root_finding import find_root
 from lensbench.lenses.paraxial import at_reference, is_d_line, reference_wavelength
 from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 
 VISIBLE = WAVELENGTHS[BLUE][0], WAVELENGTHS[RED][-1]    # µm, of pictures with dispersion
 ENOUGH = 0.5                    # of a pixel: a smaller gain does not move the film
-SEEN_ALIKE = 1e-10              # of a distance: error of the focus through a window
 
 
 class FocusPosition(NamedTuple):
@@ -224,49 +222,6 @@ def _setup(lens: lb.Lens, settings: "Settings") -> Setup:
         lens, film_distance = _at_nearest(lens)
     return Setup(lens, lb.first_order(lens), at_infinity, f_number, settings.film, film_distance, found,
                  port_before(lens, film_distance, settings), seen, "; ".join(reasons))
-
-
-def port_index(settings: "Settings") -> float:
-    """The index of the water behind the flat window of the camera; 1 without a window."""
-    return WATER_INDEX if settings.medium == "water" and not (settings.has_lens and settings.immersed) else 1.0
-
-
-def port_before(lens: lb.Lens, film_distance: float, settings: "Settings") -> FlatPort:
-    """The window before a focused lens; distances from the film."""
-    return FlatPort(lens.length + film_distance - foremost(lens), port_index(settings))
-
-
-def nearest_in_focus(lens: lb.Lens, settings: "Settings") -> float:
-    """The nearest focus distance (mm) of a lens, through its window; LensError as `lb.nearest_focus`."""
-    return true_focus(lens, lb.nearest_focus(lens), settings)
-
-
-def true_focus(lens: lb.Lens, seen: float, settings: "Settings") -> float:
-    """The distance (mm) beyond the window of what a lens is focused on that it sees at a distance."""
-    if port_index(settings) == 1.0 or not math.isfinite(seen):
-        return seen
-    there = lb.focused(lens, seen)
-    return float(port_before(there, lb.film_distance(there, seen), settings).true(seen))
-
-
-def seen_focus(lens: lb.Lens, settings: "Settings") -> float:
-    """The focus distance (mm) of the settings as the lens sees it, through its window, which moves with the film.
-
-    FocusError, with distances beyond the window, where that is nearer than the lens can focus.
-    """
-    wanted = settings.focus_distance
-    if port_index(settings) == 1.0 or not math.isfinite(wanted):
-        return wanted
-
-    def excess(seen: float) -> float:
-        return true_focus(lens, seen, settings) - wanted
-
-    nearest = lb.nearest_focus(lens)
-    if excess(nearest) > 0.0:
-        raise lb.FocusError(f"focus at {significant(wanted / 1000.0, 6)} m: through the window, the nearest distance "
-                            f"of this lens is {significant(nearest_in_focus(lens, settings) / 1000.0, 4)} m from the "
-                            "film")
-    return find_root(excess, nearest, wanted, SEEN_ALIKE * wanted)
 
 
 def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:

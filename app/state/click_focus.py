@@ -12,11 +12,11 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.analysis.traced_focus import beams
-from lensbench.app.state.build import port_index, setup
+from lensbench.app.state.build import setup
 from lensbench.app.state.figures import readings
-from lensbench.app.state.ideal_cameras import port_of
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import Place, lens_leans, seen_from
+from lensbench.app.state.water_window import port_index, port_of
 
 ENOUGH = 1e-7                   # of the nearness of what is pointed at
 STEPS, LEAST_SLOPE = 30, 0.2    # of the secant rule, and of its secants

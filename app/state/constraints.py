@@ -7,9 +7,10 @@ import math
 from dataclasses import replace
 
 import lensbench as lb
-from lensbench.app.state.build import design, nearest_in_focus
+from lensbench.app.state.build import design
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.water_window import nearest_in_focus
 from lensbench.app.state.zoom import focal_length, is_engraved, zoom_of
 from lensbench.imaging.film_pose import least_radius
 from lensbench.kernels.cache import resumable

@@ -15,18 +15,10 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.analysis.grids.chief_rays import find_chief_rays
-from lensbench.app.state.build import (
-    VISIBLE,
-    FocusPosition,
-    design,
-    nearest_in_focus,
-    picture_wavelength,
-    published,
-    setup,
-    true_focus,
-)
+from lensbench.app.state.build import VISIBLE, FocusPosition, design, picture_wavelength, published, setup
 from lensbench.app.state.coating import coating
 from lensbench.app.state.geometry.ray_fans import lit_radius
+from lensbench.app.state.water_window import nearest_in_focus, true_focus
 from lensbench.cameras.dispersion import missing_dispersion
 from lensbench.cameras.flat_port import FlatPort
 from lensbench.kernels.figures import fixed, significant

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.build import place_and_shutter, port_index
+from lensbench.app.state.build import place_and_shutter
 from lensbench.app.state.figures import Readings, airy_diameter, angles, blur_limit, readings
 from lensbench.app.state.setting import SettingsError
 from lensbench.app.state.stop_picture import stop_picture
-from lensbench.cameras.flat_port import FlatPort
+from lensbench.app.state.water_window import port_of
 from lensbench.kernels.figures import significant
 
 if TYPE_CHECKING:
@@ -68,11 +68,6 @@ def perspective(settings: "Settings") -> lb.PerspectiveCamera:
                                "length through the window"))
     return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis, lens_radius=radius,
                                 focus_distance=focus, **_stop(settings), **place_and_shutter(settings))
-
-
-def port_of(settings: "Settings") -> FlatPort:
-    """The window into water of a camera without a lens, which touches its centre of projection."""
-    return FlatPort(0.0, port_index(settings))
 
 
 def perspective_focal_length(settings: "Settings") -> float:

@@ -18,9 +18,9 @@ from lensbench.analysis.traced_focus import Beams, beams
 from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.figures import blur_limit, readings
 from lensbench.app.state.file_cache import Stamp, file_stamp
-from lensbench.app.state.ideal_cameras import port_of
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import lens_leans
+from lensbench.app.state.water_window import port_of
 from lensbench.cameras.flat_port import FlatPort
 
 ACROSS, DOWN = 9, 7                    # nodes of traced beams

@@ -14,8 +14,9 @@ from lensbench.app.state.build import setup
 from lensbench.app.state.dial_scales import WHOLE_STOPS
 from lensbench.app.state.figures import Readings, readings
 from lensbench.app.state.file_cache import Stamp, file_stamp
-from lensbench.app.state.ideal_cameras import focused_lens, port_of
+from lensbench.app.state.ideal_cameras import focused_lens
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.water_window import port_of
 
 NEIGHBOURS = (-1, 2, 5)         # stops from the present f-number, drawn faint
 SMALLEST = 1e-4                 # µm: least diameter at the focus, below every plot

@@ -14,8 +14,8 @@ from lensbench.app.state.figures import AIR, readings
 from lensbench.app.state.geometry.elements import cut
 from lensbench.app.state.geometry.ray_fans import FIELDS, Fan, fans, ideal_fan
 from lensbench.app.state.geometry.top_view import quarter_turned
-from lensbench.app.state.ideal_cameras import port_of
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.water_window import port_of
 from lensbench.cameras.flat_port import FlatPort
 
 UNMARKED = "No F, P, E: the elements are out of line"

@@ -16,11 +16,11 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.geometry.exit_pupil import from_film, region, turn
 from lensbench.app.state.geometry.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan
 from lensbench.app.state.geometry.top_view import quarter_turned
-from lensbench.app.state.ideal_cameras import port_of
 from lensbench.app.state.pixel.beam import landing
 from lensbench.app.state.pixel.pointed import Place, PointedRay
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import seen_from
+from lensbench.app.state.water_window import port_of
 
 COUNT = 9                       # rays that reach the scene
 DEAD_EACH_SIDE = 3

@@ -35,7 +35,8 @@ def test_a_light_field_in_water_is_refocused_to_true_distances(recording):
         inner = np.s_[4:-4, 4:-4]
         found = light_field_picture(recording, look, None)
         wrong = recording.field.refocus(distance)                               # as in air
-        error, other = (float(np.abs(np.clip(each, 0, 1) - np.clip(own, 0, 1))[inner].mean()) for each in (found, wrong))
+        error, other = (float(np.abs(np.clip(each, 0, 1) - np.clip(own, 0, 1))[inner].mean())
+                        for each in (found, wrong))
         assert error < 0.7 * other
     seen = recording.seen(1500.0)
     assert 1130.0 < seen < 1170.0                                               # 1.5 m / 1.333, from the window on
