@@ -44,6 +44,7 @@ from numba.core import caching, dispatcher, serialize, sigutils
 from numba.core.runtime import rtsys
 from numba.core.types import functions
 
+from lensbench.kernels.held_signals import signals_held
 from lensbench.kernels.kernel_version import COMPILERS, digest, version
 from lensbench.kernels.stored_code import CodeReducer
 
@@ -209,7 +210,8 @@ def _compile(kernel: Any, signature: Any) -> Any:
         if tuple(arguments) not in kernel.overloads:
             if not _is_stored(kernel, signature):
                 missing(kernel.py_func, signature)
-    return _numba_compile(kernel, signature)
+    with signals_held():
+        return _numba_compile(kernel, signature)
 
 
 def _without_c_wrapper(compiler: Any, flags: Any) -> Any:
