@@ -16,7 +16,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from trials.soak import SIZE, Hand, at_home
+from trials.hand import Hand
+from trials.soak import SIZE, at_home
 
 if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
