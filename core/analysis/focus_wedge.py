@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lensbench.analysis.traced_focus import focused_plane
+from lensbench.cameras.flat_port import FlatPort
 from lensbench.cameras.rays import CameraError
 from lensbench.cameras.real_lens import LensCamera
 from lensbench.kernels.figures import significant
@@ -92,7 +93,9 @@ def sharp_focus(camera: LensCamera, circle: float) -> SharpFocus:
     Parameters
     ----------
     camera : LensCamera
-        Of any model, its film in any pose; its lens is focused and stopped down.
+        Of any model, its film in any pose; its lens is focused and stopped down. Before a window into a medium of
+        another index, the planes and the hinge line are those beyond it, near the axis; the Scheimpflug line is not,
+        for it lies in the lens.
     circle : float
         Largest diameter (mm) of a blur that counts as sharp.
 
@@ -107,10 +110,33 @@ def sharp_focus(camera: LensCamera, circle: float) -> SharpFocus:
     """
     if not (math.isfinite(circle) and circle > 0.0):
         raise CameraError(f"circle of confusion {significant(circle)} mm: it must be positive")
+    if not math.isfinite(first_order(camera.lens).efl):
+        raise CameraError("the lens is afocal: it has no plane of sharp focus")
+    found = _before_window(camera, circle)
+    if not camera.has_port:
+        return found
+    port = camera.flat_port
+    sharp, near, far = (None if plane is None else _beyond(plane, port)
+                        for plane in (found.plane, found.near, found.far))
+    hinge = found.hinge
+    if hinge is not None:
+        point, way = hinge.point.copy(), hinge.direction * [1.0, 1.0, port.index]
+        point[2] = -port.true(-point[2])
+        hinge = Line(point, way / np.linalg.norm(way))
+    return SharpFocus(sharp, near, far, hinge, found.scheimpflug)
+
+
+def _beyond(plane: Plane, port: FlatPort) -> Plane:
+    """The plane that a camera sees as this one through its window; near the axis, z alone changes."""
+    x, y, z = plane.normal
+    return Plane.facing(np.array([x, y, z / port.index]),
+                        plane.offset + z * (port.index - 1.0) * port.window / port.index)
+
+
+def _before_window(camera: LensCamera, circle: float) -> SharpFocus:
+    """What is in focus in air."""
     lens = camera.lens
     fo = first_order(lens)
-    if not math.isfinite(fo.efl):
-        raise CameraError("the lens is afocal: it has no plane of sharp focus")
     last = -camera.film_distance
     front, rear = last - lens.length + fo.front_principal, last + fo.rear_principal         # principal planes
     a, b, g = camera.film_pose.axes[2]

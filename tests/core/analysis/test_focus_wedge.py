@@ -1,9 +1,14 @@
 """Planes of sharp focus: their geometry, whatever the length and sign of the normal that they are made of."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from lensbench.analysis.focus_wedge import Plane
+import lensbench as lb
+from lensbench import lenses
+from lensbench.analysis.focus_wedge import Plane, sharp_focus
+from lensbench.imaging.film_pose import FilmPose
 
 
 @pytest.mark.parametrize("size", [1.0, -1.0, 0.02, -30.0])
@@ -17,3 +22,27 @@ def test_distances_from_a_plane_are_those_along_its_unit_normal_towards_the_came
     across = np.cross(unit, [0.6, 0.5, 0.3])
     away = np.array([-900.0, 0.0, 3.0])
     np.testing.assert_allclose(plane.distance(foot + 40.0 * across + away[:, None] * unit), away, atol=1e-9)
+
+
+def test_beyond_a_window_into_water_the_plane_is_where_rays_of_film_points_come_together():
+    film = lb.Film(36.0, 24.0, 360, 240)
+    of = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), film, 1000.0, 4.0, model="thick",
+                       film_pose=FilmPose(tilt=0.03), medium=lb.Medium.water(50_000.0))
+    found = sharp_focus(of, 0.03)
+    even = (np.arange(16) + 0.5) / 16.0
+    samples = np.stack(np.meshgrid(even, even), -1).reshape(-1, 2)
+    for row in (90.0, 120.0, 150.0):                            # near the axis, where the window has one focus
+        rays = of.generate_rays(np.broadcast_to([180.0, row], samples.shape), samples)
+        slopes = rays.directions[:, :2] / rays.directions[:, 2:]
+        places = rays.origins[:, :2] - rays.origins[:, 2:] * slopes
+        off, leaning = places - places.mean(0), slopes - slopes.mean(0)
+        z = -float((leaning * off).sum() / (leaning**2).sum())              # of least rms
+        at = np.array([*(places.mean(0) + z * slopes.mean(0)), z])
+        assert abs(found.plane.distance(at[None])[0]) < 0.004 * abs(z)
+    in_air = sharp_focus(replace(of, medium=None), 0.03)
+    middle = [plane.offset / plane.normal[2] for plane in (found.plane, in_air.plane)]
+    assert middle[0] == pytest.approx(-of.flat_port.true(-middle[1]), rel=1e-12)
+    # The hinge line lies in the three planes
+    for plane in (found.plane, found.near, found.far):
+        on_line = found.hinge.point + np.array([[0.0], [100.0]]) * found.hinge.direction
+        np.testing.assert_allclose(plane.distance(on_line), 0.0, atol=1e-9 * np.linalg.norm(found.hinge.point))
