@@ -128,7 +128,9 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         settings = load_settings(lens, say)
     else:
         opened = with_camera(replace(Settings(), focal_length=arguments.focal_length,
-                                     lens_model=arguments.lens_model or Settings.lens_model), camera or "lens")
+                                     lens_model=arguments.lens_model or Settings.lens_model,
+                                     medium=arguments.medium or Settings.medium,        # which the framing depends on
+                                     immersed=bool(arguments.immersed)), camera or "lens")
         opened = replace(opened, scene=_name_or_file(arguments.scene or opened.scene)).checked()
         if lens is not None and opened.has_lens and arguments.focal_length is None:
             own = design(replace(opened, lens=_name_or_file(lens), zoom=0.0))

@@ -18,7 +18,7 @@ from lensbench import lenses
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.setting import SettingsError
 from lensbench.app.state.stop_picture import stop_picture
-from lensbench.app.state.water_window import port_before, seen_focus
+from lensbench.app.state.water_window import port_before, seen_by_rays, seen_focus
 from lensbench.cameras.dispersion import has_dispersion
 from lensbench.cameras.flat_port import FlatPort
 from lensbench.imaging.spectrum import WAVELENGTHS
@@ -58,8 +58,9 @@ class Setup:
 
     first_order: of this focused lens. at_infinity: of the same lens focused at infinity, for which the focal length is
     defined. f_number: that in air, focused at infinity. port: the flat window into water before the lens.
-    focus_distance: that of the settings as the lens sees it, through this window. reason: why f-number or focus differs
-    from the settings, or ""; the lens is then wide open, or at its nearest focus.
+    focus_distance: that of the settings as the lens sees it, through this window. refused: the lens cannot be focused
+    so, and is at its nearest focus. reason: why f-number or focus differs from the settings, or ""; the lens is then
+    wide open, or at its nearest focus.
     """
 
     lens: lb.Lens
@@ -71,6 +72,7 @@ class Setup:
     focusing: FocusPosition
     port: FlatPort
     focus_distance: float
+    refused: bool = False
     reason: str = ""
 
     @property
@@ -211,27 +213,44 @@ def _setup(lens: lb.Lens, settings: "Settings") -> Setup:
         except lb.LensError as error:
             reasons.append(str(error))
     at_infinity, f_number = lb.first_order(lens), lb.f_number_at_infinity(lens)
-    seen, found = settings.focus_distance, FocusPosition("paraxial")
+    found, refused = FocusPosition("paraxial"), False
     try:
-        seen = seen_focus(lens, settings)
-        found = focusing(lens, settings, seen)
+        seen, found = _focus(lens, settings)
         lens = lb.focused(lens, seen, found.method)
         film_distance = lb.film_distance(lens, seen, found.method)
     except lb.LensError as error:
         reasons.append(str(error))
-        lens, film_distance = _at_nearest(lens)
+        refused = True
+        lens, film_distance, seen = _at_nearest(lens, settings.focus_distance)
     return Setup(lens, lb.first_order(lens), at_infinity, f_number, settings.film, film_distance, found,
-                 port_before(lens, film_distance, settings), seen, "; ".join(reasons))
+                 port_before(lens, film_distance, settings), seen, refused, "; ".join(reasons))
 
 
-def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:
-    """The lens at its nearest focus, with its film distance; some film distance for a lens that cannot focus."""
+def _focus(lens: lb.Lens, settings: "Settings") -> tuple[float, FocusPosition]:
+    """The focus distance (mm) as the lens sees it, and the position of the film; LensError where there is none."""
+    seen = seen_focus(lens, settings)
+    found = focusing(lens, settings, seen)
+    if found.method == "real":
+        try:
+            by_rays = seen_by_rays(lens, settings, seen)
+            lb.film_distance(lb.focused(lens, by_rays, "real"), by_rays, "real")
+            return by_rays, found
+        except lb.LensError:                            # rays focus no nearer
+            return seen, found._replace(method="paraxial")
+    return seen, found
+
+
+def _at_nearest(lens: lb.Lens, wanted: float) -> tuple[lb.Lens, float, float]:
+    """The lens at its nearest focus, with its film distance and that focus.
+
+    Some film distance, and the wanted focus, for a lens that cannot focus.
+    """
     try:
         nearest = lb.nearest_focus(lens)
         lens = lb.focused(lens, nearest)
-        return lens, lb.film_distance(lens, nearest)
+        return lens, lb.film_distance(lens, nearest), nearest
     except lb.LensError:
-        return lens, max(lens.length, lens.surfaces[-1].semi_diameter)
+        return lens, max(lens.length, lens.surfaces[-1].semi_diameter), wanted
 
 
 def focusing(lens: lb.Lens, settings: "Settings", seen: float) -> FocusPosition:
@@ -290,7 +309,7 @@ def lens_camera(settings: "Settings") -> lb.LensCamera:
     """
     lens, found = published(settings), setup(settings)
     # A focus that cannot be: the camera refuses it, or here its window
-    seen = seen_focus(lens, settings) if found.reason else found.focus_distance
+    seen = seen_focus(lens, settings) if found.refused else found.focus_distance
     focus: dict[str, Any] = {"focus_distance": seen}
     if picture_wavelength(settings, lens) is not None:
         lens = design(settings)

@@ -156,15 +156,19 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
         plain = replace(plain, fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal)
     at, behind = lens_setup.lens, lens_setup.film_distance
     nearest = lb.nearest_focus(at)
-    focus = max(lens_setup.focus_distance, nearest)
+    focus = lens_setup.focus_distance                   # the nearest one where that of the settings was refused
     if len(lens.sections) > 1:
         foci = lb.section_foci(at, focus, behind)
         plain = replace(plain, across=_across(lens, wavelength), foci=(foci[0] - behind, foci[1] - behind))
-    plain = replace(plain, nearest_focus=nearest_in_focus(at, settings),
-                    magnification=lb.magnification(at, behind, focus))
+    plain = replace(plain, nearest_focus=nearest_in_focus(at, settings))
+    near = far = math.nan
+    try:
+        plain = replace(plain, magnification=lb.magnification(at, behind, focus))
+        near, far = lb.thick_depth_of_field(at, behind, focus, limit)
+    except lb.LensError:                                # focused on what touches the lens
+        pass
     if not settings.has_stop:
         return replace(plain, f_number=None)
-    near, far = lb.thick_depth_of_field(at, behind, focus, limit)
     working = lb.working_f_number(at, behind)
     return replace(
         plain, f_number=lens_setup.f_number, working_f_number=_finite(working), airy=airy_diameter(working, wavelength),

@@ -1,10 +1,19 @@
 """Settings of earlier versions: fields and words that have other names now.
 
 Up to version 3 the field `model` named both the camera and the model of its lens. Files of those versions still open,
-and the command line still takes the words; each conversion comes with a sentence that names the new word.
+and the command line still takes the words; each conversion comes with a sentence that names the new word. Up to version
+4 the focus distance through a window into water counted as in air.
 """
 
-from typing import Any, NamedTuple
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from lensbench.app.state.text_values import format_distance
+
+if TYPE_CHECKING:
+    from lensbench.app.state.settings import Settings
 
 
 class Replacement(NamedTuple):
@@ -49,3 +58,20 @@ def converted(plain: dict[str, Any], cameras: Any, lens_models: Any) -> tuple[di
         else:
             now[name] = value
     return now, notes
+
+
+def true_in_water(settings: "Settings", say: Callable[[str], object]) -> "Settings":
+    """Settings of a version before 5, whose focus through a window into water counts as in air, with the true focus."""
+    from lensbench.app.state.build import design
+    from lensbench.app.state.water_window import port_index, port_of, true_focus
+
+    seen = settings.focus_distance
+    if port_index(settings) == 1.0 or not math.isfinite(seen):
+        return settings
+    try:
+        true = true_focus(design(settings), seen, settings) if settings.has_lens else port_of(settings).true(seen)
+    except (ValueError, OSError):                       # the lens is not at hand, or does not focus there
+        true = port_index(settings) * seen
+    say(f"the focus through a window into water is now the true distance: {format_distance(seen)} became "
+        f"{format_distance(true)}")
+    return replace(settings, focus_distance=float(true))

@@ -21,6 +21,7 @@ from lensbench.app.state.pose import at_home
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.settings import Settings, placed
 from lensbench.app.state.text_values import format_distance
+from lensbench.app.state.water_window import true_focus
 from lensbench.kernels.cache import resumable
 from lensbench.optics.system import FieldKind
 
@@ -224,17 +225,19 @@ def _place(settings: Settings) -> _Place | None:
     """
     try:
         lens = design(settings)
-        fo, nearest = lb.first_order(lens), lb.nearest_focus(lens)
+        fo, seen = lb.first_order(lens), lb.nearest_focus(lens)
     except lb.LensError:
         return None
-    if not (math.isfinite(fo.efl) and fo.efl > 0.0 and math.isfinite(nearest)):
+    if not (math.isfinite(fo.efl) and fo.efl > 0.0 and math.isfinite(seen)):
         return None
     subject = subject_distance(settings.scene)
     magnification = min(settings.film.width, settings.film.height) / subject_height(settings.scene)
     framed = _framed(fo, lens.length, magnification)
-    if lens.has_focus_groups and framed > nearest * MARGIN:         # whose focal length changes with the focus
+    if lens.has_focus_groups and framed > seen * MARGIN:            # whose focal length changes with the focus
         near = lb.focused(lens, framed)
         framed = _framed(lb.first_order(near), near.length, magnification)
+    nearest = true_focus(lens, seen, settings)
+    framed = true_focus(lens, framed, settings) if framed > seen else framed
     back = placed((0.0, 0.0, 0.0), settings.yaw, settings.pitch)[:3, 2]
     point = np.array([0.0, 0.0, -subject])
     wanted, nearest = max(framed, NEAREST), nearest * MARGIN

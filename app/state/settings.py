@@ -23,7 +23,7 @@ from lensbench.imaging.film_pose import UPRIGHT, FilmPose
 from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.quotation import MOST, cut, excerpt
 
-VERSION = 4                     # of the settings in a picture's metadata
+VERSION = 5                     # of the settings in a picture's metadata
 PICTURES = (".png", ".ppm", ".exr")             # formats of pictures that carry their settings
 CHOSEN = "chosen"               # key of the automatic model's choice there: a record, and no setting
 
@@ -65,7 +65,8 @@ class Settings(SettingTable):
             raise SettingsError("these settings have names that lensbench does not know: "
                                 f"{cut(', '.join(cut(name) for name in unknown), 4 * MOST)}")
         given = {f.name: converted(f.name, f.type, plain[f.name]) for f in fields(cls) if f.name in plain}
-        return replace(cls(), **{**before, **given}).checked()
+        found = replace(cls(), **{**before, **given}).checked()
+        return former_settings.true_in_water(found, say) if version < 5 else found
 
     def checked(self) -> "Settings":
         """Itself; SettingsError or FilmError with the range where a value is invalid."""

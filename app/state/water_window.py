@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
 
 SEEN_ALIKE = 1e-10              # of a distance: error of the focus through a window
+STEPS = 30                      # of a search, each of which leaves a third of the error or less
 
 
 def port_index(settings: "Settings") -> float:
@@ -35,16 +36,19 @@ def nearest_in_focus(lens: lb.Lens, settings: "Settings") -> float:
     return true_focus(lens, lb.nearest_focus(lens), settings)
 
 
-def true_focus(lens: lb.Lens, seen: float, settings: "Settings") -> float:
-    """The distance (mm) beyond the window of what a lens is focused on that it sees at a distance."""
+def true_focus(lens: lb.Lens, seen: float, settings: "Settings", method: str = "paraxial") -> float:
+    """The distance (mm) beyond the window of what a lens is focused on that it sees at a distance.
+
+    method: of focusing, as of `lb.focused`, whose errors this raises.
+    """
     if port_index(settings) == 1.0 or not math.isfinite(seen):
         return seen
-    there = lb.focused(lens, seen)
-    return float(port_before(there, lb.film_distance(there, seen), settings).true(seen))
+    there = lb.focused(lens, seen, method)
+    return float(port_before(there, lb.film_distance(there, seen, method), settings).true(seen))
 
 
 def seen_focus(lens: lb.Lens, settings: "Settings") -> float:
-    """The focus distance (mm) of the settings as the lens sees it, through its window, which moves with the film.
+    """The focus distance (mm) of the settings as a lens sees it that is focused paraxially, through its window.
 
     FocusError, with distances beyond the window, where that is nearer than the lens can focus.
     """
@@ -52,15 +56,30 @@ def seen_focus(lens: lb.Lens, settings: "Settings") -> float:
     if port_index(settings) == 1.0 or not math.isfinite(wanted):
         return wanted
 
-    def excess(seen: float) -> float:
+    def excess(seen: float) -> float:                   # the window moves with the film
         return true_focus(lens, seen, settings) - wanted
 
     nearest = lb.nearest_focus(lens)
-    if excess(nearest) > 0.0:
+    if excess(nearest) > 0.0 or not excess(wanted) >= 0.0:
         raise lb.FocusError(f"focus at {significant(wanted / 1000.0, 6)} m: through the window, the nearest distance "
                             f"of this lens is {significant(nearest_in_focus(lens, settings) / 1000.0, 4)} m from the "
                             "film")
     return find_root(excess, nearest, wanted, SEEN_ALIKE * wanted)
+
+
+def seen_by_rays(lens: lb.Lens, settings: "Settings", seen: float) -> float:
+    """The same of a lens that is focused by all its rays, from the distance that it sees when focused paraxially.
+
+    Its film, and so the window, and its groups stand a little elsewhere. FocusError where rays focus no nearer.
+    """
+    if port_index(settings) == 1.0 or not math.isfinite(seen):
+        return seen
+    for _ in range(STEPS):
+        off = settings.focus_distance - true_focus(lens, seen, settings, "real")
+        seen += off / port_index(settings)
+        if abs(off) <= SEEN_ALIKE * seen:
+            break
+    return seen
 
 
 def port_of(settings: "Settings") -> FlatPort:

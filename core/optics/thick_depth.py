@@ -10,7 +10,8 @@ cone of the point is as wide on the film as
 r the radius of the stop. The depth of field is where this is no greater than the limit.
 """
 
-from math import inf, isfinite, nan
+from functools import lru_cache
+from math import inf, nan
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -73,6 +74,11 @@ def magnification(lens: Lens, film_distance: float, focus_distance: float) -> fl
     -------
     float
         Size of the image to that of the object: positive, 0 at infinity. Of the section y–z of a lens with cylinders.
+
+    Raises
+    ------
+    LensError
+        If the plane in focus does not lie before the lens.
     """
     _, _, c, d = ray_matrix(lens, 0, len(lens.surfaces))
     nearness = _nearness(lens, film_distance, focus_distance)
@@ -106,8 +112,6 @@ def thick_depth_of_field(lens: Lens, film_distance: float, focus_distance: float
     """
     check_limit(limit)
     focus = _nearness(lens, film_distance, focus_distance)
-    if not focus >= 0.0:
-        raise LensError(f"focus at {significant(focus_distance / 1000.0, 4)} m: that is within the lens")
     if len(lens.sections) > 1:
         near, far = _between_sections(lens, film_distance, focus, limit)
     else:
@@ -134,7 +138,8 @@ def thick_hyperfocal(lens: Lens, limit: float) -> float:
     Returns
     -------
     float
-        Film → plane in focus (mm). Of the section y–z of a lens with cylinders.
+        Film → plane in focus (mm); 0 where infinity is sharp at every focus. Of the section y–z of a lens with
+        cylinders.
 
     Raises
     ------
@@ -142,8 +147,12 @@ def thick_hyperfocal(lens: Lens, limit: float) -> float:
         If the limit is not a positive finite number, or the lens does not converge.
     """
     check_limit(limit)
-    if not lens.has_focus_groups:
-        return _hyperfocal(lens, limit)
+    return _of_groups(lens.at(close=0.0), limit) if lens.has_focus_groups else _hyperfocal(lens, limit)
+
+
+@lru_cache(maxsize=64)
+def _of_groups(lens: Lens, limit: float) -> float:
+    """The hyperfocal distance (mm) of a lens that focuses by its groups, which are at infinity."""
     nearest, found = nearest_focus(lens), inf
     for _ in range(TURNS):
         before, there = found, max(found, nearest)
@@ -161,17 +170,22 @@ def _hyperfocal(lens: Lens, limit: float, film_at: float | None = None) -> float
     a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
     a_stop = ray_matrix(lens, 0, lens.stop_index)[0]
     share = limit * abs(a_stop) / (2.0 * lens.stop.semi_diameter)
-    nearness = -share * c / (1.0 + share * d)           # of ν = share · |c + d ν|, and c + d ν < 0
-    if not (c < 0.0 and nearness > 0.0):
+    if not c < 0.0:
         raise LensError("this lens has no hyperfocal distance: it does not make distant light converge")
+    if not 1.0 + share * d > 0.0:
+        return 0.0
+    nearness = -share * c / (1.0 + share * d)           # of ν = share · |c + d ν|, and c + d ν < 0
     if film_at is None:
         film_at = -lens.indices()[-1] * (a + b * nearness) / (c + d * nearness)
     return lens.front_index / nearness + lens.length + film_at
 
 
 def _nearness(lens: Lens, film_distance: float, distance: float) -> float:
-    """Reduced nearness (1/mm) of a distance (mm) from the film."""
-    return lens.front_index / (distance - film_distance - lens.length) if isfinite(distance) else 0.0
+    """Reduced nearness (1/mm) of a distance (mm) from the film; LensError where that is within the lens."""
+    before = distance - film_distance - lens.length
+    if not before > 0.0:
+        raise LensError(f"focus at {significant(distance / 1000.0, 4)} m: that is within the lens")
+    return lens.front_index / before
 
 
 def _between_sections(lens: Lens, film_distance: float, focus: float, limit: float) -> tuple[float, float]:

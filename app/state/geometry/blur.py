@@ -102,7 +102,7 @@ def _of_lens(built: Setup, behind: np.ndarray) -> np.ndarray:
     thin lens in the front principal plane.
     """
     fo, focused = built.first_order, built.focus_distance
-    if built.reason:                                    # not focused as set
+    if built.refused:                                   # not focused as set
         focused = lb.focused_distance(built.lens, built.film_distance)
     plane, diameter = fo.entrance_pupil.z, 2.0 * fo.entrance_pupil.radius
     if not (abs(plane) < FAR_PUPIL * built.film_z and focused > built.film_z - plane):

@@ -89,7 +89,7 @@ def _of_lens(lens_setup: Setup, wide_open: lb.Lens, glasses: tuple[lb.Glass, ...
              above: bool) -> Sketch:
     lens, fo = lens_setup.lens, lens_setup.first_order
     focus = lens_setup.focus_distance
-    if lens_setup.reason:                                        # not focused as set: find the actual focus distance
+    if lens_setup.refused:                                       # not focused as set: find the actual focus distance
         try:
             focus = lb.focused_distance(lens, lens_setup.film_distance)
         except lb.LensError:

@@ -53,8 +53,10 @@ def measure(camera: lb.Camera, scene: lb.Scene, views: tuple[int, ...] = VIEWS, 
         direct = lb.render(refocused, scene, TRUTH, seed + 1)[inner]
         found[:, j] = [decibels(field.refocus(distance)[inner], direct) for field in fields]
         progress(0.5 + 0.5 * (j + 1) / len(distances))
-    return [Curve(number, *field.clear_range, tuple(distances), tuple(row))
-            for number, field, row in zip(views, fields, found.tolist(), strict=True)]
+    true = camera.flat_port.true                        # beyond a window into water
+    ranges = [field.clear_range for field in fields]
+    return [Curve(number, true(near), true(far), tuple(map(true, distances)), tuple(row))
+            for number, (near, far), row in zip(views, ranges, found.tolist(), strict=True)]
 
 
 def draw(curves: list[Curve], focus: float, title: str, conditions: str, path: Path) -> None:

@@ -208,3 +208,44 @@ def test_every_length_is_finite_or_none_save_the_far_limit():
                   if f.name not in ("far_limit", "reason", "focusing")}
         values["blur"] = got.focusing.blur
         assert all(value is None or math.isfinite(value) for value in values.values()), values
+
+
+@pytest.mark.parametrize(("name", "focus"), [
+    ("viltrox-af-stm-ed-if-75-f12", 278.25), ("rodenstock-xr-heligon-100-f075", 490.0),
+    ("rodenstock-xr-heligon-100-f075", 600.0), ("nikon-fuwatto-soft-90-f48", 600.0)])
+def test_a_lens_that_all_its_rays_focus_is_focused_through_a_window_where_it_is_set(name, focus):
+    settings = Settings(lens=name, medium="water", f_number=None, focus_distance=focus, lens_model="trace")
+    got, built = readings(settings), setup(settings)
+    assert got.focusing.method == "real" and not built.refused
+    assert built.port.true(built.focus_distance) == pytest.approx(focus, rel=1e-9)
+    assert got.near_limit < focus < got.far_limit
+    # All rays of the film's middle are narrowest there, but for the aberrations of the window itself
+    of = camera(settings)
+    even = (np.arange(24) + 0.5) / 24.0
+    samples = np.stack(np.meshgrid(even, even), -1).reshape(-1, 2)
+    rays = of.generate_rays(np.broadcast_to([of.film.pixels_x / 2.0, of.film.pixels_y / 2.0], samples.shape), samples)
+    lit = rays.weights > 0.0
+    slopes = (rays.directions[:, :2] / rays.directions[:, 2:])[lit]
+    places = rays.origins[lit, :2] - rays.origins[lit, 2:] * slopes
+    assert float((slopes * places).sum() / (slopes**2).sum()) == pytest.approx(focus, rel=0.01)
+
+
+def test_a_focus_that_is_refused_gives_the_figures_of_the_nearest_one():
+    settings = Settings(lens="hasselblad-hc-300-f45", medium="water", f_number=None, focus_distance=3000.0)
+    got, built = readings(settings), setup(settings)
+    assert built.refused and "nearest" in got.reason
+    assert got.near_limit < got.nearest_focus < got.far_limit
+    assert Blur.of(settings).pixels(got.near_limit, (0.5, 0.5)) == pytest.approx(
+        got.limit / settings.film.pitch, rel=0.02)
+    dark = replace(START, f_number=0.5)                                 # refused as well, but focused as set
+    assert not setup(dark).refused and setup(dark).reason and setup(dark).focus_distance == START.focus_distance
+
+
+@pytest.mark.parametrize("change", [
+    {"lens": "lib-miyamoto-fisheye-1964", "f_number": None, "focus_distance": 80.0},
+    {"lens": "olympus-zuiko-9-36-f2", "f_number": 200.0},
+    {"lens": "nikon-af-s-dx-vr-zoom-nikkor-g-if-ed-18-200-f35", "medium": "water", "immersed": True, "zoom": 1.0,
+     "f_number": None, "focus_distance": 260.0}])
+def test_a_focus_on_what_touches_the_lens_leaves_the_other_figures(change):
+    got = readings(replace(Settings(), **change))
+    assert got.efl and got.nearest_focus and got.hyperfocal and got.limit

@@ -8,6 +8,7 @@ from dataclasses import fields, replace
 import pytest
 
 from lensbench.app.command.main import main
+from lensbench.app.state.build import camera
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.geometry.plan import things
 from lensbench.app.state.scene_file import cached_scene
@@ -108,7 +109,7 @@ def test_former_fields_keep_their_values_and_name_the_present_ones():
 def test_present_settings_come_back_without_a_word():
     said = []
     settings = replace(Settings(), camera="finite-pinhole", lens_model="thin", immersed=True)
-    assert settings.to_dict()["version"] == VERSION == 4
+    assert settings.to_dict()["version"] == VERSION == 5
     assert Settings.from_dict(settings.to_dict(), said.append) == settings and not said
 
 
@@ -191,3 +192,17 @@ def test_an_edited_texture_is_seen(tmp_path):
         os.utime(tmp_path / "t.png", ns=(level, level))
         levels.append(cached_scene(str(path)).plates[0].material.pattern.image)
     assert levels[0] != levels[1]
+
+
+def test_a_focus_in_water_of_a_former_version_becomes_the_true_distance():
+    said = []
+    former = {"version": 4, "lens": "double-gauss-100-f412", "medium": "water", "focus_distance": 1200.0,
+              "f_number": None}
+    found = Settings.from_dict(former, said.append)
+    assert camera(found).focus_distance == pytest.approx(1200.0, rel=1e-9) and found.focus_distance > 1500.0
+    assert len(said) == 1 and "1.20 m became 1.56 m" in said[0]
+    assert Settings.from_dict({**former, "version": 5}).focus_distance == 1200.0
+    for same in ({"medium": "air"}, {"immersed": True}, {"focus_distance": "inf"}):
+        plain = {**former, **same}
+        assert Settings.from_dict(plain) == Settings.from_dict({**plain, "version": 5})
+    assert Settings.from_dict({**former, "lens": "gone.toml"}).focus_distance == pytest.approx(1.333 * 1200.0)
