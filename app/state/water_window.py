@@ -27,8 +27,9 @@ def port_index(settings: "Settings") -> float:
 
 
 def port_before(lens: lb.Lens, film_distance: float, settings: "Settings") -> FlatPort:
-    """The window before a focused lens; distances from the film."""
-    return FlatPort(lens.length + film_distance - foremost(lens), port_index(settings))
+    """The window before a focused lens; distances from the film. None leaves them as they are, to the bit."""
+    index = port_index(settings)
+    return FlatPort(lens.length + film_distance - foremost(lens), index) if index != 1.0 else FlatPort()
 
 
 def nearest_in_focus(lens: lb.Lens, settings: "Settings") -> float:

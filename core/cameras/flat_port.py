@@ -47,7 +47,7 @@ def port_step(z: float, index: float, gain: float) -> Step:
 class FlatPort:
     """Where a window is and what lies beyond it: distances through it along the axis, paraxially.
 
-    window: its distance (mm) from where distances begin. index: of the medium beyond; 1 stands for no window.
+    window: its distance (mm) from where distances begin. index: of the medium beyond; 1 without a window.
     """
 
     window: float = 0.0

@@ -1,4 +1,4 @@
-"""Output files of the commands: a place that cannot be written is said before the work begins."""
+"""Output files of the commands: a place that cannot be written ends it before its work."""
 
 import pytest
 

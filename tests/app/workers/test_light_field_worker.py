@@ -34,7 +34,7 @@ def test_an_unforeseen_error_becomes_a_message_and_the_next_look_is_rendered(mon
 
 def test_a_forgotten_recording_is_freed_though_the_thread_of_the_pictures_waits(monkeypatch):
     class Held:
-        """Stands for a recording; can be watched."""
+        """A recording without content, for weak references."""
 
     monkeypatch.setattr(module, "light_field_picture",
                         lambda recording, look, depth: np.zeros((2, 3, 3), np.float32))

@@ -1,4 +1,4 @@
-"""The camera strip: an f-number stands in it where one can be set."""
+"""The camera strip: it shows an f-number where one can be set."""
 
 from dataclasses import replace
 
