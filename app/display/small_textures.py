@@ -44,6 +44,7 @@ class SmallTextures:
             rgba[..., :pixels.shape[2]] = pixels
             texture = moderngl.get_context().texture((width, height), 4, rgba)
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            texture.repeat_x = texture.repeat_y = False
         self._textures.pop(name, None)
         self._textures[name] = pixels, texture
         self._shown.add(name)

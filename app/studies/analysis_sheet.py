@@ -166,7 +166,7 @@ def _axes(axes: "Axes", each: Plot) -> None:
         elif isinstance(layer, Bars):
             axes.bar(layer.x, layer.y, layer.width, color=colour(layer.tint), alpha=_alpha(layer))
         elif isinstance(layer, Map) and not layer.ghost:
-            axes.imshow(np.where(np.isnan(layer.values), np.nan, layer.shades), cmap="bone", vmin=0.0, vmax=1.0,
+            axes.imshow(layer.shades, cmap="bone", vmin=0.0, vmax=1.0,
                         origin="lower", aspect=axes.get_aspect(), extent=(*layer.x, *layer.y), interpolation="nearest")
             x, y = (low + (np.arange(n) + 0.5) / n * (high - low) for n, (low, high)
                     in zip(layer.values.shape[::-1], (layer.x, layer.y), strict=True))

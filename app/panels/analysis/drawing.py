@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from imgui_bundle import ImVec2, ImVec4, imgui, implot
 
-from lensbench.app.panels.analysis.layers import colour_of, draw_layers, draw_map, draw_points
+from lensbench.app.panels.analysis.layers import colour_of, draw_layers, draw_points
+from lensbench.app.panels.analysis.maps import MapPictures, draw_map
 from lensbench.app.panels.analysis.under_cursor import draw_cursor, told, tooltip, unit_of
 from lensbench.app.state.analysis.figure import Curve, Figure, Map, Plot, Points
 from lensbench.app.widgets import theme
@@ -23,6 +24,7 @@ class Drawn:
     """State of a figure between frames."""
 
     memo: FrameMemo = field(default_factory=FrameMemo)      # what is drawn, in pixels
+    maps: MapPictures = field(default_factory=MapPictures)
     told: str = ""                                          # the numbers under the cursor
     fitted: dict[str, tuple] = field(default_factory=dict)  # the limits that each plot was fitted to
     limits: dict[str, tuple] = field(default_factory=dict)  # of each plot as drawn last, x and y
@@ -61,6 +63,7 @@ def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Gri
     """
     top = imgui.get_cursor_screen_pos()
     state.memo.begin_frame()
+    state.maps.begin_frame()
     if named:
         _legend(figure, size.x, state.memo)
     corner = imgui.get_cursor_screen_pos()
@@ -151,9 +154,9 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None =
     draw, at = implot.get_plot_draw_list(), None
     implot.push_plot_clip_rect()
     layers = [layer for layer in plot.layers if getattr(layer, "surface", None) in (None, *surfaces)]
-    for layer in layers:
+    for place, layer in enumerate(layers):
         if isinstance(layer, Map) and not layer.ghost:
-            draw_map(name, draw, shown, layer, state.memo)
+            draw_map(f"{name} {place}", draw, shown, layer, state.memo, state.maps)
         elif isinstance(layer, Points):
             draw_points(layer)
     implot.push_plot_clip_rect()

@@ -103,13 +103,12 @@ class Map:
 
     @cached_property
     def shades(self) -> np.ndarray:
-        """The values as parts of the way from black (0) to white (1); black where they are unknown."""
-        known = np.nan_to_num(self.values, nan=self.low)
+        """The values as parts of the way from black (0) to white (1); NaN where they are unknown."""
         if self.decades:
-            known = 1.0 + np.log10(np.maximum(known / self.high, 10.0**-self.decades)) / self.decades
+            parts = 1.0 + np.log10(np.maximum(self.values / self.high, 10.0**-self.decades)) / self.decades
         else:
-            known = (known - self.low) / (self.high - self.low)
-        return np.ascontiguousarray(np.clip(known, 0.0, 1.0), float)
+            parts = (self.values - self.low) / (self.high - self.low)
+        return np.clip(parts, 0.0, 1.0)
 
 
 @dataclass(frozen=True)

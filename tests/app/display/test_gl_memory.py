@@ -11,6 +11,7 @@ from lensbench.app.display.gl_texture import Development, Screen
 from lensbench.app.display.panorama import Panorama
 from lensbench.app.display.small_textures import SmallTextures
 from lensbench.app.display.solid_view import MOST_KEPT, Drawing, Line, Solid, SolidView
+from lensbench.app.panels.analysis.maps import MapPictures
 from lensbench.app.state.geometry.blur import Blur
 from lensbench.app.state.picture.look_around import LookAround
 from lensbench.app.state.solid.shapes import Part, Strokes
@@ -126,3 +127,24 @@ def test_textures_of_pictures_that_are_gone_or_no_longer_shown_are_released_but_
     assert frame("") == 3 and textures.of("d") == first     # of f, d and the last of the others
     pictures.clear()
     assert frame("") == 0
+
+
+def test_a_map_that_the_last_frame_did_not_draw_leaves_no_texture(context):
+    maps, before = MapPictures(), alive()["Texture"]
+    picture, other = np.zeros((4, 6, 4), np.uint8), np.ones((4, 6, 4), np.uint8)
+
+    def frame(**drawn) -> list[int]:
+        maps.begin_frame()
+        return [maps.texture(name, each) for name, each in drawn.items()]
+
+    first = frame(a=picture, b=picture)
+    assert alive()["Texture"] - before == 2 and frame(a=picture, b=picture) == first
+    for each in (other, picture, other):
+        frame(a=each, b=picture)
+    assert alive()["Texture"] - before == 2
+    frame(b=picture)
+    frame(b=picture)
+    assert alive()["Texture"] - before == 1 and frame(b=picture) == first[1:]
+    frame()
+    frame()
+    assert alive()["Texture"] == before
