@@ -4,11 +4,12 @@
 // in   picture   linear radiance, relative, RGB, and in alpha how far what is seen lies before the film, mm; the
 //                picture's first row first
 //      gain      2^exposure
-//      headroom  of a picture that a sensor recorded, whose values end at 1: stops from there to the curve's white; else 0
+//      headroom  of a picture that a sensor recorded (SENSOR), whose values end at 1: stops from there to the curve's white
 // out  sRGB in [0, 1]
 //
 // app/state/tone.py has the constants of the curves, with their meaning; they are inserted after #version, and so are
-// blur.frag, TONE and OVERLAY: software renderers compute both sides of every branch, so that a program holds only what it shows.
+// blur.frag, TONE, OVERLAY and SENSOR: software renderers compute both sides of every branch, so that a program holds
+// only what it shows.
 
 #define FILMIC 1
 #define AGX 2
@@ -47,16 +48,21 @@ vec3 agx(vec3 rgb) {
     return mixed(pow(max(sigmoid(t), vec3(0.0)), vec3(DISPLAY_GAMMA)), -INSET / (1.0 - INSET));
 }
 
+// The power 5/12 as a polynomial of the fourth root, within 0.011 / 255: a processor that draws has no power of its own.
 vec3 srgb(vec3 x) {
-    return mix(1.055 * pow(max(x, vec3(0.0031308)), vec3(1.0 / 2.4)) - 0.055, 12.92 * x,
-               lessThanEqual(x, vec3(0.0031308)));
+    vec3 root = sqrt(sqrt(max(x, vec3(0.0031308))));
+    vec3 curve = root * (root * (root * (0.0788558 * root - 0.3293719) + 1.1173470) + 0.1980408) - 0.0648438;
+    return mix(curve, 12.92 * x, lessThanEqual(x, vec3(0.0031308)));
 }
 
 vec3 developed(ivec2 at) {
     at = clamp(at, ivec2(0), textureSize(picture, 0) - 1);
     vec3 rgb = max(texelFetch(picture, at, 0).rgb, vec3(0.0));
+#if SENSOR
     vec3 bright = clamp((rgb - GREY) / (1.0 - GREY), 0.0, 1.0);
-    rgb = min(rgb * exp2(headroom * bright * bright * bright) * gain, vec3(1e9));
+    rgb *= exp2(headroom * bright * bright * bright);
+#endif
+    rgb = min(rgb * gain, vec3(1e9));
 #if TONE == FILMIC
     rgb = hable(GAIN * min(rgb, vec3(WHITE / GAIN))) / hable(vec3(WHITE)).r;
 #elif TONE == AGX

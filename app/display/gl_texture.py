@@ -119,9 +119,10 @@ class Screen:
                 self._draw(self._program("soften.frag", inserted), self._soft, source, blur=3, share=development.share)
                 source = self._soft.texture
             develop = self._program("develop.frag", inserted, f"#define TONE {TONES[development.tone]}\n",
-                                    f"#define OVERLAY {OVERLAYS[development.overlay]}\n", tone.glsl_constants())
+                                    f"#define OVERLAY {OVERLAYS[development.overlay]}\n",
+                                    f"#define SENSOR {int(development.sensor)}\n", tone.glsl_constants())
             self._draw(develop, self._shown, source, gain=2.0 ** development.exposure,
-                       headroom=tone.HEADROOM[development.tone] if development.sensor else 0.0,
+                       headroom=tone.HEADROOM[development.tone],
                        blur=3, sharp=max(development.blur.sharp, 1.0), stripe=development.stripe,
                        amber=development.amber, nearer=development.nearer, farther=development.farther)
             before.use()
