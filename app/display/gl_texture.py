@@ -6,6 +6,7 @@ from it how far the object is out of focus.
 """
 
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib.resources import files
 from math import ceil, log2
 
@@ -229,6 +230,7 @@ def _resized(depth: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.f
     return depth if depth.shape == shape else depth[np.ix_(rows, columns)]
 
 
+@cache
 def shader_source(name: str) -> str:
     """The text of a shader of the package."""
     return files("lensbench.shaders").joinpath(name).read_text(encoding="utf-8")
