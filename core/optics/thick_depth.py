@@ -17,14 +17,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.root_finding import find_root
 from lensbench.optics.depth_of_field import check_limit
-from lensbench.optics.focus import film_distance, focused, nearest_focus
+from lensbench.optics.focus import film_distance, focused_distance, nearest_focus
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import ray_matrix
 from lensbench.optics.prescription import Lens
 
-TURNS = 20                      # of the hyperfocal distance of a lens with focus groups; three suffice
-SETTLED = 1e-12
+TOUCHING = 1e-3                 # mm: a hyperfocal distance of 0 counts as this one
+SETTLED = 1e-12                 # of a nearness, times the film's distance
 
 
 def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> np.ndarray:
@@ -152,14 +153,24 @@ def thick_hyperfocal(lens: Lens, limit: float) -> float:
 
 @lru_cache(maxsize=64)
 def _of_groups(lens: Lens, limit: float) -> float:
-    """The hyperfocal distance (mm) of a lens that focuses by its groups, which are at infinity."""
-    nearest, found = nearest_focus(lens), inf
-    for _ in range(TURNS):
-        before, there = found, max(found, nearest)
-        found = _hyperfocal(focused(lens, there), limit, film_distance(lens, there))
-        if abs(found - before) <= SETTLED * found:
-            break
-    return found
+    """The hyperfocal distance (mm) of a lens that focuses by its groups, which are at infinity.
+
+    It is where the groups focus on the hyperfocal distance that the lens has with them there.
+    """
+    film = film_distance(lens, inf)
+
+    def at(close: float) -> tuple[Lens, float]:
+        moved = lens.at(close=close)
+        return moved, film + moved.surfaces[-1].thickness - lens.surfaces[-1].thickness
+
+    def excess(close: float) -> float:
+        moved, film_at = at(close)
+        return 1.0 / focused_distance(moved, film_at) - 1.0 / max(_hyperfocal(moved, limit, film_at), TOUCHING)
+
+    if nearest_focus(lens) == inf:
+        return _hyperfocal(lens, limit, film)
+    moved, film_at = at(find_root(excess, 0.0, 1.0, SETTLED / film) if excess(1.0) > 0.0 else 1.0)
+    return _hyperfocal(moved, limit, film_at)
 
 
 def _hyperfocal(lens: Lens, limit: float, film_at: float | None = None) -> float:
