@@ -361,7 +361,8 @@ class Session(WindowState):
         self.analyses.handed_over()
         if self._finish is not None:
             self._finish()
-        self.worker.shown(self.presenter.update)
+        self.worker.shown(self.presenter.update,
+                          self.panels.behind is self.history.present and not self.analyses.worker.is_late)
         if self.screenshot is None:
             return
         path, self.screenshot = self.screenshot, None

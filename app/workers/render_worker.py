@@ -22,10 +22,13 @@ from lensbench.app.workers.render_job import RenderJob, prepare
 from lensbench.app.workers.render_update import Failure, RenderUpdate
 from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import lower_priority, thread_count
+from lensbench.kernels.pauses import pause
 
 FIRST_SECONDS = 0.15        # for a first pass once started, so that pictures appear even during a drag
 HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its first picture
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
+LIGHT_SECONDS = 0.5         # between traced lights while settings change without a rest; and how long they pause
+REST_SECONDS = 0.05         # without new settings: a rest
 REUSED_SAMPLES = 16         # from which on a picture has no samples of the one before
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
 
@@ -51,6 +54,7 @@ class RenderWorker:
         self._paused = self._held = self._depth_wanted = False
         self._update: RenderUpdate | None = None
         self._shown: RenderUpdate | None = None
+        self._followed = True                   # all panels show what `_shown` does
         self._failure: Failure | None = None
         self._set_up_for = 0                    # the generation whose picture is set up
         self._started = perf_counter()
@@ -120,9 +124,12 @@ class RenderWorker:
                 self._change.wait_for(lambda: enough() or self.waiting == 0.0 or not self.alive,
                                       max(0.0, self._started + HOLD_SECONDS - perf_counter()))
 
-    def shown(self, update: RenderUpdate | None) -> None:
-        """The window has this update on its screen: the next pass may begin."""
-        self._note(_shown=update)
+    def shown(self, update: RenderUpdate | None, followed: bool = True) -> None:
+        """The window has this update on its screen: the next pass may begin.
+
+        followed: whether all panels show its settings too; what follows the first pass waits for them.
+        """
+        self._note(_shown=update, _followed=followed)
 
     @property
     def on_screen(self) -> bool:
@@ -194,6 +201,8 @@ class RenderWorker:
             self._model, self._before, self._lights = AutomaticModel(choices), PictureBefore(), lights
             self._first_pool, self._pool = first, pool
             self._making: tuple[Any, Future] | None = None      # a rendering, and its light on the way
+            self._lit = -math.inf                               # when the newest light was there
+            self._free = -math.inf                              # when lights could be traced the last time
             job: RenderJob | None = None
             while True:
                 with self._change:
@@ -257,9 +266,25 @@ class RenderWorker:
 
         That of settings that have gone by is made to its end, for the next ones: a drag need not rest for it.
         """
+        def end(_: Future) -> None:
+            self._lit = perf_counter()
+
         if self._making is None or self._making[1].done():
             self._making = job.rendering, self._lights.submit(self._before.own_light, job.rendering, job.scene,
-                                                              self._pool, self._threads, lambda: self.alive)
+                                                              self._pool, self._threads, self._lights_wanted)
+            self._making[1].add_done_callback(end)
+
+    def _lights_wanted(self) -> bool:
+        """Whether lights are traced to their end; a first picture, and the panels that follow it, come first."""
+        pause(self._lights_pause)
+        return self.alive
+
+    def _lights_pause(self) -> bool:
+        now = perf_counter()
+        follows = not self._followed and now < self._started + self._first_seconds + HOLD_SECONDS
+        if not (self.waiting or follows):
+            self._free = now
+        return self.alive and self._free < now < self._free + LIGHT_SECONDS
 
     def _light(self, job: RenderJob, finished: Finished) -> None:
         """Give the picture its own light."""
@@ -348,13 +373,27 @@ class RenderWorker:
             if first:                                   # neither the next pass nor the light must slow the frame down
                 if not rendering.is_borrowing:
                     self._before.lend(job.scene, rendering.layer())
-                with self._change:                      # a frame with other settings waits for this thread
-                    self._change.wait_for(lambda: self._shown is update or job.generation != self._generation
-                                          or not self.alive, HOLD_SECONDS)
+                at_rest = self._follow(job, update)
                 if rendering.is_borrowing:
-                    self._trace_lights(job)
+                    if at_rest or perf_counter() > self._lit + LIGHT_SECONDS:
+                        self._trace_lights(job)
                 elif not (self._traces_lights or self._warming):
                     self._compile_light_tracing(job.scene)
+
+    def _follow(self, job: RenderJob, update: RenderUpdate) -> bool:
+        """Wait until a frame shows the first picture, and its panels the settings, or until there are other settings.
+
+        Returns whether there are none. Traced soon after other lights, those of a drag would slow its pictures down:
+        they wait for a rest.
+        """
+        def is_past() -> bool:                          # a frame with other settings waits for this thread
+            return job.generation != self._generation or not self.alive
+
+        with self._change:
+            self._change.wait_for(lambda: self._shown is update and self._followed or is_past(), HOLD_SECONDS)
+            if job.rendering.is_borrowing and perf_counter() < self._lit + LIGHT_SECONDS:
+                self._change.wait_for(is_past, REST_SECONDS)
+            return not is_past()
 
     def _show(self, job: RenderJob) -> RenderUpdate:
         """Hand the picture so far to the window, its first samples with those of the picture before."""

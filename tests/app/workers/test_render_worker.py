@@ -250,6 +250,81 @@ def test_other_settings_do_not_wait_for_the_frame_of_the_picture_before(start, m
     assert monotonic() - begin < 30.0
 
 
+PLAIN = replace(SMALL, lens_model="polynomial", degree=5)       # no model is chosen
+
+
+def moved(worker, i, followed=True):
+    """Turn the focus, wait for the first picture, and show it."""
+    worker.restart(replace(PLAIN, focus_distance=1200.0 + 50.0 * i))
+    wait(lambda: worker.newest() is not None and worker.newest().generation == worker.generation)
+    worker.shown(worker.newest(), followed)
+
+
+def settled(worker):
+    """Show the pictures until the last one is complete."""
+    wait(lambda: worker.shown(worker.newest()) or done(worker))
+
+
+@pytest.fixture
+def traced(monkeypatch):
+    """The arguments of the calls of `own_light`, each with its rendering first."""
+    calls, own_light = [], lb.Rendering.own_light
+
+    def told(*arguments):
+        calls.append(arguments)
+        return own_light(*arguments)
+
+    monkeypatch.setattr(lb.Rendering, "own_light", told)
+    return calls
+
+
+def test_lights_are_traced_at_once_after_a_rest_and_seldom_while_a_dial_is_dragged(start, traced, monkeypatch):
+    worker = start(PLAIN)
+    settled(worker)
+    assert len(traced) == 1
+    monkeypatch.setattr(module, "LIGHT_SECONDS", 600.0)
+    monkeypatch.setattr(module, "REST_SECONDS", 2.0)
+    for i in range(1, 7):
+        moved(worker, i)
+    assert len(traced) == 1
+    settled(worker)                                         # at rest: its own light
+    assert len(traced) == 2 and traced[1][0].camera is not traced[0][0].camera
+    monkeypatch.setattr(module, "LIGHT_SECONDS", 0.0)       # long after the last ones: at once, and during a drag
+    monkeypatch.setattr(module, "REST_SECONDS", 600.0)
+    moved(worker, 7)
+    wait(lambda: len(traced) == 3)
+
+
+def test_lights_wait_for_the_panels(start, traced, monkeypatch):
+    worker = start(PLAIN)
+    settled(worker)
+    monkeypatch.setattr(module, "LIGHT_SECONDS", 0.0)
+    monkeypatch.setattr(module, "HOLD_SECONDS", 600.0)
+    moved(worker, 1, followed=False)
+    sleep(0.2)
+    assert len(traced) == 1 and worker.newest().samples == 1
+    settled(worker)
+    assert len(traced) == 2
+
+
+def test_lights_leave_the_processors_to_the_first_picture_of_other_settings(start, traced, monkeypatch):
+    worker = start(PLAIN)
+    settled(worker)
+    monkeypatch.setattr(module, "LIGHT_SECONDS", 600.0)
+    wanted, free, add, answers = traced[0][3], threading.Event(), lb.Rendering.add, []
+    assert wanted()
+    monkeypatch.setattr(lb.Rendering, "add", lambda *rest: free.wait(PATIENCE) and add(*rest))
+    worker.restart(replace(PLAIN, focus_distance=1500.0))
+    asking = threading.Thread(target=lambda: answers.append(wanted()))
+    asking.start()
+    sleep(0.2)
+    assert not answers
+    free.set()
+    settled(worker)
+    asking.join(PATIENCE)
+    assert answers == [True]
+
+
 def test_a_second_model_of_the_same_picture_gives_way_at_once(start, monkeypatch):
     worker = start()
     wait(lambda: done(worker) and not worker.newest().is_provisional)
