@@ -21,6 +21,7 @@ TONES = {"none": 0, "filmic": 1, "agx": 2, "raw": 3}
 OVERLAYS = {"none": 0, "coc": 1, "peaking": 2, "clipping": 3}
 SOFTENING = 0.35            # radius of the first passes' softening, of the circle of confusion's diameter
 SOFTENED_SAMPLES = 16       # from here on the picture is not softened
+WHOLE = 0.75                # screen pixels, from which a picture's pixel is drawn without copies: none is skipped
 SMALLEST = 1e-4             # screen pixels, for which a picture's pixel has copies
 SQUARES = 2.0               # screen pixels: from this size on the picture's pixels are drawn as squares
 
@@ -184,14 +185,14 @@ class Screen:
     def draw_at(self, scale: float) -> None:
         """Draw each pixel of the picture with this many screen pixels: as squares if far enlarged."""
         above = moderngl.NEAREST if scale >= SQUARES else moderngl.LINEAR
-        copies = max(0, ceil(-log2(max(scale, SMALLEST))))
+        copies = 0 if scale >= WHOLE else ceil(-log2(max(scale, SMALLEST)))
         for target in (self._shown, self._apart):
             if target is None:
                 continue
             if copies > target.copies:
                 target.texture.build_mipmaps(0, copies)         # no more: each takes a processor that draws 0.5 ms
                 target.copies = copies
-            target.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR if scale < 1.0 else moderngl.LINEAR, above)
+            target.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR if copies else moderngl.LINEAR, above)
 
     def _program(self, name: str, *inserted: str) -> moderngl.VertexArray:
         """A compiled shader of the package, with lines inserted after its version; made once."""

@@ -122,7 +122,18 @@ def test_the_sky_and_the_dark_count_as_infinitely_far_and_a_map_of_another_size_
     assert (shown[0] == shown[1]).all() and np.ptp(shown[0]) > 50
 
 
-@pytest.mark.parametrize("scale", [0.9, 0.5, 0.3, 0.1])
+@pytest.mark.parametrize("scale", [1.5, 1.0, 0.75])
+def test_a_picture_of_about_its_own_size_has_no_copies(screen, scale):
+    screen.load(np.full((48, 64, 3), 0.3, np.float32))
+    screen.developed(Development())
+    screen.draw_at(scale)
+    texture, _ = screen.shown
+    assert texture.filter == (moderngl.LINEAR, moderngl.LINEAR)
+    with pytest.raises(moderngl.Error):
+        texture.read(level=1)
+
+
+@pytest.mark.parametrize("scale", [0.74, 0.5, 0.3, 0.1])
 def test_a_picture_drawn_smaller_has_the_copies_that_its_scale_reads(screen, scale):
     level = int(np.ceil(-np.log2(scale)))
     for shade in (0.3, 0.6):                            # the second picture has copies of its own
