@@ -3,7 +3,15 @@
 from dataclasses import replace
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.editing.document import EditError, LensDocument, with_surfaces
+from lensbench.lenses.editing.document import (
+    CONIC,
+    SEMI_DIAMETER,
+    THICKNESS,
+    EditError,
+    LensDocument,
+    Pickup,
+    with_surfaces,
+)
 from lensbench.lenses.editing.order import check_fixed, check_range, front_medium, pose_behind, reordered, surface_at
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.stop import with_stop
@@ -70,9 +78,20 @@ def flipped(document: LensDocument, first: int, last: int) -> LensDocument:
     turned = [surface.reversed(*gap) for surface, gap in zip(reversed(group), gaps, strict=True)]
     surfaces = (*document.surfaces[:first], *turned, *document.surfaces[last + 1:])
     order: list[int | Surface] = [*range(first), *range(last, first - 1, -1), *range(last + 1, len(surfaces))]
-    moved = reordered(document, order, settle=False)
+    behind: dict[int, int | None] = {last: last, **{i: first + last - 1 - i for i in range(first, last)}}
+    moved = reordered(document, order, settle=False, gaps=behind)
     positions = document.lens.positions                 # gaps stay in place: only those inside would move
-    return settled(replace(moved, lens=replace(moved.lens, surfaces=surfaces, positions=positions)))
+    return settled(replace(moved, lens=replace(moved.lens, surfaces=surfaces, positions=positions),
+                           pickups=tuple(_turned(pickup, first, last) for pickup in moved.pickups)))
+
+
+def _turned(pickup: Pickup, first: int, last: int) -> Pickup:
+    """A pickup that gives the same shapes as before surfaces `first` to `last` were turned round."""
+    if pickup.quantity in (THICKNESS, SEMI_DIAMETER, CONIC):
+        return pickup
+    sign = -1.0 if first <= pickup.surface <= last else 1.0
+    source_sign = -1.0 if first <= pickup.source <= last else 1.0
+    return replace(pickup, factor=sign * source_sign * pickup.factor, offset=sign * pickup.offset or 0.0)
 
 
 def _pivot_within(surface: Surface, i: int, first: int, last: int) -> Surface:
@@ -123,7 +142,8 @@ def cemented(document: LensDocument, surface: int) -> LensDocument:
     found = [] if front.curvature == back.curvature else [note(
         Kind.SHAPE, f"the curvatures of surfaces {surface} and {surface + 1} differed: the cemented surface has that "
                     f"of surface {surface}", surface)]
-    made = reordered(changed, [i for i in range(count) if i != surface + 1])
+    made = reordered(changed, [i for i in range(count) if i != surface + 1],
+                     gaps={surface: None, surface + 1: surface})
     return replace(made, findings=(*made.findings, *found))
 
 
@@ -155,7 +175,7 @@ def air_spaced(document: LensDocument, surface: int, gap: float = AIR_GAP) -> Le
     rear = replace(front, pose=pose_behind(front))
     front = replace(front, thickness=gap, glass=AIR)
     changed = replace(document, lens=with_surfaces(document.lens, [(surface, front)]))
-    return inserted(changed, surface + 1, [rear])
+    return inserted(changed, surface + 1, [rear], gaps={surface: surface + 1})
 
 
 def _named(glass: Glass) -> str:

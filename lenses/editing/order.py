@@ -6,7 +6,7 @@ Lengths in mm; surfaces are numbered from 0.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from lensbench.lenses.editing.document import EditError, LensDocument
+from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument
 from lensbench.lenses.editing.solves import settled
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
@@ -16,7 +16,7 @@ from lensbench.optics.surface_pose import SurfacePose
 
 
 def reordered(document: LensDocument, order: Sequence[int | Surface], comments: dict[int, str] | None = None,
-              settle: bool = True) -> LensDocument:
+              settle: bool = True, gaps: dict[int, int | None] | None = None) -> LensDocument:
     """The document with its surfaces, and all that belongs to them, in another order.
 
     Parameters
@@ -29,6 +29,9 @@ def reordered(document: LensDocument, order: Sequence[int | Surface], comments: 
         Comments of new surfaces, by their place.
     settle : bool
         Whether solves and pickups are settled.
+    gaps : dict or None
+        Gaps that do not stay behind their surface: its number before, and that of the surface which then has the gap;
+        None where the gap is gone, so that its rules go too. Solves and pickups of thicknesses follow.
 
     Returns
     -------
@@ -53,15 +56,23 @@ def reordered(document: LensDocument, order: Sequence[int | Surface], comments: 
         stop = later[0] if later else len(surfaces) - 1
         findings.append(Finding(Kind.MOVED_STOP, stop, f"the stop was deleted: surface {stop} is the stop now"))
 
-    solves = tuple(replace(s, surface=place[s.surface]) for s in document.solves if s.surface in place)
-    solves = tuple(replace(s, surface=stop) if s.kind == "f-number" else s for s in solves
+    # Rules go with their surfaces, those of thicknesses with their gaps
+    behind = {old: new for old, new in {**place, **(gaps or {})}.items() if new is not None}
+
+    def place_of(surface: int, quantity: str) -> int | None:
+        return (behind if quantity == THICKNESS else place).get(surface)
+
+    kept = [replace(s, surface=at) for s in document.solves if (at := place_of(s.surface, s.quantity)) is not None]
+    solves = tuple(replace(s, surface=stop) if s.kind == "f-number" else s for s in kept
                    if not (s.kind == "edge" and s.surface == len(surfaces) - 1))
-    pickups = tuple(replace(p, surface=place[p.surface], source=place[p.source]) for p in document.pickups
-                    if p.surface in place and p.source in place)
+    pickups = tuple(replace(p, surface=at, source=source) for p in document.pickups
+                    if (at := place_of(p.surface, p.quantity)) is not None
+                    and (source := place_of(p.source, p.quantity)) is not None)
     lost = len(document.solves) + len(document.pickups) - len(solves) - len(pickups)
     if lost:
+        whose = "deleted surfaces" if gaps is None else "gaps and surfaces that changed"
         findings.append(note(Kind.LEFT_OUT, f"{lost} solve{'s' if lost > 1 else ''} or pickup"
-                                            f"{'s' if lost > 1 else ''} of deleted surfaces went with them"))
+                                            f"{'s' if lost > 1 else ''} of {whose} went with them"))
     positions = lens.positions
     if positions is not None:
         positions = replace(positions, gaps=tuple(place[gap] for gap in positions.gaps))

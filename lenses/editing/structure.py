@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses.design import MOST_SURFACES
-from lensbench.lenses.editing.document import EditError, LensDocument, varies, with_surfaces
+from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument, Solve, varies, with_surfaces
 from lensbench.lenses.editing.order import (
     bends_nothing,
     check_fixed,
@@ -24,8 +24,8 @@ from lensbench.lenses.rows import RowError, check_sizes
 from lensbench.optics.lens_surface import LensError, Surface
 
 
-def inserted(document: LensDocument, place: int, surfaces: Sequence[Surface],
-             comments: Sequence[str] = ()) -> LensDocument:
+def inserted(document: LensDocument, place: int, surfaces: Sequence[Surface], comments: Sequence[str] = (),
+             gaps: dict[int, int | None] | None = None) -> LensDocument:
     """The document with surfaces before another one, or behind the last one.
 
     Parameters
@@ -38,6 +38,8 @@ def inserted(document: LensDocument, place: int, surfaces: Sequence[Surface],
         The new surfaces, from the scene to the film.
     comments : sequence of str
         Comments of the first of them.
+    gaps : dict or None
+        As for `order.reordered`: gaps that the new surfaces take over.
 
     Returns
     -------
@@ -55,7 +57,8 @@ def inserted(document: LensDocument, place: int, surfaces: Sequence[Surface],
         raise EditError(f"a lens has at most {MOST_SURFACES} surfaces")
     _check(surfaces)
     order: list[int | Surface] = [*range(place), *surfaces, *range(place, count)]
-    return reordered(document, order, dict(zip(range(place, place + len(surfaces)), comments, strict=False)))
+    return reordered(document, order, dict(zip(range(place, place + len(surfaces)), comments, strict=False)),
+                     gaps=gaps)
 
 
 def inserted_plane(document: LensDocument, place: int) -> LensDocument:
@@ -82,7 +85,8 @@ def inserted_plane(document: LensDocument, place: int) -> LensDocument:
         raise EditError(f"place {place}: it must lie from 0 to {count}")
     near = document.surfaces[min(place, count - 1)]
     medium = document.surfaces[place - 1].glass if place else front_medium(document.lens)
-    return inserted(document, place, [Surface(0.0, 0.0, near.semi_diameter, medium)])
+    return inserted(document, place, [Surface(0.0, 0.0, near.semi_diameter, medium)],
+                    gaps={place - 1: None} if _ends_at_rim(document, place - 1) else None)
 
 
 def deleted(document: LensDocument, surfaces: Sequence[int]) -> LensDocument:
@@ -113,15 +117,17 @@ def deleted(document: LensDocument, surfaces: Sequence[int]) -> LensDocument:
     if len(gone) == count:
         raise EditError("a lens keeps at least one surface")
     check_fixed(document.lens, gone, "deleted")
-    kept = list(document.surfaces)
+    kept, grown = list(document.surfaces), dict[int, int | None]()
     for i in sorted(gone):
         before = next((j for j in range(i - 1, -1, -1) if j not in gone), None)
         if before is not None and bends_nothing(document.lens, i):
             if varies(document.lens, before):
                 raise EditError(f"the gap before surface {i} varies with zoom or focus: the surface cannot be deleted")
             kept[before] = replace(kept[before], thickness=kept[before].thickness + kept[i].thickness)
+            if kept[i].thickness or _ends_at_rim(document, before):
+                grown[before] = None
     changed = replace(document, lens=replace(document.lens, surfaces=tuple(kept)))
-    return reordered(changed, [i for i in range(count) if i not in gone])
+    return reordered(changed, [i for i in range(count) if i not in gone], gaps=grown or None)
 
 
 def split(document: LensDocument, surface: int, share: float = 0.5) -> LensDocument:
@@ -154,7 +160,10 @@ def split(document: LensDocument, surface: int, share: float = 0.5) -> LensDocum
     behind = document.surfaces[min(surface + 1, len(document.surfaces) - 1)]
     plane = Surface(0.0, rest, max(front.semi_diameter, behind.semi_diameter), front.glass, pose=pose_behind(front))
     changed = replace(document, lens=with_surfaces(document.lens, [(surface, first)]))
-    return inserted(changed, surface + 1, [plane])
+    # What ends at the image still does so; all other rules are of a gap that is two gaps now
+    rule = document.rule(surface, THICKNESS)
+    ends_at_image = isinstance(rule, Solve) and rule.kind == "image"
+    return inserted(changed, surface + 1, [plane], gaps={surface: surface + 1 if ends_at_image else None})
 
 
 def moved(document: LensDocument, first: int, last: int, place: int) -> LensDocument:
@@ -219,6 +228,12 @@ def scaled(document: LensDocument, factor: float) -> LensDocument:
                    for s in document.solves)
     pickups = tuple(replace(p, offset=p.offset * _unit(p.quantity, factor)) for p in document.pickups)
     return settled(replace(document, lens=lens, solves=solves, pickups=pickups))
+
+
+def _ends_at_rim(document: LensDocument, surface: int) -> bool:
+    """Whether the gap behind a surface follows from an edge thickness, and so from the next surface."""
+    rule = document.rule(surface, THICKNESS)
+    return isinstance(rule, Solve) and rule.kind == "edge"
 
 
 def _check(surfaces: Sequence[Surface]) -> None:

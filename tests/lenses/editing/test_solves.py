@@ -1,16 +1,19 @@
 """Solves meet their targets to 1e-12 in forty digits; pickups follow; a solve without a solution is a finding."""
 
+import numpy as np
 import pytest
 
 from lensbench import lenses
 from lensbench.lenses.editing.cells import with_rule, with_value, without_rule
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
-from lensbench.lenses.editing.stop import with_stop
-from lensbench.lenses.editing.structure import deleted, inserted_plane, scaled
+from lensbench.lenses.editing.elements import air_spaced, cemented, flipped
+from lensbench.lenses.editing.stop import with_stop, with_stop_in_gap
+from lensbench.lenses.editing.structure import deleted, inserted_plane, scaled, split
 from lensbench.optics.finding import Kind
 from tests.lenses.editing import oracle
 
 TRIPLET = LensDocument(lenses.load("lenshh-cooke-triplet-50"))
+GAUSS = LensDocument(lenses.load("pbrt-dgauss-50mm"))
 NAMES = ("lenshh-cooke-triplet-50", "pbrt-dgauss-50mm", "lv-czj-tessar-50-f28")
 EXACT = 1e-12
 
@@ -92,3 +95,54 @@ def test_rules_go_with_their_surfaces_and_scale_with_the_lens():
     assert not gone.solves and any("1 solve or pickup of deleted surfaces" in str(f) for f in gone.findings)
     stopped = with_stop(with_rule(TRIPLET, Solve(3, "f-number", 5.0)), 2)
     assert stopped.solves == (Solve(2, "f-number", 5.0),)
+
+
+def shapes(document):
+    """The numbers that say what light meets."""
+    return [(s.curvature, s.thickness, s.semi_diameter, s.glass.n_d) for s in document.surfaces]
+
+
+def test_rules_change_nothing_where_a_group_is_turned_round_and_go_with_their_gaps():
+    rules = (Solve(0, "edge", 2.0), Solve(5, "image"), Pickup(4, "thickness", 0, 1.0, -0.9),
+             Pickup(4, "curvature", 0, 0.3), Pickup(3, "curvature", 1, -20.0, 1e-3))
+    document = TRIPLET
+    for rule in rules:
+        document = with_rule(document, rule)
+    free = LensDocument(document.lens)
+    for first, last in ((0, 1), (4, 5), (0, 3), (0, 5)):
+        turned = flipped(document, first, last)
+        expected = shapes(flipped(free, first, last))
+        expected[5] = (expected[5][0], float(oracle.bfl(turned.lens)), *expected[5][2:])
+        assert np.array(shapes(turned)) == pytest.approx(np.array(expected), rel=1e-13, abs=1e-15)
+        assert len(turned.rules) == len(rules) and not turned.findings
+        assert flipped(turned, first, last).rules == document.rules
+    assert flipped(document, 0, 5).rule(4, "thickness") == Solve(4, "edge", 2.0)
+    assert flipped(document, 0, 5).rule(5, "thickness") == Solve(5, "image")
+
+
+def test_a_gap_that_is_divided_or_joined_keeps_its_place_in_spite_of_its_rules():
+    ruled = with_rule(with_rule(with_rule(TRIPLET, Solve(0, "edge", 2.0)), Solve(1, "edge", 5.0)), Solve(5, "image"))
+    ruled = with_rule(ruled, Pickup(4, "thickness", 2, 3.0))
+    free = LensDocument(ruled.lens)
+    for edit, kept in ((lambda d: split(d, 0, 0.3), 3), (lambda d: split(d, 2, 0.3), 3),
+                       (lambda d: split(d, 5, 0.3), 4), (lambda d: inserted_plane(d, 1), 3),
+                       (lambda d: inserted_plane(d, 6), 4), (lambda d: with_stop_in_gap(d, 1, 2.0), 3)):
+        made = edit(ruled)
+        assert np.array(shapes(made)) == pytest.approx(np.array(shapes(edit(free))), rel=1e-13, abs=1e-13)
+        assert len(made.rules) == kept
+        assert any("went with them" in str(f) for f in made.findings) == (kept < 4)
+    # A plane that bends no ray is taken away, and a rule of the gap before it goes too
+    plane = with_rule(split(TRIPLET, 1, 0.3), Solve(1, "edge", 1.0))
+    assert shapes(deleted(plane, [2])) == shapes(deleted(LensDocument(plane.lens), [2]))
+
+
+def test_a_cemented_gap_takes_its_rules_with_it_and_a_separated_element_keeps_its_own():
+    joint = next(i for i in range(1, 10) if GAUSS.surfaces[i - 1].glass.n_d > 1.0 and GAUSS.surfaces[i].glass.n_d > 1.0)
+    ruled = with_rule(GAUSS, Solve(joint, "edge", float(oracle.edge(*GAUSS.surfaces[joint:joint + 2]))))
+    apart = air_spaced(ruled, joint, 0.5)
+    assert apart.surfaces[joint].thickness == 0.5
+    assert [(s.surface, s.kind) for s in apart.solves] == [(joint + 1, "edge")]
+    both = with_rule(apart, Solve(joint, "edge", 0.4))
+    closed = cemented(both, joint)
+    assert closed.solves == ruled.solves and any("went with them" in str(f) for f in closed.findings)
+    assert np.array(shapes(closed)) == pytest.approx(np.array(shapes(ruled)), rel=1e-13, abs=1e-15)
