@@ -10,7 +10,7 @@ from lensbench.optics.system import SystemData
 
 
 def reversed_lens(lens: Lens) -> Lens:
-    """The reversed lens: surfaces in reverse order, curvatures and aspheric terms negated.
+    """The lens turned by half a turn about y: surfaces in reverse order, curvatures and aspheric terms negated.
 
     Its back focus is unknown (0). Only the present zoom and focus position is kept, and of the system data only the
     wavelengths; findings report this.
@@ -27,5 +27,5 @@ def reversed_lens(lens: Lens) -> Lens:
     if system != lens.system:
         lost.append(note(Kind.LEFT_OUT, "the aperture, the fields and the object distance that it was designed for are "
                                         "left out: they belong to its other end"))
-    return replace(lens, surfaces=surfaces, stop_index=len(surfaces) - 1 - lens.stop_index, positions=None,
+    return replace(lens.iris_turned, surfaces=surfaces, stop_index=len(surfaces) - 1 - lens.stop_index, positions=None,
                    system=system, findings=(*lens.findings, *lost))

@@ -53,7 +53,7 @@ class Lens:
     roundness : float
         Of the blades: 0 for straight ones to 1 for a circle.
     stop_image : StopImage or None
-        A picture in the stop, in place of blades; no lens file holds one.
+        A picture in the stop, in place of blades; of lens files, those of the own format alone hold it.
     front_index : float
         Index of the medium before the first surface: 1 for air, 1.33 for water.
     system : SystemData
@@ -340,6 +340,12 @@ class Lens:
         surfaces[self.stop_index] = replace(self.stop, semi_diameter=radius)
         positions = self.positions and self.positions.with_stops(radius / self.stop.semi_diameter)
         return replace(self, surfaces=tuple(surfaces), positions=positions)
+
+    @property
+    def iris_turned(self) -> "Lens":
+        """The lens with its stop alone turned by half a turn about y: blades and picture are mirrored along x."""
+        return replace(self, blade_rotation=-self.blade_rotation or 0.0,
+                       stop_image=self.stop_image and self.stop_image.from_behind)
 
     @property
     def zooms(self) -> bool:

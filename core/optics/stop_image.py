@@ -118,6 +118,11 @@ class StopImage:
         """The picture turned by half a turn."""
         return StopImage(self.side, np.ascontiguousarray(self.grid[::-1, ::-1]).tobytes())
 
+    @cached_property
+    def from_behind(self) -> "StopImage":
+        """The picture as it is met from behind: mirrored along x."""
+        return StopImage(self.side, np.ascontiguousarray(self.grid[:, ::-1]).tobytes())
+
     def step(self, radius: float) -> Step:
         """Step that multiplies WEIGHT by the transmission at the point X, Y of the stop.
 

@@ -81,7 +81,8 @@ def flipped(document: LensDocument, first: int, last: int) -> LensDocument:
     behind: dict[int, int | None] = {last: last, **{i: first + last - 1 - i for i in range(first, last)}}
     moved = reordered(document, order, settle=False, gaps=behind)
     positions = document.lens.positions                 # gaps stay in place: only those inside would move
-    return settled(replace(moved, lens=replace(moved.lens, surfaces=surfaces, positions=positions),
+    lens = moved.lens.iris_turned if first <= document.lens.stop_index <= last else moved.lens
+    return settled(replace(moved, lens=replace(lens, surfaces=surfaces, positions=positions),
                            pickups=tuple(_turned(pickup, first, last) for pickup in moved.pickups)))
 
 

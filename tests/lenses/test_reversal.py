@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import AIR, Glass, Lens, Surface, lenses
+from lensbench.lenses.editing.document import LensDocument
+from lensbench.lenses.editing.elements import flipped
 from lensbench.lenses.reversal import reversed_lens
 from lensbench.optics.system import Aperture, ApertureKind, FieldPoint, SystemData, Wavelength
 
@@ -78,3 +80,18 @@ def test_turned_round_twice_is_the_lens_but_for_its_back_focus(name):
     twice = reversed_lens(reversed_lens(lens))
     assert twice.surfaces[:-1] == lens.surfaces[:-1] and twice.stop_index == lens.stop_index
     assert twice.surfaces[-1] == replace(lens.surfaces[-1], thickness=0.0)
+
+
+@pytest.mark.parametrize("turn", [reversed_lens, lambda lens: flipped(LensDocument(lens), 0, 4).lens],
+                         ids=["reversed", "flipped"])
+def test_the_stop_of_a_lens_turned_about_y_passes_light_where_it_did(turn):
+    picture = lb.StopImage.of(np.random.default_rng(3).random((6, 6)))
+    x, y = np.random.default_rng(4).uniform(-1.0, 1.0, (2, 2000))
+    for iris in ({"blades": 5, "blade_rotation": 0.4, "roundness": 0.3}, {"stop_image": picture}):
+        lens = replace(ODD, **iris)
+        turned_lens = turn(lens)
+        assert (turned_lens.iris.transmission(-x, y) == lens.iris.transmission(x, y)).all()
+        assert (turned_lens.iris.transmission(x, y) != lens.iris.transmission(x, y)).any()
+        assert turn(turned_lens).iris == lens.iris
+    element = flipped(LensDocument(replace(ODD, blades=5, blade_rotation=0.4)), 3, 4).lens
+    assert element.blade_rotation == 0.4                    # the stop stands before it
