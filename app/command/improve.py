@@ -4,10 +4,12 @@ import argparse
 import json
 import sys
 from dataclasses import replace
+from math import degrees
 from typing import TYPE_CHECKING
 
 from lensbench.app.command.errors import UsageError
 from lensbench.app.command.output import checked_lens_path
+from lensbench.kernels.figures import significant
 
 if TYPE_CHECKING:
     from lensbench.app.studies.improvement.improve import Step
@@ -48,7 +50,7 @@ def improve(arguments: argparse.Namespace) -> int:
     from lensbench.app.state.lens_edit.cells import glass_text, whole
     from lensbench.app.state.lens_edit.editing import document_named
     from lensbench.app.studies.improvement.improve import improved
-    from lensbench.app.studies.improvement.merit import MeritError, amount, goal_of
+    from lensbench.app.studies.improvement.merit import FIELDS, Merit, MeritError, amount, goal_of
     from lensbench.app.studies.improvement.substitution import substituted
     from lensbench.lenses.editing.document import value_of
     from lensbench.lenses.paraxial import image_distance
@@ -71,6 +73,11 @@ def improve(arguments: argparse.Namespace) -> int:
     cells = vary(document, arguments.vary)
     steps: list[Step] = []
     try:
+        weights = Merit(document.lens, goal).beams.weights
+        dark = [share for share, row in zip(FIELDS, weights, strict=True) if not row.any()]
+        if dark:
+            print(f"No light arrives at {' and '.join(map(significant, dark))} of the largest field angle, "
+                  f"{significant(degrees(goal.field), 3)}°: not counted", file=sys.stderr)
         maker = None if arguments.glasses in (None, "all") else arguments.glasses.upper()
         for step in improved(document, cells, goal) if arguments.glasses is None else substituted(
                 document, cells, goal, maker):
@@ -95,7 +102,7 @@ def improve(arguments: argparse.Namespace) -> int:
         for each in glasses:
             print(f"surface {each['surface']:2}  glass          {each['before']} -> {each['after']}")
         for i, quantity in cells:
-            name = "radius" if quantity == "curvature" else quantity
+            name = {"curvature": "radius", "curvature_x": "radius x–z"}.get(quantity, quantity)
             print(f"surface {i:2}  {name:14}  {whole(document.surfaces[i], quantity)[:12]} -> "
                   f"{whole(after.surfaces[i], quantity)[:12]}")
     if path is not None:
@@ -124,4 +131,4 @@ def vary(document: "LensDocument", text: str) -> tuple[tuple[int, str], ...]:
             raise UsageError(f"--vary {word.strip()}: write radii, thicknesses, all, or numbers such as 0.radius, "
                                 f"1.thickness, 3.conic, 3.r4 of surfaces 0 to {len(document.surfaces) - 1}")
         cells.append((int(place), quantity))
-    return tuple(cells)
+    return tuple(dict.fromkeys(cells))

@@ -14,6 +14,7 @@ from lensbench.app.studies.improvement.merit import Goal, Merit, MeritError
 from lensbench.lenses.editing.document import (
     CONIC,
     CURVATURE,
+    CURVATURE_X,
     SEMI_DIAMETER,
     THICKNESS,
     EditError,
@@ -159,7 +160,7 @@ def _scale(document: LensDocument, cell: Cell) -> float:
     """A change of a number that moves the light by much: the unit of its steps."""
     i, quantity = cell
     size = document.surfaces[i].semi_diameter
-    if quantity == CURVATURE:
+    if quantity in (CURVATURE, CURVATURE_X):
         return 0.1 / size
     if quantity in (THICKNESS, SEMI_DIAMETER):
         return 0.1 * size

@@ -153,3 +153,20 @@ def test_a_gap_that_moves_with_the_zoom_is_refused_and_not_lost_in_silence():
     gap = zoom.lens.positions.gaps[0]
     with pytest.raises(MeritError, match=f"behind surface {gap} varies"):
         next(improved(zoom, [(gap, "thickness")], goal_of(zoom, 10.0)))
+
+
+def test_the_radius_of_the_other_section_is_free_to_change_too():
+    bent = replace(TRIPLET.surfaces[5], curvature_x=1.03 * TRIPLET.surfaces[5].curvature)
+    start = replace(TRIPLET, lens=with_surfaces(TRIPLET.lens, [(5, bent)]))
+    last = list(improved(start, [(5, "curvature_x")], goal_of(TRIPLET, 10.0)))[-1].document.surfaces[5]
+    assert last.curvature == TRIPLET.surfaces[5].curvature
+    assert last.curvature_x == pytest.approx(last.curvature, rel=3e-3)
+
+
+def test_the_command_names_fields_without_light_and_each_number_once(capsys):
+    asked = ["improve", "lenshh-cooke-triplet-50", "--vary", "5.radius,5.radius", "--json"]
+    assert main([*asked, "--image-height", "1000"]) == 0
+    told = capsys.readouterr()
+    assert "No light arrives at 0.7 and 1 of the largest field angle, 68.8°" in told.err
+    assert len(json.loads(told.out)["numbers"]) == 1
+    assert main([*asked, "--image-height", "5"]) == 0 and not capsys.readouterr().err
