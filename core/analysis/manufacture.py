@@ -42,6 +42,7 @@ from lensbench.optics.scalar_trace import Fate, surface_table, trace
 FIELDS = (0.0, 0.7, -0.7, 1.0, -1.0)    # of the largest image height
 GRID, WIDE = 15, 61             # points across the beam of a field: of its rays, and of the search for its edge
 TRIES = 8                       # shorter heights, for a film larger than the image circle
+ROUNDS = 4                      # of tries, each from an eighth of the height before: a film a thousand times as large
 CHUNK = 25                      # copies that a thread traces at a time
 MOST_COPIES = 100_000
 LARGEST = 0.5                   # of a tolerance, in its own unit
@@ -213,8 +214,8 @@ class Judge:
 
 def _rays(lens: Lens, efl: float, half: float) -> tuple[float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Image height (mm, f tan θ) up to `half` that light reaches; origins, directions (n, 3) and fields (n,)."""
-    for part in range(TRIES):
-        height = half * (1.0 - part / TRIES)
+    for part in range(ROUNDS * TRIES):
+        height = half * TRIES ** -(part // TRIES) * (1.0 - part % TRIES / TRIES)
         found = [_beam(lens, math.atan(share * height / efl)) for share in FIELDS]
         if all(beam is not None for beam in found):
             beams = [beam for beam in found if beam is not None]
