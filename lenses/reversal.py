@@ -12,8 +12,8 @@ from lensbench.optics.system import SystemData
 def reversed_lens(lens: Lens) -> Lens:
     """The lens turned by half a turn about y: surfaces in reverse order, curvatures and aspheric terms negated.
 
-    Its back focus is unknown (0). Only the present zoom and focus position is kept, and of the system data only the
-    wavelengths; findings report this.
+    Its back focus is unknown (0). Only the present zoom and focus position is kept, of the system data only the
+    wavelengths, and of the stated figures only the focal length; findings report this.
     LensError if the medium behind the lens is not air.
     """
     if lens.surfaces[-1].glass.n_d != 1.0:
@@ -27,5 +27,7 @@ def reversed_lens(lens: Lens) -> Lens:
     if system != lens.system:
         lost.append(note(Kind.LEFT_OUT, "the aperture, the fields and the object distance that it was designed for are "
                                         "left out: they belong to its other end"))
+    if lens.stated_f_number is not None:
+        lost.append(note(Kind.LEFT_OUT, "the stated f-number is left out: it belongs to its other end"))
     return replace(lens.iris_turned, surfaces=surfaces, stop_index=len(surfaces) - 1 - lens.stop_index, positions=None,
-                   system=system, findings=(*lens.findings, *lost))
+                   stated_f_number=None, system=system, findings=(*lens.findings, *lost))

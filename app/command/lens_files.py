@@ -15,7 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lensbench.kernels.figures import fixed
+from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.quotation import excerpt
 
 COLUMNS = ("x", "y", "z", "l", "m", "n")
@@ -43,7 +43,9 @@ def convert(arguments: argparse.Namespace) -> int:
     from lensbench import lenses
     from lensbench.app.state.zoom import positioned
     from lensbench.lenses.reversal import reversed_lens
+    from lensbench.lenses.rows import RowError, check_sizes
     from lensbench.lenses.stations import at_one_position
+    from lensbench.optics.lens_surface import LensError
 
     source, target = arguments.source, Path(arguments.target)
     lens = lenses.load(source)
@@ -54,6 +56,11 @@ def convert(arguments: argparse.Namespace) -> int:
             raise lenses.LensFileError(target, None, "this is the file to be converted: name another one to write")
     if arguments.scale != 1.0:
         lens = lens.scaled(arguments.scale)
+        try:
+            for surface in lens.surfaces:
+                check_sizes(surface)
+        except RowError as error:
+            raise LensError(f"--scale {significant(arguments.scale)}: {error}") from None
     if arguments.reverse:
         lens = reversed_lens(lens)
     remarks = lenses.save(lens, target)

@@ -42,6 +42,10 @@ def test_of_the_system_data_a_reversed_lens_keeps_the_wavelengths():
     back = reversed_lens(replace(ODD, system=system))
     assert back.system == SystemData(wavelengths=system.wavelengths, primary=1)
     assert any("belong to its other end" in str(finding) for finding in back.findings)
+    marked = reversed_lens(replace(ODD, stated_f_number=2.8, stated_efl=50.0))
+    assert (marked.stated_f_number, marked.stated_efl) == (None, 50.0)
+    assert [str(finding) for finding in marked.findings] == [
+        "the stated f-number is left out: it belongs to its other end"]
     assert not reversed_lens(ODD).findings
 
 

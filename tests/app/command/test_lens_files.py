@@ -52,7 +52,8 @@ def test_convert_scales_and_turns_round(tmp_path, capsys):
     assert after.efl == pytest.approx(2.0 * before.efl, rel=1e-12)
     assert after.bfl == pytest.approx(-2.0 * before.ffl, rel=1e-12)
     twice = reversed_lens(reversed_lens(lens))
-    assert twice == replace(lens, surfaces=(*lens.surfaces[:-1], replace(lens.surfaces[-1], thickness=0.0)))
+    assert twice == replace(lens, surfaces=(*lens.surfaces[:-1], replace(lens.surfaces[-1], thickness=0.0)),
+                            stated_f_number=None)
     glued = replace(lens, surfaces=(*lens.surfaces[:-1], replace(lens.surfaces[-1], glass=lb.Glass(1.33))))
     with pytest.raises(lb.LensError, match="turned round"):
         reversed_lens(glued)
@@ -65,6 +66,8 @@ def test_convert_refuses_in_one_line(tmp_path, capsys):
     assert ".zmx" in refused(capsys, "convert", LENS, str(tmp_path / "a.xyz"))
     assert "no such file" in refused(capsys, "convert", str(tmp_path / "none.zmx"), str(tmp_path / "b.toml"))
     assert "scale" in refused(capsys, "convert", LENS, str(tmp_path / "b.toml"), "--scale", "-1")
+    assert "semi-diameter" in refused(capsys, "convert", LENS, str(tmp_path / "b.toml"), "--scale", "1e9")
+    assert not (tmp_path / "b.toml").exists()               # no reader would take it
     (tmp_path / "m.zmx").write_text("SURF 0\nSURF 1\n  GLAS MIRROR\nSURF 2\n")
     told = refused(capsys, "convert", str(tmp_path / "m.zmx"), str(tmp_path / "b.toml"))
     assert "m.zmx:3: SURF 1 is a mirror" in told
