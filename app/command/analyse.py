@@ -9,7 +9,8 @@ from typing import Any
 SHEETS = (".pdf", ".svg", ".png", ".csv", ".json")
 POINTS = 64
 MOST_LINES = 2000.0     # lp/mm
-OF_FEW = {"frequencies": ("mtf", "mtf-map", "mtf-frequency"), "stack": ("stack",), "ripple": ("bokeh",)}    # analyses
+OF_FEW = {"frequencies": ("mtf", "mtf-map", "mtf-frequency"), "stack": ("stack",), "ripple": ("bokeh",),
+          "coating": ("ghosts",)}         # analyses
 
 
 def add_analyse_options(parser: argparse.ArgumentParser) -> None:

@@ -42,7 +42,7 @@ def test_the_figures_are_drawn_on_a_sheet(tmp_path, suffix, begins):
 
 def test_fields_wavelengths_and_frequencies_are_those_of_the_options(capsys):
     ask = ["analyse", NAME, "--points", "16", "--what", "fans,mtf", "--fields", "0,10mm", "--wavelengths", "550",
-           "--frequencies", "20,60", "--stack", "2", "--json"]
+           "--frequencies", "20,60", "--stack", "2", "--coating", "uncoated", "--json"]
     assert main(ask) == 0
     captured = capsys.readouterr()
     found = json.loads(captured.out)["analyses"]
@@ -50,6 +50,7 @@ def test_fields_wavelengths_and_frequencies_are_those_of_the_options(capsys):
     assert {round(each, 6) for each in fans["field (mm)"]} == {0.0, 10.0} and set(fans["wavelength (um)"]) == {0.55}
     assert set(mtf["frequency (lp/mm)"]) == {20.0, 60.0} and len(set(mtf["field (mm)"])) > 2
     assert "--fields has no effect on mtf" in captured.err and "--stack has no effect on fans, mtf" in captured.err
+    assert "--coating has no effect on fans, mtf" in captured.err
     assert "--frequencies" not in captured.err
 
 
