@@ -21,8 +21,11 @@ def read_views(text: str) -> tuple[int, int]:
 
 
 def prepare_capture(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
-    """The settings of a capture and its output file, which is checked to be writable before the work begins."""
-    from lensbench.app.command.options import settings_from
+    """The settings of a capture and its output file, which is checked to be writable before the work begins.
+
+    What a light field does not record is left out of the settings, and named.
+    """
+    from lensbench.app.command.options import say, settings_from
     from lensbench.app.files.export import check_writable
     from lensbench.app.files.npz import checked_suffix
 
@@ -31,4 +34,9 @@ def prepare_capture(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
         settings = replace(settings, samples=16)
     path = checked_suffix(arguments.output)
     check_writable(path)
-    return settings, path
+    added = " and ".join(name for name in ("ghosts", "stars") if getattr(settings, name))
+    if added:
+        say(f"{added} are left out: a light field records direct light alone")
+    if settings.sample_view:
+        say(f"the view {settings.view} is left out: a light field records light")
+    return replace(settings, ghosts=False, stars=False, view="picture"), path

@@ -43,7 +43,7 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
                        help="picture behind one microlens of a plenoptic camera, counted across and down from 0 0")
     parser.add_argument("--nearest", type=option(read_distance), metavar="DISTANCE",
                         help="nearest depth for --depth and --all-in-focus, such as 0.5m")
-    parser.add_argument("--farthest", type=option(read_distance), metavar="DISTANCE", default=float("inf"),
+    parser.add_argument("--farthest", type=option(read_distance), metavar="DISTANCE",
                         help="farthest depth for --depth and --all-in-focus (default: infinity)")
     parser.add_argument("-o", "--output", metavar="FILE", help=".png, .ppm, .exr or .pfm")
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
@@ -64,6 +64,9 @@ def _view(arguments: argparse.Namespace) -> int:
     if arguments.depth or arguments.all_in_focus:
         image, figures, settings = _of_depth(arguments, recording, path)
     else:
+        for name in ("nearest", "farthest"):
+            if getattr(arguments, name) is not None:
+                say(f"--{name} has no effect: it is that of --depth and --all-in-focus")
         sensor = arguments.sensor or arguments.microlens is not None
         image, figures = (_of_sensor if sensor else _of_rays)(arguments, recording, large)
         settings = recording.settings
@@ -89,7 +92,8 @@ def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path 
     from lensbench.app.state.picture.false_colours import depth_picture, ends, with_codes
 
     with progress() as show:
-        found = recording.find_depth(arguments.nearest, arguments.farthest, show)
+        found = recording.find_depth(
+            arguments.nearest, math.inf if arguments.farthest is None else arguments.farthest, show)
     sure = found.confidence > 0.5
     far, near = (end / 1000.0 for end in ends(found))
     figures = {"nearest_m": near, "farthest_m": far if math.isfinite(far) else "inf",

@@ -43,6 +43,15 @@ def test_it_is_the_very_one_that_the_library_captures(recorded):
     assert np.array_equal(direct.light, field.light)
 
 
+def test_what_a_light_field_does_not_record_is_named_and_left_out(recorded, tmp_path, capsys):
+    path = tmp_path / "field.npz"
+    assert main(["lightfield", "capture", "pbrt-dgauss-50mm", "--focus", "1.2m", *SMALL, "--ghosts", "--stars",
+                 "--view", "depth", "-o", str(path)]) == 0
+    said = capsys.readouterr().err
+    assert "ghosts and stars are left out" in said and "the view depth is left out" in said
+    assert load_light_field(path).settings == load_light_field(recorded).settings   # refocused pictures are developed
+
+
 def test_a_picture_of_it_carries_its_settings(recorded, tmp_path, capsys):
     picture = tmp_path / "near.png"
     assert main(["lightfield", "refocus", str(recorded), "--focus", "0.9m", "--f-number", "5.6", "-o",
@@ -87,6 +96,13 @@ def test_views_pixels_and_lines_are_those_that_were_recorded(recorded, tmp_path,
                                                                             rel=0.01)
     picture, figures = looked_at(recorded, tmp_path, capsys, "--epipolar", 7)
     assert np.array_equal(picture[::-1], [field.view(i, 1)[7] for i in range(3)]) and figures["line"] == 7
+
+
+def test_limits_of_the_depth_are_named_where_no_depth_is_asked_for(recorded, tmp_path, capsys):
+    assert main(["lightfield", "view", str(recorded), "--at", "0", "0", "--nearest", "1m", "--farthest", "2m", "-o",
+                 str(tmp_path / "a.png")]) == 0
+    said = capsys.readouterr().err
+    assert "--nearest has no effect" in said and "--farthest has no effect" in said
 
 
 def test_depth_is_metres_in_linear_files_and_colours_in_others(recorded, tmp_path, capsys):
