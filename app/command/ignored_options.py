@@ -67,6 +67,9 @@ _RENDERED = {
                      "nothing moves; give --exposing triangle for its light"),
     "shutter_ramp": _MOTION, "readout": _MOTION, "readout_direction": _MOTION, "moment": _MOTION,
 }
+# Of a picture, and not of a quantity of its samples
+_DEVELOPED = ("ghosts", "ghost_strength", "ghost_pair", "stars", "star_strength", "exposure", "exposing", "metering",
+              "iso", "noise", "full_well", "quantum_efficiency", "read_noise", "bits", "tone")
 # What an ideal lens model lacks, for the settings that need it
 _WITH_LENS_MODEL = {**dict.fromkeys(("f_number", "blades", "blade_rotation", "roundness", "stop_image"), "has no stop"),
                     "focus_position": "has one focus"}
@@ -81,7 +84,13 @@ def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: 
     """
     if lens is not None and not settings.kind.has_lens:
         yield f"{lens} has no effect: the camera {settings.camera} has no lens; give --camera lens"
+    coded = [name for name in _DEVELOPED if rendered and settings.sample_view and name in given
+             and getattr(settings, name) is not False]
+    for name in coded:
+        yield f"--{options[name]} has no effect on the view {settings.view}: give --view picture"
     for name, need in (_NEEDS | _RENDERED if rendered else _NEEDS).items():
+        if name in coded:
+            continue
         if name in given and not need.has_effect(settings):
             instead = need.instead
             if settings.has_lens and name in _WITH_LENS_MODEL and not settings.follows_lens:

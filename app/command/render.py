@@ -35,7 +35,7 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
     add_picture_options(parser)
     add("-o", "--output", required=True, metavar="FILE",
         help="developed picture (.png, .ppm) or linear light (.exr, .pfm)")
-    add("--bits", type=int, choices=(8, 16), default=8, help="depth of a PNG or PPM")
+    add("--bits", type=int, choices=(8, 16), help="depth of a PNG or PPM; 8 by default")
     add("--text", action="store_true", help="write a PPM as numbers in text (P3)")
     add("--until-noise", type=option(read_percent), metavar="PART",
         help="render until the noise of the developed picture is at most this part of white, such as 1%%; --samples "
@@ -77,7 +77,12 @@ def render(arguments: argparse.Namespace) -> int:
         say(f"{settings.lens}: {remark}")
     if arguments.until_noise is not None and not 0.0 < arguments.until_noise <= 1.0:
         raise UsageError("--until-noise: it must be more than 0 and at most 100 %, such as 1%")
-    if arguments.until_noise is not None and arguments.samples is None:
+    if arguments.bits is not None and Path(arguments.output).suffix.lower() in (".exr", ".pfm"):
+        say(f"--bits has no effect on {arguments.output}: it holds linear light as floats")
+    if arguments.until_noise is not None and settings.sample_view:
+        say(f"--until-noise has no effect on the view {settings.view}: give --view picture")
+        arguments.until_noise = None
+    elif arguments.until_noise is not None and arguments.samples is None:
         settings = replace(settings, samples=MOST_SAMPLES)
     if arguments.save_settings is not None:
         save_settings(arguments.save_settings, settings)
@@ -92,7 +97,7 @@ def render(arguments: argparse.Namespace) -> int:
                     picture, path, arguments.until_noise is not None):
                 continue
             started = perf_counter()
-            found = export_render(picture, path, arguments.bits, partial(_show_part, show, i, len(pictures)),
+            found = export_render(picture, path, arguments.bits or 8, partial(_show_part, show, i, len(pictures)),
                                   threads=arguments.threads, text=arguments.text, noise=arguments.until_noise,
                                   resume=arguments.resume, stopping=lambda: bool(signals))
             if found is None:

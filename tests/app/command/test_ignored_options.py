@@ -30,13 +30,21 @@ from lensbench.app.command.main import main
     ("pbrt-dgauss-50mm --exposing triangle --iso 800 --shutter 0.01 --f-number 4", []),
     ("pbrt-dgauss-50mm --noise --iso 800 --read-noise 3 --lens-model pinhole", []),
     ("pbrt-dgauss-50mm --end-position 9,0,0 --shutter 0.01 --readout 5ms", []),
+    ("pbrt-dgauss-50mm --view depth --ghosts --noise --iso 800 --exposing triangle --tone agx --until-noise 1%",
+     ["--ghosts has no effect on the view depth: give --view picture", "--noise has no effect on the view depth",
+      "--iso has no effect on the view depth", "--exposing has no effect", "--tone has no effect",
+      "--until-noise has no effect on the view depth"]),
+    ("pbrt-dgauss-50mm --view depth --no-ghosts --shutter 0.01", ["--shutter has no effect on the camera lens"]),
+    ("pbrt-dgauss-50mm --bits 16", []),
+    ("pbrt-dgauss-50mm --bits 8 -o x.exr", ["--bits has no effect on x.exr: it holds linear light as floats"]),
     ("pbrt-dgauss-50mm --camera bare-sensor", ["pbrt-dgauss-50mm has no effect: the camera bare-sensor has no lens"]),
 ])
-def test_options_without_an_effect_are_named(options, said, tmp_path, capsys):
-    words = options.split()
+def test_options_without_an_effect_are_named(options, said, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = ["-o", "x.png", *options.split()]
     if "--size" not in words:
         words += ["--size", "12x8"]
-    assert main(["render", *words, "--scene", "white-wall", "--samples", "1", "-o", str(tmp_path / "x.png")]) == 0
+    assert main(["render", *words, "--scene", "white-wall", "--samples", "1"]) == 0
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("lensbench: ")]
     assert len(lines) == len(said)
     for text in said:
