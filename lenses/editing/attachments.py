@@ -9,7 +9,8 @@ from dataclasses import replace
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses.editing.cells import with_value
-from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument
+from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument, varies, with_surfaces
+from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import inserted
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.lens_surface import Surface
@@ -135,6 +136,8 @@ def attached_behind(document: LensDocument, surfaces: Sequence[Surface], name: s
                     gap: float | None = None) -> LensDocument:
     """The document with surfaces behind its last one; the last gap of the lens becomes that to the attachment.
 
+    A last gap that varies with zoom or focus does so behind the attachment, shorter by its length: the film stays.
+
     Parameters
     ----------
     document : LensDocument
@@ -162,7 +165,18 @@ def attached_behind(document: LensDocument, surfaces: Sequence[Surface], name: s
     made = _ended(surfaces, 0.0)
     if not apart >= 0.0:
         raise EditError(f"gap {significant(apart)} mm: it must not be negative")
-    return inserted(with_value(document, count - 1, THICKNESS, apart), count, made, (name,))
+    if not varies(document.lens, count - 1):
+        return inserted(with_value(document, count - 1, THICKNESS, apart), count, made, (name,))
+    # The film stays where it is at each station: behind the attachment its distance varies
+    span = apart + sum(surface.thickness for surface in made)
+    attached = inserted(document, count, made, (name,))
+    positions = attached.lens.positions
+    assert positions is not None
+    table = tuple(tuple((*gaps[:-1], gaps[-1] - span) for gaps in row) for row in positions.thicknesses)
+    positions = replace(positions, gaps=(*positions.gaps[:-1], count - 1 + len(made)), thicknesses=table)
+    rear = replace(attached.surfaces[-1], thickness=positions.thickness_now[-1])
+    behind = [(count - 1, replace(last, thickness=apart)), (count - 1 + len(made), rear)]
+    return settled(replace(attached, lens=replace(with_surfaces(attached.lens, behind), positions=positions)))
 
 
 def surfaces_of(lens: Lens, reverse: bool = False) -> tuple[Surface, ...]:

@@ -33,6 +33,21 @@ def test_a_filter_in_front_moves_nothing_and_a_plate_behind_moves_the_image_by_i
     assert image_distance(covered.surfaces, inf) + 8.0 - shift == pytest.approx(image_distance(TRIPLET.surfaces, inf))
 
 
+@pytest.mark.parametrize("name", ["canon-ef-28-105-f4", "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"])
+def test_a_plate_behind_a_zoom_lens_keeps_its_gap_at_every_zoom(name):
+    lens = lenses.load(name)
+    last, shift = len(lens.surfaces) - 1, 2.0 * (1.0 - 1.0 / CROWN.n_d)
+    document = attached_behind(LensDocument(lens.at(zoom=0.0)), plate(2.0, 20.0), "plate", 3.0)
+    assert document.comment(last + 1) == "plate"
+    for zoom in (0.0, 0.4, 1.0):
+        moved, bare = document.lens.at(zoom=zoom), lens.at(zoom=zoom)
+        assert [surface.thickness for surface in moved.surfaces[last:last + 2]] == [3.0, 2.0]
+        # The film stands where it stood, but for the shift of the focus by the glass
+        assert lb.film_distance(moved, inf) + 5.0 - shift == pytest.approx(lb.film_distance(bare, inf), rel=1e-12)
+        if last in lens.positions.gaps:
+            assert moved.surfaces[-1].thickness + 5.0 == pytest.approx(bare.surfaces[-1].thickness, rel=1e-12)
+
+
 @pytest.mark.parametrize("dioptres", [1.0, 4.0, -2.0])
 def test_a_close_up_lens_has_its_power_and_brings_its_focus_to_infinity(dioptres):
     made = close_up_lens(dioptres, front_width(TRIPLET))
