@@ -109,7 +109,7 @@ def _pivot_within(surface: Surface, i: int, first: int, last: int) -> Surface:
 def cemented(document: LensDocument, surface: int) -> LensDocument:
     """The document with the air gap behind a surface closed: the next surface is taken away.
 
-    The curvature of the cemented surface is that of the first; the second element keeps its thickness.
+    The shape of the cemented surface is that of the first; the second element keeps its thickness.
 
     Parameters
     ----------
@@ -140,9 +140,12 @@ def cemented(document: LensDocument, surface: int) -> LensDocument:
     count = len(document.surfaces)
     if document.lens.stop_index == surface + 1:
         changed = with_stop(changed, surface)
-    found = [] if front.curvature == back.curvature else [note(
-        Kind.SHAPE, f"the curvatures of surfaces {surface} and {surface + 1} differed: the cemented surface has that "
-                    f"of surface {surface}", surface)]
+    same = replace(back, thickness=front.thickness, glass=front.glass, semi_diameter=front.semi_diameter,
+                   coating=front.coating, pose=front.pose) == front
+    what = "curvatures" if front.curvature != back.curvature else "aspheric terms, conics or sections x–z"
+    found = [] if same else [note(
+        Kind.SHAPE, f"the {what} of surfaces {surface} and {surface + 1} differed: the cemented surface has "
+                    f"{'that' if what == 'curvatures' else 'those'} of surface {surface}", surface)]
     made = reordered(changed, [i for i in range(count) if i != surface + 1],
                      gaps={surface: None, surface + 1: surface})
     return replace(made, findings=(*made.findings, *found))

@@ -124,6 +124,9 @@ def test_a_cemented_surface_is_separated_and_cemented_again():
     assert apart.surfaces[joint + 1].curvature == GAUSS.surfaces[joint].curvature
     assert apart.lens.length == pytest.approx(GAUSS.lens.length + 0.5)
     assert elements.cemented(apart, joint).lens == GAUSS.lens
+    assert not elements.cemented(apart, joint).findings
+    bent = elements.cemented(cells.with_value(apart, joint + 1, "r4", 1e-6), joint)
+    assert bent.lens == GAUSS.lens and "aspheric terms" in str(bent.findings[0])
     # In the limit of no gap between equal curvatures the light does not notice the air
     near = elements.air_spaced(GAUSS, joint, 1e-9)
     assert spot(near.lens) == pytest.approx(spot(GAUSS.lens), abs=1e-8)
