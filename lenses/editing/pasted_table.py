@@ -91,10 +91,10 @@ def pasted(text: str, f_number: float | None = None) -> LensDocument:
     marked = [(i, MARKED.findall(line)) for i, line in lines]
     if sum(len(found) > 1 for _, found in marked) > 1:
         return _document(_of_marks(marked), f_number)
-    rows, guessed = _of_columns(lines)
+    rows, guessed, remarks = _of_columns(lines)
     made = _document(rows, f_number)
     if not guessed:
-        return made
+        return replace(made, findings=(*remarks, *made.findings))
     named = ", ".join(name or "not read" for name in guessed)
     return replace(made, findings=(note(Kind.CONVENTION, f"the table has no headings: its columns are taken as "
                                                          f"{named}"), *made.findings))
@@ -115,22 +115,24 @@ def _of_marks(marked: Sequence[tuple[int, list[tuple[str, str, str]]]]) -> list[
     return [rows[i] for i in sorted(rows)]
 
 
-def _of_columns(lines: Sequence[tuple[int, str]]) -> tuple[list[_Line], list[str]]:
-    """Rows of a table in columns; and the columns where they are guessed, without headings."""
+def _of_columns(lines: Sequence[tuple[int, str]]) -> tuple[list[_Line], list[str], list[Finding]]:
+    """Rows of a table in columns; the columns where they are guessed, without headings; remarks about headings."""
     table = _split(lines)
     columns: list[str] = []
     guessed: list[str] = []
+    remarks: list[Finding] = []
     start = 0
-    for k, (_, cells) in enumerate(table[:4]):
+    for k, (line, cells) in enumerate(table[:4]):
         found = _headings(cells)
         if found.count(RADIUS) == 1 and (THICKNESS in found):
             columns, start = found, k + 1
+            remarks = _heading_remarks(line, cells, found)
             break
     body = table[start:]
     if not columns:
         body = [(line, cells) for line, cells in body if sum(map(_is_number, cells)) >= 1]
         columns = guessed = _guessed([cells for _, cells in body])
-    return [made for line, cells in body if (made := _row(line, cells, columns)) is not None], guessed
+    return [made for line, cells in body if (made := _row(line, cells, columns)) is not None], guessed, remarks
 
 
 def _split(lines: Sequence[tuple[int, str]]) -> list[tuple[int, list[str]]]:
@@ -162,6 +164,25 @@ def _headings(cells: Sequence[str]) -> list[str]:
         word = {"ν": "v", "νd": "vd", "ν d": "vd"}.get(word, word)
         name = next((name for name, pattern in HEADINGS if re.fullmatch(pattern, word)), "")
         found.append("" if name and name in found else name)
+    return found
+
+
+def _heading_remarks(line: int, cells: Sequence[str], columns: Sequence[str]) -> list[Finding]:
+    """What is assumed of headings, and those that are not read; EditError for a unit other than mm."""
+    for cell in cells:
+        if re.search(r"[\[(]\s*(in|inch(es)?|″|cm|m)\.?\s*[\])]", cell.lower()):
+            raise EditError(f"line {line}: the heading {excerpt(cell)} has another unit than mm: convert the lengths "
+                            "first")
+    found = []
+    e_line = [cell for cell, name in zip(cells, columns, strict=True)
+              if name in (INDEX, ABBE) and re.fullmatch(r"[nvν]\W?_?e\W?", cell.strip().lower())]
+    if e_line:
+        found.append(Finding(Kind.GLASS, None, f"the numbers of {' and '.join(map(excerpt, e_line))}, of the e line, "
+                                               "are taken as n_d and V_d", severity=Severity.WARNING))
+    unread = [cell for cell, name in zip(cells, columns, strict=True) if cell and not name]
+    if unread:
+        found.append(note(Kind.NOT_READ, f"not read: the column{'s' if len(unread) > 1 else ''} "
+                                         f"{', '.join(map(excerpt, unread))}"))
     return found
 
 
