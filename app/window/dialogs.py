@@ -33,6 +33,7 @@ FORMATS = {                     # suffix, bits, tooltip
     "EXR, linear": (".exr", 16, "Linear light, without exposure and tone curve, with its settings"),
     "PFM, linear": (".pfm", 16, "Linear light, for simple programs; holds no settings"),
 }
+SUFFIXES = {suffix for suffix, *_ in FORMATS.values()}
 USUAL = 1920                    # pixels of the longer side, offered where the window has fewer
 LONGEST = 20_000                # pixels of an exported picture's longer side
 
@@ -294,7 +295,8 @@ class ExportDialog:
                 _label("" if i else "Format", indent)
             if radio(name, name == self._format):
                 self._format = name
-                self.path = self.path.with_suffix(FORMATS[name][0])
+                if self.path.suffix.lower() in SUFFIXES:
+                    self.path = self.path.with_suffix(FORMATS[name][0])
             imgui.set_item_tooltip(FORMATS[name][2])
         _label("File", indent)
         imgui.set_next_item_width(-theme.em(6.0))
@@ -305,21 +307,28 @@ class ExportDialog:
             self.wants_path = True
             imgui.close_current_popup()
         self._settings = settings
+        suffix, bits, _ = FORMATS[self._format]
+        path = Path(os.path.expanduser(str(self.path)))
+        named = bool(path.name) and not os.path.isdir(path)
+        if not named:
+            _label("", indent)
+            imgui.text_colored(imgui.ImVec4(*theme.colours().warning), "Give the file a name")
 
         # The buttons
         imgui.dummy(ImVec2(0.0, theme.em(0.3)))
-        suffix, bits, _ = FORMATS[self._format]
+        imgui.begin_disabled(not named)
         if imgui.button("Render", ImVec2(theme.em(6.0), 0.0)):
-            self.path = Path(os.path.expanduser(str(self.path))).with_suffix(suffix)
+            self.path = with_format(path, suffix)
             self._task = self._export(settings, self.path, bits)
             imgui.close_current_popup()
         imgui.set_item_tooltip("Render it in the background: the status bar shows the progress")
         imgui.same_line()
         if imgui.button("Save as it is now", ImVec2(theme.em(9.0), 0.0)):
-            self.path = Path(os.path.expanduser(str(self.path))).with_suffix(suffix)
+            self.path = with_format(path, suffix)
             self.wants_present = self.path, bits
             imgui.close_current_popup()
         imgui.set_item_tooltip("The picture on the screen, with the pixels and samples that it has")
+        imgui.end_disabled()
         imgui.same_line()
         if imgui.button("Cancel", ImVec2(theme.em(6.0), 0.0)) or imgui.is_key_pressed(imgui.Key.escape):
             imgui.close_current_popup()
@@ -339,6 +348,11 @@ class ExportDialog:
         if task.error is not None:
             return task.message, False
         return (f"Exported {self.path}", True) if task.result else None
+
+
+def with_format(path: Path, suffix: str) -> Path:
+    """The path with this suffix, in place of that of another format; what else follows a dot is part of the name."""
+    return path.with_suffix(suffix) if path.suffix.lower() in SUFFIXES else path.with_name(path.name + suffix)
 
 
 def _label(text: str, indent: float) -> None:

@@ -237,6 +237,26 @@ def test_an_export_that_cannot_be_written_says_why(drive, tmp_path):
 
 
 @pytest.mark.slow
+def test_an_export_asks_for_a_name_and_keeps_a_dot_of_it(drive, tmp_path):
+    def use(hand):
+        open_export(hand, tmp_path / "lensbench.png", 1)
+        hand.ctx.item_input_value("//Export/##File", "")
+        hand.ctx.item_click("//Export/EXR, linear")
+        hand.ctx.item_click("//Export/PNG, 8 bits")
+        for name in ("", "/", str(tmp_path)):
+            hand.ctx.item_input_value("//Export/##File", name)
+            hand.ctx.yield_(2)
+            for button in ("Render", "Save as it is now"):
+                assert hand.ctx.item_info(f"//Export/{button}").item_flags & imgui.ItemFlags_.disabled
+        hand.ctx.item_input_value("//Export/##File", str(tmp_path / "2026.11"))
+        hand.ctx.item_click("//Export/Save as it is now")
+        hand.ctx.yield_(3)
+        assert [path.name for path in tmp_path.iterdir()] == ["2026.11.png"]
+
+    assert drive(use).view.messages == ["The picture was saved as 2026.11.png"]
+
+
+@pytest.mark.slow
 def test_settings_and_states_open_without_a_picture_in_the_stop_that_is_gone(drive, tmp_path):
     gone = replace(SMALL, f_number=4.0, stop_image=str(tmp_path / "gone.png"))
     save_settings(tmp_path / "gone.toml", gone)
