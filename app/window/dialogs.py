@@ -22,6 +22,7 @@ from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.marked import radio
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.workers.task import Task
 
 fa = icons_fontawesome_6
@@ -139,7 +140,7 @@ class FilePrompt:
     def _listing(self, question: Question) -> Path | None:
         # The folder and its content
         if imgui.button(fa.ICON_FA_ARROW_UP + "###Up"):
-            self._folder = self._folder.parent
+            self._folder, self._problem = self._folder.parent, ""
         imgui.set_item_tooltip("The folder above")
         imgui.same_line()
         imgui.align_text_to_frame_padding()
@@ -147,12 +148,13 @@ class FilePrompt:
         if imgui.begin_child("Files", ImVec2(0.0, theme.em(17.0)), imgui.ChildFlags_.frame_style):
             found = _content(self._folder, question.suffixes)
             if not found:
-                imgui.text_disabled(f"No files of these types here: {' '.join(question.suffixes)}")
+                paragraph(f"No files of these types here: {' '.join(question.suffixes)}")
             for path in found:
                 folder = path.is_dir()
                 icon = fa.ICON_FA_FOLDER if folder else "     "
                 if imgui.selectable(f"{icon}  {path.name}###{path.name}", path.name == self._text,
                                     imgui.SelectableFlags_.no_auto_close_popups)[0]:
+                    self._problem = ""
                     if folder:
                         self._folder = path
                     else:
@@ -170,9 +172,9 @@ class FilePrompt:
         if imgui.button(verb, ImVec2(theme.em(6.0), 0.0)) or entered:
             path = Path(os.path.expanduser(self._text.strip() or "."))
             path = path if path.is_absolute() else self._folder / path
-            if path.is_dir():
-                self._folder, self._text = path, ""
-            elif not question.save and not path.is_file():
+            if os.path.isdir(path):
+                self._folder, self._text, self._problem = path, "", ""
+            elif not question.save and not os.path.isfile(path):
                 self._problem = f"There is no file {path.name} here"
             else:
                 return path

@@ -237,6 +237,25 @@ def test_an_export_that_cannot_be_written_says_why(drive, tmp_path):
 
 
 @pytest.mark.slow
+def test_the_file_dialog_says_that_there_is_no_file_until_another_folder_is_shown(drive, tmp_path):
+    def use(hand):
+        hand.picture()
+        prompt = hand.session.files.prompt
+        prompt.folder = tmp_path
+        hand.session.files.ask(Request.OPEN_LENS)
+        hand.ctx.yield_(3)
+        hand.ctx.item_input_value("//###File/##Name", 300 * "x")        # longer than a name may be
+        hand.ctx.yield_(2)
+        assert "There is no file xxx" in prompt._problem
+        hand.ctx.item_click("//###File/###Up")
+        hand.ctx.yield_(2)
+        assert prompt.folder == tmp_path.parent and not prompt._problem
+        hand.press(imgui.Key.escape)
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
 def test_an_export_asks_for_a_name_and_keeps_a_dot_of_it(drive, tmp_path):
     def use(hand):
         open_export(hand, tmp_path / "lensbench.png", 1)
