@@ -103,9 +103,7 @@ class FilePrompt:
             return None
         question, self._question = self._question, None
         self._folder = path.parent
-        if question.save and path.suffix.lower() not in question.suffixes:
-            path = path.with_name(path.name + question.suffixes[0])
-        return self._request, path
+        return self._request, _saved_as(path, question) if question.save else path
 
     def _native_answer(self) -> Path | None:
         if not self._dialog.ready(0):
@@ -166,12 +164,12 @@ class FilePrompt:
         if imgui.is_window_appearing():
             imgui.set_keyboard_focus_here()
         entered, self._text = imgui.input_text("##Name", self._text, imgui.InputTextFlags_.enter_returns_true)
-        if self._problem:
-            imgui.text_colored(imgui.ImVec4(*theme.colours().warning), self._problem)
+        path = self._folder / os.path.expanduser(self._text.strip() or ".")
+        problem = self._problem or (replaced(_saved_as(path, question)) if question.save and path.name else "")
+        if problem:
+            imgui.text_colored(imgui.ImVec4(*theme.colours().warning), problem)
         verb = "Save" if question.save else "Open"
         if imgui.button(verb, ImVec2(theme.em(6.0), 0.0)) or entered:
-            path = Path(os.path.expanduser(self._text.strip() or "."))
-            path = path if path.is_absolute() else self._folder / path
             if os.path.isdir(path):
                 self._folder, self._text, self._problem = path, "", ""
             elif not question.save and not os.path.isfile(path):
@@ -183,6 +181,16 @@ class FilePrompt:
             self._question = None
             imgui.close_current_popup()
         return None
+
+
+def _saved_as(path: Path, question: Question) -> Path:
+    """The path with a suffix that the question asks for."""
+    return path if path.suffix.lower() in question.suffixes else path.with_name(path.name + question.suffixes[0])
+
+
+def replaced(path: Path) -> str:
+    """A sentence that a file of this name is replaced; empty where there is none."""
+    return f"There is a file {path.name}: it will be replaced" if os.path.isfile(path) else ""
 
 
 def _content(folder: Path, suffixes: Sequence[str]) -> list[Path]:
@@ -312,9 +320,10 @@ class ExportDialog:
         suffix, bits, _ = FORMATS[self._format]
         path = Path(os.path.expanduser(str(self.path)))
         named = bool(path.name) and not os.path.isdir(path)
-        if not named:
+        problem = replaced(with_format(path, suffix)) if named else "Give the file a name"
+        if problem:
             _label("", indent)
-            imgui.text_colored(imgui.ImVec4(*theme.colours().warning), "Give the file a name")
+            imgui.text_colored(imgui.ImVec4(*theme.colours().warning), problem)
 
         # The buttons
         imgui.dummy(ImVec2(0.0, theme.em(0.3)))

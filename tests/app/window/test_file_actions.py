@@ -256,6 +256,35 @@ def test_the_file_dialog_says_that_there_is_no_file_until_another_folder_is_show
 
 
 @pytest.mark.slow
+def test_a_file_that_is_replaced_is_named_before_it_is(drive, tmp_path, monkeypatch):
+    path, words, colour = tmp_path / "kept.png", [], imgui.text_colored
+    path.write_bytes(b"")
+    monkeypatch.setattr(imgui, "text_colored", lambda tint, text: words.append(text) or colour(tint, text))
+    named = "There is a file kept.png: it will be replaced"
+
+    def use(hand):
+        open_export(hand, path, 1)
+        assert named in words
+        hand.ctx.item_input_value("//Export/##File", str(tmp_path / "new.png"))
+        words.clear()
+        hand.ctx.yield_(2)
+        assert named not in words
+        hand.press(imgui.Key.escape)
+        hand.session.files.prompt.folder = tmp_path
+        hand.session.files.ask(Request.SAVE_RENDER)
+        hand.ctx.yield_(3)
+        assert named not in words
+        hand.ctx.item_input("//###File/##Name")
+        hand.ctx.key_chars_replace("kept")
+        hand.ctx.yield_(2)
+        assert named in words and not path.stat().st_size
+        hand.press(imgui.Key.escape)
+        hand.press(imgui.Key.escape)
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
 def test_an_export_asks_for_a_name_and_keeps_a_dot_of_it(drive, tmp_path):
     def use(hand):
         open_export(hand, tmp_path / "lensbench.png", 1)
