@@ -1,24 +1,35 @@
 """Fuzzy search: the characters of a query in their order anywhere in a text, best where they begin words."""
 
 import re
+import unicodedata
+from functools import lru_cache
 
 WORD, RUN, FIRST = 8.0, 5.0, 6.0        # points: for the beginning of a word, a run of characters, the first of all
 VERBATIM, INITIALS = 2.0, 1.5           # more for a part as it is written, and for the initials of successive words
 GAP = 0.15                              # points lost for each character that is passed over
+KEYS = str.maketrans("–—−×", "---x")    # characters that keyboards lack, and those that are typed for them
 
 
 def score(query: str, text: str) -> float | None:
     """How well a text answers a query, the higher the better; None where a character of the query is missing.
 
-    Spaces of the query separate parts that may come in any order.
+    Spaces of the query separate parts that may come in any order. Case and accents do not count, and a hyphen finds
+    every dash.
     """
     total = 0.0
-    for part in query.lower().split():
-        found = _part(part, text.lower())
+    for part in _typed(query).split():
+        found = _part(part, _typed(text))
         if found is None:
             return None
         total += found
     return total - 0.02 * len(text)
+
+
+@lru_cache(maxsize=4096)
+def _typed(text: str) -> str:
+    """The text as it is typed on a plain keyboard."""
+    bare = "".join(c for c in unicodedata.normalize("NFKD", text.lower()) if not unicodedata.combining(c))
+    return bare.translate(KEYS)
 
 
 def _part(part: str, text: str) -> float | None:
