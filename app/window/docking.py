@@ -88,7 +88,8 @@ class Docking:
         if panel is not None and panel.focus_window_at_next_frame:      # hello_imgui does so in windows it begins alone
             panel.focus_window_at_next_frame = False
             self._front[name] = FRONT_FRAMES
-        if self._front.get(name, 0) > 0:
+        waits = self._front.get(name, 0)
+        if waits > 0:
             self._front[name] -= 1
             imgui.set_next_window_focus()
         if name == RENDER:
@@ -106,6 +107,8 @@ class Docking:
         shown, _ = imgui.begin(name, None, flags)
         imgui.pop_style_var()
         imgui.pop_style_color()
+        if waits == 1:
+            _scroll_to_tab()
         if shown:
             self._uncovered(draw, own)
         imgui.end()
@@ -127,6 +130,15 @@ class Docking:
             imgui.dummy(ImVec2(0.0, 0.0))
         if clips:
             imgui.pop_clip_rect()
+
+
+def _scroll_to_tab() -> None:
+    """Scroll the tabs of the current window's dock to its own; the focus alone does not."""
+    window = imgui.internal.get_current_window()
+    tabs = window.dock_node.tab_bar if window.dock_node is not None else None
+    tab = imgui.internal.tab_bar_find_tab_by_id(tabs, window.tab_id) if tabs is not None else None
+    if tab is not None:
+        imgui.internal.tab_bar_queue_focus(tabs, tab)
 
 
 def _in_the_dock(name: str) -> bool:

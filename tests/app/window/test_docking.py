@@ -88,3 +88,21 @@ def test_the_words_of_the_help_stand_within_it(drive):
         assert found.content_size.x <= found.size.x - 2.0 * imgui.get_style().window_padding.x + 0.5
 
     drive(test)
+
+
+@pytest.mark.slow
+def test_a_panel_that_is_shown_has_its_tab_in_sight(drive):
+    def test(hand):
+        hand.picture()
+        for name in ("Tolerances", "Ghosts", "Bokeh", "Plan"):
+            panel = hello_imgui.get_runner_params().docking_params.dockable_window_of_name(name)
+            panel.is_visible = panel.focus_window_at_next_frame = True
+            hand.ctx.yield_(40)                         # the tabs scroll for a moment
+            shown = imgui.internal.find_window_by_name(name)
+            tabs = shown.dock_node.tab_bar
+            tab = imgui.internal.tab_bar_find_tab_by_id(tabs, shown.tab_id)
+            left = tabs.bar_rect.min.x + tab.offset - tabs.scrolling_anim
+            assert tabs.visible_tab_id == shown.tab_id
+            assert left >= tabs.bar_rect.min.x - 1.0 and left + tab.width <= tabs.scrolling_rect_max_x + 1.0
+
+    drive(test)
