@@ -72,6 +72,11 @@ class FilePrompt:
         self._open = False
         self._problem = ""
 
+    @property
+    def asks(self) -> Request | None:
+        """The request whose file is asked for; None where no dialog is open."""
+        return self._request if self._question is not None else None
+
     def ask(self, request: Request, question: Question) -> None:
         """Ask; a question that is still open is dropped. The request comes back with the answer."""
         self._request, self._question, self._text, self._problem = request, question, question.name, ""
@@ -248,6 +253,10 @@ class ExportDialog:
         suffix = path.suffix.lower()
         if suffix != FORMATS[self._format][0]:
             self._format = next((name for name, (known, *_) in FORMATS.items() if known == suffix), self._format)
+        self._open = True
+
+    def resume(self) -> None:
+        """Show the dialog again as it was."""
         self._open = True
 
     def cancel(self) -> None:

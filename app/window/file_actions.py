@@ -67,8 +67,11 @@ class Files:
 
     def answer(self) -> None:
         """Carry out the request, once its file has been chosen."""
+        asked = self.prompt.asks
         answer = self.prompt.answer()
         if answer is None:
+            if asked is Request.CHOOSE_EXPORT_PATH and self.prompt.asks is None:
+                self._export.resume()               # no file was chosen
             return
         request, path = answer
         if self._state.remember:

@@ -256,6 +256,21 @@ def test_the_file_dialog_says_that_there_is_no_file_until_another_folder_is_show
 
 
 @pytest.mark.slow
+def test_the_export_stays_as_it_is_where_no_other_file_is_chosen(drive, tmp_path):
+    def use(hand):
+        open_export(hand, tmp_path / "kept.png", 3)
+        hand.ctx.item_click("//Export/Browse…")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("//###File/Cancel")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("//Export/Render")
+        hand.wait(lambda: hand.session.view.messages, "the exported picture")
+        assert read_settings(tmp_path / "kept.png").samples == 3
+
+    drive(use)
+
+
+@pytest.mark.slow
 def test_a_file_that_is_replaced_is_named_before_it_is(drive, tmp_path, monkeypatch):
     path, words, colour = tmp_path / "kept.png", [], imgui.text_colored
     path.write_bytes(b"")
