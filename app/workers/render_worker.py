@@ -202,7 +202,6 @@ class RenderWorker:
             self._first_pool, self._pool = first, pool
             self._making: tuple[Any, Future] | None = None      # a rendering, and its light on the way
             self._lit = -math.inf                               # when the newest light was there
-            self._free = -math.inf                              # when lights could be traced the last time
             job: RenderJob | None = None
             while True:
                 with self._change:
@@ -270,6 +269,7 @@ class RenderWorker:
             self._lit = perf_counter()
 
         if self._making is None or self._making[1].done():
+            self._free = perf_counter()                     # when lights could be traced the last time
             self._making = job.rendering, self._lights.submit(self._before.own_light, job.rendering, job.scene,
                                                               self._pool, self._threads, self._lights_wanted)
             self._making[1].add_done_callback(end)
@@ -284,7 +284,8 @@ class RenderWorker:
         follows = not self._followed and now < self._started + self._first_seconds + HOLD_SECONDS
         if not (self.waiting or follows):
             self._free = now
-        return self.alive and self._free < now < self._free + LIGHT_SECONDS
+            return False
+        return self.alive and now < self._free + LIGHT_SECONDS
 
     def _light(self, job: RenderJob, finished: Finished) -> None:
         """Give the picture its own light."""

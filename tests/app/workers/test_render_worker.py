@@ -308,11 +308,10 @@ def test_lights_wait_for_the_panels(start, traced, monkeypatch):
 
 
 def test_lights_leave_the_processors_to_the_first_picture_of_other_settings(start, traced, monkeypatch):
+    monkeypatch.setattr(module, "LIGHT_SECONDS", 600.0)
     worker = start(PLAIN)
     settled(worker)
-    monkeypatch.setattr(module, "LIGHT_SECONDS", 600.0)
     wanted, free, add, answers = traced[0][3], threading.Event(), lb.Rendering.add, []
-    assert wanted()
     monkeypatch.setattr(lb.Rendering, "add", lambda *rest: free.wait(PATIENCE) and add(*rest))
     worker.restart(replace(PLAIN, focus_distance=1500.0))
     asking = threading.Thread(target=lambda: answers.append(wanted()))
