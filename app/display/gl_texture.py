@@ -14,6 +14,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from lensbench.app.display.passes import drawn_into
 from lensbench.app.state.geometry.blur import NONE, Blur
 from lensbench.app.state.picture import tone
 
@@ -113,7 +114,6 @@ class Screen:
         if self._picture is None or self._soft is None or self._shown is None:
             return 0
         if development != self._done:
-            before = self._context.detect_framebuffer()
             source = self._picture
             self._load_blur(development.blur)
             inserted = shader_source("blur.frag")
@@ -127,7 +127,6 @@ class Screen:
                        headroom=tone.HEADROOM[development.tone],
                        blur=3, sharp=max(development.blur.sharp, 1.0), stripe=development.stripe,
                        amber=development.amber, nearer=development.nearer, farther=development.farther)
-            before.use()
             self._done = replace(development)
         return self._shown.texture.glo
 
@@ -155,10 +154,8 @@ class Screen:
             return self._apart.texture.glo
         self._apart = self._apart or _Target(self._context, self.size, 4, "f1")
         self._apart_of = of
-        before = self._context.detect_framebuffer()
         other._picture.use(2)
         self._draw(self._program("difference.frag"), self._apart, self._picture, other=2, gain=1.0 / scale)
-        before.use()
         return self._apart.texture.glo
 
     @property
@@ -204,16 +201,16 @@ class Screen:
         return self._programs[key]
 
     def _draw(self, array: moderngl.VertexArray, target: _Target, source: moderngl.Texture, **uniforms) -> None:
-        target.framebuffer.use()
         target.copies = 0
-        self._context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        source.use(0)
         program = array.program
         for name, value in {"picture": 0, **uniforms}.items():
             uniform = program.get(name, None)
             if isinstance(uniform, moderngl.Uniform):
                 uniform.value = value
-        array.render(moderngl.TRIANGLES, vertices=3)
+        with drawn_into(self._context, target.framebuffer):
+            self._context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+            source.use(0)
+            array.render(moderngl.TRIANGLES, vertices=3)
 
     def _release(self) -> None:
         if self._picture is not None:

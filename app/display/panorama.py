@@ -3,6 +3,7 @@
 import moderngl
 
 from lensbench.app.display.gl_texture import shader_source
+from lensbench.app.display.passes import drawn_into
 from lensbench.app.state.picture.look_around import LookAround
 from lensbench.app.state.setting_table import LAYOUTS
 
@@ -35,16 +36,14 @@ class Panorama:
         assert self._framebuffer is not None
         key = (source.glo, of, layout, look, size)
         if key != self._done:
-            before = self._context.detect_framebuffer()
-            self._framebuffer.use()
-            self._context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-            source.use(0)
             for name, value in (("picture", 0), ("layout_kind", list(LAYOUTS).index(layout)),
                                 ("turn", tuple(look.axes.T.ravel())), ("reach", look.reach(size)), ("size", size)):
                 uniform = self._array.program[name]
                 assert isinstance(uniform, moderngl.Uniform)
                 uniform.value = value
-            self._array.render(moderngl.TRIANGLES, vertices=3)
-            before.use()
+            with drawn_into(self._context, self._framebuffer):
+                self._context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+                source.use(0)
+                self._array.render(moderngl.TRIANGLES, vertices=3)
             self._done = key
         return self._texture.glo

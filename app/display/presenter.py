@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lensbench.app.display.frame import Light, Mark, Picture, Pinned, View
 from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
 from lensbench.app.display.panorama import Panorama
+from lensbench.app.display.passes import one_by_one, queue
 from lensbench.app.display.solid_view import Drawing, SolidView
 from lensbench.app.state.geometry.blur import NONE, Blur
 from lensbench.app.state.light_field_query import note, picture_settings
@@ -60,6 +61,14 @@ class Presenter:
         moderngl.init_context()
         self.renderer = moderngl.get_context().info["GL_RENDERER"]
         self._screen = Screen(moderngl.get_context())
+        if self.software:
+            one_by_one(moderngl.get_context())
+
+    def finish(self) -> None:
+        """Wait for the processor that draws, if one does: other threads go on meanwhile."""
+        waiting = queue(moderngl.get_context())
+        if waiting is not None:
+            waiting.finish()
 
     @property
     def software(self) -> bool:

@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 
 from lensbench.app.display.gl_texture import shader_source
+from lensbench.app.display.passes import drawn_into
 from lensbench.app.state.solid.shapes import Part, Strokes
 from lensbench.app.state.solid.turntable import Eye
 
@@ -77,7 +78,10 @@ class SolidView:
         if self._texture is None or self._texture.size != size:
             self._resize(size)
         if drawing != self._done:
-            self._draw(drawing, size)
+            assert self._drawn is not None
+            with drawn_into(self._context, self._drawn):
+                self._draw(drawing, size)
+            self._forget(drawing)
             self._done = drawing
         assert self._texture is not None
         return self._texture.glo
@@ -106,8 +110,6 @@ class SolidView:
     def _draw(self, drawing: Drawing, size: tuple[int, int]) -> None:
         assert self._drawn is not None and self._resolved is not None
         context, eye = self._context, drawing.eye
-        before = context.detect_framebuffer()
-        self._drawn.use()
         self._drawn.clear(*drawing.ground, depth=1.0)
         clip, world = eye.clip_from_camera(*size), np.reshape(drawing.pose, (4, 4))
         light = eye.axes.T @ LIGHT
@@ -132,8 +134,6 @@ class SolidView:
         self._drawn.depth_mask = True
         context.copy_framebuffer(self._resolved, self._drawn)
         context.disable(moderngl.DEPTH_TEST)
-        before.use()
-        self._forget(drawing)
 
     def _away(self, solid: Solid) -> float:
         """Distance (mm) from the eye to the middle of a part, which orders translucent parts."""

@@ -4,11 +4,9 @@ In each frame the newest picture is taken from the render worker, the panels are
 handing on the settings with its changes, and the changed settings go to the history and to the worker.
 """
 
-import ctypes
 import json
 import sys
 import traceback
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -71,7 +69,6 @@ class Session(WindowState):
         self.shot_is_early = False                      # the screenshot was taken before the picture was ready
         self.shot_problem = ""                          # why the latest of them was not
         self._warm_up: Task[None] | None = None         # compiles the panels' kernels
-        self._finish: Callable[[], None] | None = None
         self._keyboard = Keyboard()
         self._metering = Metering()
         self._metered: Settings | None = None           # settings with what the meter has chosen
@@ -87,9 +84,6 @@ class Session(WindowState):
         sys.setswitchinterval(0.001)            # the worker gets its turn soon, also beside a busy window
         use_dials(self.dials)
         self.presenter.open()
-        if self.presenter.software:
-            address = ctypes.cast(glfw.get_proc_address("glFinish"), ctypes.c_void_p).value
-            self._finish = ctypes.CFUNCTYPE(None)(address) if address else None
         theme.style_implot()
         self._warm_up = Task("Panels", self._prepare, self.wake, lowered=False)
         if self.remember:
@@ -355,12 +349,10 @@ class Session(WindowState):
     def drawn(self) -> None:
         """Before the frame is swapped to the screen: wait for a slow renderer, take a screenshot if one is wanted.
 
-        A processor that draws would queue frame upon frame, and a new picture would wait behind them all. The call
-        goes by ctypes, which lets the worker's threads go on meanwhile.
+        A processor that draws would queue frame upon frame, and a new picture would wait behind them all.
         """
         self.analyses.handed_over()
-        if self._finish is not None:
-            self._finish()
+        self.presenter.finish()
         self.worker.shown(self.presenter.update,
                           self.panels.behind is self.history.present and not self.analyses.worker.is_late)
         if self.screenshot is None:

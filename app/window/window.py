@@ -55,6 +55,7 @@ def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.Ru
     call.show_status = guarded("Status", session.panels.status)
     call.show_gui = guarded("Frame", session.begin)
     call.post_render_dockable_windows = guarded("Dialogs", end)
+    call.before_imgui_render = session.presenter.finish
     call.before_swap = guarded("Screenshot", session.drawn)
 
     session.folding.first(runner, session.panels.windows(), (*size, theme.FONT_SIZE))

@@ -1,0 +1,56 @@
+"""Passes into textures beside the window, one after the other where a processor draws.
+
+Mesa's llvmpipe collects the draw calls of a target in a scene, and takes the first of its scenes that is done for the
+next target. A scene that is never taken again stays tied to its target, and so each frame that shows this texture waits
+within imgui's draw calls, with Python's lock held, for all that it has drawn so far: 6 of 8 ms. A second scene comes
+into being where a target is begun before the one before is done, once and for all. So each pass first waits for the
+one before, and so does the frame, without Python's lock (read from Mesa 22.3's machine code, and measured).
+"""
+
+import ctypes
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import glfw
+import moderngl
+
+
+class Queue:
+    """The draw calls that a processor has not done yet, of the current context of GLFW."""
+
+    def __init__(self) -> None:
+        self.flush = _call("glFlush")           # begin with them, and go on
+        self.finish = _call("glFinish")         # wait for them; other threads of Python go on
+
+
+def _call(name: str) -> Callable[[], None]:
+    """A function of GL by ctypes, which releases Python's lock; OSError if there is none."""
+    address = ctypes.cast(glfw.get_proc_address(name), ctypes.c_void_p).value
+    if address is None:
+        raise OSError(f"OpenGL has no {name}: another driver is needed")
+    return ctypes.CFUNCTYPE(None)(address)
+
+
+def queue(context: moderngl.Context) -> Queue | None:
+    """The queue of a context that `one_by_one` has prepared."""
+    return context.extra if isinstance(context.extra, Queue) else None
+
+
+def one_by_one(context: moderngl.Context) -> None:
+    """A processor draws in this context, which is GLFW's current one: its passes wait for one another."""
+    context.extra = Queue()
+
+
+@contextmanager
+def drawn_into(context: moderngl.Context, framebuffer: moderngl.Framebuffer) -> Iterator[None]:
+    """Draw into a framebuffer, then into the former one again."""
+    before, waiting = context.detect_framebuffer(), queue(context)
+    if waiting is not None:
+        waiting.finish()
+    framebuffer.use()
+    try:
+        yield
+    finally:
+        before.use()
+        if waiting is not None:
+            waiting.flush()
