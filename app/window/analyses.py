@@ -96,9 +96,14 @@ class Analyses:
         if "states" not in vars(self):                  # nothing has been drawn
             return NO_JOBS
         for name, state in self.states.items():
-            if state.job is not None and self.worker.wants(name):
-                with suppress(ValueError, OSError, NotCompiledError):       # the panel says so
-                    found[name] = state.job(settings)
+            if state.job is None:
+                continue
+            if not self.worker.wants(name):             # it is computed again when it is shown again
+                state.forget()
+                continue
+            with suppress(ValueError, OSError, NotCompiledError):           # the panel says so
+                found[name] = state.job(settings)
+        self.worker.forget()
         return found
 
     def handed_over(self) -> None:

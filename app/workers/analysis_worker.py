@@ -135,6 +135,12 @@ class AnalysisWorker:
         with self._lock:
             return name in self._asked or name in self._wanted
 
+    def forget(self) -> None:
+        """Drop the answers of panels that are not shown, a refined one of which may hold 40 MB of rays."""
+        with self._lock:
+            for name in self._answers.keys() - self._wanted.keys() - self._asked.keys():
+                del self._answers[name]
+
     def stop(self) -> None:
         """Compute nothing more; a coarse figure at work is finished."""
         with self._lock:

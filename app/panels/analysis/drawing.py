@@ -29,6 +29,12 @@ class Drawn:
     fitted: dict[str, tuple] = field(default_factory=dict)  # the limits that each plot was fitted to
     limits: dict[str, tuple] = field(default_factory=dict)  # of each plot as drawn last, x and y
 
+    def forget(self) -> None:
+        """Drop what was drawn, and its textures; the limits stay."""
+        for _ in range(2):                              # the frame drawn last, and the one before
+            self.memo.begin_frame()
+            self.maps.begin_frame()
+
 
 @dataclass
 class Grip:

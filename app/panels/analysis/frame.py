@@ -35,6 +35,11 @@ class AnalysisState:
     job: Callable[[Settings], Job] | None = None            # what the panel asks for, from the settings
     merged: tuple[Answer, Answer, Figure] | None = None     # of B, of A, and the figure of both
 
+    def forget(self) -> None:
+        """Drop figure and drawing of a panel that is not shown; its choices stay."""
+        self.figure = self.job = self.merged = None
+        self.drawn.forget()
+
 
 @dataclass
 class Sheet:

@@ -66,10 +66,11 @@ class Query:
         The latter lie on the way to the lower left corner of the picture, also the first, whose sagittal and tangential
         directions are those of the others.
         """
+        largest = self.largest_height
         if self.lens.is_rotationally_symmetric:
-            return tuple(part * self.largest_height for part in parts)
+            return tuple(part * largest for part in parts)
         film = self.setup.film
-        x, y = (self.largest_height * side / film.diagonal for side in (film.width, film.height))
+        x, y = (largest * side / film.diagonal for side in (film.width, film.height))
         return tuple((max(part, CENTRE) * x, max(part, CENTRE) * y) for part in parts)
 
     def few(self, *parts: float) -> tuple[float, ...] | tuple[tuple[float, float], ...]:

@@ -1,5 +1,7 @@
 """The analysis panels in the whole window: layouts, numbers under the cursor, files."""
 
+import gc
+import weakref
 from dataclasses import replace
 from itertools import product
 
@@ -75,6 +77,25 @@ def test_each_panel_shows_a_figure_whose_data_are_copied_and_says_why_there_is_n
             assert states[name].figure is None and "no lens" in states[name].reason, name
 
     assert drive(use, replace(SMALL, blades=7)).view.messages == []
+
+
+def test_a_figure_out_of_sight_is_dropped_with_the_next_settings_and_comes_back(drive):
+    def use(hand):
+        hand.picture()
+        show(hand, "Spots")
+        analyses, spots = hand.session.analyses, weakref.ref(hand.session.analyses.states["Spots"].figure)
+        show(hand, "Wavefront")                         # in the same place
+        assert spots() is not None
+        hand.session.take(replace(hand.settings, focus_distance=900.0))
+        settle(hand)
+        gc.collect()
+        assert spots() is None and analyses.states["Spots"].figure is None
+        assert analyses.states["Wavefront"].figure is not None
+        hand.ctx.window_focus("//Spots")
+        settle(hand)
+        assert analyses.states["Spots"].figure is not None
+
+    assert drive(use).view.messages == []
 
 
 @pytest.mark.slow

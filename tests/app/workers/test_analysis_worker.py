@@ -230,3 +230,12 @@ def test_a_frame_is_held_for_figures_that_are_about_to_come_and_not_for_slow_one
     worker.want("Spots", replace(awaited, points=(8, 16)))
     assert worker.is_late
     go_on.set()
+
+
+def test_answers_of_panels_that_are_not_shown_are_dropped():
+    worker, job = AnalysisWorker(), Job(lambda query, points: Figure("", (), Table((), ())), "a lens")
+    waited(worker, job, lambda answer: True, "Wavefront")
+    waited(worker, job, lambda answer: True, "Spots")
+    worker.forget()
+    worker.advance()
+    assert worker.want("Wavefront", job) is None and worker.want("Spots", job) is not None
