@@ -110,6 +110,8 @@ def _ideal(camera: lb.Camera, to: str, remarks: list[str]) -> _Ideal:
     if camera.model != "pinhole":
         remarks.append(f"{to} has no prescriptions: the lens is written as a thin lens, without aberrations and "
                        "vignetting")
+    if camera.lens.asymmetry:
+        remarks.append(f"{to} has a round lens in line: {camera.lens.asymmetry} of this one is left out")
     lens = camera.ideal("pinhole" if camera.model == "pinhole" else "thin")
     return _Ideal(lens.z, -1.0 / lens.slope_film, lens.origin_pupil, camera.focus_distance + lens.z)
 

@@ -149,11 +149,15 @@ class FilePrompt:
         imgui.align_text_to_frame_padding()
         imgui.text_disabled(str(self._folder))
         if imgui.begin_child("Files", ImVec2(0.0, theme.em(17.0)), imgui.ChildFlags_.frame_style):
-            found = _content(self._folder, question.suffixes)
-            if not found:
-                paragraph(f"No files of these types here: {' '.join(question.suffixes)}")
+            found: list[Path] = []
+            try:
+                found = _content(self._folder, question.suffixes)
+                if not found:
+                    paragraph(f"No files of these types here: {' '.join(question.suffixes)}")
+            except OSError as error:
+                paragraph(f"This folder cannot be read: {error.strerror or error}")
             for path in found:
-                folder = path.is_dir()
+                folder = os.path.isdir(path)
                 icon = fa.ICON_FA_FOLDER if folder else "     "
                 if imgui.selectable(f"{icon}  {path.name}###{path.name}", path.name == self._text,
                                     imgui.SelectableFlags_.no_auto_close_popups)[0]:
@@ -199,13 +203,10 @@ def replaced(path: Path) -> str:
 
 
 def _content(folder: Path, suffixes: Sequence[str]) -> list[Path]:
-    """Folders, then files of these kinds, without hidden ones."""
-    try:
-        paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
-    except OSError:
-        return []
-    folders = sorted((path for path in paths if path.is_dir()), key=lambda path: path.name.lower())
-    files = [path for path in paths if path.suffix.lower() in suffixes and path.is_file()]
+    """Folders, then files of these kinds, without hidden ones; OSError for a folder that cannot be read."""
+    paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
+    folders = sorted((path for path in paths if os.path.isdir(path)), key=lambda path: path.name.lower())
+    files = [path for path in paths if path.suffix.lower() in suffixes and os.path.isfile(path)]
     return folders + sorted(files, key=lambda path: path.name.lower())
 
 

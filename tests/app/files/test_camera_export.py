@@ -111,3 +111,11 @@ def test_what_a_file_cannot_hold_is_said(tmp_path):
     for word in ("square pixels", "rolling shutter", "ramps", "frames", "medium"):
         assert sum(word in remark for remark in remarks) == 1
     assert export_camera(lb.PerspectiveCamera(FILM, 0.7, weights="one"), "pbrt", tmp_path / "camera.pbrt") == []
+
+
+@pytest.mark.parametrize("name, left_out", [
+    ("pbrt-dgauss-50mm", ""), ("lentil-schneider-anamorphic-31-2001", "a cylinder or toroid of this one is left out")])
+def test_what_a_thin_lens_leaves_out_of_a_real_one_is_said(name, left_out, tmp_path):
+    for to in ("mitsuba", "blender"):
+        said = " ".join(export_camera(lb.LensCamera(lenses.load(name).at(), FILM), to, tmp_path / "camera"))
+        assert "without aberrations and vignetting" in said and left_out in said and ("left out" in said) == bool(left_out)
