@@ -11,7 +11,6 @@ import ctypes
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-import glfw
 import moderngl
 
 
@@ -25,6 +24,8 @@ class Queue:
 
 def _call(name: str) -> Callable[[], None]:
     """A function of GL by ctypes, which releases Python's lock; OSError if there is none."""
+    import glfw                                 # late: after imgui_bundle, so that both share one library
+
     address = ctypes.cast(glfw.get_proc_address(name), ctypes.c_void_p).value
     if address is None:
         raise OSError(f"OpenGL has no {name}: another driver is needed")
