@@ -24,7 +24,7 @@ class Queue:
 
 def _call(name: str) -> Callable[[], None]:
     """A function of GL by ctypes, which releases Python's lock; OSError if there is none."""
-    import glfw                                 # late: after imgui_bundle, so that both share one library
+    import glfw  # late: after imgui_bundle, so that both share one library
 
     address = ctypes.cast(glfw.get_proc_address(name), ctypes.c_void_p).value
     if address is None:
