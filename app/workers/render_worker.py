@@ -18,16 +18,15 @@ import numpy as np
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.automatic_model import AutomaticModel, Finished
 from lensbench.app.workers.picture_before import PictureBefore
+from lensbench.app.workers.picture_lights import PictureLights
 from lensbench.app.workers.render_job import RenderJob, prepare
 from lensbench.app.workers.render_update import Failure, RenderUpdate
 from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import lower_priority, thread_count
-from lensbench.kernels.pauses import pause
 
 FIRST_SECONDS = 0.15        # for a first pass once started, so that pictures appear even during a drag
 HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its first picture
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
-LIGHT_SECONDS = 0.5         # between traced lights while settings change without a rest; and how long they pause
 REST_SECONDS = 0.05         # without new settings: a rest
 REUSED_SAMPLES = 16         # from which on a picture has no samples of the one before
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
@@ -198,10 +197,9 @@ class RenderWorker:
                 ThreadPoolExecutor(self._threads, "lensbench first",
                                    initializer=None if self._urgent else lower_priority) as first, \
                 ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:
-            self._model, self._before, self._lights = AutomaticModel(choices), PictureBefore(), lights
+            self._model, self._before = AutomaticModel(choices), PictureBefore()
             self._first_pool, self._pool = first, pool
-            self._making: tuple[Any, Future] | None = None      # a rendering, and its light on the way
-            self._lit = -math.inf                               # when the newest light was there
+            self._lights = PictureLights(lights, pool, self._threads, lambda: self.alive, self._is_awaited)
             job: RenderJob | None = None
             while True:
                 with self._change:
@@ -248,54 +246,28 @@ class RenderWorker:
         return job
 
     def _compile_light_tracing(self, scene: Any) -> None:
-        """Trace the lights of a small picture, which waits for its kernels; then begin the picture again with light."""
-        from lensbench.app.workers.warm_cache import trace_lights
+        """Compile its kernels by the lights of a small picture; then begin the picture again with light."""
         from lensbench.scenery.small_lights import small_lights
 
-        def begin_again(_: Future) -> None:
+        def begin_again() -> None:
             self._traces_lights = True
             if small_lights(scene.objects) and self.alive:
                 self.again()
 
         self._warming = True
-        self._lights.submit(trace_lights, scene).add_done_callback(begin_again)
+        self._lights.warm_up(scene, begin_again)
 
-    def _trace_lights(self, job: RenderJob) -> None:
-        """Begin with the picture's own light, unless that is under way.
-
-        That of settings that have gone by is made to its end, for the next ones: a drag need not rest for it.
-        """
-        def end(_: Future) -> None:
-            self._lit = perf_counter()
-
-        if self._making is None or self._making[1].done():
-            self._free = perf_counter()                     # when lights could be traced the last time
-            self._making = job.rendering, self._lights.submit(self._before.own_light, job.rendering, job.scene,
-                                                              self._pool, self._threads, self._lights_wanted)
-            self._making[1].add_done_callback(end)
-
-    def _lights_wanted(self) -> bool:
-        """Whether lights are traced to their end; a first picture, and the panels that follow it, come first."""
-        pause(self._lights_pause)
-        return self.alive
-
-    def _lights_pause(self) -> bool:
-        now = perf_counter()
-        follows = not self._followed and now < self._started + self._first_seconds + HOLD_SECONDS
-        if not (self.waiting or follows):
-            self._free = now
-            return False
-        return self.alive and now < self._free + LIGHT_SECONDS
+    def _is_awaited(self) -> bool:
+        """Whether the user waits for a first picture, or for the panels that follow it."""
+        follows = not self._followed and perf_counter() < self._started + self._first_seconds + HOLD_SECONDS
+        return self.waiting > 0.0 or follows
 
     def _light(self, job: RenderJob, finished: Finished) -> None:
         """Give the picture its own light."""
-        self._trace_lights(job)
-        assert self._making is not None
-        rendering, making = self._making
-        if not finished(making) or rendering is not job.rendering:
+        light = self._lights.of(job.rendering, job.scene, self._before, finished)
+        if light is None:
             return
-        self._making = None
-        job.rendering.adopt(making.result())
+        job.rendering.adopt(light)
         self._before.lend(job.scene, job.rendering.layer())
         if job.rendering.samples:
             self._show(job)
@@ -376,8 +348,8 @@ class RenderWorker:
                     self._before.lend(job.scene, rendering.layer())
                 at_rest = self._follow(job, update)
                 if rendering.is_borrowing:
-                    if at_rest or perf_counter() > self._lit + LIGHT_SECONDS:
-                        self._trace_lights(job)
+                    if at_rest or not self._lights.are_recent:
+                        self._lights.begin(job.rendering, job.scene, self._before)
                 elif not (self._traces_lights or self._warming):
                     self._compile_light_tracing(job.scene)
 
@@ -392,7 +364,7 @@ class RenderWorker:
 
         with self._change:
             self._change.wait_for(lambda: self._shown is update and self._followed or is_past(), HOLD_SECONDS)
-            if job.rendering.is_borrowing and perf_counter() < self._lit + LIGHT_SECONDS:
+            if job.rendering.is_borrowing and self._lights.are_recent:
                 self._change.wait_for(is_past, REST_SECONDS)
             return not is_past()
 

@@ -10,7 +10,7 @@ import pytest
 import lensbench as lb
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import Settings
-from lensbench.app.workers import automatic_model, warm_cache
+from lensbench.app.workers import automatic_model, picture_lights, warm_cache
 from lensbench.app.workers import render_worker as module
 from lensbench.app.workers.automatic_model import choose
 from lensbench.app.workers.render_worker import PAUSED_SAMPLES, RenderWorker
@@ -282,14 +282,14 @@ def test_lights_are_traced_at_once_after_a_rest_and_seldom_while_a_dial_is_dragg
     worker = start(PLAIN)
     settled(worker)
     assert len(traced) == 1
-    monkeypatch.setattr(module, "LIGHT_SECONDS", 600.0)
+    monkeypatch.setattr(picture_lights, "LIGHT_SECONDS", 600.0)
     monkeypatch.setattr(module, "REST_SECONDS", 2.0)
     for i in range(1, 7):
         moved(worker, i)
     assert len(traced) == 1
     settled(worker)                                         # at rest: its own light
     assert len(traced) == 2 and traced[1][0].camera is not traced[0][0].camera
-    monkeypatch.setattr(module, "LIGHT_SECONDS", 0.0)       # long after the last ones: at once, and during a drag
+    monkeypatch.setattr(picture_lights, "LIGHT_SECONDS", 0.0)   # long after the last ones: at once, and during a drag
     monkeypatch.setattr(module, "REST_SECONDS", 600.0)
     moved(worker, 7)
     wait(lambda: len(traced) == 3)
@@ -298,7 +298,7 @@ def test_lights_are_traced_at_once_after_a_rest_and_seldom_while_a_dial_is_dragg
 def test_lights_wait_for_the_panels(start, traced, monkeypatch):
     worker = start(PLAIN)
     settled(worker)
-    monkeypatch.setattr(module, "LIGHT_SECONDS", 0.0)
+    monkeypatch.setattr(picture_lights, "LIGHT_SECONDS", 0.0)
     monkeypatch.setattr(module, "HOLD_SECONDS", 600.0)
     moved(worker, 1, followed=False)
     sleep(0.2)
@@ -308,7 +308,7 @@ def test_lights_wait_for_the_panels(start, traced, monkeypatch):
 
 
 def test_lights_leave_the_processors_to_the_first_picture_of_other_settings(start, traced, monkeypatch):
-    monkeypatch.setattr(module, "LIGHT_SECONDS", 600.0)
+    monkeypatch.setattr(picture_lights, "LIGHT_SECONDS", 600.0)
     worker = start(PLAIN)
     settled(worker)
     wanted, free, add, answers = traced[0][3], threading.Event(), lb.Rendering.add, []
