@@ -24,16 +24,20 @@ def axial_heights(surfaces: Sequence[Surface]) -> list[float]:
     return ray(surfaces)[0]
 
 
-def focal_length(surfaces: Sequence[Any], wavelength: float = D_LINE) -> float:
-    """Paraxial focal length in the unit of the surfaces or rows; inf for an afocal system. wavelength: µm."""
-    slope = ray(surfaces, wavelength=wavelength)[1]
+def focal_length(surfaces: Sequence[Any], wavelength: float = D_LINE, front_index: float = 1.0) -> float:
+    """Paraxial focal length behind the system, in the unit of the surfaces or rows; inf for an afocal one.
+
+    wavelength: µm. front_index: before the first surface.
+    """
+    slope = ray(surfaces, wavelength=wavelength, front_index=front_index)[1]
     return -1.0 / slope if slope else inf
 
 
-def image_distance(surfaces: Sequence[Surface], distance: float, wavelength: float = D_LINE) -> float:
+def image_distance(surfaces: Sequence[Surface], distance: float, wavelength: float = D_LINE,
+                   front_index: float = 1.0) -> float:
     """Last vertex → paraxial image (mm) of the axis point `distance` mm before the first vertex (or inf)."""
     start = (distance, 1.0) if abs(distance) < 1.0 else (1.0, 1.0 / distance)
-    heights, slope = ray(surfaces, *start, wavelength)
+    heights, slope = ray(surfaces, *start, wavelength, front_index)
     return -heights[-1] / slope if slope else inf
 
 
@@ -46,19 +50,21 @@ def object_distance(surfaces: Sequence[Surface]) -> float:
     return -on_film[1] / on_film[0] if on_film[0] else inf
 
 
-def f_number(surfaces: Sequence[Surface], stop_index: int, wavelength: float = D_LINE) -> float:
+def f_number(surfaces: Sequence[Surface], stop_index: int, wavelength: float = D_LINE,
+             front_index: float = 1.0) -> float:
     """Focal length over the entrance-pupil diameter given by the stop alone; inf for an afocal system."""
-    height = ray(surfaces, wavelength=wavelength)[0][stop_index]
-    return abs(focal_length(surfaces, wavelength) * height) / (2.0 * surfaces[stop_index].semi_diameter)
+    height = ray(surfaces, wavelength=wavelength, front_index=front_index)[0][stop_index]
+    return abs(focal_length(surfaces, wavelength, front_index) * height) / (2.0 * surfaces[stop_index].semi_diameter)
 
 
-def ray(surfaces: Sequence[Any], height: float = 1.0, slope: float = 0.0,
-        wavelength: float = D_LINE) -> tuple[list[float], float]:
+def ray(surfaces: Sequence[Any], height: float = 1.0, slope: float = 0.0, wavelength: float = D_LINE,
+        front_index: float = 1.0) -> tuple[list[float], float]:
     """Heights of a paraxial ray at the surfaces of a lens or the rows of a file, and the slope behind them.
 
-    wavelength: µm. GlassError: a glass is not known there.
+    wavelength: µm. front_index: before the first surface, in which the ray has `slope`. GlassError: a glass is not
+    known there.
     """
-    n, heights = 1.0, []
+    n, heights = front_index, []
     for surface in surfaces:
         heights.append(height)
         after = index_of(surface.glass, wavelength)

@@ -50,10 +50,9 @@ def improve(arguments: argparse.Namespace) -> int:
     from lensbench.app.state.lens_edit.cells import glass_text, whole
     from lensbench.app.state.lens_edit.editing import document_named
     from lensbench.app.studies.improvement.improve import improved
-    from lensbench.app.studies.improvement.merit import FIELDS, Merit, MeritError, amount, goal_of
+    from lensbench.app.studies.improvement.merit import FIELDS, Merit, MeritError, amount, back_focus, goal_of, left_out
     from lensbench.app.studies.improvement.substitution import substituted
     from lensbench.lenses.editing.document import value_of
-    from lensbench.lenses.paraxial import image_distance
 
     path = checked_lens_path(arguments.output)
     document = document_named(arguments.lens)
@@ -66,7 +65,7 @@ def improve(arguments: argparse.Namespace) -> int:
     except MeritError as error:
         raise UsageError(f"{arguments.lens}: {error}") from error
     if arguments.back_focus:
-        goal = replace(goal, back_focus=image_distance(document.surfaces, float("inf")))
+        goal = replace(goal, back_focus=back_focus(document.lens))
     for name in ("edge", "centre"):
         if getattr(arguments, name) is not None:
             goal = replace(goal, **{name: getattr(arguments, name)})
@@ -74,6 +73,8 @@ def improve(arguments: argparse.Namespace) -> int:
     steps: list[Step] = []
     try:
         weights = Merit(document.lens, goal).beams.weights
+        for remark in left_out(document.lens, goal):
+            print(remark, file=sys.stderr)
         dark = [share for share, row in zip(FIELDS, weights, strict=True) if not row.any()]
         if dark:
             print(f"No light arrives at {' and '.join(map(significant, dark))} of the largest field angle, "

@@ -127,7 +127,7 @@ def _stated_circle(lens: lb.Lens) -> float | None:
         return None
     if system.field_kind in (FieldKind.IMAGE_HEIGHT, FieldKind.REAL_IMAGE_HEIGHT):
         return 2.0 * field
-    efl = abs(lb.first_order(lens).efl)
+    efl = lens.front_index * abs(lb.first_order(lens).efl)
     if system.field_kind is FieldKind.ANGLE and math.isfinite(efl) and math.radians(field) < STEEPEST \
             and all(math.isinf(distance) for distance in system.object_distances):
         return 2.0 * efl * math.tan(math.radians(field))

@@ -45,16 +45,14 @@ class ImprovementWorker:
 
         def work(task: Task[None]) -> None:
             from dataclasses import replace
-            from math import inf
 
             from lensbench.app.studies.improvement.improve import improved
-            from lensbench.app.studies.improvement.merit import goal_of
+            from lensbench.app.studies.improvement.merit import back_focus, goal_of
             from lensbench.app.studies.improvement.substitution import substituted
-            from lensbench.lenses.paraxial import image_distance
 
             goal = goal_of(document, image_height, aim)
             if hold_back_focus:
-                goal = replace(goal, back_focus=image_distance(document.surfaces, inf))
+                goal = replace(goal, back_focus=back_focus(document.lens))
             for step in (substituted if glasses else improved)(document, cells, goal):
                 if task.cancelled:
                     return

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.analysis.grids.field_conditions import conditions
 from lensbench.analysis.perturbed_copies import (
     AROUND_X,
@@ -40,9 +41,10 @@ from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import Fate, surface_table, trace
 
 FIELDS = (0.0, 0.7, -0.7, 1.0, -1.0)    # of the largest image height
+WIDEST = math.radians(89.0)     # of a field: its beam comes from in front of the lens
 GRID, WIDE = 15, 61             # points across the beam of a field: of its rays, and of the search for its edge
-TRIES = 8                       # shorter heights, for a film larger than the image circle
-ROUNDS = 4                      # of tries, each from an eighth of the height before: a film a thousand times as large
+TRIES = 16                      # shorter heights, for a film larger than the image circle
+ROUNDS = 3                      # of tries, each from a sixteenth of the height before
 CHUNK = 25                      # copies that a thread traces at a time
 MOST_COPIES = 100_000
 LARGEST = 0.5                   # of a tolerance, in its own unit
@@ -169,11 +171,15 @@ class Judge:
         given = conditions(lens, film, fields=(0.0,), object_distance=math.inf)
         self.lens, self.wavelengths = lens, given.wavelengths
         self.weights = np.array(given.weights) / sum(given.weights)
-        self.film_z = lens.length + film_distance(lens, math.inf)
+        behind = film_distance(lens, math.inf)
+        if not behind > 0.0:
+            raise LensError("tolerances are judged on the film: the image of infinity lies "
+                            f"{significant(-behind, 4)} mm before the last surface, where none fits")
+        self.film_z = lens.length + behind
         fo = first_order(lens)
         width, height = lens.film_size or (36.0, 24.0)
         half = 0.5 * (film.diagonal if film is not None else math.hypot(width, height))
-        self.height, rays = _rays(lens, fo.efl, half)
+        self.height, rays = _rays(lens, behind, half)
         self.origins, self.directions, self.fields = rays
         self.image_heights = self._image_heights(given.primary_wavelength)
         self.frequencies = np.asarray((10.0, 20.0, 30.0, 40.0, 60.0) if frequencies is None else frequencies, float)
@@ -212,13 +218,21 @@ class Judge:
         return focus, spots, contrast
 
 
-def _rays(lens: Lens, efl: float, half: float) -> tuple[float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Image height (mm, f tan θ) up to `half` that light reaches; origins, directions (n, 3) and fields (n,)."""
+def _rays(lens: Lens, behind: float, half: float) -> tuple[float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Image height (mm) up to `half` that light reaches; origins, directions (n, 3) and fields (n,).
+
+    behind: last vertex → film, mm.
+    """
     for part in range(ROUNDS * TRIES):
         height = half * TRIES ** -(part // TRIES) * (1.0 - part % TRIES / TRIES)
-        found = [_beam(lens, math.atan(share * height / efl)) for share in FIELDS]
-        if all(beam is not None for beam in found):
-            beams = [beam for beam in found if beam is not None]
+        chief = find_chief_rays(lens, behind, np.array([[0.0, share * height] for share in FIELDS]), by_image=True)
+        beams = []
+        for angle, share in reversed([*zip(chief.angles[:, 1].tolist(), FIELDS, strict=True)]):
+            beam = _beam(lens, math.copysign(angle, share))
+            if beam is None:                            # the outermost first
+                break
+            beams.insert(0, beam)
+        else:
             fields = np.repeat(np.arange(len(beams)), [len(beam[0]) for beam in beams])
             return height, (np.concatenate([beam[0] for beam in beams]), np.concatenate([beam[1] for beam in beams]),
                             fields)
@@ -226,10 +240,16 @@ def _rays(lens: Lens, efl: float, half: float) -> tuple[float, tuple[np.ndarray,
 
 
 def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray] | None:
-    """Parallel rays that pass the rims, evenly over the beam; None for fewer than 20."""
+    """Parallel rays that pass the rims, evenly over the beam; None for fewer than 20, or an angle that is NaN."""
+    if not abs(angle) < WIDEST:
+        return None
     direction = np.array([0.0, math.sin(angle), math.cos(angle)])       # a ray that rises has its image at y > 0
     first = lens.surfaces[0].semi_diameter
     low, high = np.array([-1.2 * first] * 2), np.array([1.2 * first] * 2)
+    # Points of the plane through the vertex: a steep ray that meets the rim crosses it far outside
+    depth = float(lens.surfaces[0].sag(0.0, first)) * math.tan(angle)
+    if math.isfinite(depth):
+        low[1], high[1] = low[1] - max(depth, 0.0), high[1] - min(depth, 0.0)
     before = -lens.length - 2.0 * first
     for count, least in ((WIDE, 1), (WIDE, 20), (GRID, 20)):    # the beam of a fisheye fills little of its front
         x, y = np.meshgrid(*(np.linspace(a, b, count) for a, b in zip(low, high, strict=True)))

@@ -51,7 +51,7 @@ def _image(lens: Lens, distance: float) -> list[Finding]:
     """The finding about a lens that throws no real image behind its last surface."""
     for section in lens.sections:
         try:
-            image = image_distance(section.surfaces, distance)
+            image = image_distance(section.surfaces, distance, front_index=section.front_index)
         except ArithmeticError:
             image = np.inf
         if not isfinite(image) or abs(image) >= FAR:

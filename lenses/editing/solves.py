@@ -110,15 +110,17 @@ def solution(lens: Lens, solve: Solve) -> float:
     distance = lens.system.object_distances[0]
     if solve.kind == "image":
         seen = lens.surfaces[:i + 1]
-        return image_distance(seen, inf if abs(distance) >= FAR else distance, wavelength) - solve.target
+        return image_distance(seen, inf if abs(distance) >= FAR else distance, wavelength,
+                              lens.front_index) - solve.target
     if solve.kind == "edge":
         here, behind = _rim_sag(surface), _rim_sag(lens.surfaces[i + 1])
         return solve.target + here - behind
     if solve.kind == "efl":
         return _root(lambda c: -ray(with_surfaces(lens, [(i, replace(surface, curvature=c))]).surfaces,
-                                    wavelength=wavelength)[1] * solve.target - 1.0, surface.curvature)
+                                    wavelength=wavelength, front_index=lens.front_index)[1] * solve.target - 1.0,
+                     surface.curvature)
     if solve.kind == "f-number":
-        heights, slope = ray(lens.surfaces, wavelength=wavelength)
+        heights, slope = ray(lens.surfaces, wavelength=wavelength, front_index=lens.front_index)
         return abs(heights[i] / (2.0 * solve.target * slope)) if slope else inf
     return _root(lambda c: _marginal_slope(with_surfaces(lens, [(i, replace(surface, curvature=c))]), i, wavelength)
                  - solve.target, surface.curvature)
@@ -134,9 +136,9 @@ def _marginal_slope(lens: Lens, surface: int, wavelength: float) -> float:
     """Slope behind a surface of the paraxial ray that touches the rim of the stop, from the object of the design."""
     distance = lens.system.object_distances[0]
     start = (1.0, 0.0) if abs(distance) >= FAR else (distance, 1.0) if abs(distance) < 1.0 else (1.0, 1.0 / distance)
-    heights, _ = ray(lens.surfaces, *start, wavelength)
+    heights, _ = ray(lens.surfaces, *start, wavelength, lens.front_index)
     at_stop = heights[lens.stop_index]
-    _, slope = ray(lens.surfaces[:surface + 1], *start, wavelength)
+    _, slope = ray(lens.surfaces[:surface + 1], *start, wavelength, lens.front_index)
     return slope * lens.surfaces[lens.stop_index].semi_diameter / at_stop if at_stop else inf
 
 

@@ -68,7 +68,8 @@ def with_stop_in_gap(document: LensDocument, surface: int, distance: float) -> L
         raise EditError(f"distance {significant(distance)} mm: the gap behind surface {surface} is "
                         f"{significant(front.thickness)} mm long")
     lens = document.lens
-    heights, _ = ray(lens.surfaces, wavelength=reference_wavelength(lens.surfaces, lens.system))
+    heights, _ = ray(lens.surfaces, wavelength=reference_wavelength(lens.surfaces, lens.system),
+                     front_index=lens.front_index)
     old = lens.stop_index
     beam = lens.stop.semi_diameter / abs(heights[old]) if heights[old] else 0.0
     share = distance / front.thickness if front.thickness else 0.0

@@ -136,9 +136,10 @@ def lines(lens: "Lens") -> list[str]:
             written.append(f"{key} = {_text(value)}")
     notes = written.pop() if lens.notes else None
     wavelength = reference_wavelength(lens.surfaces, lens.system)
-    tele = focal_length(lens.at(zoom=1.0).surfaces, wavelength) if lens.zooms else inf
-    for key, value in (("computed_efl", focal_length(lens.surfaces, wavelength)), ("computed_tele_efl", tele),
-                       ("computed_f_number", f_number(lens.surfaces, lens.stop_index, wavelength))):
+    n = lens.front_index
+    tele = focal_length(lens.at(zoom=1.0).surfaces, wavelength, n) if lens.zooms else inf
+    for key, value in (("computed_efl", focal_length(lens.surfaces, wavelength, n)), ("computed_tele_efl", tele),
+                       ("computed_f_number", f_number(lens.surfaces, lens.stop_index, wavelength, n))):
         if isfinite(value):
             written.append(f"{key} = {digits(float(f'{value:.6g}'))}")
     written.append(f"counts = {{ {', '.join(f'{key} = {count}' for key, count in asdict(counts(lens)).items())} }}")

@@ -251,9 +251,9 @@ def _present(document: LensDocument, surface: int, kind: str) -> float:
 
     lens = document.lens
     if kind == "efl":
-        return _rounded(focal_length(lens.surfaces), 6)
+        return _rounded(focal_length(lens.surfaces, front_index=lens.front_index), 6)
     if kind == "f-number":
-        return _rounded(f_number(lens.surfaces, lens.stop_index), 4)
+        return _rounded(f_number(lens.surfaces, lens.stop_index, front_index=lens.front_index), 4)
     if kind == "edge":
         solve = Solve(surface, kind, 0.0)
         from lensbench.lenses.editing.solves import solution

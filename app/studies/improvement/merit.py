@@ -6,14 +6,15 @@ where the sum of all squares is least: defocus is no fault.
 """
 
 from dataclasses import dataclass, replace
-from math import inf, isfinite, sqrt
+from math import atan, degrees, inf, isfinite, sqrt
 
 import numpy as np
 
+from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.app.studies.improvement.wave_errors import wave_errors
 from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses.editing.document import LensDocument
-from lensbench.lenses.paraxial import focal_length, image_distance
+from lensbench.lenses.paraxial import FAR, focal_length, image_distance
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, GlassError
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
@@ -21,6 +22,8 @@ from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.optics.surfaces import SurfaceTable
 
 FIELDS = (0.0, 0.7, 1.0)        # of the largest field angle
+STEEP = 0.6                     # radians: from here on rays are aimed about the real chief ray
+WIDEST = 1.5                    # radians: the largest field angle that rays are aimed at
 RINGS, ARMS = 4, 5              # of rays over half of the pupil; the other half mirrors it
 AIMING = 3                      # Newton steps that bring a ray to its point of the stop
 HELD = 0.05                     # mm of spot radius that a 1 % change of a held length counts as
@@ -39,7 +42,7 @@ class Goal:
     Parameters
     ----------
     field : float
-        Largest field angle (radians), from 0 to 1.2.
+        Largest field angle (radians), from 0 to WIDEST.
     focal_length, back_focus : float or None
         Lengths (mm) that are held; None lets them go.
     edge, centre : float
@@ -48,6 +51,8 @@ class Goal:
         Wavelengths (µm); those that a glass is not known at are left out.
     aim : str
         "spot" for the rms radius of the spots, "wavefront" for the rms wave error; one of AIMS.
+    focal_length_x : float or None
+        As `focal_length`, of the section x–z of a lens with a cylinder or toroid.
     """
 
     field: float
@@ -57,6 +62,7 @@ class Goal:
     centre: float = 0.8
     colours: tuple[float, ...] = (F_LINE, D_LINE, C_LINE)
     aim: str = "spot"
+    focal_length_x: float | None = None
 
 
 @dataclass(frozen=True)
@@ -78,8 +84,8 @@ class Merit:
     """
 
     def __init__(self, start: Lens, goal: Goal):
-        if not 0.0 <= goal.field <= 1.2:
-            raise MeritError(f"field angle {significant(goal.field, 3)}: it must lie from 0 to 1.2 radians")
+        if not 0.0 <= goal.field <= WIDEST:
+            raise MeritError(f"field angle {significant(goal.field, 3)}: it must lie from 0 to {WIDEST} radians")
         self.goal = goal
         self.colours = tuple(w for w in goal.colours if _known(start, w)) or (D_LINE,)
         fo = first_order(start)
@@ -111,7 +117,7 @@ class Merit:
         directions /= np.hypot(1.0, slopes)[:, None]
         wanted = np.tile(points, (len(FIELDS), 1))
         at = wanted * scale
-        at[:, 1] -= (pupil.z - start_z) * slopes
+        at[:, 1] += np.repeat(self._entries(lens, pupil.z, start_z), len(points))
         # Newton, ray by ray: the map from the pupil to the stop is nearly a scaling
         step = 1e-4 * pupil.radius
         for _ in range(AIMING):
@@ -127,6 +133,17 @@ class Merit:
         shape = (len(FIELDS), len(points), 3)
         weights = self.beams.weights if hasattr(self, "beams") else np.ones((len(FIELDS), len(points)))
         return Beams(origins.reshape(shape), directions.reshape(shape), weights)
+
+    def _entries(self, lens: Lens, pupil_z: float, start_z: float) -> np.ndarray:
+        """y (mm) of each field's chief ray at start_z: of the paraxial one, and of the real one of a steep field."""
+        angles = np.array(FIELDS) * self.goal.field
+        entries = (start_z - pupil_z) * np.tan(angles)
+        if self.goal.field > STEEP:             # the pupil has wandered: Newton's steps would miss the lens
+            real = find_chief_rays(lens, back_focus(lens), np.column_stack([0.0 * angles, angles]))
+            x_y_z, slope = real.points, real.directions[:, 1] / real.directions[:, 2]
+            there = x_y_z[:, 1] + (start_z - x_y_z[:, 2]) * slope
+            entries = np.where(np.isfinite(there), there, entries)
+        return entries
 
     def _passing(self, lens: Lens, beams: Beams) -> Beams:
         """The beams without the rays that a rim of this lens ends."""
@@ -183,9 +200,12 @@ class Merit:
         """Residuals of what is held and of what must not be thinner."""
         found = []
         if goal.focal_length is not None:
-            found.append(100.0 * HELD * (focal_length(lens.surfaces) / goal.focal_length - 1.0))
+            held = focal_length(lens.surfaces, front_index=lens.front_index)
+            found.append(100.0 * HELD * (held / goal.focal_length - 1.0))
+        if goal.focal_length_x is not None:
+            found.append(100.0 * HELD * (_focal_length_x(lens) / goal.focal_length_x - 1.0))
         if goal.back_focus is not None:
-            found.append(100.0 * HELD * (image_distance(lens.surfaces, inf) / goal.back_focus - 1.0))
+            found.append(100.0 * HELD * (back_focus(lens) / goal.back_focus - 1.0))
         for front, back in zip(lens.surfaces, lens.surfaces[1:], strict=False):
             in_glass = front.glass.n_d > 1.0
             edge = front.thickness + _sag(back) - _sag(front) if in_glass else front.thickness + _sag(
@@ -204,7 +224,8 @@ class Merit:
 
 def goal_of(document: LensDocument, image_height: float, aim: str = "spot") -> Goal:
     """The goal that keeps focal length and thinnest edges of a lens, over an image of this height (mm)."""
-    efl = focal_length(document.surfaces)
+    lens = document.lens
+    efl = focal_length(document.surfaces, front_index=lens.front_index)
     if not (isfinite(efl) and efl > 0.0):
         raise MeritError("the lens throws no image: it cannot be improved before it does")
     elements = [(front, back) for front, back in zip(document.surfaces, document.surfaces[1:], strict=False)
@@ -212,7 +233,38 @@ def goal_of(document: LensDocument, image_height: float, aim: str = "spot") -> G
     edges = [front.thickness + _sag(back) - _sag(front) for front, back in elements]
     edge = max(0.0, min([0.5, *(e for e in edges if isfinite(e))]))
     centre = min([0.8, *(max(0.0, front.thickness) for front, _ in elements)])
-    return Goal(float(min(np.arctan(image_height / efl), 1.2)), efl, None, edge, centre, aim=aim)
+    across = _focal_length_x(lens) if len(lens.sections) > 1 else None
+    return Goal(min(_field_angle(lens, image_height, efl), WIDEST), efl, None, edge, centre, aim=aim,
+                focal_length_x=across)
+
+
+def left_out(lens: Lens, goal: Goal) -> list[str]:
+    """What the merit does not see of a lens, in sentences."""
+    found = []
+    if goal.field == WIDEST:
+        found.append(f"The fields end at {significant(degrees(WIDEST), 3)}°: steeper light is not judged")
+    if len(lens.sections) > 1:
+        found.append("The fields lie along y: those across, and in the corners, are not judged")
+    if isfinite(lens.system.object_distances[0]) and abs(lens.system.object_distances[0]) < FAR:
+        found.append("Judged for an object at infinity, not for the distance of the design, "
+                     f"{significant(lens.system.object_distances[0])} mm")
+    return found
+
+
+def back_focus(lens: Lens) -> float:
+    """Last vertex → paraxial image of infinity (mm), at the d line."""
+    return image_distance(lens.surfaces, inf, front_index=lens.front_index)
+
+
+def _focal_length_x(lens: Lens) -> float:
+    """Focal length (mm) of the section x–z, at the d line."""
+    return focal_length(lens.sections[0].surfaces, front_index=lens.front_index)
+
+
+def _field_angle(lens: Lens, image_height: float, efl: float) -> float:
+    """The angle (radians) of the field whose chief ray meets the film at a height (mm); paraxial where none does."""
+    found = find_chief_rays(lens, back_focus(lens), np.array([[0.0, image_height]]), by_image=True).angles[0, 1]
+    return float(abs(found)) if isfinite(found) else atan(image_height / (lens.front_index * efl))
 
 
 def amount(rms: float, aim: str) -> str:

@@ -7,7 +7,7 @@ mp.dps = 40
 
 def bent(lens, upto=None, height=1, slope=0):
     """Height and slope behind surface `upto` of a paraxial d-line ray, and the heights on the way."""
-    y, u, n, heights = mpf(height), mpf(slope), mpf(1), []
+    y, u, n, heights = mpf(height), mpf(slope), mpf(lens.front_index), []
     last = len(lens.surfaces) - 1 if upto is None else upto
     for i, surface in enumerate(lens.surfaces[:last + 1]):
         heights.append(y)

@@ -1,5 +1,7 @@
 """Solves meet their targets to 1e-12 in forty digits; pickups follow; a solve without a solution is a finding."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,6 +57,21 @@ def test_f_number_edge_and_marginal_slope_meet_their_targets():
     before = with_rule(TRIPLET, Solve(1, "marginal slope", -0.02))
     slope = oracle.bent(before.lens, 1)[1] * oracle.mpf(before.lens.stop.semi_diameter)
     assert abs(slope / oracle.bent(before.lens)[2][3] + oracle.mpf("0.02")) < EXACT
+
+
+def test_a_lens_that_stands_in_water_meets_its_solves_there():
+    wet = LensDocument(replace(TRIPLET.lens, front_index=1.333))
+    assert oracle.efl(wet.lens) > 1.1 * oracle.efl(TRIPLET.lens)
+    for rule in (Solve(5, "efl", 60.0), Solve(5, "image")):
+        wet = with_rule(wet, rule)
+    assert abs(oracle.efl(wet.lens) / 60 - 1) < EXACT
+    assert abs(oracle.bfl(wet.lens) / wet.surfaces[5].thickness - 1) < EXACT
+    stopped = with_rule(wet, Solve(3, "f-number", 4.5))
+    pupil = 2 * oracle.mpf(stopped.lens.stop.semi_diameter) / oracle.bent(stopped.lens)[2][3]
+    assert abs(oracle.efl(stopped.lens) / pupil - oracle.mpf("4.5")) < EXACT
+    sloped = with_rule(without_rule(wet, 5, "curvature"), Solve(5, "marginal slope", -0.1))
+    y, u, heights = oracle.bent(sloped.lens)
+    assert abs(u * oracle.mpf(sloped.lens.stop.semi_diameter) / heights[3] + oracle.mpf("0.1")) < EXACT
 
 
 def test_pickups_follow_in_chains_and_free_numbers_keep_their_value():

@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import replace
-from math import inf
+from math import atan, inf
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
 from lensbench.app.command.main import main
 from lensbench.app.studies.improvement.improve import improved, jacobian, radii
-from lensbench.app.studies.improvement.merit import Goal, Merit, MeritError, goal_of
+from lensbench.app.studies.improvement.merit import Goal, Merit, MeritError, back_focus, goal_of, left_out
 from lensbench.lenses.editing.cells import with_radius, with_rule, with_value
 from lensbench.lenses.editing.document import LensDocument, Solve, with_surfaces
 from lensbench.lenses.paraxial import focal_length
@@ -167,6 +167,32 @@ def test_the_command_names_fields_without_light_and_each_number_once(capsys):
     asked = ["improve", "lenshh-cooke-triplet-50", "--vary", "5.radius,5.radius", "--json"]
     assert main([*asked, "--image-height", "1000"]) == 0
     told = capsys.readouterr()
-    assert "No light arrives at 0.7 and 1 of the largest field angle, 68.8°" in told.err
+    assert "No light arrives at 0.7 and 1 of the largest field angle, 85.9°" in told.err
     assert len(json.loads(told.out)["numbers"]) == 1
     assert main([*asked, "--image-height", "5"]) == 0 and not capsys.readouterr().err
+
+
+def test_a_lens_in_water_is_judged_in_water_and_both_focal_lengths_of_a_toroid_are_held():
+    wet = replace(TRIPLET, lens=replace(TRIPLET.lens, front_index=1.333))
+    goal = goal_of(wet, 5.0)
+    assert goal.focal_length == pytest.approx(lb.first_order(wet.lens).efl, rel=1e-12)
+    assert goal.field == pytest.approx(atan(5.0 / (1.333 * goal.focal_length)), rel=0.01)       # but for distortion
+    assert back_focus(wet.lens) == pytest.approx(lb.first_order(wet.lens).bfl, rel=1e-12)
+    assert Merit(wet.lens, goal)._penalties(wet.lens, goal)[0] == pytest.approx(0.0, abs=1e-9)
+    anamorphic = LensDocument(lenses.load("lentil-schneider-anamorphic-31-2001"))
+    goal = goal_of(anamorphic, 10.0)
+    x, y = (lb.first_order(section).efl for section in anamorphic.lens.sections)
+    assert (goal.focal_length_x, goal.focal_length) == pytest.approx((x, y), rel=1e-12) and x < 0.6 * y
+    assert left_out(anamorphic.lens, goal) == ["The fields lie along y: those across, and in the corners, are not "
+                                               "judged"]
+
+
+def test_the_largest_field_of_a_fisheye_is_that_of_its_image_and_what_is_not_judged_is_said():
+    fisheye = LensDocument(lenses.load("canon-178-degree-fisheye-y-155-f28"))
+    goal = goal_of(fisheye, 14.0)
+    ray = lb.chief_ray(fisheye.lens, goal.field)
+    film = fisheye.lens.length + back_focus(fisheye.lens)
+    height = ray.points[-1, 1] + (film - ray.points[-1, 2]) * ray.direction[1] / ray.direction[2]
+    assert abs(height) == pytest.approx(14.0, abs=1e-4) and goal.field > 0.9
+    assert "The fields end at 85.9°" in left_out(fisheye.lens, goal_of(fisheye, 21.6))[0]
+    assert left_out(TRIPLET.lens, goal_of(TRIPLET, 18.0)) == []
