@@ -64,8 +64,8 @@ def info(arguments: argparse.Namespace) -> int:
     rows += [("Petzval radius", f"{fixed(data['petzval_radius'], 1)} mm"),
              ("Nearest focus, from the film", "none: it forms no real image" if data["nearest_focus"] is None
               else f"{fixed(data['nearest_focus'] / 1000.0, 3)} m"),
-             ("Field of view, h × v, diagonal", "none: it forms no image" if math.isinf(data["efl"]) else
-              f"{fixed(view['horizontal'], 1)}° × {fixed(view['vertical'], 1)}°, {fixed(view['diagonal'], 1)}° on "
+             ("Field of view, h × v, diagonal", "none: it forms no real image" if view is None else
+              f"{_degrees(view['horizontal'])} × {_degrees(view['vertical'])}, {_degrees(view['diagonal'])} on "
               f"{significant(film[0])} × {significant(film[1])} mm{'' if film == lens.film_size else ' (assumed)'}")]
     if data["intrinsics"]:
         pixels = data["intrinsics"]
@@ -89,13 +89,18 @@ def info(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _degrees(angle: float | None) -> str:
+    """An angle in degrees to a tenth."""
+    return "dark" if angle is None else f"{fixed(angle, 1)}°"
+
+
 def _mm(length: float) -> str:
     """A length in mm to the micrometre."""
     return f"{fixed(length, 3)} mm"
 
 
 def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, Any]:
-    """The figures of `lensbench info`: lengths in mm, angles in degrees (by efl, distortion left out).
+    """The figures of `lensbench info`: lengths in mm, angles in degrees.
 
     film_size: width and height for field of view and intrinsics.
     """
@@ -125,11 +130,26 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
         "nearest_focus": nearest,
         "out_of_line": [i for i, surface in enumerate(lens.surfaces) if surface.pose is not None],
         "film": film_size,
-        "field_of_view": {axis: math.degrees(lb.field_of_view(abs(fo.efl), film, axis))
-                          for axis in ("horizontal", "vertical", "diagonal")},
+        "field_of_view": None if nearest is None else _field_of_view(lens, film, wavelength),
         "intrinsics": _intrinsics(lens, film),
         "findings": [str(finding) for finding in lens.findings],
     }
+
+
+def _field_of_view(lens, film, wavelength: float) -> dict[str, float | None]:
+    """Degrees across, down and across the diagonal at infinity: by rays; 2 atan(h / 2f) of a lens with cylinders.
+
+    Of a smaller image circle where the film is dark outside; None where no light through the middle of the stop comes.
+    """
+    import lensbench as lb
+    from lensbench.app.state.figures import traced_angles
+
+    axes = ("horizontal", "vertical", "diagonal")
+    if lens.is_rotationally_symmetric:
+        found = traced_angles(lens, film.width, film.height, wavelength, "paraxial")
+        return {axis: None if angle is None else math.degrees(angle) for axis, angle in zip(axes, found, strict=True)}
+    efl = lens.front_index * abs(lb.first_order(lens, wavelength).efl)
+    return {axis: math.degrees(lb.field_of_view(efl, film, axis)) for axis in axes}
 
 
 def _intrinsics(lens, film) -> dict[str, float] | None:

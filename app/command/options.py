@@ -78,8 +78,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--size", type=option(read_size), metavar="WxH",
         help="pixels across and down; without --film, the film is cut to their shape")
     add("--fov", type=option(read_angle), metavar="ANGLE",
-        help="field of view along the shorter side, such as 30deg: zooms the lens, crops the film, or sets the view "
-             "of a camera without a lens")
+        help="field of view along the shorter side, such as 30deg, of a lens without its distortion: zooms the lens, "
+             "crops the film, or sets the view of a camera without a lens")
     add("--model", action=_FormerModel, choices=(*LENS_MODELS, *CAMERAS, *former_settings.MODELS),
         help=argparse.SUPPRESS)
     of_lens = fields(LensSettings)

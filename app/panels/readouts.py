@@ -210,7 +210,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
         _colours(settings),
         Row("Field of view", field, "", "Horizontal × vertical, of the film that is used or of a smaller image circle, "
                                         "focused at infinity: by rays of the real lens, with its distortion; "
-                                        "2 atan(h / 2f) for an ideal one", gap=True),
+                                        "2 atan(h / 2f) for an ideal one, and for one with cylinders", gap=True),
         Row("Diagonal", NONE if got.fov_diagonal is None else format_angle(got.fov_diagonal), "",
             "Field of view across the film's diagonal"),
         Row("35 mm equivalent", *_length(got.equivalent), "The focal length that sees the same diagonal on a "

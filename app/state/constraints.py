@@ -89,7 +89,7 @@ def full_view(settings: Settings) -> tuple[float, float]:
     if settings.kind.view is not None:
         return settings.kind.view(settings)
     efl = _focal_length(settings)
-    return 2.0 * math.atan(0.5 * min(settings.film_width, settings.film_height) / efl), efl
+    return 2.0 * math.atan(0.5 * min(settings.film_width, settings.film_height) / (_index(settings) * efl)), efl
 
 
 def _focal_length(settings: Settings) -> float:
@@ -99,6 +99,14 @@ def _focal_length(settings: Settings) -> float:
     except (ValueError, OSError):
         return 50.0
     return efl if math.isfinite(efl) and efl else 50.0
+
+
+def _index(settings: Settings) -> float:
+    """The index before the lens: the focal length on the side of the scene is as many times longer."""
+    try:
+        return design(_unzoomed(settings)).front_index
+    except (ValueError, OSError):
+        return 1.0
 
 
 def field_of_view(settings: Settings) -> float:
@@ -139,7 +147,8 @@ def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) 
         return settings.kind.with_view(settings, fov)
     if not keep_zoom and _zooms_by_length(settings):
         lens = design(_unzoomed(settings))
-        wanted = 0.5 * min(settings.film_width, settings.film_height) / math.tan(0.5 * min(fov, 3.0))
+        wanted = 0.5 * min(settings.film_width, settings.film_height) / (
+            _index(settings) * math.tan(0.5 * min(fov, 3.0)))
         settings = replace(settings, zoom=zoom_of(lens, wanted), crop=1.0)
         if focal_length(lens, 0.0) <= wanted <= focal_length(lens, 1.0):
             return settings

@@ -139,7 +139,7 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     designed = lb.first_order(lens, wavelength)
     seen = lb.first_order(lens_setup.lens, wavelength)              # focused and stopped down
     plain = replace(
-        angles(film, lens.front_index * designed.efl, _across(lens, wavelength), port),
+        angles(film, lens.front_index * designed.efl, _across(lens, wavelength, lens.front_index), port),
         wavelength=wavelength,
         efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl), limit=limit,
         widest_f_number=_finite(lb.f_number_at_infinity(lens, wavelength)),
@@ -151,8 +151,8 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
         return plain
     if settings.follows_lens and lens.is_rotationally_symmetric:
         across, down, diagonal = (angle if angle is None else 2.0 * port.seen_angle(0.5 * angle)
-                                  for angle in _traced_angles(lens, film.width, film.height, wavelength,
-                                                              lens_setup.focusing.method))
+                                  for angle in traced_angles(lens, film.width, film.height, wavelength,
+                                                             lens_setup.focusing.method))
         plain = replace(plain, fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal)
     at, behind = lens_setup.lens, lens_setup.film_distance
     nearest = lb.nearest_focus(at)
@@ -178,15 +178,18 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     )
 
 
-def _across(lens: lb.Lens, wavelength: float) -> float | None:
-    """The focal length (mm) of the section x–z of a lens with cylinders at a wavelength (µm); None for other lenses."""
-    return None if len(lens.sections) == 1 else _finite(lb.first_order(lens.section("x"), wavelength).efl)
+def _across(lens: lb.Lens, wavelength: float, index: float = 1.0) -> float | None:
+    """The focal length (mm) of the section x–z of a lens with cylinders at a wavelength (µm); None for other lenses.
+
+    index: 1 behind the lens; that before it for the focal length on the side of the scene.
+    """
+    return None if len(lens.sections) == 1 else _finite(index * lb.first_order(lens.section("x"), wavelength).efl)
 
 
 def angles(film: lb.Film, efl: float, across_efl: float | None = None, port: FlatPort = AIR) -> Readings:
     """Fields of view at infinity, 2 atan(h / 2f), and the focal length with the same diagonal field on full frame.
 
-    efl: on the side of the scene, f; in water it is longer by the index. across_efl: focal length (mm) of the section
+    efl: on the side of the scene, f; in water it is longer by the index. across_efl: the same (mm) of the section
     x–z of a lens with cylinders, which squeezes the picture; the film then counts as wide as the unsqueezed picture.
     port: the window into water, which narrows the fields.
     """
@@ -201,8 +204,8 @@ def angles(film: lb.Film, efl: float, across_efl: float | None = None, port: Fla
 
 
 @lru_cache(maxsize=64)
-def _traced_angles(lens: lb.Lens, width: float, height: float, wavelength: float,
-                   method: str) -> tuple[float | None, ...]:
+def traced_angles(lens: lb.Lens, width: float, height: float, wavelength: float,
+                  method: str) -> tuple[float | None, ...]:
     """Fields of view (radians) of a film (mm) at infinity: twice the angles of chief rays, with all distortion.
 
     To the sides, the top and the corner of the film, or to the edge of a smaller image circle. None where no light

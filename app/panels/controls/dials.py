@@ -99,7 +99,7 @@ def _lens_view(settings: Settings) -> Settings:
     zooming = zooms(settings)
     tip = ("Field of view along the shorter side: turns the zoom, and beyond its longest end uses less of the film"
            if zooming else "Field of view along the shorter side: a smaller one uses less of the film") \
-        + "\nOf a lens without distortion, in air; the read-outs have that of its rays"
+        + "\nOf a lens without distortion and without a window into water; the read-outs have that of its rays"
     fov = field_of_view(settings)
     fov_set = dial("Field of view", fov, dial_scales.fov_scale(narrow, wide, wide), tip)
     if fov_set == fov:

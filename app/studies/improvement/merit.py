@@ -135,7 +135,7 @@ class Merit:
         return Beams(origins.reshape(shape), directions.reshape(shape), weights)
 
     def _entries(self, lens: Lens, pupil_z: float, start_z: float) -> np.ndarray:
-        """y (mm) of each field's chief ray at start_z: of the paraxial one, and of the real one of a steep field."""
+        """Y (mm) of each field's chief ray at start_z: of the paraxial one, and of the real one of a steep field."""
         angles = np.array(FIELDS) * self.goal.field
         entries = (start_z - pupil_z) * np.tan(angles)
         if self.goal.field > STEEP:             # the pupil has wandered: Newton's steps would miss the lens

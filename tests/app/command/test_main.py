@@ -298,7 +298,22 @@ def test_the_data_of_a_lens_are_those_of_the_core(capsys):
     assert data["efl"] == fo.efl and data["f_number"] == fo.f_number
     assert data["t_number"] > data["f_number"]
     assert data["nearest_focus"] == lb.nearest_focus(lens)
-    assert data["field_of_view"]["diagonal"] == pytest.approx(2.0 * math.degrees(math.atan(21.633 / fo.efl)), abs=1e-3)
+    # But for its distortion
+    assert data["field_of_view"]["diagonal"] == pytest.approx(2.0 * math.degrees(math.atan(21.633 / fo.efl)), rel=0.02)
+
+
+@pytest.mark.parametrize("name, index", [("canon-178-degree-fisheye-y-155-f28", 1.0), (LENS, 1.333)])
+def test_the_field_of_view_is_that_of_the_rays_to_the_edge_of_the_film(name, index, capsys, tmp_path):
+    lens = replace(lenses.load(name), front_index=index)
+    lenses.save(lens, tmp_path / "a.toml")
+    capsys.readouterr()
+    assert main(["info", str(tmp_path / "a.toml"), "--json"]) == 0
+    seen = json.loads(capsys.readouterr().out)["field_of_view"]
+    film = lens.length + lb.film_distance(lens, math.inf)
+    for axis, half in (("horizontal", 18.0), ("vertical", 12.0), ("diagonal", math.hypot(18.0, 12.0))):
+        ray = lb.chief_ray(lens, math.radians(0.5 * seen[axis]))
+        y = ray.points[-1, 1] + (film - ray.points[-1, 2]) * ray.direction[1] / ray.direction[2]
+        assert abs(y) == pytest.approx(half, abs=1e-4)
 
 
 def test_the_data_follow_focal_length_and_aperture(capsys):

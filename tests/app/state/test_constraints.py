@@ -61,6 +61,16 @@ def test_field_of_view_and_crop_are_one(crop):
     assert math.isclose(constraints.with_field_of_view(START, fov).crop, crop, rel_tol=1e-9)
 
 
+def test_a_lens_in_water_sees_the_field_that_is_asked_of_it():
+    wet = Settings(lens="pbrt-dgauss-50mm", focus_position="paraxial", medium="water", immersed=True,
+                   focus_distance=1e7)
+    settings = constraints.with_field_of_view(wet, math.radians(2.0))       # too small for distortion
+    of = camera(settings)
+    top = of.generate_rays([[of.film.pixels_x / 2.0, 0.0]], [of.pupil_centre])
+    assert 2.0 * math.acos(-top.directions[0, 2]) == pytest.approx(math.radians(2.0), rel=2e-3)
+    assert constraints.field_of_view(settings) == pytest.approx(math.radians(2.0), rel=1e-9)
+
+
 def test_the_perspective_camera_has_a_field_of_view_of_its_own():
     settings = replace(START, camera="perspective")
     assert constraints.with_field_of_view(settings, 1.0) == replace(settings, fov=1.0)

@@ -111,6 +111,15 @@ def test_the_field_of_view_is_that_of_the_camera_near_the_axis(name):
     assert 2.0 * math.acos(-rays.directions[0, 2]) == pytest.approx(got.fov_vertical, rel=2e-3)
 
 
+def test_the_field_across_of_an_anamorphic_lens_in_water_is_that_of_its_rays():
+    settings = replace(START, lens="lentil-schneider-anamorphic-31-2001", medium="water", immersed=True, crop=0.05,
+                       film_width=24.0, film_height=18.0, focus_distance=1e7)
+    of, got = camera(settings), readings(settings)
+    rays = of.generate_rays([[0.0, of.film.pixels_y / 2.0]], [of.pupil_centre])
+    # In water its two sections focus 4 mm apart, and the film lies between
+    assert 2.0 * math.acos(-rays.directions[0, 2]) == pytest.approx(got.fov_horizontal, rel=0.04)
+
+
 @pytest.mark.parametrize("name", SEEN)
 def test_focused_at_the_hyperfocal_distance_infinity_is_just_sharp(name):
     settings = replace(SEEN[name], f_number=8.0)
