@@ -73,8 +73,8 @@ def improve(arguments: argparse.Namespace) -> int:
     steps: list[Step] = []
     try:
         weights = Merit(document.lens, goal).beams.weights
-        for remark in left_out(document.lens, goal):
-            print(remark, file=sys.stderr)
+        for said in left_out(document.lens, goal):
+            print(said, file=sys.stderr)
         dark = [share for share, row in zip(FIELDS, weights, strict=True) if not row.any()]
         if dark:
             print(f"No light arrives at {' and '.join(map(significant, dark))} of the largest field angle, "

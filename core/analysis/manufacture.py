@@ -226,7 +226,7 @@ def _rays(lens: Lens, behind: float, half: float) -> tuple[float, tuple[np.ndarr
     for part in range(ROUNDS * TRIES):
         height = half * TRIES ** -(part // TRIES) * (1.0 - part % TRIES / TRIES)
         chief = find_chief_rays(lens, behind, np.array([[0.0, share * height] for share in FIELDS]), by_image=True)
-        beams = []
+        beams: list[tuple[np.ndarray, np.ndarray]] = []
         for angle, share in reversed([*zip(chief.angles[:, 1].tolist(), FIELDS, strict=True)]):
             beam = _beam(lens, math.copysign(angle, share))
             if beam is None:                            # the outermost first
