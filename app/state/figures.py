@@ -172,7 +172,7 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     working = lb.working_f_number(at, behind)
     return replace(
         plain, f_number=lens_setup.f_number, working_f_number=_finite(working), airy=airy_diameter(working, wavelength),
-        t_number=lb.t_number(at.at(close=0.0), coating(settings, lens).name),
+        t_number=lb.t_number(at.at(close=0.0), coating(settings, lens).name, wavelength),
         near_limit=_known(port.true(near)), far_limit=_known(port.true(far)),
         hyperfocal=true_focus(at, max(lb.thick_hyperfocal(at, limit), nearest), settings),
     )

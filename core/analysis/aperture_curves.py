@@ -23,6 +23,7 @@ from lensbench.kernels.pauses import pause
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.focus import FocusError, focused, nearest_focus
 from lensbench.optics.focus import film_distance as focus_on
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import f_number_at_infinity, first_order, stopped_down
 from lensbench.optics.prescription import Lens
@@ -238,8 +239,8 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
     return Breathing(places, np.abs(angles), focal, magnified, findings)
 
 
-def relative_illumination(lens: Lens, film_distance: float, film: Film, f_numbers=None,
-                          points: int = 33) -> tuple[tuple[str, Falloff], ...]:
+def relative_illumination(lens: Lens, film_distance: float, film: Film, f_numbers=None, points: int = 33,
+                          wavelength: float = D_LINE) -> tuple[tuple[str, Falloff], ...]:
     """Falloff over the film at several apertures, each split into natural falloff and vignetting.
 
     Parameters
@@ -251,9 +252,11 @@ def relative_illumination(lens: Lens, film_distance: float, film: Film, f_number
     film : Film
         Its half-diagonal ends the curves.
     f_numbers : sequence or None
-        f-numbers in air; None: the widest, and one, two and three stops less.
+        f-numbers in air, at the d line; None: the widest, and one, two and three stops less.
     points : int
         Film radii.
+    wavelength : float
+        µm, of the light.
 
     Returns
     -------
@@ -275,5 +278,6 @@ def relative_illumination(lens: Lens, film_distance: float, film: Film, f_number
     found = []
     for number in numbers:
         pause()
-        found.append((f_number_text(float(number)), falloff(stopped_down(lens, float(number)), film_distance, radii)))
+        stopped = stopped_down(lens, float(number))
+        found.append((f_number_text(float(number)), falloff(stopped, film_distance, radii, wavelength)))
     return tuple(found)

@@ -132,7 +132,7 @@ def _passed(coating: Coating, before: float, after: float, wavelength: float) ->
     return 1.0 - float(coating.reflectance(before, after, wavelength=wavelength).mean)
 
 
-def t_number(lens: Lens, coating: str | Coating = "uncoated") -> float:
+def t_number(lens: Lens, coating: str | Coating = "uncoated", wavelength: float = D_LINE) -> float:
     """f-number of a lens without losses and blades that passes as much light.
 
     It is N / √(transmission · open part of the stop), N the f-number for an object at infinity.
@@ -143,10 +143,12 @@ def t_number(lens: Lens, coating: str | Coating = "uncoated") -> float:
         The lens.
     coating : str or Coating
         As of `surface_coatings`.
+    wavelength : float
+        Micrometres, of the f-number and the transmission.
 
     Returns
     -------
     float
         The T-number.
     """
-    return first_order(lens).f_number / sqrt(transmission(lens, coating=coating) * lens.iris.area / pi)
+    return first_order(lens, wavelength).f_number / sqrt(transmission(lens, wavelength, coating) * lens.iris.area / pi)

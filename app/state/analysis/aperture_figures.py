@@ -87,7 +87,10 @@ def illumination_figure(query: Query, points: int) -> Figure:
     if query.lens.asymmetry:
         raise lb.LensError("relative illumination is a function of the image height alone for lenses with rotational "
                            f"symmetry: this one has {query.lens.asymmetry}")
-    found = relative_illumination(query.setup.lens, query.setup.film_distance, query.setup.film, points=max(points, 9))
+    lights = relative_illumination(query.lens, query.setup.film_distance, query.setup.film, points=max(points, 9),
+                                   wavelength=query.conditions().primary_wavelength)
+    # The f-numbers are those at the primary wavelength of the design, whatever the light
+    found = [(f_number_text(query.setup.f_number * math.sqrt(2.0)**k), light) for k, (_, light) in enumerate(lights)]
     first = found[0][1]
     curves = [Curve(name, light.radii, 100.0 * light.total, f"field{k - 1}" if k else "strong")
               for k, (name, light) in enumerate(found)]

@@ -29,7 +29,8 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     """
     name = coating or usual_coating(query.lens)
     way = field_direction(query, field)
-    found = _ghosts(query.setup.lens, query.setup.film_distance, way, name, 31 if points > 16 else 21)
+    found = _ghosts(query.lens, query.setup.film_distance, way, query.conditions().primary_wavelength, name,
+                    31 if points > 16 else 21)
     if not any(row.share > 0.0 for row in found.rows) and not found.direct > 0.0:
         raise lb.LensError("no light of this field reaches the film, directly or by a ghost" + (
             ": choose one nearer to the centre" if FIELDS[field] else ""))
@@ -97,9 +98,9 @@ def field_direction(query: Query, field: str) -> tuple[float, float]:
 
 
 @lru_cache(maxsize=32)
-def _ghosts(lens: lb.Lens, film_distance: float, way: tuple[float, float], coating: str,
+def _ghosts(lens: lb.Lens, film_distance: float, way: tuple[float, float], wavelength: float, coating: str,
             cells: int) -> lb.analysis.Ghosts:
-    return lb.analysis.ghosts(lens, film_distance, (*way, math.inf), coating=COATINGS[coating], cells=cells)
+    return lb.analysis.ghosts(lens, film_distance, (*way, math.inf), wavelength, COATINGS[coating], cells)
 
 
 @lru_cache(maxsize=64)
@@ -111,8 +112,8 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
     from lensbench.optics.ghost_path import ghost_path
     from lensbench.optics.ghost_trace import GhostTracer
 
-    lens, distance = query.setup.lens, query.setup.film_distance
-    tracer = GhostTracer(lens, distance, [landing_step(lb.Film(2.0, 2.0, 2, 2), 1.0)], real=np.float64)
+    lens, distance, wavelength = query.lens, query.setup.film_distance, query.conditions().primary_wavelength
+    tracer = GhostTracer(lens, distance, [landing_step(lb.Film(2.0, 2.0, 2, 2), 1.0)], wavelength, real=np.float64)
     light, lanes = light_place(lens, distance, (*field_direction(query, field), math.inf)), lane_buffer(np.float64)
     box = pair_box(tracer, lanes, light, pair)
     if box is None:
@@ -124,7 +125,7 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
     points = rays[:3, lit]
     best = lit[int(((points - points.mean(1, keepdims=True))**2).sum(0).argmin())]
     start = rays[:3, best] - [0.0, 0.0, tracer.front_z] - 0.6 * (lens.length + distance) * rays[3:6, best]
-    path = ghost_path(lens, pair, start, rays[3:6, best])
+    path = ghost_path(lens, pair, start, rays[3:6, best], wavelength)
     way = (lens.length + distance - path.points[-1, 2]) / path.direction[2]
     return np.vstack([path.points, path.points[-1] + way * path.direction])
 

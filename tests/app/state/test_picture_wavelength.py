@@ -1,5 +1,6 @@
 """Lenses that were designed for another wavelength than the d line: film, picture and figures are at theirs."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -9,6 +10,8 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
+from lensbench.app.state.analysis.ghost_images import ghosts_figure
+from lensbench.app.state.analysis.query import query
 from lensbench.app.state.build import camera, design, picture_wavelength, published, setup, wavelength_remark
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.geometry.section import sketch
@@ -48,6 +51,23 @@ def test_film_and_picture_of_a_design_for_248_nm_are_those_at_248_nm(settings):
     assert np.abs(rays.directions[:, :2]).max() < 3e-6      # of the aberration; at the d line they lean by 7e-4
     assert "248 nm alone" in wavelength_remark(silica) and "248 nm alone" in colours(silica).why
     assert not colours(silica).possible
+
+
+def test_t_stop_and_ghosts_of_a_design_for_248_nm_are_those_of_its_coating_at_248_nm(settings, capsys):
+    """The reflectance of one layer in closed form (Born and Wolf, § 1.6): a quarter wave at 550 nm alone."""
+    n, layer, phase = 1.50855, 1.38, 0.5 * math.pi * 0.55 / 0.248
+    off, on = ((1.0 + sign * n, n / layer + sign * layer) for sign in (-1.0, 1.0))
+    part = [half[0] ** 2 * math.cos(phase) ** 2 + half[1] ** 2 * math.sin(phase) ** 2 for half in (off, on)]
+    reflected = part[0] / part[1]
+    coated = settings(SILICA, coating="single-layer", focus_position="paraxial")
+    assert readings(coated).t_number == pytest.approx(readings(coated).f_number / (1.0 - reflected), rel=1e-5)
+    assert main(["info", coated.lens, "--coating", "single-layer", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["transmission"] == pytest.approx((1.0 - reflected) ** 2, rel=1e-5)
+    assert data["t_number"] == pytest.approx(data["f_number"] / (1.0 - reflected), rel=1e-5)
+    figure = ghosts_figure(query(replace(coated, f_number=50.0)), 8, "axis", "single-layer")
+    (_, _, share, *_, paraxial), = figure.table.rows
+    assert paraxial == pytest.approx(reflected**2, rel=1e-4) and share == pytest.approx(reflected**2, rel=2e-3)
 
 
 def test_a_visible_design_keeps_its_colours_and_its_film_and_turns_to_its_line_without_them(settings):

@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.app.state.analysis.aperture_figures import illumination_figure
+from lensbench.app.state.analysis.ghost_images import ghost_ray, ghosts_figure
 from lensbench.app.state.analysis.own_conditions import OwnFields, read_fields, read_wavelengths, with_own
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.analysis.spots import spots_figure
 from lensbench.app.state.settings import Settings
+from lensbench.kernels.figures import f_number_text
+from lensbench.optics.ghost_path import ghost_path
 from lensbench.optics.system import FieldKind, FieldPoint
 
 ASKED = query(replace(Settings(), lens="lib-tronnier-1953", focus_distance=math.inf))
@@ -51,6 +55,32 @@ def test_chosen_fields_and_wavelengths_are_those_of_the_figure():
     heights = with_own(ASKED, read_fields("0.5,1"), None).heights
     assert heights == (0.5 * ASKED.largest_height, ASKED.largest_height)
     assert with_own(ASKED, read_fields("3,12mm"), None).heights == (3.0, 12.0)
+
+
+def test_ghosts_are_those_of_the_chosen_wavelength():
+    """The label said the chosen wavelength, the light was that of the d line."""
+    asked = query(replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=None, focus_distance=math.inf))
+    blue = with_own(asked, None, read_wavelengths("410"))
+    lens, away, line = asked.setup.lens, asked.setup.film_distance, blue.conditions().primary_wavelength
+    expected = lb.analysis.ghosts(lens, away, (0.0, 0.0, math.inf), line, "single-layer", 21)
+    figure = ghosts_figure(blue, 8, "axis", "single-layer")
+    assert "410 nm" in figure.conditions and sum(row[2] for row in figure.table.rows) == pytest.approx(expected.total)
+    assert expected.total > 3.0 * sum(row[2] for row in ghosts_figure(asked, 8, "axis", "single-layer").table.rows)
+    path, pair = ghost_ray(blue, "axis", (0, 1)), (0, 1)
+    way = path[1] - path[0]
+    ray = ghost_path(lens, pair, path[0], way / np.linalg.norm(way), line)
+    np.testing.assert_allclose(path[:-1], ray.points, atol=1e-9)
+
+
+def test_illumination_is_that_of_the_chosen_wavelength():
+    asked = query(replace(Settings(), lens="canon-178-degree-fisheye-y-155-f28", f_number=None,
+                          focus_distance=math.inf))
+    figure = illumination_figure(with_own(asked, None, read_wavelengths("410")), 9)
+    name, radius, total = next(row[:3] for row in reversed(figure.table.rows[:9]) if row[2] > 0.2)
+    light = [lb.falloff(asked.setup.lens, asked.setup.film_distance, [radius], line).total[0]
+             for line in (0.41, lb.D_LINE)]
+    assert "410 nm" in figure.conditions and name == f_number_text(asked.setup.f_number)
+    assert total == pytest.approx(light[0], rel=1e-9) and light[0] > 1.03 * light[1]
 
 
 def test_fields_that_a_lens_does_not_have_say_so():
