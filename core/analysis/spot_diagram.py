@@ -52,8 +52,14 @@ class Spots:
         return np.hypot(self.rms[..., 0], self.rms[..., 1])
 
     @cached_property
+    def white_rms(self) -> np.ndarray:
+        """(F, K, 2) `rms` of all wavelengths with their weights, mm; NaN where no light falls."""
+        white = np.sqrt(np.einsum("fcka,fc->fka", np.nan_to_num(self.rms) ** 2, self._shares))
+        return np.where(self.rays.lit[:, None, None], white, np.nan)
+
+    @cached_property
     def white_rms_radius(self) -> np.ndarray:
-        """(F, K) the same of all wavelengths with their weights, mm."""
+        """(F, K) `rms_radius` of all wavelengths with their weights, mm."""
         return np.sqrt(np.einsum("fck,fc->fk", np.nan_to_num(self.rms_radius) ** 2, self._shares))
 
     @cached_property

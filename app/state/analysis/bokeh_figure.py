@@ -141,8 +141,8 @@ def _cell(spread: PointSpread, size: np.ndarray, row: int, column: int, distance
 
 
 def _sizes(spread: PointSpread) -> np.ndarray:
-    """(F, 2) rms widths (µm) of the patterns, sagittal and tangential."""
-    return 1000.0 * spots(spread.rays, "centroid").rms[:, spread.rays.conditions.primary, 0]
+    """(F, 2) rms widths (µm) of the patterns in all colours, sagittal and tangential."""
+    return 1000.0 * spots(spread.rays, "centroid").white_rms[:, 0]
 
 
 def _ended(spread: PointSpread, row: int) -> str:

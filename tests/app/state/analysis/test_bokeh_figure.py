@@ -1,9 +1,11 @@
 """The bokeh gallery: discs as large as their pictures hold, and a bar with their scale."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from lensbench.app.state.analysis.bokeh_figure import bokeh_figure
+from lensbench.app.state.analysis.bokeh_figure import FIELDS, bokeh_figure
 from lensbench.app.state.analysis.figure import Curve, Label, Map
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.lens_choice import with_lens
@@ -25,3 +27,20 @@ def test_the_bokeh_fills_its_pictures_and_a_bar_has_their_scale(lens):
         cell = light[4 * column].x[1] - light[4 * column].x[0]
         assert np.ptp(bars[column].x) / cell == pytest.approx(length / widths[0][0], rel=1e-9)
         assert 0.15 < length / widths[0][0] < 0.6
+
+
+def test_sizes_are_those_of_all_colours():
+    """Second moments of all rays of all colours in one heap; those of the primary colour alone were listed."""
+    asked = query(replace(with_lens(Settings(), "lenshh-cooke-triplet-50"), f_number=11.0, focus_distance=2000.0))
+    rays = asked.grid(24, asked.few(*FIELDS))
+    given = rays.conditions
+    in_focus = [row for row in bokeh_figure(asked, 24).table.rows if row[1] == pytest.approx(2.0)]
+    assert len(given.wavelengths) == 3 and len(in_focus) == len(FIELDS)
+    for field, row in enumerate(in_focus):
+        light = np.array(given.weights)[:, None, None] * rays.weight[field]
+        for size, offset in zip(row[3:5], rays.light[:2, field], strict=True):
+            white = np.average((offset - np.average(offset, weights=light)) ** 2, weights=light) ** 0.5
+            assert size == pytest.approx(1000.0 * white, rel=1e-6)
+            primary, own = light[given.primary], offset[given.primary]
+            alone = np.average((own - np.average(own, weights=primary)) ** 2, weights=primary) ** 0.5
+            assert white > 1.01 * alone
