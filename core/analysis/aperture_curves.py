@@ -4,6 +4,7 @@ Lengths in mm. Foci are measured from the film, positive behind it.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from math import inf, isinf, nan
 
@@ -27,6 +28,7 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import f_number_at_infinity, first_order, stopped_down
 from lensbench.optics.prescription import Lens
+from lensbench.optics.thick_depth import magnification
 
 STOPS = 8               # half stops from the widest, that focus shift takes by default
 FREQUENCY = 30.0        # cycles/mm, at which the MTF chooses a focus
@@ -86,9 +88,9 @@ class Breathing:
     half_angles
         (n,) angle from the axis at which the chief ray of the film's corner leaves for the scene, rad.
     focal_lengths
-        (n,) of the lens with its groups at that focus, mm.
+        (n,) of the lens with its groups at that focus, mm; of the section y–z of a lens with cylinders.
     magnifications
-        (n,) paraxial, of the plane in focus, positive; 0 at infinity.
+        (n,) paraxial, of the plane in focus, positive; 0 at infinity; of the same section.
     findings
         Distances that the lens cannot be focused on, or at which no chief ray meets the film's corner.
     """
@@ -191,7 +193,7 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
     lens : Lens
         The lens at its zoom setting.
     film : Film
-        The film, whose corner bounds the view.
+        The film, whose corner bounds the view. Of a lens without rotational symmetry it is that at +x and +y.
     distances : (n,) array_like or None
         Film → object, mm; None: twelve from infinity to the nearest focus.
     wavelength : float or None
@@ -215,7 +217,7 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
         places = np.array([inf, *steps])
     else:
         places = np.atleast_1d(np.asarray(distances, float))
-    corner = np.array([[0.0, 0.5 * film.diagonal]])
+    corner = np.array([[0.0, film.diagonal] if lens.is_rotationally_symmetric else [film.width, film.height]]) / 2.0
     angles, focal, magnified = (np.full(len(places), nan) for _ in range(3))
     refused = []
     for i, place in enumerate(places):
@@ -226,17 +228,18 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
         except FocusError as error:
             refused.append((float(place), str(error)))
             continue
-        fo = first_order(there, line)
-        focal[i], magnified[i] = fo.efl, (away - first_order(there).bfl) / fo.efl
-        angles[i] = find_chief_rays(there, away, corner, inf, True, line).angles[0, 1]
+        focal[i] = first_order(there, line).efl
+        with suppress(LensError):                       # focused on what touches the lens
+            magnified[i] = magnification(there, away, float(place), line)
+        angles[i] = np.hypot(*find_chief_rays(there, away, corner, inf, True, line).angles[0])
     findings = tuple(Finding(Kind.FIELD, None, f"no focus at {significant(place / 1000.0, 3)} m: {why}",
                              figures={"distance": place}) for place, why in refused)
     beyond = int((np.isfinite(focal) & np.isnan(angles)).sum())
     if beyond:
         findings += (Finding(Kind.FIELD, None, "no chief ray meets the corner of the film, "
-                             f"{significant(corner[0, 1], 4)} mm from its centre: the view is not known at {beyond} of "
-                             f"{len(places)} focus distances", figures={"distances": float(beyond)}),)
-    return Breathing(places, np.abs(angles), focal, magnified, findings)
+                             f"{significant(0.5 * film.diagonal, 4)} mm from its centre: the view is not known at "
+                             f"{beyond} of {len(places)} focus distances", figures={"distances": float(beyond)}),)
+    return Breathing(places, angles, focal, magnified, findings)
 
 
 def relative_illumination(lens: Lens, film_distance: float, film: Film, f_numbers=None, points: int = 33,

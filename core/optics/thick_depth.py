@@ -20,6 +20,7 @@ from lensbench.kernels.figures import significant
 from lensbench.kernels.root_finding import find_root
 from lensbench.optics.depth_of_field import check_limit
 from lensbench.optics.focus import film_distance, focused_distance, nearest_focus
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import ray_matrix
 from lensbench.optics.prescription import Lens
@@ -59,7 +60,7 @@ def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: Array
     return np.where(before > 0.0, np.sqrt(np.mean(squares, 0)), np.nan)
 
 
-def magnification(lens: Lens, film_distance: float, focus_distance: float) -> float:
+def magnification(lens: Lens, film_distance: float, focus_distance: float, wavelength: float = D_LINE) -> float:
     """Paraxial magnification of the plane in focus.
 
     Parameters
@@ -70,6 +71,8 @@ def magnification(lens: Lens, film_distance: float, focus_distance: float) -> fl
         Last vertex → film (mm), from which the object's distance before the lens follows.
     focus_distance : float
         Film → plane in focus (mm); math.inf is allowed.
+    wavelength : float
+        Micrometres.
 
     Returns
     -------
@@ -81,7 +84,7 @@ def magnification(lens: Lens, film_distance: float, focus_distance: float) -> fl
     LensError
         If the plane in focus does not lie before the lens.
     """
-    _, _, c, d = ray_matrix(lens, 0, len(lens.surfaces))
+    _, _, c, d = ray_matrix(lens, 0, len(lens.surfaces), wavelength)
     nearness = _nearness(lens, film_distance, focus_distance)
     return abs(nearness / (c + d * nearness)) if nearness else 0.0
 

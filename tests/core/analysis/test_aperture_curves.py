@@ -65,6 +65,20 @@ def test_the_magnification_is_that_of_a_small_object_in_the_plane_in_focus(name)
         assert -at[1] / tip[1] == pytest.approx(magnification, rel=1e-4)
 
 
+def test_the_view_of_a_lens_with_cylinders_ends_at_the_corner_of_the_film():
+    """A small film against the focal lengths of both sections, and Newton's equation for the section y–z."""
+    stack = lenses.load("lentil-schneider-anamorphic-31-2001")
+    across, up = (lb.first_order(stack.section(axis)) for axis in ("x", "y"))
+    found = lb.analysis.breathing(stack, lb.Film(0.2, 0.15), [inf, 3000.0, 1500.0])
+    expected = atan(np.hypot(0.1 / across.efl, 0.075 / up.efl))
+    # The film lies between the two foci
+    assert found.half_angles[0] == pytest.approx(expected, rel=5e-3) and expected > 1.5 * atan(0.125 / up.efl)
+    assert (np.diff(found.change) < 0.0).all() and found.magnifications[0] == 0.0
+    for distance, magnification in zip(found.distances[1:], found.magnifications[1:], strict=True):
+        before = distance - lb.film_distance(stack, distance) - stack.length
+        assert magnification == pytest.approx(up.efl / (before + up.ffl), rel=1e-9)
+
+
 def test_relative_illumination_flattens_as_vignetting_ends():
     stack = lenses.load("pbrt-dgauss-50mm")
     found = lb.analysis.relative_illumination(stack, lb.film_distance(stack, inf), lb.Film(), [2.0, 2.8, 4.0, 5.6])
