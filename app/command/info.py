@@ -30,6 +30,7 @@ def info(arguments: argparse.Namespace) -> int:
     from lensbench.app.state.lens_choice import USUAL, own_film
     from lensbench.app.state.lens_settings import AUTO
     from lensbench.app.state.settings import Settings
+    from lensbench.app.state.text_values import format_distance
     from lensbench.app.state.zoom import positioned, station_lines, stations
     from lensbench.lenses.paraxial import is_d_line
 
@@ -46,12 +47,16 @@ def info(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
         return 0
+    far = "" if data["focus_distance"] is None else ", focused at infinity"
     rows = [(label, text(data[key]) if data[key] is not None else "not known") for key, label, text in (
         ("efl", "Effective focal length", _mm),
         *([("efl_across", "  across, in the section x–z", _mm)] if data["efl_across"] is not None else []),
         ("stated_efl", "  as published", lambda length: f"{significant(length)} mm"),
-        ("f_number", "f-number", lambda number: f_number_text(number, 2)),
-        ("t_number", "T-number", lambda number: f"{f_number_text(number, 2, 'T/')}, {assumed.name}: {assumed.why}"),
+        ("f_number", "f-number", lambda number: f_number_text(number, 2) + far),
+        *([("working_f_number", "Working f-number", lambda number: f"{f_number_text(number, 2)}, focused at "
+            f"{format_distance(data['focus_distance'])}")] if data["working_f_number"] is not None else []),
+        ("t_number", "T-number", lambda number: f"{f_number_text(number, 2, 'T/')}{far}, {assumed.name}: "
+         f"{assumed.why}"),
         ("bfl", "Back focus", _mm),
         *([("bfl_across", "  across, in the section x–z", _mm)] if data["bfl_across"] is not None else []),
         ("ffl", "Front focus", _mm),
@@ -71,7 +76,7 @@ def info(arguments: argparse.Namespace) -> int:
         pixels = data["intrinsics"]
         rows.append((f"Intrinsics at {pixels['width']} × {pixels['height']} pixels of that film",
                      f"fx {fixed(pixels['fx'], 2)}, fy {fixed(pixels['fy'], 2)}, cx {fixed(pixels['cx'], 2)}, cy "
-                     f"{fixed(pixels['cy'], 2)}"))
+                     f"{fixed(pixels['cy'], 2)}, focused at infinity"))
     if not is_d_line(data["wavelength"]):
         rows.insert(0, ("Figures at the primary wavelength", f"{significant(1000.0 * data['wavelength'])} nm"
                         + (", its pictures too" if seen_at is not None else "")))
@@ -108,7 +113,7 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
     from lensbench.lenses.paraxial import reference_wavelength
 
     wavelength = reference_wavelength(lens.surfaces, lens.system)
-    fo = lb.first_order(lens, wavelength)
+    fo, at_infinity = lb.first_order(lens, wavelength), lens.at(close=0.0)      # an f-number counts at infinity
     try:
         nearest = lb.nearest_focus(lens)
     except lb.FocusError:                               # it does not converge: the other figures stand
@@ -120,9 +125,10 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
         "name": lens.name, "kind": lens.kind, "year": lens.year, "source": lens.source,
         "stated_efl": lens.stated_efl, "stated_f_number": lens.stated_f_number,
         "surfaces": len(lens.surfaces), "stop_index": lens.stop_index, "length": lens.length,
-        "wavelength": wavelength, "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl, "f_number": fo.f_number,
+        "wavelength": wavelength, "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl,
+        "f_number": lb.first_order(at_infinity, wavelength).f_number, **_close_focus(lens),
         "efl_across": across and across.efl, "bfl_across": across and across.bfl,
-        "t_number": lb.t_number(lens, coating, wavelength),
+        "t_number": lb.t_number(at_infinity, coating, wavelength),
         "transmission": lb.transmission(lens, wavelength, coating),
         "front_principal": fo.front_principal, "rear_principal": fo.rear_principal,
         "entrance_pupil": {"z": fo.entrance_pupil.z, "radius": fo.entrance_pupil.radius},
@@ -131,7 +137,7 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
         "nearest_focus": nearest,
         "out_of_line": [i for i, surface in enumerate(lens.surfaces) if surface.pose is not None],
         "film": film_size,
-        "field_of_view": None if nearest is None else _field_of_view(lens, film, wavelength),
+        "field_of_view": None if nearest is None else _field_of_view(at_infinity, film, wavelength),
         "intrinsics": _intrinsics(lens, film),
         "findings": [str(finding) for finding in lens.findings],
     }
@@ -151,6 +157,26 @@ def _field_of_view(lens, film, wavelength: float) -> dict[str, float | None]:
         return {axis: None if angle is None else math.degrees(angle) for axis, angle in zip(axes, found, strict=True)}
     efl = lens.front_index * abs(lb.first_order(lens, wavelength).efl)
     return {axis: math.degrees(lb.field_of_view(efl, film, axis)) for axis in axes}
+
+
+def _close_focus(lens) -> dict[str, float | None]:
+    """The plane in focus (mm from the film) of focus groups away from infinity, and the working f-number there.
+
+    None for both of other lenses, and where the lens forms no image.
+    """
+    import lensbench as lb
+
+    found: dict[str, float | None] = {"focus_distance": None, "working_f_number": None}
+    if not (lens.has_focus_groups and lens.positions.close):
+        return found
+    at_infinity = lens.at(close=0.0)
+    try:
+        film_distance = (lb.film_distance(at_infinity, math.inf) + lens.surfaces[-1].thickness
+                         - at_infinity.surfaces[-1].thickness)
+        return {"focus_distance": lb.focused_distance(lens, film_distance),
+                "working_f_number": lb.working_f_number(lens, film_distance)}
+    except lb.LensError:
+        return found
 
 
 def _intrinsics(lens, film) -> dict[str, float] | None:

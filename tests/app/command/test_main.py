@@ -323,6 +323,28 @@ def test_the_data_follow_focal_length_and_aperture(capsys):
     assert data["f_number"] == pytest.approx(4.0)
 
 
+def test_the_f_number_of_a_lens_that_is_focused_closer_is_that_at_infinity(capsys):
+    """The efl of the near focus over its entrance pupil is no f-number: f/2.21 for a lens of f/2.88."""
+    name = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"
+    data = {}
+    for close in ("0", "1"):
+        assert main(["info", name, "--zoom", "1", "--close", close, "--json"]) == 0
+        data[close] = json.loads(capsys.readouterr().out)
+    for key in ("f_number", "t_number", "transmission", "intrinsics"):
+        assert data["1"][key] == pytest.approx(data["0"][key], rel=1e-9)
+    assert data["1"]["f_number"] == pytest.approx(2.88, abs=5e-3) and data["1"]["efl"] > 1.03 * data["0"]["efl"]
+    assert data["0"]["working_f_number"] is None and data["0"]["focus_distance"] is None
+    lens = lenses.load(name).at(zoom=1.0)
+    nearest = lb.nearest_focus(lens)
+    working = lb.working_f_number(lb.focused(lens, nearest), lb.film_distance(lens, nearest))
+    assert data["1"]["focus_distance"] == pytest.approx(nearest)
+    assert data["1"]["working_f_number"] == pytest.approx(working) == pytest.approx(3.26, abs=5e-3)
+    assert main(["info", name, "--zoom", "1", "--close", "1"]) == 0
+    out = capsys.readouterr().out
+    assert "f/2.88, focused at infinity" in out and "f/3.26, focused at 1.50 m" in out
+    assert "cy 320.00, focused at infinity" in out
+
+
 def test_the_data_are_printed_for_people_too(capsys):
     assert main(["info", LENS]) == 0
     out = capsys.readouterr().out
