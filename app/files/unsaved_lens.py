@@ -1,7 +1,7 @@
 """Unsaved edits of a lens, kept on disk while the window is open, so that nothing that a person made is lost.
 
-Each window keeps one file of settings beside those of others, written beside its place and then renamed. What a window
-that has ended left behind is offered at the next start.
+Each window keeps its files of settings beside those of others, written beside their places and then renamed. What a
+window that has ended left behind is offered at the next start.
 """
 
 import os
@@ -38,22 +38,39 @@ class Unsaved:
 
 
 class Autosave:
-    """The file of one window."""
+    """The file of one window, and one for each lens that another has taken the place of with its edits unsaved."""
 
     def __init__(self, folder: Path):
-        self._path = folder / f"{os.getpid()}-{id(self):x}.toml"
-        self._folder, self._saved = folder, ""
+        self._folder, self._files = folder, 0
+        self._path = self._new()
+        self._kept = "", ""                             # the lens and its edits, as written last
+        self._left: dict[tuple[str, str], Path] = {}    # the files of former lenses, until these come back
 
-    def keep(self, settings: Settings) -> None:
-        """Write the edits of these settings, or remove the file where there are none; OSError, ValueError."""
-        if settings.edited == self._saved:
-            return
+    def _new(self) -> Path:
+        self._files += 1
+        return self._folder / f"{os.getpid()}-{id(self):x}-{self._files}.toml"
+
+    def keep(self, settings: Settings, saved: str = "") -> bool:
+        """Write the edits of these settings, or remove the file where there are none; OSError, ValueError.
+
+        saved: the lens file that the window has written last. True where another lens has taken the place of one with
+        edits: their file stays.
+        """
+        before, present = self._kept, (settings.lens, settings.edited)
+        if present == before:
+            return False
+        leaves = bool(before[1]) and settings.lens not in (before[0], saved)
+        if leaves:
+            self._left[before] = self._path
+        if leaves or present in self._left:             # undone, the edits have their file again
+            self._path = self._left.pop(present, None) or self._new()
         if settings.edited:
             self._folder.mkdir(parents=True, exist_ok=True)
             save_settings(self._path, settings)
         else:
             self._path.unlink(missing_ok=True)
-        self._saved = settings.edited
+        self._kept = present
+        return leaves
 
 
 def left_behind(folder: Path) -> list[Unsaved]:

@@ -35,6 +35,8 @@ class LensEditing:
         self._changed: str | None = None                # the file that has changed on disk
         self._title = ""
         self._problem = ""
+        self._before = window.history.present           # in the frame before
+        self._edited_name = ""                          # of the lens whose edits are kept
         if self._folder is not None:
             present = window.history.present
             self._keep(present)
@@ -61,6 +63,10 @@ class LensEditing:
             self._title = title
             with suppress(glfw.GLFWError):
                 glfw.set_window_title(glfw_window_hello_imgui(), title)
+        before, self._before = self._before, present
+        if before.edited and before.lens != present.lens:       # its edits may be younger than the autosave
+            self._keep(before)
+            self._next = 0.0
         if not held and monotonic() >= self._next:
             self._next = monotonic() + PAUSE
             self._keep(present)
@@ -72,8 +78,11 @@ class LensEditing:
     def _keep(self, settings: Settings) -> None:
         if self._autosave is None:
             return
+        name, self._edited_name = self._edited_name, lens_name(settings).removesuffix(" *") if settings.edited else ""
         try:
-            self._autosave.keep(settings)
+            if self._autosave.keep(settings, self._window.written):
+                self._window.view.say(f"The edits of {name} are not saved: Ctrl + Z brings them back, and the next "
+                                      "start offers them", note=True)
         except (OSError, ValueError) as error:
             if self._problem != str(error):
                 self._problem = str(error)

@@ -363,6 +363,50 @@ def test_unsaved_edits_are_offered_at_the_next_start(drive, tmp_path, monkeypatc
     drive(use, SMALL)
 
 
+@pytest.mark.parametrize("ends", ["saved", "reverted"])
+def test_edits_that_another_lens_takes_the_place_of_stay_on_disk(tmp_path, ends):
+    from lensbench.app.state.lens_choice import with_lens
+    from lensbench.app.state.lens_edit.editing import reverted, with_document
+    from lensbench.lenses.editing.cells import with_value
+
+    kept, edited = Autosave(tmp_path), with_document(TRIPLET, with_value(original(TRIPLET), 1, "thickness", 6.5))
+    other = with_lens(edited, "pbrt-dgauss-50mm")
+    assert not kept.keep(edited)
+    [file] = tmp_path.glob("*.toml")
+    assert kept.keep(other) and file.exists()
+    further = with_document(other, with_value(original(other), 1, "thickness", 1.0))
+    assert not kept.keep(further) and len(list(tmp_path.glob("*.toml"))) == 2
+    assert not kept.keep(other) and list(tmp_path.glob("*.toml")) == [file]         # its own edits are undone
+    assert not kept.keep(edited) and list(tmp_path.glob("*.toml")) == [file]        # and the other lens
+    if ends == "saved":
+        path = str(tmp_path / "mine.toml")
+        assert not kept.keep(replace(edited, lens=path, edited=""), saved=path)
+    else:
+        assert not kept.keep(reverted(edited))
+    assert not list(tmp_path.glob("*.toml"))
+
+
+def test_it_is_said_that_edits_are_not_saved_where_another_lens_comes(drive, tmp_path):
+    from lensbench.app.state.lens_choice import with_lens
+    from lensbench.app.state.lens_edit.editing import with_document
+    from lensbench.lenses.editing.cells import with_value
+
+    def use(hand):
+        hand.picture()
+        editing = hand.session.editing = LensEditing(hand.session, tmp_path)
+        hand.session.take(with_document(hand.settings, with_value(original(TRIPLET), 1, "thickness", 6.5)))
+        hand.ctx.yield_(2)                              # sooner than the autosave
+        hand.session.take(with_lens(hand.settings, "pbrt-dgauss-50mm"))
+        hand.wait(lambda: hand.session.view.messages, "the notice")
+        assert "are not saved: Ctrl + Z brings them back" in hand.session.view.messages[-1]
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert surfaces(hand)[1].thickness == 6.5 and editing is hand.session.editing
+        hand.ctx.yield_(3)
+        assert len(list(tmp_path.glob("*.toml"))) == 1
+
+    drive(use, TRIPLET)
+
+
 def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(drive):
     def use(hand):
         hand.picture()
