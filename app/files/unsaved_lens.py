@@ -63,7 +63,7 @@ class Autosave:
         if leaves:
             self._left[before] = self._path
         if leaves or present in self._left:             # undone, the edits have their file again
-            self._path = self._left.pop(present, None) or self._new()
+            self._path = self._left.pop(present) if present in self._left else self._new()
         if settings.edited:
             self._folder.mkdir(parents=True, exist_ok=True)
             save_settings(self._path, settings)

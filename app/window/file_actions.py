@@ -237,6 +237,9 @@ class Files:
         """Save the picture with its present samples, and with its settings."""
         from lensbench.app.files.export import save_picture
 
+        if self._state.presenter.field_picture is not None:
+            self._state.light_field.save_picture(path, self._state.history.present, bits)
+            return
         found = self._state.picture_now()
         if found is None:
             self._state.view.say("There is no picture yet", note=True)

@@ -141,8 +141,14 @@ class WindowState:
         return coarser(settings, DRAG_SECONDS * update.rate)
 
     def picture_now(self) -> tuple[NDArray[np.float32], Settings, lb.Choice | None] | None:
-        """The linear picture (h, w, 3) with its present samples, its settings and the choice of its model."""
+        """The linear picture (h, w, 3) that is shown, its settings and the choice of its model.
+
+        With its present samples; in place of the camera's that of a light field, where this is on the screen.
+        """
         update, present = self.worker.newest(), self.history.present
+        if self.presenter.field_picture is not None:
+            refocused = self.light_field.picture(present)
+            return None if refocused is None else (*refocused, None)
         if update is None:
             return None
         later = {name: getattr(present, name) for name in (*RESTARTS_NOTHING, *RESTARTS_MOTION)}

@@ -7,6 +7,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
 from lensbench.app.panels.light_field.capture_settings import Form
@@ -95,23 +98,32 @@ class LightFieldController:
         if Request.COMPARE in requests and self.field_picture is not None:
             self.worker.compare(self.field_picture)
 
-    def save_picture(self, path: Path, present: Settings) -> None:
+    def picture(self, present: Settings, path: Path | None = None) -> tuple[NDArray[np.float32], Settings] | None:
+        """The linear picture (h, w, 3) of the light field, and its settings, exposed as the present ones; None yet.
+
+        path: of a file that it is for, some of which hold depths themselves.
+        """
+        shown = self.worker.field_picture
+        if shown is None:
+            return None
+        settings = picture_settings(shown.recording, shown.look)
+        if not shown.coded:
+            return shown.image, replace(settings, exposure=present.exposure, tone=present.tone)
+        found = self.worker.found
+        if shown.look.deep == "depth" and path is not None and found is not None:
+            return depth_picture(found, path), with_codes(settings)
+        return light_of(shown.image), with_codes(settings)
+
+    def save_picture(self, path: Path, present: Settings, bits: int = 8) -> None:
         """Save the picture of the light field, with the exposure and the tone curve of the present settings."""
         from lensbench.app.files.export import save_picture
 
-        shown = self.worker.field_picture
-        if shown is None:
+        found = self.picture(present, path)
+        if found is None:
             self._view.say("There is no picture of a light field yet")
             return
-        settings = picture_settings(shown.recording, shown.look)
-        image = shown.image
-        if shown.coded:
-            settings, found = with_codes(settings), self.worker.found
-            image = depth_picture(found, path) if shown.look.deep == "depth" and found else light_of(image)
-        else:
-            settings = replace(settings, exposure=present.exposure, tone=present.tone)
         try:
-            save_picture(path, image, settings)
+            save_picture(path, *found, bits)
         except (ValueError, OSError) as error:
             self._view.say(str(error))
         else:

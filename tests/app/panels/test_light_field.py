@@ -127,7 +127,11 @@ def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it
         hand.ctx.mouse_click(0)
         shown(hand)
         assert controller.look.cell == (2, 3)
-        assert np.array_equal(controller.field_picture.image, controller.worker.recording.field.view(2, 3))
+        view = controller.worker.recording.field.view(2, 3)
+        assert np.array_equal(controller.field_picture.image, view)
+        assert np.array_equal(hand.session.picture_now()[0], view)      # for moments and the clipboard
+        hand.session.files.save_picture(tmp_path / "shown.png")
+        assert read_settings(tmp_path / "shown.png").pixels_x == controller.worker.recording.settings.pixels_x
         controller.worker.save(tmp_path / "field.npz")
         hand.wait(lambda: (tmp_path / "field.npz").is_file() and controller.worker.task is None, "the file")
         hand.session.files.drop([str(tmp_path / "field.npz")])
