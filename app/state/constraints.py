@@ -157,11 +157,13 @@ def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) 
 
 
 def with_camera(settings: Settings, camera: str) -> Settings:
-    """The settings with another kind of camera, in air where it has no window for water.
+    """The settings with another kind of camera, as wide open as a lens, and in air where it has no window for water.
 
     The pixels follow the shape of the film, or of a panorama's layout, where that changes.
     """
     changed = replace(settings, camera=camera)
+    if changed.kind.f_number and settings.has_lens and not changed.has_lens and settings.f_number is None:
+        changed = replace(changed, f_number=readings(settings).widest_f_number)     # None would be a pinhole there
     if settings.medium == "water" and not changed.kind.under_water:
         changed = replace(changed, medium="air")
     if changed.projection == "orthographic":

@@ -5,6 +5,7 @@ Lengths in mm, angles in radians, exposure in stops, times in seconds.
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 
 from lensbench.app.state.scales import FIGURE_GAP, Figure, Scale, decades, spaced
@@ -90,6 +91,13 @@ def aperture_scale(widest: float, reset: float | None = None) -> Scale:
         figures.insert(0, (widest, format_f_number(widest).removeprefix("f/")))
     return Scale(widest, high, math.log, math.exp, format_f_number, read_f_number, tuple(figures),
                  snaps, (widest, *snaps), reset)
+
+
+@lru_cache(maxsize=8)
+def pinhole_scale(widest: float) -> Scale:
+    """`aperture_scale` of an ideal lens, whose narrow end is a pinhole."""
+    scale = aperture_scale(widest)
+    return replace(scale, format=lambda n: "pinhole" if n == scale.high else format_f_number(n))
 
 
 @lru_cache(maxsize=8)

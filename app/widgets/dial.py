@@ -199,7 +199,8 @@ def _typed(state: DialState, value: float, scale: Scale, corner: ImVec2, width: 
     state.entry = replace(entry, text=text, fresh=False, error="" if text != entry.text else entry.error)
     if entered:
         try:
-            value = scale.parse(text)
+            if text.strip() != _plain(scale.format(value)):         # which is rounded
+                value = scale.parse(text)
             state.entry = None
         except ValueError as error:
             state.entry = Entry(entry.item, text, True, str(error))

@@ -85,6 +85,9 @@ def _aperture(settings: Settings) -> Settings:
     widest = readings(settings).widest_f_number or 1.0
     shown = settings.f_number if settings.f_number is not None else widest
     scale = dial_scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest))
+    if settings.f_number is None and not settings.has_lens:         # no lens that could be wide open
+        scale = dial_scales.pinhole_scale(widest)
+        shown = scale.high
     f_number = dial(TITLES[APERTURE], shown, scale,
                     "f-number N: focal length over the diameter of the entrance pupil")
     if f_number == shown:

@@ -71,6 +71,15 @@ def test_a_lens_in_water_sees_the_field_that_is_asked_of_it():
     assert constraints.field_of_view(settings) == pytest.approx(math.radians(2.0), rel=1e-9)
 
 
+def test_a_lens_that_is_wide_open_becomes_an_ideal_lens_as_wide_and_no_pinhole():
+    settings = replace(START, f_number=None)
+    widest = readings(settings).widest_f_number
+    assert constraints.with_camera(settings, "perspective").f_number == widest > 1.0
+    assert camera(constraints.with_camera(settings, "perspective")).lens_radius > 0.0
+    assert constraints.with_camera(replace(START, f_number=5.6), "perspective").f_number == 5.6
+    assert constraints.with_camera(settings, "environment").f_number is None
+
+
 def test_the_perspective_camera_has_a_field_of_view_of_its_own():
     settings = replace(START, camera="perspective")
     assert constraints.with_field_of_view(settings, 1.0) == replace(settings, fov=1.0)

@@ -106,6 +106,14 @@ def test_a_ring_takes_typed_values_and_says_why_it_refuses_others():
     def test(ctx):
         type_into(ctx, "**/Focus distance", "250cm")
         seen["typed"] = dials.focus
+        dials.focus = 1234.5678                         # shown as 1.23 m
+        ctx.key_down(imgui.Key.mod_ctrl)
+        ctx.mouse_click(0)
+        ctx.key_up(imgui.Key.mod_ctrl)
+        ctx.yield_(3)
+        ctx.key_press(imgui.Key.enter)
+        ctx.yield_(3)
+        seen["nothing typed"] = dials.focus
         type_into(ctx, "**/Focus distance", "inf")
         seen["infinity"] = dials.focus
         type_into(ctx, "**/Aperture", "f/5.6")
@@ -124,8 +132,8 @@ def test_a_ring_takes_typed_values_and_says_why_it_refuses_others():
         seen["after"] = dials.exposure
 
     drive(dials.show, test, (270, 230))
-    assert seen == {"typed": 2500.0, "infinity": math.inf, "f-number": 5.6, "refused": 5.6, "mended": 4.0,
-                    "escaped": 0.0, "after": -1.5}
+    assert seen == {"typed": 2500.0, "nothing typed": 1234.5678, "infinity": math.inf, "f-number": 5.6, "refused": 5.6,
+                    "mended": 4.0, "escaped": 0.0, "after": -1.5}
 
 
 def test_a_ring_can_be_turned_by_keys_alone():
