@@ -4,7 +4,8 @@ Camera frame, mm. To first order a lens images planes into planes: that of the f
 meet in the Scheimpflug line, seen through the principal planes. Films parallel to this one, of any distance, have
 planes in focus that meet in the hinge line, where the front focal plane meets the plane through the front principal
 point that is parallel to the film. (Merklinger, Focusing the View Camera, 1996, ch. 3 and appendix.) Behind a lens
-without rotational symmetry the planes are those of narrow traced beams, and meet in the hinge line.
+without rotational symmetry the planes are those of narrow traced beams, and meet in the hinge line. A film at the least
+blur of real rays counts as that of the paraxial image: its plane crosses the axis where the camera is focused.
 """
 
 import math
@@ -142,6 +143,9 @@ def _before_window(camera: LensCamera, circle: float) -> SharpFocus:
     a, b, g = camera.film_pose.axes[2]
     n = lens.front_index
     start = float(camera.film_pose.centre @ camera.film_pose.axes[2]) - g * rear
+    if camera.focus_method == "real" and camera.film_at is None and camera.follows_rays:
+        # The film is where real rays meet; where paraxial ones of the same object would do, these planes belong
+        start += g * (1.0 / (1.0 / fo.efl - n / (camera.focus_distance + front)) + rear)
 
     # The film a x + b y + g v = e, v behind the rear principal plane, is the image of this plane (x, y, u), u before
     # the front one: by 1/v = 1/f − n/u and x′ / v = −n x / u

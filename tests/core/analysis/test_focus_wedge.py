@@ -46,3 +46,22 @@ def test_beyond_a_window_into_water_the_plane_is_where_rays_of_film_points_come_
     for plane in (found.plane, found.near, found.far):
         on_line = found.hinge.point + np.array([[0.0], [100.0]]) * found.hinge.direction
         np.testing.assert_allclose(plane.distance(on_line), 0.0, atol=1e-9 * np.linalg.norm(found.hinge.point))
+
+
+@pytest.mark.parametrize("name, focus", [("lenshh-cooke-triplet-50", 1494.0), ("wood-100-f16", 2500.0)])
+def test_the_plane_of_a_film_at_the_least_blur_is_where_real_rays_come_together(name, focus):
+    """Spherical aberration moves that film by so much that paraxial rays would meet 4 to 12 % farther away."""
+    film = lb.Film(36.0, 24.0, 360, 240)
+    of = lb.LensCamera(lenses.load(name), film, focus, focus_method="real", film_pose=FilmPose(tilt=0.03))
+    found = sharp_focus(of, 0.03).plane
+    assert found.offset / found.normal[2] == pytest.approx(-focus, rel=1e-9)
+    even = (np.arange(24) + 0.5) / 24.0
+    samples = np.stack(np.meshgrid(even, even), -1).reshape(-1, 2)
+    for row in (110.0, 120.0, 130.0):                           # near the axis
+        rays = of.generate_rays(np.broadcast_to([180.0, row], samples.shape), samples)
+        slopes = rays.directions[:, :2] / rays.directions[:, 2:]
+        places = rays.origins[:, :2] - rays.origins[:, 2:] * slopes
+        off, leaning = places - places.mean(0), slopes - slopes.mean(0)
+        z = -float((leaning * off).sum() / (leaning**2).sum())              # of least rms
+        at = np.array([*(places.mean(0) + z * slopes.mean(0)), z])
+        assert abs(found.distance(at[None])[0]) < 0.02 * abs(z), row
