@@ -43,7 +43,8 @@ def of_mean_1(beam, open_cells, first, weighed, out):
 def cover(level, c, s, t, grid, mirrored, coverage, weight, centre):
     """The parts of cells where the level is below 1, from its value and slopes, in wavelength c of (F, C, N, N).
 
-    s, t: (F, C, N, N) pupil coordinates of the rays whose levels these are, near the cells' middles grid (F, 2, N).
+    s, t: (F, C, N, N) pupil coordinates of the rays whose levels these are, near the cells' middles grid (F, 2, N); nan
+    counts as the middle.
     mirrored: whether the columns of one half are the mirror images of the others. coverage (F, C, N, N) receives the
     open part of the cells of the exit pupil, weight that of the cells of the beam, whose middles the rays pass; centre
     (2, F, C, N, N) the centroid of the latter from the middle, in cells.
@@ -60,6 +61,8 @@ def cover(level, c, s, t, grid, mirrored, coverage, weight, centre):
                     up, right = cell_slope(plane, i, j, 0), cell_slope(plane, i, j, 1)
                     moved = (up * (grid[f, 1, i] - t[f, c, i, j]) * per_t
                              + right * (grid[f, 0, j] - s[f, c, i, j]) * per_s)
+                    if np.isnan(moved):                 # a ray that reaches the stop and has no pupil coordinates
+                        moved = 0.0
                     a, b = max(abs(up), abs(right)), min(abs(up), abs(right))
                     part, of_beam = _below(1.0 - here - moved, a, b), _below(1.0 - here, a, b)
                     if of_beam < 1.0 and a > 0.0:

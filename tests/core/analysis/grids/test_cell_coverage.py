@@ -46,6 +46,20 @@ def test_open_parts_are_the_areas_of_squares_that_a_line_clips(slopes, aside):
                 assert found[i, j] == pytest.approx(clipped_area(0.3 + slopes @ place, slopes), abs=1e-12)
 
 
+def test_a_ray_without_pupil_coordinates_counts_as_that_of_the_middle_of_its_cell():
+    """It reaches the stop, and so has a level, and may miss the pupil: of a ball lens the coverage was nan."""
+    level = np.linspace(0.2, 1.5, N * N).reshape(1, 1, N, N)
+    s, t = np.meshgrid(*MIDDLE)
+    found = []
+    for places in (np.stack([s, t]), np.full((2, N, N), np.nan)):
+        parts, of_beam, centre = np.zeros((1, 1, N, N)), np.zeros((1, 1, N, N)), np.zeros((2, 1, 1, N, N))
+        cover(level, 0, *places[:, None, None], MIDDLE[None], False, parts, of_beam, centre)
+        np.testing.assert_array_equal(parts, of_beam)
+        found.append(parts)
+    assert ((found[0] > 0.0) & (found[0] < 1.0)).any()
+    np.testing.assert_array_equal(found[1], found[0])
+
+
 @pytest.mark.parametrize("slopes", [(0.4, 0.0), (-0.4, 0.0), (0.0, 0.7), (0.0, -0.7)])
 def test_a_rim_along_the_cells_leaves_rectangles_with_their_centroids(slopes):
     _, parts, centre = covered(np.array(slopes), np.zeros(2))
