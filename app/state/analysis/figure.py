@@ -189,7 +189,7 @@ class Table:
         return tuple(self.numbers() if callable(self.numbers) else self.numbers)
 
     def text(self, separator: str = ",") -> str:
-        """As comma-separated values, or separated by tabs for a spreadsheet; a missing value is empty."""
+        """As comma-separated values, or separated by tabs for a spreadsheet; nan is empty, infinity "inf"."""
         out = io.StringIO()
         writer = csv.writer(out, delimiter=separator, lineterminator="\n")
         writer.writerow(self.head)
@@ -218,7 +218,7 @@ class Figure:
 def _cell(value) -> str:
     if isinstance(value, str):
         return value
-    return "" if not np.isfinite(value) else f"{float(value):.{DIGITS}g}"
+    return "" if np.isnan(value) else f"{float(value):.{DIGITS}g}"
 
 
 def wavelength_colour(micrometres: float, dark: bool) -> str:

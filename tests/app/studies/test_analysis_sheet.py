@@ -52,6 +52,13 @@ def test_numbers_are_read_back_and_a_missing_one_is_empty(tmp_path):
                                           ["1", "tangential", ""]]
 
 
+def test_an_infinite_number_is_written_as_such_and_not_as_a_missing_one():
+    """The farthest sharp distance beyond the hyperfocal one; a reader such as `float` takes both words."""
+    table = Table(("nearest (m)", "farthest (m)", "none"), ((-np.inf, np.float64(np.inf), np.nan),))
+    assert table.text() == "nearest (m),farthest (m),none\n-inf,inf,\n"
+    assert table.text("\t").splitlines()[1] == "-inf\tinf\t"
+
+
 def test_another_suffix_is_refused(tmp_path):
     with pytest.raises(ExportError, match="suffixes"):
         write_figure(FIGURE, tmp_path / "figure.gif")
