@@ -62,7 +62,7 @@ class FilmRegions:
         else:                                           # regions are mirrored into the first quadrant of the film
             disk = disk * np.where(film_xy < 0.0, -1.0, 1.0)
             turn = np.arctan2(disk[:, 1], disk[:, 0]) / (2.0 * math.pi) % 1.0
-        return np.stack([np.clip(turn, 0.0, 1.0), np.minimum((disk * disk).sum(1), 1.0)], 1)
+        return np.stack([np.clip(turn, 0.0, np.nextafter(1.0, 0.0)), np.minimum((disk * disk).sum(1), 1.0)], 1)
 
     @property
     def reach(self) -> float:

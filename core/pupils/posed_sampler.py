@@ -48,7 +48,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.pupils.radial_sampler import GRID, RING_CORNERS, RINGS, SECTORS, PupilTable
+from lensbench.pupils.radial_sampler import CELLS, GRID, RING_CORNERS, RINGS, SECTORS, PupilTable
 
 FINENESS = 0.04                 # largest step of the film distance between two tables, as a part of it
 MOST_SLICES = 9
@@ -113,7 +113,7 @@ class PosedPupil:
         p[FILM_DISTANCE], p[GAIN], p[NARROWING] = self.film_distance, 1.0 / normaliser, self.narrowing
         p[FIRST] = self.places[0]
         p[PER_STEP], p[LAST] = (count - 1) / (self.places[-1] - self.places[0]), count - 2
-        p[CELL], p[ORIGIN] = 2.0 * size / (GRID - 1), -size
+        p[CELL], p[ORIGIN] = 2.0 * size / CELLS, -size
         fields = p[OF_SLICES:OF_SLICES + count * FIELDS].reshape(count, FIELDS)
         for row, z, table in zip(fields, self.places, self.tables, strict=True):
             row[:COURSE] = z, 1.0 / table.end, table.scale, min(table.dark_beyond, 1e30)
@@ -126,10 +126,10 @@ class PosedPupil:
 
     @property
     def _grid(self) -> tuple[float, np.ndarray]:
-        """Largest coordinate of all corners (mm), and the corners as whole cells of 2 · that / (GRID − 1)."""
+        """Largest coordinate of all corners (mm), and the corners as whole cells of 2 · that / CELLS."""
         outlines = np.stack([table.outline for table in self.tables])
         size = max(float(np.abs(outlines).max()), 1e-30)
-        return size, np.round((outlines / size + 1.0) * (0.5 * (GRID - 1)))
+        return size, np.round((outlines / size + 1.0) * (0.5 * CELLS))
 
     def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
         """Area (n,) in mm² over which samples are spread, at rear points (n, 2), for film points (n, 2) of its frame.
@@ -149,7 +149,7 @@ class PosedPupil:
                         for side in (0, 1)])
         shares = np.where(lit.all(0), shares, lit)
         size, cells = self._grid
-        outlines = cells * (2.0 * size / (GRID - 1)) - size
+        outlines = cells * (2.0 * size / CELLS) - size
         for k, table in enumerate(self.tables):
             for side in (0, 1):
                 here = inner + side == k

@@ -56,7 +56,8 @@ from lensbench.pupils.rim_solver import (
 RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
 POINTS = 41                     # solved points on the upper half of each rim
 TOLERANCE = 2e-4                # of the rims, relative to the region's scale
-GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
+GRID = 4096                     # numbers for a coordinate of the table's corners: two of them fit one float32 exactly
+CELLS = GRID - 2                # cells across the corners: even, so that the meridian, y = 0, is a whole number of them
 SEARCH_RADII, SEARCHES = 24, 3  # film radii in one search for the end of the light, and searches
 NEARLY = 0.95                   # share of the radius where the light ends
 STEADY = 0.015                  # in half widths: coarseness up to which the centres need no course
@@ -160,7 +161,7 @@ class PupilTable:
         inner, f = self.ring(r)
         size, cells = self._grid
         corners = cells[inner] + f[:, None, None] * (cells[inner + 1] - cells[inner])
-        corners = corners * (2.0 * size / (GRID - 1)) - size
+        corners = corners * (2.0 * size / CELLS) - size
         off = r > 1e-6
         cosine, sine = np.where(off, film_xy.T / np.where(off, r, 1.0), [[1.0], [0.0]])
         x = rear_xy[:, 0] * cosine + rear_xy[:, 1] * sine - self.centre(r)
@@ -174,9 +175,9 @@ class PupilTable:
 
     @property
     def _grid(self) -> tuple[float, np.ndarray]:
-        """Largest coordinate of the corners (mm), and the corners as whole cells of 2 · that / (GRID − 1)."""
+        """Largest coordinate of the corners (mm), and the corners as whole cells of 2 · that / CELLS."""
         size = max(float(np.abs(self.outline).max()), 1e-30)
-        return size, np.round((self.outline / size + 1.0) * (0.5 * (GRID - 1)))
+        return size, np.round((self.outline / size + 1.0) * (0.5 * CELLS))
 
     def step(self, normaliser: float) -> Step:
         """Step that aims from the film into the region; WEIGHT becomes cos⁴θ · area / normaliser."""
@@ -185,7 +186,7 @@ class PupilTable:
         p[FILM_DISTANCE], p[RING_SCALE], p[INVERSE_END] = self.film_distance, self.scale, 1.0 / self.end
         p[DARK_BEYOND], p[GAIN] = self.dark_beyond, 1.0 / normaliser
         p[COURSE:CELL] = self.course
-        p[CELL], p[ORIGIN] = 2.0 * size / (GRID - 1), -size
+        p[CELL], p[ORIGIN] = 2.0 * size / CELLS, -size
         p[CORNERS:OFFSETS] = (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel()
         p[OFFSETS:] = self.offsets
         return Step(aim_radial, p)

@@ -67,6 +67,22 @@ def test_the_ray_of_the_film_point_of_a_near_point_meets_it(name):
     assert (np.hypot(*(back - raster)[visible].T) > 1.0).any() == ("fisheye" in name)
 
 
+@pytest.mark.parametrize("more", [{}, {"model": "polynomial"}, {"film_pose": lb.FilmPose(tilt=0.05)}],
+                         ids=["trace", "polynomial", "film out of line"])
+def test_points_on_the_axis_out_of_focus_have_their_film_points(more):
+    """Their samples lie on the meridian of the film point, where halves of the region meet; most were NaN."""
+    taken = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), lb.Film(36.0, 24.0, 360, 240), 1000.0, 4.0, **more)
+    uv = np.concatenate([np.random.default_rng(4).uniform(0.05, 0.95, (40, 2)),
+                         [[0.9, 0.5], [0.7, 0.6], [0.5, 0.9], [0.1, 0.4]]])
+    for distance in (200.0, 925.0, 1100.0, 1e5):
+        points = np.tile([0.0, 0.0, -distance], (len(uv), 1))
+        back, visible = taken.raster_from_point(points, uv)
+        assert visible.all()
+        assert passes(taken, back, uv, points).max() < 1e-13
+        beside, visible = taken.raster_from_point(points + [1e-6, 0.0, 0.0], uv)
+        assert visible.all() and np.abs(beside - back).max() < 1e-3
+
+
 def test_what_the_lens_blocks_or_the_film_does_not_reach_is_not_visible():
     taken = camera("pbrt-dgauss-50mm", world_from_camera=np.eye(4))
     points = np.array([[0.0, 0.0, -5000.0], [0.0, 0.0, 5000.0], [0.0, 4000.0, -5000.0], [0.0, 1e5, -5000.0]])
