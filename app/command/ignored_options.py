@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.state.picture.exposure import has_triangle
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.setting_table import SHAPES
 from lensbench.app.state.settings import Settings
@@ -25,13 +26,20 @@ def _of_kinds_with(name: str) -> Callable[[Settings], bool]:
 
 
 def _exposes(settings: Settings) -> bool:
-    return settings.exposing != "plain"
+    return settings.exposing == "triangle" and has_triangle(settings)
+
+
+def _meters_iso(settings: Settings) -> bool:
+    return settings.exposing == "automatic" and has_triangle(settings)
 
 
 def _moves(settings: Settings) -> bool:
     return settings.keyframed or cached_scene(settings.scene).moves
 
 
+_NO_F_NUMBER = "the exposure triangle needs an f-number, and it has none"
+_METERED = {"iso": "--exposing automatic chooses the ISO",
+            "shutter": "--exposing automatic makes up for the time; give --exposing triangle"}
 _STOP = _Need(lambda settings: settings.has_stop)
 _BLADES = _Need(lambda settings: _STOP.has_effect(settings) and not settings.stop_image,
                 "leave out --stop-image, which takes the place of blades")
@@ -42,7 +50,7 @@ _END = _Need(lambda settings: settings.keyframed, "give --end-position too")
 _NEEDS = {
     **{name: _Need(_of_kinds_with(name)) for kind in CAMERA_KINDS.values() for name in kind.own},
     "lens_radius": _Need(lambda settings: settings.kind.lens_radius, "the aperture of a lens is --f-number"),
-    "f_number": _Need(lambda settings: settings.kind.f_number and (settings.has_stop or _exposes(settings))),
+    "f_number": _Need(lambda settings: settings.has_f_number),
     "focus_distance": _Need(lambda settings: settings.kind.focuses),
     "blades": _BLADES, "blade_rotation": _BLADES, "roundness": _BLADES, "stop_image": _STOP,
     "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens),
@@ -60,27 +68,36 @@ _NEEDS = {
 }
 # Of a picture that a command renders; a window or another program may take the exposure and movement that are set
 _RENDERED = {
-    "iso": _Need(lambda settings: _exposes(settings) or settings.noise, "give --exposing triangle too"),
+    "exposing": _Need(lambda settings: settings.exposing != "triangle" or has_triangle(settings), _NO_F_NUMBER),
+    "iso": _Need(lambda settings: _exposes(settings) or settings.noise and not _meters_iso(settings),
+                 "give --exposing triangle too"),
     "metering": _Need(lambda settings: settings.exposing == "automatic", "give --exposing automatic too"),
     "full_well": _SENSOR, "quantum_efficiency": _SENSOR, "read_noise": _SENSOR, "bits": _SENSOR,
-    "shutter": _Need(lambda settings: _exposes(settings) or _moves(settings),
+    "shutter": _Need(lambda settings: (_exposes(settings) or settings.noise and _meters_iso(settings)
+                                       or _moves(settings)),
                      "nothing moves; give --exposing triangle for its light"),
     "shutter_ramp": _MOTION, "readout": _MOTION, "readout_direction": _MOTION, "moment": _MOTION,
 }
 # Of a picture, and not of a quantity of its samples
 _DEVELOPED = ("ghosts", "ghost_strength", "ghost_pair", "stars", "star_strength", "exposure", "exposing", "metering",
               "iso", "noise", "full_well", "quantum_efficiency", "read_noise", "bits", "tone")
+# Of the developed picture alone, and not of a file of linear light: those of the sensor, and those that a render until
+# some noise of the developed picture needs in any case
+_RECORDED = ("noise", "full_well", "quantum_efficiency", "read_noise", "bits")
+_TONED = ("exposure", "exposing", "metering", "iso", "tone")
+LINEAR = (".exr", ".pfm")
 # What an ideal lens model lacks, for the settings that need it
 _WITH_LENS_MODEL = {**dict.fromkeys(("f_number", "blades", "blade_rotation", "roundness", "stop_image"), "has no stop"),
                     "focus_position": "has one focus"}
 
 
 def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: str | None,
-            rendered: bool) -> Iterator[str]:
+            rendered: bool, linear: str | None = None, until_noise: bool = False) -> Iterator[str]:
     """A line for each option without an effect, and for an aperture that is none.
 
     given: settings that options name. options: the option of each. lens: the LENS that was named.
-    rendered: the command renders a picture.
+    rendered: the command renders a picture. linear: its file, where that holds linear light. until_noise: the noise
+    of the developed picture ends the render.
     """
     if lens is not None and not settings.kind.has_lens:
         yield f"{lens} has no effect: the camera {settings.camera} has no lens; give --camera lens"
@@ -88,11 +105,20 @@ def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: 
              and getattr(settings, name) is not False]
     for name in coded:
         yield f"--{options[name]} has no effect on the view {settings.view}: give --view picture"
+    if linear is not None and not settings.sample_view:
+        coded = [name for name in (_RECORDED if until_noise else _TONED + _RECORDED)
+                 if name in given and getattr(settings, name) is not False]
+        if "shutter" in given and not until_noise and not _moves(settings):
+            coded.append("shutter")
+        for name in coded:
+            yield f"--{options[name]} has no effect on {linear}: it holds linear light as floats"
     for name, need in (_NEEDS | _RENDERED if rendered else _NEEDS).items():
         if name in coded:
             continue
         if name in given and not need.has_effect(settings):
             instead = need.instead
+            if name in _METERED and settings.exposing != "plain":
+                instead = _METERED[name] if _meters_iso(settings) else _NO_F_NUMBER
             if settings.has_lens and name in _WITH_LENS_MODEL and not settings.follows_lens:
                 instead = f"the lens model {settings.lens_model} " + _WITH_LENS_MODEL[name]
             yield f"--{options[name]} has no effect on the camera {settings.camera}" + (

@@ -10,7 +10,7 @@ from dataclasses import fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from lensbench.app.command.ignored_options import remarks
+from lensbench.app.command.ignored_options import LINEAR, remarks
 from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
 from lensbench.app.state import former_settings
 from lensbench.app.state.build import design
@@ -171,8 +171,11 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         raise SettingsError(f"--ghost-pair {arguments.ghost_pair}: {why}")
     named = {field.name: spec(field).option or field.name.replace("_", "-") for field in fields(Settings)}
     unnamed = arguments.settings is not None or lens is None or Path(lens).suffix.lower() in PICTURES
+    rendered = "until_noise" in arguments
+    linear = arguments.output if rendered and Path(arguments.output).suffix.lower() in LINEAR else None
     for remark in remarks(settings, set(asked) | ({"camera"} if arguments.camera else set()), named,
-                          None if unnamed else lens, "until_noise" in arguments):
+                          None if unnamed else lens, rendered, linear,
+                          rendered and arguments.until_noise is not None):
         say(remark)
     return settings
 

@@ -54,6 +54,7 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
 def render(arguments: argparse.Namespace) -> int:
     """Render what the arguments ask for; the exit code."""
     import lensbench as lb
+    from lensbench.app.command.ignored_options import LINEAR
     from lensbench.app.command.lens_options import say
     from lensbench.app.command.options import settings_from
     from lensbench.app.files.picture_render import export_render, kept_path
@@ -77,7 +78,7 @@ def render(arguments: argparse.Namespace) -> int:
         say(f"{settings.lens}: {remark}")
     if arguments.until_noise is not None and not 0.0 < arguments.until_noise <= 1.0:
         raise UsageError("--until-noise: it must be more than 0 and at most 100 %, such as 1%")
-    if arguments.bits is not None and Path(arguments.output).suffix.lower() in (".exr", ".pfm"):
+    if arguments.bits is not None and Path(arguments.output).suffix.lower() in LINEAR:
         say(f"--bits has no effect on {arguments.output}: it holds linear light as floats")
     if arguments.until_noise is not None and settings.sample_view:
         say(f"--until-noise has no effect on the view {settings.view}: give --view picture")

@@ -27,10 +27,20 @@ class AppliedExposure:
     triangle: lb.Exposure | None
 
 
+def has_triangle(settings: Settings) -> bool:
+    """Whether the camera has an f-number, without which there is no exposure triangle."""
+    return _f_number(settings) is not None
+
+
+def _f_number(settings: Settings) -> float | None:
+    """The f-number that exposes: the working one where it is known."""
+    got = readings(settings)
+    return got.working_f_number or got.f_number
+
+
 def applied_exposure(settings: Settings, image: NDArray[np.float32]) -> AppliedExposure:
     """The exposure of a linear picture (h, w, 3) of these settings."""
-    got = readings(settings)
-    f_number = got.working_f_number or got.f_number
+    f_number = _f_number(settings)
     triangle = None if f_number is None else lb.Exposure(f_number, settings.shutter, settings.iso)
     if settings.exposing == "automatic":
         gain = 2.0 ** lb.metered_stops(image, settings.metering)

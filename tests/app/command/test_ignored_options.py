@@ -37,6 +37,25 @@ from lensbench.app.command.main import main
     ("pbrt-dgauss-50mm --view depth --no-ghosts --shutter 0.01", ["--shutter has no effect on the camera lens"]),
     ("pbrt-dgauss-50mm --bits 16", []),
     ("pbrt-dgauss-50mm --bits 8 -o x.exr", ["--bits has no effect on x.exr: it holds linear light as floats"]),
+    *((f"--camera {camera} --exposing triangle --shutter 1/1000 --iso 100",
+       [f"--{option} has no effect on the camera {camera.split()[0]}: the exposure triangle needs an f-number"
+        for option in ("exposing", "shutter", "iso")])
+      for camera in ("fisheye", "orthographic", "environment --size 16x8", "bare-sensor")),
+    ("--camera fisheye --exposing automatic --shutter 1/1000 --metering highlights",
+     ["--shutter has no effect on the camera fisheye: the exposure triangle needs an f-number"]),
+    ("--camera fisheye --exposing triangle --iso 400 --noise", ["--exposing has no effect on the camera fisheye"]),
+    ("pbrt-dgauss-50mm --lens-model pinhole --exposing triangle", ["--exposing has no effect on the camera lens"]),
+    ("--camera finite-pinhole --exposing triangle --shutter 1/1000 --iso 100", []),
+    ("--camera perspective --f-number 2 --exposing triangle --shutter 1/1000 --iso 100", []),
+    ("pbrt-dgauss-50mm --exposing automatic --shutter 1/1000 --iso 400",
+     ["--shutter has no effect on the camera lens: --exposing automatic makes up", "--exposing automatic chooses"]),
+    ("pbrt-dgauss-50mm --exposing automatic --noise --shutter 1/1000", []),
+    ("pbrt-dgauss-50mm --exposure +1 --exposing triangle --shutter 0.01 --iso 800 --noise --sensor-bits 12 --tone agx "
+     "-o x.exr", [f"--{option} has no effect on x.exr: it holds linear light"
+                  for option in ("exposure", "exposing", "shutter", "iso", "noise", "sensor-bits", "tone")]),
+    ("pbrt-dgauss-50mm --exposure +1 --no-noise -o x.pfm", ["--exposure has no effect on x.pfm"]),
+    ("pbrt-dgauss-50mm --end-position 9,0,0 --shutter 0.01 --f-number 4 -o x.exr", []),
+    ("pbrt-dgauss-50mm --exposure +1 --tone agx --noise --until-noise 9% -o x.exr", ["--noise has no effect on x.exr"]),
     ("pbrt-dgauss-50mm --camera bare-sensor", ["pbrt-dgauss-50mm has no effect: the camera bare-sensor has no lens"]),
 ])
 def test_options_without_an_effect_are_named(options, said, tmp_path, capsys, monkeypatch):
