@@ -271,6 +271,8 @@ def dark_corners(settings: "Settings") -> str:
     if not settings.follows_lens:
         return ""
     reach, diagonal = 2.0 * lit(settings), settings.film.diagonal
+    if reach == 0.0:                                    # the read-outs say why there is no image
+        return ""
     share = _towards_the_corner(settings)
     if share is not None:
         return f"Light ends at {fixed(100.0 * share, 0)} % of the film's diagonal" if share < NARROW else ""

@@ -107,7 +107,7 @@ class FilePrompt:
         if path is None:
             return None
         question, self._question = self._question, None
-        self._folder = path.parent
+        self.folder = path.parent
         return self._request, _saved_as(path, question) if question.save else path
 
     def _native_answer(self) -> Path | None:
@@ -183,6 +183,8 @@ class FilePrompt:
                 self._folder, self._text, self._problem = path, "", ""
             elif not question.save and not os.path.isfile(path):
                 self._problem = f"There is no file {path.name} here"
+            elif question.save and not os.path.isdir(path.parent):
+                self._problem = f"There is no folder {path.parent}"
             else:
                 return path
         imgui.same_line()

@@ -29,6 +29,7 @@ from lensbench.lenses.stop_picture import SUFFIXES
 RECENT = 8                      # files that are remembered
 PICTURES = (".png", ".exr", ".ppm")                      # that carry their settings
 SAVED = (*PICTURES, ".pfm")
+OF_SCENES = (".obj", ".ply", ".gltf", ".glb", ".jpg", ".jpeg", ".heic", ".tif", ".tiff", ".webp", ".bmp", ".hdr")
 QUESTIONS = {
     Request.OPEN_LENS: Question("Open lens", "Lens files", tuple(READERS)),
     Request.SAVE_LENS: Question("Save the lens", "Lens files", tuple(WRITERS), True, "lens.toml"),
@@ -112,6 +113,9 @@ class Files:
         if (kind or path.suffix.lower()) in ("light field", ".npz"):
             state.light_field.worker.open(path)
             self._remember(path)
+            return
+        if kind is None and path.suffix.lower() in OF_SCENES:
+            state.view.say(f"{path.name} is shown by a scene file that names it: docs/scenes.md tells how")
             return
         try:
             settings = self._opened(path, kind or self._kind(path), state.history.present)

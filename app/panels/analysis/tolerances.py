@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from lensbench.analysis.manufacture import Tolerances
+from lensbench.analysis.manufacture import LARGEST, Tolerances
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
 from lensbench.app.state.analysis.figure import Figure
 from lensbench.app.state.analysis.tolerance_figures import (
@@ -18,7 +18,9 @@ from lensbench.app.state.analysis.tolerance_figures import (
 )
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.toggles import toggles
+from lensbench.kernels.figures import significant, true_minus
 from lensbench.optics.lens_surface import LensError
 
 NAME = "Tolerances"
@@ -79,10 +81,13 @@ def _edited(within: Tolerances, choices: dict) -> Tolerances:
         if changed:
             try:
                 within, choices["refused"] = replace(within, **{name: value * size}), ""
-            except LensError as error:
-                choices["refused"] = str(error)
+            except LensError:
+                refused = " ".join((name.capitalize(), true_minus(significant(value)), unit)).strip()
+                choices["refused"] = f"{refused}: type a number from 0 to below {significant(LARGEST / size)}"
     if choices.get("refused"):
-        imgui.text_colored(theme.colours().warning, choices["refused"])
+        imgui.push_style_color(imgui.Col_.text, theme.colours().warning)
+        paragraph(choices["refused"], strong=True)
+        imgui.pop_style_color()
     if imgui.button("Usual values"):
         within, choices["refused"] = Tolerances(), ""
     imgui.end_popup()

@@ -80,8 +80,22 @@ def _focus(settings: Settings) -> Settings:
     return replace(settings, focus_distance=distance)
 
 
+def _throws_none(settings: Settings, title: str) -> bool:
+    """Whether the lens throws no image: then a line takes the place of a dial, which would have no true value."""
+    if not settings.has_lens or readings(settings).nearest_focus is not None:
+        return False
+    right = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x
+    imgui.text_disabled(title)
+    imgui.set_item_tooltip("The lens throws no image")
+    imgui.same_line(right - imgui.calc_text_size("–").x)
+    imgui.text_disabled("–")
+    return True
+
+
 def _aperture(settings: Settings) -> Settings:
     """The f-number of a lens or of an ideal lens; at its widest, the setting of a lens becomes None, wide open."""
+    if _throws_none(settings, TITLES[APERTURE]):
+        return settings
     widest = readings(settings).widest_f_number or 1.0
     shown = settings.f_number if settings.f_number is not None else widest
     scale = dial_scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest))
@@ -98,6 +112,8 @@ def _aperture(settings: Settings) -> Settings:
 
 def _lens_view(settings: Settings) -> Settings:
     """The field of view of a lens, by zoom and by crop."""
+    if _throws_none(settings, "Field of view"):
+        return settings
     narrow, wide = ends_of_view(settings)
     zooming = zooms(settings)
     tip = ("Field of view along the shorter side: turns the zoom, and beyond its longest end uses less of the film"
@@ -133,6 +149,8 @@ def _focal_length(settings: Settings) -> Settings:
     if designed <= 0.0:                                     # an edited lens may diverge
         imgui.text_disabled(f"Focal length  {true_minus(format_length(designed))}")
         imgui.set_item_tooltip("The lens diverges: it throws no image, and cannot be scaled to a focal length")
+        return settings
+    if _throws_none(settings, "Focal length"):
         return settings
     length = dial("Focal length", efl, dial_scales.focal_length_scale(designed / OCTAVES, designed * OCTAVES, designed),
                   "Focal length f: scales the whole prescription, stop and rims included")

@@ -24,6 +24,7 @@ from lensbench.kernels.figures import significant
 LIVE_ALPHA, DEAD_ALPHA = 0.55, 0.45
 CROSS = 3.0
 NARROW = 20.0                   # em: a narrower section has short names
+SWITCHES = 13.0, 2.0            # em: width and height of the switches in the upper left corner
 BESIDE = 10.0                   # pixels at a scale of 1, from the film to the names of the fields
 OPEN = imgui.ImDrawFlags_.none
 
@@ -189,6 +190,8 @@ def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
         text, top = "Stop", canvas.at(*sketch.on_stop(outer, outer)).y
         size = imgui.calc_text_size(text)
         y = max(top - size.y - pixel, canvas.y)
+        if y < canvas.y + theme.em(SWITCHES[1]) and x - 0.5 * size.x < canvas.x + theme.em(SWITCHES[0]):
+            y = canvas.at(*sketch.on_stop(-outer, outer)).y + pixel         # below, where no switch lies
         draw.add_text(ImVec2(floor(x - 0.5 * size.x), floor(y)), theme.packed(theme.colours().text), text)
 
 

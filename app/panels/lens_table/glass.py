@@ -106,6 +106,10 @@ def glass_popup(settings: Settings, document: LensDocument, state: LensTableStat
             if imgui.selectable(f"{maker or 'All makers'}###maker {maker or 'all'}", maker == state.maker)[0]:
                 state.maker = maker
         imgui.end_combo()
+    if state.problem:                       # above the list: the popup has its place, and may end at the window's edge
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_colored(imgui.ImVec4(*theme.colours().warning), state.problem)
+        imgui.pop_text_wrap_pos()
     shown = found(state.search, state.maker, known, current)
     near = nearest(state.search, state.maker, known) if state.search.strip() and not shown else ()
     chosen: Glass | str | None = None
@@ -127,10 +131,6 @@ def glass_popup(settings: Settings, document: LensDocument, state: LensTableStat
     on_map = _map(shown or near if state.search.strip() or state.maker else known, current)
     if on_map is not None:
         chosen = on_map.make()
-    if state.problem:
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_colored(imgui.ImVec4(*theme.colours().warning), state.problem)
-        imgui.pop_text_wrap_pos()
     if chosen is not None:
         settings = state.apply(settings, partial(with_glass, surface=surface, glass=chosen))
         if not state.problem:

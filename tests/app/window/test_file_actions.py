@@ -236,6 +236,15 @@ def test_an_export_that_cannot_be_written_says_why(drive, tmp_path):
     drive(use)
 
 
+def test_a_mesh_or_photograph_that_is_dropped_says_how_it_is_shown(drive, tmp_path):
+    def use(hand):
+        for name in ("cube.obj", "beach.JPG"):
+            hand.session.files.drop([str(tmp_path / name)])
+            assert hand.session.view.messages[-1].startswith(f"{name} is shown by a scene file that names it")
+
+    drive(use)
+
+
 @pytest.mark.slow
 def test_the_file_dialog_says_that_there_is_no_file_until_another_folder_is_shown(drive, tmp_path):
     def use(hand):
@@ -250,6 +259,13 @@ def test_the_file_dialog_says_that_there_is_no_file_until_another_folder_is_show
         hand.ctx.item_click("//###File/###Up")
         hand.ctx.yield_(2)
         assert prompt.folder == tmp_path.parent and not prompt._problem
+        hand.press(imgui.Key.escape)
+        hand.session.files.ask(Request.SAVE_LENS)
+        hand.ctx.yield_(3)
+        hand.ctx.item_input_value("//###File/##Name", str(tmp_path / "gone" / "a.toml"))
+        hand.ctx.item_click("//###File/Save")
+        hand.ctx.yield_(2)
+        assert prompt.asks is Request.SAVE_LENS and prompt._problem == f"There is no folder {tmp_path / 'gone'}"
         hand.press(imgui.Key.escape)
 
     assert drive(use).view.messages == []
