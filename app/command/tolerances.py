@@ -122,7 +122,7 @@ def _print(costs: "tuple[Sensitivity, ...]", run: "Production") -> None:
     print(f"\n{len(run.spots)} copies, contrast at {fixed(run.frequencies[middle], 0)} cycles/mm: designed, and the "
           "5th, 50th and 95th percentile.\nEach is focused at infinity, where its spot on the axis is smallest")
     for k in (0, 1, 3):
-        for j, name in ((0, "sagittal"), (1, "meridional")):
+        for j, name in ((0, "sagittal"), (1, "tangential")):
             row = "  ".join(fixed(100.0 * value, 1).rjust(5) for value in (
                 run.nominal[k, middle, j], *band[:, k, middle, j]))
             print(f"image height {fixed(run.fields[k], 1):>5} mm  {name:10}  {row} %")
@@ -139,7 +139,7 @@ def draw(run: "Production", path: Path, title: str) -> None:
         for place, k in enumerate((0, 1, 3)):
             axes = plot(figure.add_subplot(1, 3, place + 1), "Cycles / mm", "Contrast" if place == 0 else "",
                         f"{title}, {fixed(run.fields[k], 1)} mm" if place == 0 else f"{fixed(run.fields[k], 1)} mm")
-            for j, name, colour in ((0, "sagittal", COLOURS["blue"]), (1, "meridional", COLOURS["vermilion"])):
+            for j, name, colour in ((0, "sagittal", COLOURS["blue"]), (1, "tangential", COLOURS["vermilion"])):
                 axes.fill_between(run.frequencies, band[0, k, :, j], band[2, k, :, j], color=colour, alpha=0.2,
                                   linewidth=0.0)
                 axes.plot(run.frequencies, band[1, k, :, j], color=colour, label=f"{name}, median and 5 to 95 %")

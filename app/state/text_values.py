@@ -39,7 +39,7 @@ def format_exposure(stops: float) -> str:
 def format_angle(angle: float) -> str:
     """Radians as degrees: 47.2°, 4.72°."""
     degrees = math.degrees(angle)
-    return f"{fixed(degrees, 2 if degrees < 9.995 else 1)}°"
+    return true_minus(f"{fixed(degrees, 2 if abs(degrees) < 9.995 else 1)}°")
 
 
 def format_length(length: float) -> str:

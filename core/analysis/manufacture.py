@@ -122,7 +122,7 @@ class Production:
     frequencies : (n,) array
         Cycles / mm.
     nominal : (fields, n, 2) array
-        Contrast of the lens as designed, for detail across the field (sagittal), then along it (meridional).
+        Contrast of the lens as designed, for detail across the field (sagittal), then along it (tangential).
     contrast : (copies, fields, n, 2) array
         That of the copies.
     nominal_spots, spots : (fields,) and (copies, fields) arrays

@@ -200,7 +200,8 @@ def shared_entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.n
     needed = np.sqrt(((ahead - middle[group])**2).sum(1)) * far[group]
     needed = needed + radii * ratio + landing.radius * abs(1.0 - ratio)
     enclosing = np.zeros(len(far))
-    np.maximum.at(enclosing, group, needed)
+    with np.errstate(invalid="ignore"):                 # points that are nowhere have no sphere
+        np.maximum.at(enclosing, group, needed)
 
     # Find the rectangle of each group; where its middle is dark, that of every point
     found = entrance_bounds(landing, landing.front + middle * far[:, None], enclosing, real)

@@ -33,7 +33,7 @@ from lensbench.kernels.figures import fixed
 SHOWN = 12                      # of the costliest errors
 FREQUENCIES = tuple(5.0 * k for k in range(1, 13))      # cycles/mm
 PLACES = (0, 1, 3)              # of the fields of a run, and their tints
-TINTS = (("sagittal", "field0"), ("meridional", "field2"))
+TINTS = (("sagittal", "field0"), ("tangential", "field2"))
 LOW, MIDDLE, HIGH = 5.0, 50.0, 95.0
 DRAWN = 200                     # copies from which five are shown
 SHARES = {"95 %": 0.95, "75 %": 0.75, "median": 0.5, "25 %": 0.25, "5 %": 0.05}    # of the copies with less contrast
