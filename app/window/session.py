@@ -80,6 +80,7 @@ class Session(WindowState):
 
     def opened(self) -> None:
         """The GL context is there."""
+        self.is_open = True
         self.compilers.draw_here()
         sys.setswitchinterval(0.001)            # the worker gets its turn soon, also beside a busy window
         use_dials(self.dials)
@@ -110,6 +111,7 @@ class Session(WindowState):
 
     def closed(self) -> None:
         """The window is about to close."""
+        self.is_open = False
         if self.remember:
             with suppress(ValueError, OSError):         # the next session begins anew
                 save_session(self.history.present)

@@ -47,6 +47,8 @@ STILL_SECONDS = 0.25            # that the room for the picture stays the same b
 class WindowState:
     """Lives as long as the window."""
 
+    is_open = False                                     # between its first frame and its end
+
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
         self.requests: set[Request] = set()
         self.view, self.chooser, self.dials = View(requests=self.requests), Chooser(requests=self.requests), DialState()
@@ -83,9 +85,10 @@ class WindowState:
 
     def wake(self) -> None:
         """From any thread: there is something new to show."""
-        hello_imgui.request_refresh()
-        with suppress(glfw.GLFWError):
-            glfw.post_empty_event()
+        if self.is_open:                                # GLFW would complain before and after
+            hello_imgui.request_refresh()
+            with suppress(glfw.GLFWError):
+                glfw.post_empty_event()
 
     # Settings
 
