@@ -96,7 +96,7 @@ def info(arguments: argparse.Namespace) -> int:
 
 def _degrees(angle: float | None) -> str:
     """An angle in degrees to a tenth."""
-    return "dark" if angle is None else f"{fixed(angle, 1)}°"
+    return "not known" if angle is None else f"{fixed(angle, 1)}°"
 
 
 def _mm(length: float) -> str:

@@ -50,26 +50,29 @@ class Autosave:
         self._files += 1
         return self._folder / f"{os.getpid()}-{id(self):x}-{self._files}.toml"
 
-    def keep(self, settings: Settings, saved: str = "") -> bool:
+    def keep(self, settings: Settings, saved: tuple[str, str] = ("", "")) -> bool:
         """Write the edits of these settings, or remove the file where there are none; OSError, ValueError.
 
-        saved: the lens file that the window has written last. True where another lens has taken the place of one with
-        edits: their file stays.
+        saved: the lens and the edits that the window has saved last. True where another lens has taken the place of
+        one with other edits: their file stays.
         """
-        before, present = self._kept, (settings.lens, settings.edited)
+        before, present, path = self._kept, (settings.lens, settings.edited), self._path
         if present == before:
             return False
-        leaves = bool(before[1]) and settings.lens not in (before[0], saved)
-        if leaves:
-            self._left[before] = self._path
+        leaves = bool(before[1]) and present[0] != before[0] and before != saved
         if leaves or present in self._left:             # undone, the edits have their file again
-            self._path = self._left.pop(present) if present in self._left else self._new()
+            path = self._left.get(present) or self._new()
         if settings.edited:
             self._folder.mkdir(parents=True, exist_ok=True)
-            save_settings(self._path, settings)
+            save_settings(path, settings)
         else:
+            path.unlink(missing_ok=True)
+        if leaves:
+            self._left[before] = self._path
+        elif path != self._path:
             self._path.unlink(missing_ok=True)
-        self._kept = present
+        self._left.pop(present, None)
+        self._path, self._kept = path, present
         return leaves
 
 

@@ -162,7 +162,7 @@ def with_camera(settings: Settings, camera: str) -> Settings:
     The pixels follow the shape of the film, or of a panorama's layout, where that changes.
     """
     changed = replace(settings, camera=camera)
-    if changed.kind.f_number and settings.has_lens and not changed.has_lens and settings.f_number is None:
+    if settings.has_lens and settings.has_stop and not changed.has_lens and settings.f_number is None:
         changed = replace(changed, f_number=readings(settings).widest_f_number)     # None would be a pinhole there
     if settings.medium == "water" and not changed.kind.under_water:
         changed = replace(changed, medium="air")

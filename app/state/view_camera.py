@@ -59,6 +59,8 @@ def sharp_focus(settings: Settings) -> "lb.analysis.SharpFocus | None":
 def _sharp(settings: Settings, lens: Stamp) -> "lb.analysis.SharpFocus":
     made = camera(settings)
     assert isinstance(made, lb.LensCamera)
+    if made.film_at is not None:            # placed for another wavelength than the d line, by which the plane is found
+        made = made.refocused(setup(settings).focus_distance)
     return lb.analysis.sharp_focus(made, blur_limit(settings))
 
 

@@ -64,10 +64,11 @@ class LensEditing:
             with suppress(glfw.GLFWError):
                 glfw.set_window_title(glfw_window_hello_imgui(), title)
         before, self._before = self._before, present
-        if before.edited and before.lens != present.lens:       # its edits may be younger than the autosave
-            self._keep(before)
-            self._next = 0.0
-        if not held and monotonic() >= self._next:
+        if before.lens != present.lens:
+            if before.edited:                           # they may be younger than the autosave
+                self._keep(before)
+            self._keep(present)
+        elif not held and monotonic() >= self._next:
             self._next = monotonic() + PAUSE
             self._keep(present)
 
@@ -78,11 +79,11 @@ class LensEditing:
     def _keep(self, settings: Settings) -> None:
         if self._autosave is None:
             return
-        name, self._edited_name = self._edited_name, lens_name(settings).removesuffix(" *") if settings.edited else ""
         try:
             if self._autosave.keep(settings, self._window.written):
-                self._window.view.say(f"The edits of {name} are not saved: Ctrl + Z brings them back, and the next "
-                                      "start offers them", note=True)
+                self._window.view.say(f"The edits of {self._edited_name} are not saved: Ctrl + Z brings them back, and "
+                                      "the next start offers them", note=True)
+            self._edited_name = lens_name(settings).removesuffix(" *") if settings.edited else ""
         except (OSError, ValueError) as error:
             if self._problem != str(error):
                 self._problem = str(error)
@@ -105,6 +106,7 @@ class LensEditing:
             with suppress(ValueError, OSError):
                 self._window.take(self._window.showable(unsaved.settings))
                 self._keep(self._window.history.present)
+                self._before = self._window.history.present
                 unsaved.remove()
             self._offers.pop(0)
             imgui.close_current_popup()

@@ -74,7 +74,7 @@ class WindowState:
         self.layout = BENCH                             # the chosen one of LAYOUTS
         self.recent: list[Path] = []                    # files that were opened, the newest first
         self.card_path: Path | None = None              # where the card of a moment is to be saved
-        self.written = ""                               # the lens file that the window has written last
+        self.written = "", ""                           # the lens and the edits that the window has saved last
         self.reopened: Path | None = None               # a recent file that is to be opened
         self.screenshot: Path | None = None             # where a picture of the window is to be saved
         self._postponed: tuple[Settings, Callable[[], Settings]] | None = None      # present settings, and a change
@@ -120,7 +120,7 @@ class WindowState:
 
     def lens_written(self, name: str, settings: Settings) -> None:
         """The window itself has written the file of its lens: drop what was computed from the file before."""
-        self.written = name
+        self.written = self.history.present.lens, self.history.present.edited
         self.watch.note(name)
         forget_derived()
         self.charts.forget()

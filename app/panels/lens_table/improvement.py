@@ -1,6 +1,7 @@
 """Improve in the table: what may change, start and stop, and the steps on their way into the lens."""
 
 import math
+from functools import lru_cache
 
 from imgui_bundle import icons_fontawesome_6 as fa
 from imgui_bundle import imgui
@@ -40,14 +41,16 @@ def improve_button(settings: Settings, document: LensDocument, state: LensTableS
         "wavefront": "The rms wave error: for lenses whose sharpness diffraction limits"})
     imgui.text_disabled("On the axis, at 0.7 and at the edge of the image, in three colours.\n"
                         "Focal length, solves and thinnest edges are held.")
+    circle = image_circle(settings.lens, document.lens) or math.inf
+    height = 0.5 * min(circle, settings.film.diagonal / settings.crop)
+    for remark in _left_out(document, height):
+        imgui.text_disabled(remark)
     state.hold_back_focus = check_box("Hold the back focus", state.hold_back_focus)
     state.try_glasses = check_box("Try other glasses", state.try_glasses)
     imgui.set_item_tooltip("Then also puts glasses of the catalogues in place of those of the lens, one after the\n"
                            "other, and keeps those that make the spots smaller. The stop button ends it")
     if imgui.button("Improve###Start improving"):
-        circle = image_circle(settings.lens, document.lens) or math.inf
-        state.worker.start(document, cells, 0.5 * min(circle, settings.film.diagonal / settings.crop),
-                           state.hold_back_focus, state.try_glasses, state.aim)
+        state.worker.start(document, cells, height, state.hold_back_focus, state.try_glasses, state.aim)
         state.expected, state.begun = settings.edited, True
         imgui.close_current_popup()
     if state.ticked:
@@ -55,6 +58,17 @@ def improve_button(settings: Settings, document: LensDocument, state: LensTableS
         if imgui.button("Untick all"):
             state.ticked.clear()
     imgui.end_popup()
+
+
+@lru_cache(maxsize=4)
+def _left_out(document: LensDocument, image_height: float) -> tuple[str, ...]:
+    """What an improvement over an image of this height (mm) does not judge; nothing where it cannot begin at all."""
+    from lensbench.app.studies.improvement.merit import MeritError, goal_of, left_out
+
+    try:
+        return tuple(left_out(document.lens, goal_of(document, image_height)))
+    except MeritError:
+        return ()
 
 
 def free_cells(document: LensDocument, state: LensTableState) -> tuple[tuple[int, str], ...]:

@@ -24,6 +24,7 @@ from lensbench.optics.surfaces import SurfaceTable
 FIELDS = (0.0, 0.7, 1.0)        # of the largest field angle
 STEEP = 0.6                     # radians: from here on rays are aimed about the real chief ray
 WIDEST = 1.5                    # radians: the largest field angle that rays are aimed at
+HEIGHTS = 32                    # image heights among which the edge of a smaller image circle is found
 RINGS, ARMS = 4, 5              # of rays over half of the pupil; the other half mirrors it
 AIMING = 3                      # Newton steps that bring a ray to its point of the stop
 HELD = 0.05                     # mm of spot radius that a 1 % change of a held length counts as
@@ -233,9 +234,9 @@ def goal_of(document: LensDocument, image_height: float, aim: str = "spot") -> G
     edges = [front.thickness + _sag(back) - _sag(front) for front, back in elements]
     edge = max(0.0, min([0.5, *(e for e in edges if isfinite(e))]))
     centre = min([0.8, *(max(0.0, front.thickness) for front, _ in elements)])
-    across = _focal_length_x(lens) if len(lens.sections) > 1 else None
+    across = _focal_length_x(lens) if len(lens.sections) > 1 else inf
     return Goal(min(_field_angle(lens, image_height, efl), WIDEST), efl, None, edge, centre, aim=aim,
-                focal_length_x=across)
+                focal_length_x=across if isfinite(across) else None)
 
 
 def left_out(lens: Lens, goal: Goal) -> list[str]:
@@ -262,9 +263,17 @@ def _focal_length_x(lens: Lens) -> float:
 
 
 def _field_angle(lens: Lens, image_height: float, efl: float) -> float:
-    """The angle (radians) of the field whose chief ray meets the film at a height (mm); paraxial where none does."""
-    found = find_chief_rays(lens, back_focus(lens), np.array([[0.0, image_height]]), by_image=True).angles[0, 1]
-    return float(abs(found)) if isfinite(found) else atan(image_height / (lens.front_index * efl))
+    """The angle (radians) of the field whose chief ray meets the film at a height (mm).
+
+    Beyond the image circle that of the largest height with a chief ray, or the paraxial one if this is larger.
+    """
+    heights = image_height * np.linspace(1.0, 0.0, HEIGHTS, endpoint=False)
+    found = find_chief_rays(lens, back_focus(lens), np.column_stack([0.0 * heights, heights]), by_image=True)
+    angles = np.abs(found.angles[:, 1])
+    if isfinite(angles[0]):
+        return float(angles[0])
+    reached = angles[np.isfinite(angles)]
+    return max(atan(image_height / (lens.front_index * efl)), float(reached[0]) if reached.size else 0.0)
 
 
 def amount(rms: float, aim: str) -> str:

@@ -77,7 +77,9 @@ def test_a_lens_that_is_wide_open_becomes_an_ideal_lens_as_wide_and_no_pinhole()
     assert constraints.with_camera(settings, "perspective").f_number == widest > 1.0
     assert camera(constraints.with_camera(settings, "perspective")).lens_radius > 0.0
     assert constraints.with_camera(replace(START, f_number=5.6), "perspective").f_number == 5.6
-    assert constraints.with_camera(settings, "environment").f_number is None
+    away = constraints.with_camera(settings, "environment")
+    assert constraints.with_camera(away, "perspective").f_number == widest
+    assert constraints.with_camera(replace(settings, lens_model="pinhole"), "perspective").f_number is None
 
 
 def test_the_perspective_camera_has_a_field_of_view_of_its_own():

@@ -23,6 +23,7 @@ from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import Settings, SettingsError
 from lensbench.app.state.view_camera import in_section, leans, seen_from, sentence, sharp_focus
 from lensbench.imaging.film_pose import FilmPose
+from lensbench.optics.system import SystemData, Wavelength
 from tests.app.stand import drive
 from tests.core.optics.test_surface_pose import posed
 
@@ -217,3 +218,13 @@ def test_the_dials_of_a_view_camera_are_turned_by_hand_and_set_back():
     drive(show, test, (262, 640))
     assert seen["turned"].tilt != 0.0 and seen["turned"].rise != 0.0 and seen["turned"].swing == 0.0
     assert seen["settings"] == Settings()
+
+
+def test_the_plane_of_sharp_focus_of_a_design_for_another_line_crosses_the_axis_at_the_focus_distance(tmp_path):
+    triplet = lenses.load("lenshh-cooke-triplet-50")
+    for line in (0.5876, 0.546):
+        path = tmp_path / f"{line}.toml"
+        lenses.save(replace(triplet, system=SystemData(wavelengths=(Wavelength(line),))), path)
+        settings = replace(Settings(), lens=str(path), f_number=None, tilt=0.03, focus_distance=1494.0)
+        plane = sharp_focus(settings).plane
+        assert plane.offset / plane.normal[2] == pytest.approx(-1494.0, rel=1e-6), line

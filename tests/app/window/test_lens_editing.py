@@ -379,11 +379,36 @@ def test_edits_that_another_lens_takes_the_place_of_stay_on_disk(tmp_path, ends)
     assert not kept.keep(other) and list(tmp_path.glob("*.toml")) == [file]         # its own edits are undone
     assert not kept.keep(edited) and list(tmp_path.glob("*.toml")) == [file]        # and the other lens
     if ends == "saved":
-        path = str(tmp_path / "mine.toml")
-        assert not kept.keep(replace(edited, lens=path, edited=""), saved=path)
+        assert not kept.keep(replace(edited, lens=str(tmp_path / "mine.toml"), edited=""),
+                             saved=(edited.lens, edited.edited))
     else:
         assert not kept.keep(reverted(edited))
     assert not list(tmp_path.glob("*.toml"))
+
+
+def test_edits_stay_on_disk_where_a_file_that_was_saved_before_comes_back_and_after_a_failure(tmp_path, monkeypatch):
+    from lensbench.app.files import unsaved_lens
+    from lensbench.app.state.lens_edit.editing import with_document
+    from lensbench.lenses.editing.cells import with_value
+
+    kept, edited = Autosave(tmp_path), with_document(TRIPLET, with_value(original(TRIPLET), 1, "thickness", 6.5))
+    mine, saved = replace(edited, lens=str(tmp_path / "mine"), edited=""), (edited.lens, edited.edited)
+    kept.keep(edited)
+    assert not kept.keep(mine, saved) and not list(tmp_path.glob("*.toml"))
+    other = with_document(TRIPLET, with_value(original(TRIPLET), 1, "thickness", 7.5))
+    kept.keep(other, saved)
+    assert kept.keep(mine, saved) and len(list(tmp_path.glob("*.toml"))) == 1
+
+    def full(*_):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(unsaved_lens, "save_settings", full)
+    for _ in range(3):
+        with pytest.raises(OSError, match="no space"):
+            kept.keep(edited)
+    monkeypatch.undo()
+    assert not kept.keep(edited) and len(list(tmp_path.glob("*.toml"))) == 2
+    assert not kept.keep(other) and len(list(tmp_path.glob("*.toml"))) == 1         # undone to the edits before
 
 
 def test_it_is_said_that_edits_are_not_saved_where_another_lens_comes(drive, tmp_path):

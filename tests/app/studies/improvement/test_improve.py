@@ -196,3 +196,14 @@ def test_the_largest_field_of_a_fisheye_is_that_of_its_image_and_what_is_not_jud
     assert abs(height) == pytest.approx(14.0, abs=1e-4) and goal.field > 0.9
     assert "The fields end at 85.9°" in left_out(fisheye.lens, goal_of(fisheye, 21.6))[0]
     assert left_out(TRIPLET.lens, goal_of(TRIPLET, 18.0)) == []
+
+
+def test_a_field_beyond_the_image_is_no_smaller_and_a_section_without_power_is_let_go(capsys, tmp_path):
+    fisheye = LensDocument(lenses.load("pbrt-fisheye-10mm"))
+    fields = [goal_of(fisheye, height).field for height in (8.0, 12.0, 16.0, 20.0, 24.0)]
+    assert fields == sorted(fields) and fields[-1] > 1.4
+    flat = [(i, replace(s, curvature_x=0.0)) for i, s in enumerate(TRIPLET.surfaces) if s.curvature]
+    cylinders = replace(TRIPLET, lens=with_surfaces(TRIPLET.lens, flat))
+    goal = goal_of(cylinders, 10.0)
+    assert goal.focal_length_x is None
+    assert np.isfinite(Merit(cylinders.lens, goal)._penalties(cylinders.lens, goal)).all()
