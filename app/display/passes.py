@@ -4,7 +4,8 @@ Mesa's llvmpipe collects the draw calls of a target in a scene, and takes the fi
 next target. A scene that is never taken again stays tied to its target, and so each frame that shows this texture waits
 within imgui's draw calls, with Python's lock held, for all that it has drawn so far: 6 of 8 ms. A second scene comes
 into being where a target is begun before the one before is done, once and for all. So each pass first waits for the
-one before, and so does the frame, without Python's lock (read from Mesa 22.3's machine code, and measured).
+one before, and so does the frame, without Python's lock (read from Mesa 22.3's machine code, and measured). Nothing is
+under way while panels are drawn: to begin with a pass at once, by glFlush, gained nothing.
 """
 
 import ctypes
@@ -15,21 +16,18 @@ import moderngl
 
 
 class Queue:
-    """The draw calls that a processor has not done yet, of the current context of GLFW."""
+    """The draw calls that a processor has not done yet, of the current context of GLFW. OSError: there is no glFinish.
+
+    finish: waits for them; the call goes by ctypes, and other threads of Python go on.
+    """
 
     def __init__(self) -> None:
-        self.flush = _call("glFlush")           # begin with them, and go on
-        self.finish = _call("glFinish")         # wait for them; other threads of Python go on
+        import glfw  # late: after imgui_bundle, so that both share one library
 
-
-def _call(name: str) -> Callable[[], None]:
-    """A function of GL by ctypes, which releases Python's lock; OSError if there is none."""
-    import glfw  # late: after imgui_bundle, so that both share one library
-
-    address = ctypes.cast(glfw.get_proc_address(name), ctypes.c_void_p).value
-    if address is None:
-        raise OSError(f"OpenGL has no {name}: another driver is needed")
-    return ctypes.CFUNCTYPE(None)(address)
+        address = ctypes.cast(glfw.get_proc_address("glFinish"), ctypes.c_void_p).value
+        if address is None:
+            raise OSError("OpenGL has no glFinish: another driver is needed")
+        self.finish: Callable[[], None] = ctypes.CFUNCTYPE(None)(address)
 
 
 def queue(context: moderngl.Context) -> Queue | None:
@@ -53,5 +51,3 @@ def drawn_into(context: moderngl.Context, framebuffer: moderngl.Framebuffer) -> 
         yield
     finally:
         before.use()
-        if waiting is not None:
-            waiting.flush()
