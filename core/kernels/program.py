@@ -45,10 +45,13 @@ def stage_signature(real):
 
 @cache
 def stage_address(kernel, real) -> int:
-    """Address of the machine code of a stage, for lanes of the type `real`."""
+    """Address of the machine code of a stage, for lanes of the type `real`; RuntimeError where numba knows none."""
     kernel.compile(stage_signature(real))
     made = kernel.get_compile_result(stage_signature(real))
-    return made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
+    address: int = made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
+    if not address:                         # a call of it would end the process
+        raise RuntimeError(f"the machine code of the stage {kernel.__name__} is lost: start lensbench again")
+    return address
 
 
 def is_stage_compiled(kernel, real) -> bool:
