@@ -298,11 +298,10 @@ def test_the_data_of_a_lens_are_those_of_the_core(capsys):
     assert data["efl"] == fo.efl and data["f_number"] == fo.f_number
     assert data["t_number"] > data["f_number"]
     assert data["nearest_focus"] == lb.nearest_focus(lens)
-    # But for its distortion
-    assert data["field_of_view"]["diagonal"] == pytest.approx(2.0 * math.degrees(math.atan(21.633 / fo.efl)), rel=0.02)
 
 
-@pytest.mark.parametrize("name, index", [("canon-178-degree-fisheye-y-155-f28", 1.0), (LENS, 1.333)])
+@pytest.mark.parametrize("name, index", [
+    (LENS, 1.0), (LENS, 1.333), ("canon-178-degree-fisheye-y-155-f28", 1.0)])
 def test_the_field_of_view_is_that_of_the_rays_to_the_edge_of_the_film(name, index, capsys, tmp_path):
     lens = replace(lenses.load(name), front_index=index)
     lenses.save(lens, tmp_path / "a.toml")

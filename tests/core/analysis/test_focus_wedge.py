@@ -24,21 +24,26 @@ def test_distances_from_a_plane_are_those_along_its_unit_normal_towards_the_came
     np.testing.assert_allclose(plane.distance(foot + 40.0 * across + away[:, None] * unit), away, atol=1e-9)
 
 
+def meeting(of, row, side):
+    """Where side × side rays of the film point in the middle of a pixel row come nearest to a point, by least rms."""
+    even = (np.arange(side) + 0.5) / side
+    samples = np.stack(np.meshgrid(even, even), -1).reshape(-1, 2)
+    rays = of.generate_rays(np.broadcast_to([180.0, row], samples.shape), samples)
+    slopes = rays.directions[:, :2] / rays.directions[:, 2:]
+    places = rays.origins[:, :2] - rays.origins[:, 2:] * slopes
+    off, leaning = places - places.mean(0), slopes - slopes.mean(0)
+    z = -float((leaning * off).sum() / (leaning**2).sum())
+    return np.array([*(places.mean(0) + z * slopes.mean(0)), z])
+
+
 def test_beyond_a_window_into_water_the_plane_is_where_rays_of_film_points_come_together():
     film = lb.Film(36.0, 24.0, 360, 240)
     of = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), film, 1000.0, 4.0, model="thick",
                        film_pose=FilmPose(tilt=0.03), medium=lb.Medium.water(50_000.0))
     found = sharp_focus(of, 0.03)
-    even = (np.arange(16) + 0.5) / 16.0
-    samples = np.stack(np.meshgrid(even, even), -1).reshape(-1, 2)
     for row in (90.0, 120.0, 150.0):                            # near the axis, where the window has one focus
-        rays = of.generate_rays(np.broadcast_to([180.0, row], samples.shape), samples)
-        slopes = rays.directions[:, :2] / rays.directions[:, 2:]
-        places = rays.origins[:, :2] - rays.origins[:, 2:] * slopes
-        off, leaning = places - places.mean(0), slopes - slopes.mean(0)
-        z = -float((leaning * off).sum() / (leaning**2).sum())              # of least rms
-        at = np.array([*(places.mean(0) + z * slopes.mean(0)), z])
-        assert abs(found.plane.distance(at[None])[0]) < 0.004 * abs(z)
+        at = meeting(of, row, 16)
+        assert abs(found.plane.distance(at[None])[0]) < 0.004 * abs(at[2])
     in_air = sharp_focus(replace(of, medium=None), 0.03)
     middle = [plane.offset / plane.normal[2] for plane in (found.plane, in_air.plane)]
     assert middle[0] == pytest.approx(-of.flat_port.true(-middle[1]), rel=1e-12)
@@ -55,13 +60,6 @@ def test_the_plane_of_a_film_at_the_least_blur_is_where_real_rays_come_together(
     of = lb.LensCamera(lenses.load(name), film, focus, focus_method="real", film_pose=FilmPose(tilt=0.03))
     found = sharp_focus(of, 0.03).plane
     assert found.offset / found.normal[2] == pytest.approx(-focus, rel=1e-9)
-    even = (np.arange(24) + 0.5) / 24.0
-    samples = np.stack(np.meshgrid(even, even), -1).reshape(-1, 2)
     for row in (110.0, 120.0, 130.0):                           # near the axis
-        rays = of.generate_rays(np.broadcast_to([180.0, row], samples.shape), samples)
-        slopes = rays.directions[:, :2] / rays.directions[:, 2:]
-        places = rays.origins[:, :2] - rays.origins[:, 2:] * slopes
-        off, leaning = places - places.mean(0), slopes - slopes.mean(0)
-        z = -float((leaning * off).sum() / (leaning**2).sum())              # of least rms
-        at = np.array([*(places.mean(0) + z * slopes.mean(0)), z])
-        assert abs(found.distance(at[None])[0]) < 0.02 * abs(z), row
+        at = meeting(of, row, 24)
+        assert abs(found.distance(at[None])[0]) < 0.02 * abs(at[2]), row
