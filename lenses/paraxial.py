@@ -35,7 +35,10 @@ def focal_length(surfaces: Sequence[Any], wavelength: float = D_LINE, front_inde
 
 def image_distance(surfaces: Sequence[Surface], distance: float, wavelength: float = D_LINE,
                    front_index: float = 1.0) -> float:
-    """Last vertex → paraxial image (mm) of the axis point `distance` mm before the first vertex (or inf)."""
+    """Last vertex → paraxial image (mm) of the axis point `distance` mm before the first vertex (or inf).
+
+    wavelength: µm. front_index: before the first surface.
+    """
     start = (distance, 1.0) if abs(distance) < 1.0 else (1.0, 1.0 / distance)
     heights, slope = ray(surfaces, *start, wavelength, front_index)
     return -heights[-1] / slope if slope else inf

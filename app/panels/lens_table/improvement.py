@@ -63,11 +63,11 @@ def improve_button(settings: Settings, document: LensDocument, state: LensTableS
 @lru_cache(maxsize=4)
 def _left_out(document: LensDocument, image_height: float) -> tuple[str, ...]:
     """What an improvement over an image of this height (mm) does not judge; nothing where it cannot begin at all."""
-    from lensbench.app.studies.improvement.merit import MeritError, goal_of, left_out
+    from lensbench.app.studies.improvement.merit import goal_of, left_out
 
     try:
         return tuple(left_out(document.lens, goal_of(document, image_height)))
-    except MeritError:
+    except ValueError:                      # the start says why
         return ()
 
 
