@@ -52,15 +52,20 @@ from lensbench.scenery.intersect.sky import SKY, gradient
 from lensbench.scenery.shading.illumination import F0, schlick_edge
 
 CENTRE, FACING_AREA, COLOUR, HIGHLIGHT = offsets(3, 1, 3)       # FACING_AREA: of the light as a disk, over π (mm²)
-# Rows of what `rough_lights` knows of each coated lane. AXIS: of the surface across the ray; VIEW: cosine of incidence;
-# ALPHA2: width² of the lobe; HIDDEN: `smith_sum` of the ray over 4; PUPIL, PIXEL: half-widths of the part of the pupil
-# and of the pixel at the surface, and their growth per mm; SUM: what the lane reflects
-POINT, WAY, NORMAL, AXIS, VIEW, ALPHA2, HIDDEN, PUPIL, PUPIL_FAN, PIXEL, PIXEL_FAN, SUM, KNOWN = offsets(
-    3, 3, 3, 3, 1, 1, 1, 1, 1, 1, 1, 3)
+# Rows of what `rough_lights` knows of each coated lane. ACROSS, ALONG, NORMAL: its frame, and POINT in that frame;
+# ACROSS_WAY, ALONG_WAY: of the ray's direction; VIEW: cosine of incidence; ALPHA2: width² of the lobe; HIDDEN:
+# `smith_sum` of the ray over 2; PUPIL, PIXEL: half-widths of the part of the pupil and of the pixel at the surface, the
+# latter over √3, and their growth per mm; SUM: what the lane reflects. Then, of one light: slopes² and half-width² in
+# widths of the lobe, and two factors of its brightness
+(POINT, ACROSS, ALONG, NORMAL, ACROSS_WAY, ALONG_WAY, VIEW, ALPHA2, HIDDEN, PUPIL, PUPIL_FAN, PIXEL, PIXEL_FAN, SUM,
+ ACROSS2, ALONG2, REACH2, NUMERATOR, DENOMINATOR, KNOWN) = offsets(
+    3, 3, 3, 3, 1, 1, 1, 1, 1, 1, 1, 1, 1, 3, 1, 1, 1, 1, 1)
+PART = 128              # lanes at a time, whose rows the first-level cache holds
 REGISTER = 16           # lanes of the widest vector register
 FLATTEST, FARTHEST = 0.1, 0.9       # ray through the middle: least cosine over the sample's, greatest change of length
 WIDEST = 1.0            # slope²: greatest half-width of a sample's part, half a right angle
-DARK = 1e9              # of lobe widths²: beyond, a light is black, and single precision soon overflows
+DARK = 1e8              # of lobe widths²: beyond, a light is black, and single precision soon overflows
+STRAIGHT2 = 1e-4        # sin² of incidence: below, the plane of incidence is a matter of rounding
 
 
 def rough_clearcoat_parameters(sky, lights) -> np.ndarray:
@@ -104,10 +109,10 @@ def lobe_mean(real, place2, reach2, width2):
     integral over x is π/2 h² / (w k), k² = 1 + t (3/4 + (π² / 64) t) / (1 + t / 4) within a hundredth, t = h² / w².
     """
     q = width2 + place2 - reach2
-    root = math.sqrt(q * q + real(4) * width2 * reach2)
+    long = math.sqrt(q * q + real(4) * width2 * reach2)
     outside, most = q > real(0), width2 * (width2 + real(0.25) * reach2)
-    return (real(2) * width2 * width2 if outside else real(0.5) * width2 * (root - q),
-            root * (root + q if outside else reach2),
+    return (real(2) * width2 * width2 if outside else real(0.5) * width2 * (long - q),
+            long * (long + q if outside else reach2),
             most + reach2 * (real(0.75) * width2 + real(math.pi**2 / 64) * reach2), most)
 
 
@@ -166,65 +171,95 @@ def rough_open(lanes, p):
 
 @stage(allocates=True)
 def rough_lights(lanes, p):
-    """Add lights to A3 A4 A5, each averaged over the part of pupil and pixel.  p: highlight_parameters."""
-    real = lanes.dtype.type
-    row = rows(lanes)
-    known, which = np.empty(KNOWN * B, real), np.empty(B, np.int32)
-    n = coated_lanes(lanes, known, which)
-    for s in range(0, p.size, HIGHLIGHT):
-        (cx, cy, cz), size, (er, eg, eb) = vector(p, s + CENTRE), p[s + FACING_AREA], vector(p, s + COLOUR)
-        for i in range(n):
-            dx, dy, dz = known[WAY * B + i], known[(WAY + 1) * B + i], known[(WAY + 2) * B + i]
-            view, alpha2, hidden = known[VIEW * B + i], known[ALPHA2 * B + i], known[HIDDEN * B + i]
-            qx, qy, qz = cx - known[POINT * B + i], cy - known[(POINT + 1) * B + i], cz - known[(POINT + 2) * B + i]
-            d2 = qx * qx + qy * qy + qz * qz
-            inverse = real(1) / math.sqrt(d2)
-            qx, qy, qz = qx * inverse, qy * inverse, qz * inverse
-            slant = qx * known[NORMAL * B + i] + qy * known[(NORMAL + 1) * B + i] + qz * known[(NORMAL + 2) * B + i]
-            kx, ky, kz = qx - dx, qy - dy, qz - dz
-            k2 = kx * kx + ky * ky + kz * kz
-            long = math.sqrt(k2)                            # twice cos θ
-            per = real(1) / (slant + view)                  # times `long`: 1 / cos δ
-            per2 = per * per
-            area = real(0.5) * size * inverse * inverse * k2 * per2 * per       # of slopes, over π
-            # The slope across and along, and the half-width of the part across; along, it is shorter by the cosine
-            across = (qx * known[AXIS * B + i] + qy * known[(AXIS + 1) * B + i] + qz * known[(AXIS + 2) * B + i]) * per
-            across2 = across * across
-            along2 = k2 * per2 - real(1) - across2
-            pupil, pixel = inverse * known[PUPIL * B + i] + known[PUPIL_FAN * B + i], (
-                inverse * known[PIXEL * B + i] + known[PIXEL_FAN * B + i])
-            reach2 = (pupil * pupil + real(1 / 3) * pixel * pixel) * per2
-            # All in widths of the lobe, which no number overflows at grazing incidence
-            narrow = real(1) / (alpha2 + area)
-            reach2 = (reach2 if reach2 < real(WIDEST) else real(WIDEST)) * narrow
-            deep = real(1) + reach2 * view * view
-            low = deep + (along2 if along2 > real(0) else real(0)) * narrow
-            edge = real(1) - real(0.5) * long
-            edge2 = edge * edge
-            f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
-            top, bottom, more, most = lobe_mean(real, across2 * narrow * deep, real(0.75) * reach2 * deep, low)
-            # Of the facets that mirror the light, those that neither the ray nor the light misses
-            share = f * area * narrow * real(0.5) * k2 * per * top * deep * deep * math.sqrt(more / (most * deep)) * (
-                slant / (bottom * low * low * hidden * smith_sum(real, alpha2, slant)))
-            share = share if (slant > real(0)) & (view > real(0)) & (low < real(DARK)) else real(0)
-            known[SUM * B + i] += share * er
-            known[(SUM + 1) * B + i] += share * eg
-            known[(SUM + 2) * B + i] += share * eb
-    r, g, b = row[A3], row[A4], row[A5]
-    for i in range(n):
-        k = which[i]
-        r[k], g[k], b[k] = known[SUM * B + i], known[(SUM + 1) * B + i], known[(SUM + 2) * B + i]
+    """Add lights to A3 A4 A5, each averaged over the part of pupil and pixel.  p: highlight_parameters.
 
-
-@stage
-def coated_lanes(lanes, known, which):
-    """Copy what `rough_lights` reads of the lanes with a rough coat, KNOWN rows of B; which: their numbers.
-
-    Returns how many there are, filled up to whole registers by copies of the last one.
+    Each light takes two short loops over PART lanes: of one long chain of operations the processor would have only one
+    under way.
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    finish, n = row[FINISH], 0
+    known, which = np.empty(KNOWN * PART, real), np.empty(B, np.int32)
+    many = coated_lanes(lanes, which)
+    r, g, b = row[A3], row[A4], row[A5]
+    for start in range(0, many, PART):
+        n = min(PART, many - start)
+        know(lanes, which[start:], known, n)
+        for s in range(0, p.size, HIGHLIGHT):
+            aim_highlight(known, n, vector(p, s + CENTRE), p[s + FACING_AREA])
+            add_highlight(known, n, vector(p, s + COLOUR))
+        for i in range(n):
+            k = which[start + i]
+            r[k], g[k], b[k] = known[SUM * PART + i], known[(SUM + 1) * PART + i], known[(SUM + 2) * PART + i]
+
+
+@njit(inline="always")
+def aim_highlight(known, n, centre, size):
+    """What n lanes know of a light before it is averaged over pupil and pixel: rows ACROSS2 to DENOMINATOR.
+
+    centre: of the light, mm; size: its FACING_AREA. In the frame of a lane the ray has the direction (ACROSS_WAY,
+    ALONG_WAY, -VIEW), and the slopes of the facets that mirror the light to it are across / fall and along / fall.
+    """
+    real = known.dtype.type
+    cx, cy, cz = centre
+    for i in range(n):
+        view, alpha2 = known[VIEW * PART + i], known[ALPHA2 * PART + i]
+        across = (cx * known[ACROSS * PART + i] + cy * known[(ACROSS + 1) * PART + i]
+                  + cz * known[(ACROSS + 2) * PART + i]) - known[POINT * PART + i]
+        along = (cx * known[ALONG * PART + i] + cy * known[(ALONG + 1) * PART + i]
+                 + cz * known[(ALONG + 2) * PART + i]) - known[(POINT + 1) * PART + i]
+        height = (cx * known[NORMAL * PART + i] + cy * known[(NORMAL + 1) * PART + i]
+                  + cz * known[(NORMAL + 2) * PART + i]) - known[(POINT + 2) * PART + i]
+        inverse = real(1) / math.sqrt(across * across + along * along + height * height)
+        slant = height * inverse
+        across = across * inverse - known[ACROSS_WAY * PART + i]
+        along = along * inverse - known[ALONG_WAY * PART + i]
+        fall = slant + view
+        across2, along2, fall2 = across * across, along * along, fall * fall
+        k2 = across2 + along2 + fall2                   # (2 cos θ)²
+        pupil = inverse * known[PUPIL * PART + i] + known[PUPIL_FAN * PART + i]
+        pixel = inverse * known[PIXEL * PART + i] + known[PIXEL_FAN * PART + i]
+        reach2 = pupil * pupil + pixel * pixel
+        reach2 = reach2 if reach2 < real(WIDEST) * fall2 else real(WIDEST) * fall2
+        # The light takes an area of the slopes; all in widths of the lobe, which no number overflows at grazing angles
+        taken = real(0.5) * size * inverse * inverse * k2           # times fall³: that area, over π
+        each = real(1) / (alpha2 * fall2 * fall + taken)
+        narrow = each * fall
+        edge = real(1) - real(0.5) * math.sqrt(k2)
+        edge2 = edge * edge
+        f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
+        known[ACROSS2 * PART + i], known[ALONG2 * PART + i] = across2 * narrow, along2 * narrow
+        known[REACH2 * PART + i] = reach2 * narrow
+        known[NUMERATOR * PART + i] = f * taken * each * k2 * slant if (slant > real(0)) & (view > real(0)) else real(0)
+        # Of the facets that mirror the light, those that neither the ray nor the light misses
+        known[DENOMINATOR * PART + i] = fall * known[HIDDEN * PART + i] * smith_sum(real, alpha2, slant)
+
+
+@njit(inline="always")
+def add_highlight(known, n, colour):
+    """Add a light of that colour to the SUM of each of n lanes, after `aim_highlight`."""
+    real = known.dtype.type
+    er, eg, eb = colour
+    for i in range(n):
+        view, reach2 = known[VIEW * PART + i], known[REACH2 * PART + i]
+        deep = real(1) + reach2 * view * view           # along, the part is shorter by the cosine
+        low = deep + known[ALONG2 * PART + i]
+        top, bottom, more, most = lobe_mean(real, known[ACROSS2 * PART + i] * deep, real(0.75) * reach2 * deep, low)
+        bright = top * deep * deep * (math.sqrt(more) / math.sqrt(most * deep))     # faster than the root of the ratio
+        share = known[NUMERATOR * PART + i] * bright / (known[DENOMINATOR * PART + i] * bottom * low * low)
+        share = share if (known[NUMERATOR * PART + i] > real(0)) & (low < real(DARK)) else real(0)
+        known[SUM * PART + i] += share * er
+        known[(SUM + 1) * PART + i] += share * eg
+        known[(SUM + 2) * PART + i] += share * eb
+
+
+@stage
+def coated_lanes(lanes, which):
+    """Put the numbers of the lanes with a rough coat into `which`; returns how many there are.
+
+    They are filled up to whole registers by copies of the last one.
+    """
+    real = lanes.dtype.type
+    finish, n = rows(lanes)[FINISH], 0
     for i in range(B):
         which[n] = i
         n += 1 if is_rough_coat(real, finish[i]) else 0
@@ -232,26 +267,45 @@ def coated_lanes(lanes, known, which):
     while n % REGISTER:
         which[n] = last
         n += 1
+    return n
+
+
+@stage
+def know(lanes, which, known, n):
+    """Copy what `rough_lights` reads of n lanes to KNOWN rows of PART."""
+    real = lanes.dtype.type
+    row = rows(lanes)
     for i in range(n):
         k = which[i]
-        t, alpha = row[DEPTH, k], real(1) - finish[k]
+        t, alpha = row[DEPTH, k], real(1) - row[FINISH, k]
         dx, dy, dz, nx, ny, nz = row[L, k], row[M, k], row[N, k], row[NX, k], row[NY, k], row[NZ, k]
-        hx, hy, hz, ax, ay, az = (row[A0, k], row[A1, k], row[A2, k], dy * nz - dz * ny, dz * nx - dx * nz,
-                                  dx * ny - dy * nx)
-        size = real(1) / math.sqrt(ax * ax + ay * ay + az * az + real(1e-20))
-        known[POINT * B + i], known[(POINT + 1) * B + i], known[(POINT + 2) * B + i] = hx, hy, hz
-        known[WAY * B + i], known[(WAY + 1) * B + i], known[(WAY + 2) * B + i] = dx, dy, dz
-        known[NORMAL * B + i], known[(NORMAL + 1) * B + i], known[(NORMAL + 2) * B + i] = nx, ny, nz
-        known[AXIS * B + i], known[(AXIS + 1) * B + i], known[(AXIS + 2) * B + i] = ax * size, ay * size, az * size
+        # Across the plane of incidence, along it and up; of a ray straight down, any two directions across
+        ax, ay, az = dy * nz - dz * ny, dz * nx - dx * nz, dx * ny - dy * nx
+        straight, upright = ax * ax + ay * ay + az * az < real(STRAIGHT2), nx * nx < real(0.5)
+        ax = (real(0) if upright else nz) if straight else ax
+        ay = (-nz if upright else real(0)) if straight else ay
+        az = (ny if upright else -nx) if straight else az
+        size = real(1) / math.sqrt(ax * ax + ay * ay + az * az)
+        ax, ay, az = ax * size, ay * size, az * size
+        bx, by, bz = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
+        hx, hy, hz = row[A0, k], row[A1, k], row[A2, k]
+        known[ACROSS * PART + i], known[(ACROSS + 1) * PART + i], known[(ACROSS + 2) * PART + i] = ax, ay, az
+        known[ALONG * PART + i], known[(ALONG + 1) * PART + i], known[(ALONG + 2) * PART + i] = bx, by, bz
+        known[NORMAL * PART + i], known[(NORMAL + 1) * PART + i], known[(NORMAL + 2) * PART + i] = nx, ny, nz
+        known[POINT * PART + i] = hx * ax + hy * ay + hz * az
+        known[(POINT + 1) * PART + i] = hx * bx + hy * by + hz * bz
+        known[(POINT + 2) * PART + i] = hx * nx + hy * ny + hz * nz
+        known[ACROSS_WAY * PART + i] = dx * ax + dy * ay + dz * az
+        known[ALONG_WAY * PART + i] = dx * bx + dy * by + dz * bz
         view = -(dx * nx + dy * ny + dz * nz)
-        known[VIEW * B + i], known[ALPHA2 * B + i] = view, alpha * alpha
-        known[HIDDEN * B + i] = real(0.25) * smith_sum(real, alpha * alpha, view)
-        known[PUPIL * B + i], known[PUPIL_FAN * B + i] = row[PUPIL_RADIUS, k] + t * row[PUPIL_SPREAD, k], row[
-            PUPIL_SPREAD, k]
-        known[PIXEL * B + i], known[PIXEL_FAN * B + i] = row[PIXEL_SIDE, k] + t * row[PIXEL_SPREAD, k], row[
-            PIXEL_SPREAD, k]
-        known[SUM * B + i], known[(SUM + 1) * B + i], known[(SUM + 2) * B + i] = row[A3, k], row[A4, k], row[A5, k]
-    return n
+        known[VIEW * PART + i], known[ALPHA2 * PART + i] = view, alpha * alpha
+        known[HIDDEN * PART + i] = real(0.5) * smith_sum(real, alpha * alpha, view)
+        fan, spread = row[PUPIL_SPREAD, k], real(math.sqrt(1 / 3)) * row[PIXEL_SPREAD, k]
+        known[PUPIL * PART + i], known[PUPIL_FAN * PART + i] = row[PUPIL_RADIUS, k] + t * fan, fan
+        known[PIXEL * PART + i] = real(math.sqrt(1 / 3)) * row[PIXEL_SIDE, k] + t * spread
+        known[PIXEL_FAN * PART + i] = spread
+        known[SUM * PART + i], known[(SUM + 1) * PART + i], known[(SUM + 2) * PART + i] = (
+            row[A3, k], row[A4, k], row[A5, k])
 
 
 @stage
