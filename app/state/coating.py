@@ -44,7 +44,7 @@ def flare(settings: "Settings") -> "Flare | None":
     """The ghosts and stars that the settings ask for, also where the picture can have none, which it says; or None."""
     if not (settings.ghosts or settings.stars):
         return None
-    from lensbench.app.state.build import design
+    from lensbench.app.state.build import design, picture_wavelength, published
     from lensbench.rendering.ghost_image import Flare
 
     found = coating(settings, design(settings)).name if settings.has_lens else "uncoated"
@@ -52,7 +52,8 @@ def flare(settings: "Settings") -> "Flare | None":
     first, _, second = alone.partition("-")
     return Flare(found, settings.ghost_strength if settings.ghosts else 0.0,
                  ((int(first), int(second)),) if alone else (),
-                 stars=settings.star_strength if settings.stars else 0.0)
+                 stars=settings.star_strength if settings.stars else 0.0,
+                 wavelength=picture_wavelength(settings, published(settings)) if settings.has_lens else None)
 
 
 def missing_ghost(settings: "Settings") -> str:

@@ -23,7 +23,7 @@ class FlareImage:
         if flare.strength > 0.0:
             self._parts.append(GhostImage(camera, scene, flare))
         if flare.stars > 0.0:
-            self._parts.append(StarImage(camera, scene, flare.stars))
+            self._parts.append(StarImage(camera, scene, flare.stars, flare.channels))
 
     @property
     def is_empty(self) -> bool:

@@ -9,6 +9,8 @@ at most MOST of them.
 Where the camera disperses, red, green and blue have grids of their own, each at a wavelength of its channel, another
 one in every pass: ghosts have coloured edges.
 
+A lens that was designed for one wavelength, which a picture may not see, reflects as at this one (`Flare.wavelength`).
+
 Ghosts have the scale of the direct light: as a picture has no losses by reflection, they are divided by what the
 surfaces transmit on the axis.
 """
@@ -64,12 +66,21 @@ class Flare:
     stars : float
         Factor on the light that the edges of the open pupil diffract from the sun and small lights: the rays of the
         blades. 1 is true to scale, 0 none.
+    wavelength : float or None
+        Of all light (µm), for a camera whose lens is that of a design for another wavelength than the picture's: its
+        surfaces reflect, and its stop diffracts, as at this one. None: each channel has its own wavelengths.
     """
 
     coating: str | Coating = "uncoated"
     strength: float = 1.0
     pairs: tuple[Pair, ...] = ()
     stars: float = 0.0
+    wavelength: float | None = None
+
+    @property
+    def channels(self) -> tuple[tuple[float, ...], ...]:
+        """The wavelengths (µm) of red, green and blue."""
+        return tuple(WAVELENGTHS.values()) if self.wavelength is None else ((self.wavelength,),) * len(WAVELENGTHS)
 
 
 class _Task(NamedTuple):
@@ -177,7 +188,7 @@ class GhostImage:
         lens, distance = camera.lens, camera.film_distance
         landing = camera.film_landing()
         assert landing is not None
-        channels = tuple(WAVELENGTHS.values())
+        channels = self._flare.channels
         self._tracer = GhostTracer(lens, distance, landing.steps[-1:], D_LINE, channels, self._flare.coating)
         self._landing = landing.steps[-1:]
         self._lights = ghost_lights(camera, self._scene, self._tracer.front_z, entrance_reach(self._tracer))
@@ -197,7 +208,7 @@ class GhostImage:
         if part not in self._hues:
             self._hues[part] = tuple(
                 GhostTracer(self._tracer.lens, self._camera.film_distance, self._landing, row[part],
-                            tuple(WAVELENGTHS.values()), self._flare.coating) for row in WAVELENGTHS.values())
+                            self._flare.channels, self._flare.coating) for row in WAVELENGTHS.values())
         return self._hues[part]
 
     def _add_pass(self, number: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:

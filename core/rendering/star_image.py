@@ -19,12 +19,14 @@ from lensbench.analysis.blade_star import open_pupil
 from lensbench.cameras.base import Camera
 from lensbench.cameras.real_lens import LensCamera
 from lensbench.imaging.film import Film
+from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.ghost_pairs import DIRECT
+from lensbench.optics.ghost_trace import Visible
 from lensbench.optics.lens_surface import LensError
 from lensbench.rendering.ghost_image import MOST as PASSES
 from lensbench.rendering.ghost_image import Flare, GhostImage
-from lensbench.rendering.star_kernel import star_kernel
+from lensbench.rendering.star_kernel import mean_lines, star_kernel
 from lensbench.scenery.scene import Scene
 
 MOST = 4.0              # of a pixel: first passes show a large light at some of its points alone
@@ -32,16 +34,18 @@ GRIDS = 600             # of rays, that the first sample traces where one pass h
 BLUR = 4.0              # pixels, over the root of the passes: how far about the points of lights their part is taken
 LARGEST = 2_100_000     # pixels
 LINES = 64              # of a picture that get their stars at once
+CHANNELS = tuple(WAVELENGTHS.values())
 MARGIN = 0.25           # of the film's sides, beside it: lights whose image falls there have their stars in the picture
 
 
 class StarImage:
     """Stars of a picture, after the passes so far; none where there is a `reason`.
 
-    Parameters: the camera, whose model is resolved; the scene; the factor on their light.
+    Parameters: the camera, whose model is resolved; the scene; the factor on their light; the wavelengths (µm) of red,
+    green and blue.
     """
 
-    def __init__(self, camera: Camera, scene: Scene, strength: float):
+    def __init__(self, camera: Camera, scene: Scene, strength: float, channels: Visible = CHANNELS):
         self._film = camera.film.pixels_y, camera.film.pixels_x
         if isinstance(camera, LensCamera):
             camera = replace(camera, film=_of_fewer_pixels(camera.film))
@@ -49,7 +53,7 @@ class StarImage:
         self._margin = int(MARGIN * film.pixels_x), int(MARGIN * film.pixels_y)
         self._lights = GhostImage(camera, scene, Flare(pairs=(DIRECT,)), self._margin)
         self.reason = self._lights.reason.replace("ghosts", "stars")
-        self._camera, self._strength = camera, strength
+        self._camera, self._strength, self._channels = camera, strength, channels
         self._shape = film.pixels_y, film.pixels_x
         self._stars, self._taken = np.zeros((2, 0 if self.reason else film.pixels_y, film.pixels_x, 3), np.float32)
         self._at = 0                # passes of the lights that the stars are made of
@@ -123,7 +127,8 @@ class StarImage:
         assert isinstance(self._camera, LensCamera)
         (down, across), (beside, above) = self._shape, self._margin
         pupil = open_pupil(self._camera.lens, self._camera.film_distance, (0.0, 0.0))
-        kernel, parts = star_kernel(pupil, self._camera.film, (across + beside - 1, down + above - 1))
+        kernel, parts = star_kernel(pupil, self._camera.film, (across + beside - 1, down + above - 1),
+                                    mean_lines(self._channels))
         padded = np.zeros((2 * (down + above), 2 * (across + beside)))
         padded[:kernel.shape[0], :kernel.shape[1]] = kernel
         return np.fft.rfft2(np.roll(padded, (1 - down - above, 1 - across - beside), (0, 1))), parts

@@ -13,6 +13,7 @@ Keller, J. Opt. Soc. Am. 52 (1962): geometrical theory of diffraction. Born and 
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -28,22 +29,31 @@ FEWEST = 4              # along an edge of a curve; more where it turns over sev
 CURVED = 0.2            # radians: a smaller turn from edge to edge is that of a curve
 SHORT = 0.1             # of the longest curve: a shorter one rounds a corner off, and sends next to no light
 GOLDEN = 0.6180339887498949     # whose multiples modulo 1 are even
-LINES = np.array([1e-3 * sum(row) / len(row) for row in WAVELENGTHS.values()])      # mm: mean of red, green and blue
 
 
-def star_kernel(pupil: np.ndarray, film: Film, reach: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+def mean_lines(channels: Sequence[Sequence[float]]) -> np.ndarray:
+    """The mean wavelengths (3,) in mm of the wavelengths (µm) of red, green and blue."""
+    return np.array([1e-3 * sum(row) / len(row) for row in channels])
+
+
+LINES = mean_lines(tuple(WAVELENGTHS.values()))
+
+
+def star_kernel(pupil: np.ndarray, film: Film, reach: tuple[int, int], lines: np.ndarray = LINES
+                ) -> tuple[np.ndarray, np.ndarray]:
     """The star on the raster, and the part of the light of red, green and blue that it takes from the image, (3,).
 
-    pupil: corners (m, 2) in order, direction cosines. reach: greatest distances in pixels, across and down. The star is
-    (2 down + 1, 2 across + 1), its middle the image, for a part of 1; it has less than 1: the rest falls beyond it. A
-    ray has the width of green: those of red and blue differ by a sixth, below a pixel but for small stops.
+    pupil: corners (m, 2) in order, direction cosines. reach: greatest distances in pixels, across and down. lines (3,):
+    wavelengths of red, green and blue (mm). The star is (2 down + 1, 2 across + 1), its middle the image, for a part of
+    1; it has less than 1: the rest falls beyond it. A ray has the width of green: those of red and blue differ by a
+    sixth, below a pixel but for small stops.
     """
     edges = np.roll(pupil, -1, 0) - pupil
     lengths = np.hypot(*edges.T)
     area = abs(0.5 * float((pupil[:, 0] * np.roll(pupil[:, 1], -1) - pupil[:, 1] * np.roll(pupil[:, 0], -1)).sum()))
     pixel = np.array([film.width / film.pixels_x, film.height / film.pixels_y])
     size = float(pixel.mean())
-    airy = 0.61 * LINES.max() / math.sqrt(area / math.pi)
+    airy = 0.61 * lines.max() / math.sqrt(area / math.pi)
     nearest = max(NEAREST * size, LEAST * airy)
     farthest = math.hypot(reach[0] * pixel[0], reach[1] * pixel[1])
     distances = [nearest]
@@ -55,9 +65,9 @@ def star_kernel(pupil: np.ndarray, film: Film, reach: tuple[int, int]) -> tuple[
     edges, lengths, turns, curves = edges[keep], lengths[keep], turns[keep], curves[keep]
     units = edges / lengths[:, None]
     # x of the raster runs against x of the film: an edge (a, b) is (−a, b) there, and its normal (−b, a) is (b, a)
-    _add_edges(kernel, units / pixel * [-1.0, 1.0], units[:, ::-1] / pixel, lengths, turns, LINES[1] / curves,
+    _add_edges(kernel, units / pixel * [-1.0, 1.0], units[:, ::-1] / pixel, lengths, turns, lines[1] / curves,
                np.array(distances), 1.0 / size, 0.5 * nearest / lengths.sum(), _even_shares())
-    return kernel, lengths.sum() * LINES / (2.0 * math.pi**2 * area * nearest)
+    return kernel, lengths.sum() * lines / (2.0 * math.pi**2 * area * nearest)
 
 
 def _curves(edges: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

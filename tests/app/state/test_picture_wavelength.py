@@ -2,6 +2,7 @@
 
 import json
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +14,11 @@ from lensbench.app.command.main import main
 from lensbench.app.state.analysis.ghost_images import ghosts_figure
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.build import camera, design, picture_wavelength, published, setup, wavelength_remark
+from lensbench.app.state.coating import flare
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.geometry.section import sketch
 from lensbench.app.state.settings import Settings
+from lensbench.rendering.ghost_image import GhostImage
 from tests.lenses.test_system_data import SILICA
 
 SMALL = Settings(film_width=3.6, film_height=2.4, pixels_x=36, pixels_y=24, lens_model="trace", f_number=None,
@@ -54,11 +57,8 @@ def test_film_and_picture_of_a_design_for_248_nm_are_those_at_248_nm(settings):
 
 
 def test_t_stop_and_ghosts_of_a_design_for_248_nm_are_those_of_its_coating_at_248_nm(settings, capsys):
-    """The reflectance of one layer in closed form (Born and Wolf, § 1.6): a quarter wave at 550 nm alone."""
-    n, layer, phase = 1.50855, 1.38, 0.5 * math.pi * 0.55 / 0.248
-    off, on = ((1.0 + sign * n, n / layer + sign * layer) for sign in (-1.0, 1.0))
-    part = [half[0] ** 2 * math.cos(phase) ** 2 + half[1] ** 2 * math.sin(phase) ** 2 for half in (off, on)]
-    reflected = part[0] / part[1]
+    """The reflectance of one layer in closed form: a quarter wave at 550 nm alone."""
+    reflected = single_layer(1.50855, 0.248)
     coated = settings(SILICA, coating="single-layer", focus_position="paraxial")
     assert readings(coated).t_number == pytest.approx(readings(coated).f_number / (1.0 - reflected), rel=1e-5)
     assert main(["info", coated.lens, "--coating", "single-layer", "--json"]) == 0
@@ -68,6 +68,32 @@ def test_t_stop_and_ghosts_of_a_design_for_248_nm_are_those_of_its_coating_at_24
     figure = ghosts_figure(query(replace(coated, f_number=50.0)), 8, "axis", "single-layer")
     (_, _, share, *_, paraxial), = figure.table.rows
     assert paraxial == pytest.approx(reflected**2, rel=1e-4) and share == pytest.approx(reflected**2, rel=2e-3)
+
+
+def single_layer(n, wavelength):
+    """Reflectance of a quarter wave of 1.38 at 550 nm at normal incidence (Born and Wolf, § 1.6)."""
+    phase = 0.5 * math.pi * 0.55 / wavelength
+    off, on = ((1.0 + sign * n, n / 1.38 + sign * 1.38) for sign in (-1.0, 1.0))
+    part = [half[0] ** 2 * math.cos(phase) ** 2 + half[1] ** 2 * math.sin(phase) ** 2 for half in (off, on)]
+    return part[0] / part[1]
+
+
+def test_ghosts_in_the_picture_of_a_design_for_248_nm_reflect_as_at_248_nm(settings):
+    """Both reflections of the only ghost of the sun, over those of bare glass; at f/50 within a degree of normal."""
+    n, sums = 1.50855, {}
+    scene = lb.Scene((), sun=lb.Sun((0.0, 0.0, -1.0), (1.0, 1.0, 1.0)))
+    for name in ("uncoated", "single-layer"):
+        seen = settings(SILICA, coating=name, focus_position="paraxial", f_number=50.0, ghosts=True, stars=True)
+        assert flare(seen).wavelength == 0.248
+        image = GhostImage(camera(seen), scene, flare(seen))
+        with ThreadPoolExecutor(1) as pool:
+            image.add(1, pool, 1, lambda: True)
+        picture = np.zeros((24, 36, 3), np.float32)
+        image.add_to(picture)
+        sums[name] = picture.sum((0, 1))
+    expected = (single_layer(n, 0.248) / ((n - 1.0) / (n + 1.0)) ** 2) ** 2         # 0.31; below 0.21 in visible light
+    np.testing.assert_allclose(sums["single-layer"] / sums["uncoated"], expected, rtol=1e-3)
+    assert flare(replace(settings(GREEN), ghosts=True)).wavelength is None          # a picture in colours
 
 
 def test_a_visible_design_keeps_its_colours_and_its_film_and_turns_to_its_line_without_them(settings):

@@ -10,6 +10,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.analysis.blade_star import open_pupil, sunstar
+from lensbench.rendering.flare_image import FlareImage
 from lensbench.rendering.star_image import StarImage
 from lensbench.rendering.star_kernel import LINES, _curves, star_kernel
 
@@ -90,6 +91,21 @@ def test_stars_take_their_light_from_the_lights():
     assert starred[~lit].sum(0) == pytest.approx((plain[lit] - starred[lit]).sum(0), rel=0.05)
     assert 0.005 < starred[~lit].sum() / plain.sum() < 0.05
     assert starred[~lit][:, 0].sum() > 1.2 * starred[~lit][:, 2].sum()      # by the wavelength
+
+
+def test_stars_of_one_wavelength_have_light_in_proportion_to_it():
+    """Light beyond a distance q grows as λ / q; here from half a pixel on, far beyond the Airy disk of both."""
+    scene, sums = lb.Scene((), sun=lb.Sun((0.0, 0.0, -1.0), (1.0, 1.0, 1.0))), []
+    for wavelength in (0.5, 1.0):
+        image = FlareImage(lb.LensCamera(GAUSS, FILM, f_number=8.0), scene,
+                           lb.Flare(strength=0.0, stars=1.0, wavelength=wavelength))
+        with ThreadPoolExecutor(1) as pool:
+            image.add(1, pool, 1, lambda: True)
+        picture = np.zeros((16, 24, 3), np.float32)
+        image.add_to(picture)
+        sums.append(picture.sum((0, 1)))
+    np.testing.assert_allclose(sums[1], 2.0 * sums[0], rtol=1e-3)       # some more of a wider ray misses the film
+    np.testing.assert_allclose(sums[0], sums[0][0], rtol=1e-5)          # white
 
 
 @pytest.mark.slow
