@@ -121,7 +121,7 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
     conditions : Conditions
         Its wavelengths and object distance.
     f_numbers : (n,) array_like or None
-        f-numbers in air, rising; None: half stops from the widest.
+        f-numbers in air at the d line, rising; None: half stops from the widest.
     frequency : float
         Cycles/mm at which the MTF chooses a focus.
     limit : float
@@ -185,7 +185,8 @@ def _traced_beam(rays: RayGrid, shares: np.ndarray) -> _Beam:
             lambda frequency, places: np.einsum("cak,c->ak", through_focus(rays, frequency, places)[0], shares))
 
 
-def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None = None) -> Breathing:
+def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None = None,
+              focusing: Lens | None = None) -> Breathing:
     """How the field of view changes with the focus distance.
 
     Parameters
@@ -197,7 +198,10 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
     distances : (n,) array_like or None
         Film → object, mm; None: twelve from infinity to the nearest focus.
     wavelength : float or None
-        µm; None: the primary wavelength of the lens.
+        µm, of the chief rays; None: the primary wavelength of the lens.
+    focusing : Lens or None
+        The lens with the indices that its film is focused for, such as those at the wavelength of its design in place
+        of those at the d line; None: `lens`.
 
     Returns
     -------
@@ -210,9 +214,9 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
     """
     line = lens.system.primary_wavelength if wavelength is None else wavelength
     if distances is None:
-        nearest = nearest_focus(lens)
-        far = FARTHEST * abs(first_order(lens).efl)
-        near = nearest if lens.has_focus_groups else max(nearest, 10.0 * abs(first_order(lens).efl))
+        nearest, efl = nearest_focus(focusing or lens), abs(first_order(focusing or lens).efl)
+        far = FARTHEST * efl
+        near = nearest if lens.has_focus_groups else max(nearest, 10.0 * efl)
         steps = np.geomspace(far, near * (1.0 + 1e-9), DISTANCES - 1) if not isinf(nearest) else np.zeros(0)
         places = np.array([inf, *steps])
     else:
@@ -223,11 +227,13 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
     for i, place in enumerate(places):
         pause()
         try:
-            there = focused(lens, float(place))
+            there = focused(focusing or lens, float(place))
             away = focus_on(there, float(place))
         except FocusError as error:
             refused.append((float(place), str(error)))
             continue
+        if focusing is not None:
+            there = lens.at(close=there.positions.close) if there.has_focus_groups and there.positions else lens
         focal[i] = first_order(there, line).efl
         with suppress(LensError):                       # focused on what touches the lens
             magnified[i] = magnification(there, away, float(place), line)

@@ -24,10 +24,11 @@ def focus_shift_figure(query: Query, points: int, f_number: float | None = None)
     f_number: marked, where it is not that of the query.
     """
     widest = lb.f_number_at_infinity(query.setup.lens)
-    numbers = widest * math.sqrt(2.0) ** (0.5 * np.arange(1 + max(2, math.ceil(4 * math.log2(max(
-        SLOWEST / widest, 1.0))))))
-    found = focus_shift(query.lens, query.setup.film_distance, query.conditions(), numbers, FREQUENCY,
-                        2.0 * query.setup.film.pitch)
+    stops = math.sqrt(2.0) ** (0.5 * np.arange(1 + max(2, math.ceil(4 * math.log2(max(SLOWEST / widest, 1.0))))))
+    # The f-numbers are those at the primary wavelength of the design, whatever the light
+    numbers = widest * stops
+    found = focus_shift(query.lens, query.setup.film_distance, query.conditions(),
+                        lb.f_number_at_infinity(query.lens) * stops, FREQUENCY, 2.0 * query.setup.film.pitch)
     most = 1000.0 * float(np.nanmax(np.abs([found.least_blur, found.best_mtf]), initial=0.0))
     deep = 1000.0 * float(found.depth[0])
     limit = reach([min(max(most, deep), max(ROOM * most, deep / DEEP))])
@@ -61,8 +62,8 @@ def breathing_figure(query: Query, points: int) -> Figure:
     """
     film, height = query.setup.film, query.largest_height
     part = 2.0 * height / film.diagonal
-    found = breathing(query.setup.lens, replace(film, width=part * film.width, height=part * film.height), None,
-                      query.conditions().primary_wavelength)
+    found = breathing(query.lens, replace(film, width=part * film.width, height=part * film.height), None,
+                      query.conditions().primary_wavelength, query.setup.lens)
     near = np.isfinite(found.distances) & np.isfinite(found.half_angles)
     metres, change = found.distances[near] / 1000.0, found.change[near]
     limit = reach(change, 1.0)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.state.analysis.aperture_figures import illumination_figure
+from lensbench.app.state.analysis.aperture_figures import breathing_figure, focus_shift_figure, illumination_figure
 from lensbench.app.state.analysis.ghost_images import ghost_ray, ghosts_figure
 from lensbench.app.state.analysis.own_conditions import OwnFields, read_fields, read_wavelengths, with_own
 from lensbench.app.state.analysis.query import query
@@ -16,6 +16,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.kernels.figures import f_number_text
 from lensbench.optics.ghost_path import ghost_path
 from lensbench.optics.system import FieldKind, FieldPoint
+from tests.lenses.test_system_data import SILICA
 
 ASKED = query(replace(Settings(), lens="lib-tronnier-1953", focus_distance=math.inf))
 
@@ -70,6 +71,52 @@ def test_ghosts_are_those_of_the_chosen_wavelength():
     way = path[1] - path[0]
     ray = ghost_path(lens, pair, path[0], way / np.linalg.norm(way), line)
     np.testing.assert_allclose(path[:-1], ray.points, atol=1e-9)
+
+
+SELLMEIER = ((0.6961663, 0.0684043), (0.4079426, 0.1162414), (0.8974794, 9.896161))        # Malitson, 1965: silica
+
+
+def silica(line):
+    """Focal length and back focus (mm) of the biconvex lens R = 50, d = 5 at a wavelength (µm), by the lensmaker."""
+    n = math.sqrt(1.0 + sum(b * line**2 / (line**2 - c**2) for b, c in SELLMEIER))
+    efl = 1.0 / (2.0 * (n - 1.0) / 50.0 - (n - 1.0) ** 2 * 5.0 / (n * 50.0**2))
+    return efl, efl * (1.0 - (n - 1.0) * 5.0 / (n * 50.0))
+
+
+@pytest.fixture
+def lithography(tmp_path):
+    """A query of a singlet that is designed for 248 nm."""
+    path = tmp_path / "silica.zmx"
+    path.write_text(SILICA)
+    return query(replace(Settings(), lens=str(path), f_number=None, focus_distance=math.inf, film_width=3.6,
+                         film_height=2.4, focus_position="paraxial"))
+
+
+def test_breathing_of_a_design_off_the_d_line_is_that_of_the_chosen_wavelength(lithography):
+    """The film lies in the focus of 248 nm; the chief ray of its corner and the focal length are those of 400 nm."""
+    efl, bfl = silica(0.4)
+    for asked, line in ((lithography, 0.248), (with_own(lithography, None, read_wavelengths("400")), 0.4)):
+        figure = breathing_figure(asked, 16)
+        assert f"{1000.0 * line:.0f} nm" in figure.conditions
+        distance, half, change, focal, magnification = figure.table.rows[0]
+        assert distance == math.inf and change == 0.0 and focal == pytest.approx(silica(line)[0], rel=1e-5)
+        # The ray from the scene through the middle of the stop, on the first surface, traced to the film
+        slope = math.radians(half)
+        ray = lb.trace(asked.lens, [[0.0, 0.0, 0.0]], [[0.0, math.sin(slope), math.cos(slope)]], line, clip=False)
+        point, way = ray.points[0], ray.directions[0]
+        height = point[1] + (5.0 + silica(0.248)[1] - point[2]) / way[2] * way[1]
+        assert height == pytest.approx(0.5 * math.hypot(3.6, 2.4), rel=1e-5)
+
+
+def test_focus_shift_has_the_f_numbers_of_the_design(lithography):
+    """The file states f/5 at 248 nm, which is f/5.5 at the d line; the depths of focus are those of its cones."""
+    figure = focus_shift_figure(lithography, 16)
+    widest, depth = figure.table.rows[0][0], np.array([row[3] for row in figure.table.rows])
+    numbers = np.array([row[0] for row in figure.table.rows])
+    assert widest == pytest.approx(5.0, rel=1e-9)
+    # Of a point in even light: blur times the f-number; aberrations fall as 1 / N²
+    blur = 2.0 * lithography.setup.film.pitch
+    assert depth[-1] == pytest.approx(blur * numbers[-1], rel=2e-3)
 
 
 def test_illumination_is_that_of_the_chosen_wavelength():
