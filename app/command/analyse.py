@@ -28,8 +28,8 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
     add("-o", "--output", metavar="FILE", help=f"the sheet ({', '.join(SHEETS[:3])}) or its numbers (.csv, .json)")
     add_lens_options(parser)
     add_setting(parser, next(field for field in fields(Settings) if field.name == "stop_image"))
-    add("--focus", type=option(read_distance), metavar="DISTANCE", default=math.inf,
-        help="distance from the film to the plane in focus (default: infinity)")
+    add("--focus", type=option(read_distance), metavar="DISTANCE",
+        help="distance from the film to the plane in focus (default: infinity, or that of a picture with settings)")
     add("--film", type=option(read_film), metavar="FILM",
         help="width x height in mm, or the name of a format (default: the film that the lens was made for)")
     add("--size", type=option(read_size), metavar="WxH", help="pixels across and down, for the size of a pixel")
@@ -206,7 +206,7 @@ def _settings(arguments: argparse.Namespace) -> Any:
     """The settings of the lens in front of its film, as a picture of the same options has them."""
     from dataclasses import replace
 
-    from lensbench.app.command.options import add_picture_options, settings_from
+    from lensbench.app.command.options import add_picture_options, carries_settings, settings_from
 
     pictures = argparse.ArgumentParser()
     pictures.add_argument("lens")
@@ -214,6 +214,8 @@ def _settings(arguments: argparse.Namespace) -> Any:
     whole = pictures.parse_args([arguments.lens])       # the options of a picture, at their defaults
     vars(whole).update({name: value for name, value in vars(arguments).items()
                         if name in vars(whole) or name == "f_number"})
+    if arguments.focus is None and not carries_settings(arguments.lens):
+        whole.focus = math.inf
     return replace(settings_from(whole), lens_model="trace")
 
 

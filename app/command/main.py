@@ -12,7 +12,6 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from lensbench.app.command.errors import UsageError
@@ -187,10 +186,8 @@ def loading() -> Iterator[None]:
 def _view(arguments: argparse.Namespace) -> int:
     with loading():
         from lensbench.app.command.lens_options import say
-        from lensbench.app.command.options import settings_from
+        from lensbench.app.command.options import carries_settings, settings_from
         from lensbench.app.command.output import checked_screenshot_path
-        from lensbench.app.files.state_text import PREFIX as STATE
-        from lensbench.app.state.settings import PICTURES
         from lensbench.app.state.stop_picture import with_readable_stop
 
         shot = arguments.screenshot or (None if _has_display() else SCREENSHOT)
@@ -210,8 +207,7 @@ def _view(arguments: argparse.Namespace) -> int:
             raise UsageError(f"the window needs {', '.join(missing)}: on Debian or Ubuntu, apt-get install {PACKAGES}")
         from lensbench.app.window import window
 
-    kept = arguments.settings is not None or Path(arguments.lens or "").suffix.lower() in PICTURES \
-        or (arguments.lens or "").startswith(STATE)
+    kept = arguments.settings is not None or carries_settings(arguments.lens or "")
     follows = arguments.size is None and not kept       # the pixels of a size or a file that was asked for stay
     if screenshot is None:
         window.run(settings, follows=follows)

@@ -102,6 +102,13 @@ class _FormerModel(argparse.Action):
             setattr(namespace, name, word)
 
 
+def carries_settings(lens: str) -> bool:
+    """Whether what is given in place of the LENS is an exported picture, or the text of a state."""
+    from lensbench.app.files.state_text import PREFIX as STATE
+
+    return lens.startswith(STATE) or Path(lens).suffix.lower() in PICTURES
+
+
 def settings_from(arguments: argparse.Namespace) -> Settings:
     """The Settings that the options describe, checked.
 
@@ -170,7 +177,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     if arguments.ghost_pair and (why := missing_ghost(settings)):
         raise SettingsError(f"--ghost-pair {arguments.ghost_pair}: {why}")
     named = {field.name: spec(field).option or field.name.replace("_", "-") for field in fields(Settings)}
-    unnamed = arguments.settings is not None or lens is None or Path(lens).suffix.lower() in PICTURES
+    unnamed = arguments.settings is not None or lens is None or carries_settings(lens)
     rendered = "until_noise" in arguments
     linear = arguments.output if rendered and Path(arguments.output).suffix.lower() in LINEAR else None
     for remark in remarks(settings, set(asked) | ({"camera"} if arguments.camera else set()), named,

@@ -54,6 +54,16 @@ def test_fields_wavelengths_and_frequencies_are_those_of_the_options(capsys):
     assert "--frequencies" not in captured.err
 
 
+def test_a_picture_in_place_of_the_lens_has_its_focus_unless_another_is_given(capsys, tmp_path):
+    path = str(tmp_path / "near.png")
+    assert main(["render", NAME, "--focus", "1.2m", "--size", "6x4", "--samples", "1", "-o", path]) == 0
+    for given, lens, seen in (((), path, "1.20 m"), (("--focus", "2m"), path, "2.00 m"),
+                              (("--focus", "inf"), path, "∞"), ((), NAME, "∞")):
+        capsys.readouterr()
+        assert main(["analyse", lens, *given, "--what", "spots", "--points", "16"]) == 0
+        assert f"object {seen} ·" in capsys.readouterr().out
+
+
 def test_a_picture_in_the_stop_weighs_the_rays(capsys, tmp_path):
     """A disc of half the stop's diameter is the stop two stops down."""
     x, y = np.meshgrid(*[np.arange(256) - 127.5] * 2)
