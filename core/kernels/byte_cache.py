@@ -18,7 +18,8 @@ class ByteCache(Generic[Given, Value]):
 
     def __init__(self, function: Callable[Given, Value], most_bytes: int, most: int, least: int):
         update_wrapper(self, function)
-        self._function, self._most_bytes, self._most, self._least = function, most_bytes, most, least
+        self._function, self._most, self._least = function, most, least
+        self.most_bytes = most_bytes
         self._kept: dict[Any, tuple[Value, dict[int, int]]] = {}        # with their buffers; the newest is last
         self._lock = threading.Lock()
 
@@ -35,7 +36,7 @@ class ByteCache(Generic[Given, Value]):
                 self._kept[last] = self._kept[last][0], buffers((last, self._kept[last][0]))
             self._kept[key] = value, buffers((key, value))
             while len(self._kept) > self._most or (
-                    len(self._kept) > self._least and self.held > self._most_bytes):
+                    len(self._kept) > self._least and self.held > self.most_bytes):
                 del self._kept[next(iter(self._kept))]
         return value
 

@@ -14,7 +14,7 @@ import numpy as np
 from lensbench.kernels.byte_cache import byte_cache
 from lensbench.scenery.objects import Image, Shape, Triple, triple
 
-MOST_KEPT = 512 << 20   # bytes of the shapes of scenes seen before
+MOST_KEPT, NEWEST = 32 << 20, 4         # bytes of the shapes of scenes seen before; of two pictures that are compared
 SMALL = 0.05            # radians: greatest angular radius of a small light
 BRIGHT = 0.05           # of the brightest texel: brighter texels belong to a patch
 MOST_TEXELS = 1 << 16   # of an image that is searched for patches
@@ -56,7 +56,7 @@ def small_lights(objects: tuple[Shape, ...], place=BLACK) -> list[SmallLight]:
     return [light for light in _all(objects) if light.radius < SMALL * math.dist(light.centre, place)]
 
 
-@byte_cache(MOST_KEPT, 16)
+@byte_cache(MOST_KEPT, 16, NEWEST)
 def _all(objects: tuple[Shape, ...]) -> tuple[SmallLight, ...]:
     lights: list[SmallLight] = []
     for j, o in enumerate(objects):
@@ -113,7 +113,7 @@ def _patches(image: Image) -> tuple[Patch, ...]:
     return tuple((b[0], b[1], b[2], b[3]) for b in boxes) if area < MOST_LIT * lit.size else ()
 
 
-@byte_cache(MOST_KEPT, 16)
+@byte_cache(MOST_KEPT, 16, NEWEST)
 def split_light(objects: tuple[Shape, ...],
                 taken: tuple[SmallLight, ...]) -> tuple[tuple[Shape, ...], tuple[Shape, ...]]:
     """The shapes without the light of some small lights, and with that light alone."""
@@ -142,13 +142,13 @@ def split_light(objects: tuple[Shape, ...],
     return tuple(left), tuple(alone)
 
 
-@byte_cache(MOST_KEPT, 16)
+@byte_cache(MOST_KEPT, 16, NEWEST)
 def light_samples(objects: tuple[Shape, ...]) -> dict[SmallLight, np.ndarray]:
     """Samples of each small light, see `samples_of`, in single precision."""
     return {light: samples_of(objects[light.number], light).astype(np.float32) for light in _all(objects)}
 
 
-@byte_cache(MOST_KEPT, 16)
+@byte_cache(MOST_KEPT, 16, NEWEST)
 def mean_radiances(objects: tuple[Shape, ...]) -> dict[SmallLight, float]:
     """The mean radiance of each small light, of its brightest channel."""
     return {light: float(points[:, 2:].mean(0).max()) for light, points in light_samples(objects).items()}
@@ -200,7 +200,7 @@ def samples_of(thing: Shape, light: SmallLight) -> np.ndarray:
     return np.column_stack([places, tint * (shine.mean((0, 1)) / tint.mean(0))])
 
 
-@byte_cache(MOST_KEPT, 16)
+@byte_cache(MOST_KEPT, 16, NEWEST)
 def with_unit_radiance(objects: tuple[Shape, ...]) -> tuple[Shape, ...]:
     """The shapes with every light of uniform radiance 1."""
     return tuple(replace(o, material=replace(o.material, colour=(1.0, 1.0, 1.0), pattern=None))

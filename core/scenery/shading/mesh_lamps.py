@@ -36,7 +36,7 @@ from lensbench.scenery.shading.illumination import count_lit
 from lensbench.scenery.shading.mesh_shadows import LIFT
 from lensbench.scenery.shading.rounding import rounded_length
 
-MOST_KEPT = 256 << 20   # bytes of the tables of meshes seen before
+MOST_KEPT = 64 << 20    # bytes of the tables of meshes seen before
 GRAZING = 0.02          # least cosine at the mesh that its own shadow regards
 CORNER = 9              # numbers of a triangle: a corner and the ways to the others, mm
 # Integers: places of both tables, and the number of triangles
