@@ -71,7 +71,7 @@ if TYPE_CHECKING:
         hyperfocal,
         real_circle_of_confusion,
     )
-    from lensbench.optics.focus import FocusError, film_distance, focused, focused_distance, nearest_focus, section_foci
+    from lensbench.optics.focus import FocusError, film_distance, focused, focused_distance, nearest_focus
     from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
     from lensbench.optics.iris import Iris, IrisError
     from lensbench.optics.lens_surface import LensError, Surface
@@ -91,6 +91,7 @@ if TYPE_CHECKING:
     )
     from lensbench.optics.thick_depth import (
         magnification,
+        section_foci,
         thick_circle_of_confusion,
         thick_depth_of_field,
         thick_hyperfocal,
@@ -160,7 +161,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "lightfields.plenoptic": "PlenopticCamera RawPicture",
     "optics.coatings": "COATINGS Coating CoatingError Layer Reflectance",
     "optics.depth_of_field": "circle_of_confusion depth_of_field hyperfocal real_circle_of_confusion",
-    "optics.focus": "FocusError film_distance focused focused_distance nearest_focus section_foci",
+    "optics.focus": "FocusError film_distance focused focused_distance nearest_focus",
     "optics.glass": "AIR C_LINE D_LINE F_LINE Glass GlassError",
     "optics.iris": "Iris IrisError",
     "optics.paraxial": "FirstOrder f_number_at_infinity first_order stopped_down",
@@ -170,7 +171,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "optics.stop_image": "StopImage StopImageError",
     "optics.surface_pose": "PoseError SurfacePose",
     "optics.system": "Aperture ApertureKind FieldKind FieldPoint SystemData SystemDataError Wavelength",
-    "optics.thick_depth": "magnification thick_circle_of_confusion thick_depth_of_field thick_hyperfocal",
+    "optics.thick_depth": "magnification section_foci thick_circle_of_confusion thick_depth_of_field thick_hyperfocal",
     "optics.transmission": "t_number transmission working_f_number",
     "optics.zoom_positions": "Positions PositionsError",
     "pupils.region": "ExitPupil exit_pupil open_region",

@@ -78,7 +78,7 @@ class SharpFocus:
         infinity.
     hinge, scheimpflug : Line or None
         The two lines; None for planes in focus that are parallel. The Scheimpflug line is that in the front principal
-        plane; None for a lens without rotational symmetry, which has no such plane.
+        plane; None at infinity, and for a lens without rotational symmetry, which has no such plane.
     """
 
     plane: Plane | None
@@ -142,16 +142,19 @@ def _before_window(camera: LensCamera, circle: float) -> SharpFocus:
     front, rear = last - lens.length + fo.front_principal, last + fo.rear_principal         # principal planes
     a, b, g = camera.film_pose.axes[2]
     n = lens.front_index
-    start = float(camera.film_pose.centre @ camera.film_pose.axes[2]) - g * rear
+    start, unit = float(camera.film_pose.centre @ camera.film_pose.axes[2]) - g * rear, 1.0
     if camera.focus_method == "real" and camera.film_at is None and camera.follows_rays:
         # The film is where real rays meet; where paraxial ones of the same object would do, these planes belong
-        start += g * (1.0 / (1.0 / fo.efl - n / (camera.focus_distance + front)) + rear)
+        before = camera.focus_distance + front
+        image, unit = (fo.efl, 1.0) if math.isinf(before) else (before * fo.efl, before - n * fo.efl)
+        start = start * unit + g * (image + rear * unit)            # over unit, 0 for an object at the front focus
 
-    # The film a x + b y + g v = e, v behind the rear principal plane, is the image of this plane (x, y, u), u before
-    # the front one: by 1/v = 1/f − n/u and x′ / v = −n x / u
+    # The film a x + b y + g v = e / unit, v behind the rear principal plane, is the image of this plane (x, y, u), u
+    # before the front one: by 1/v = 1/f − n/u and x′ / v = −n x / u
     def imaged(e: float) -> Plane | None:
-        normal = np.array([-n * a, -n * b, -(g - e / fo.efl)])      # u = front − z
-        offset = -e * n - (g - e / fo.efl) * front
+        along = g * unit - e / fo.efl
+        normal = np.array([-n * a * unit, -n * b * unit, -along])   # u = front − z
+        offset = -e * n - along * front
         size = float(np.linalg.norm(normal))
         return None if size * abs(fo.efl) < 1e-12 * abs(e) else Plane.facing(normal, offset)
 
@@ -163,14 +166,15 @@ def _before_window(camera: LensCamera, circle: float) -> SharpFocus:
     depth = circle / cone if cone > 0.0 else math.inf
     if not lens.is_rotationally_symmetric:
         return _traced(camera, depth)
-    planes = [imaged(start + g * shift) for shift in (0.0, depth, -depth)]
+    planes = [imaged(start + g * unit * shift) for shift in (0.0, depth, -depth)]
     if not camera.film_pose.is_tilted:
         return SharpFocus(planes[0], planes[1], planes[2], None, None)
     tilted, across = np.array([a, b]) / math.hypot(a, b), np.array([-b, a, 0.0]) / math.hypot(a, b)
     aside = tilted * (g * fo.efl / math.hypot(a, b))                # n u = f: n (a x + b y) = g u
     hinge = Line(np.array([*aside, front - n * fo.efl]), across)
-    meeting = tilted * (start / math.hypot(a, b))
-    return SharpFocus(planes[0], planes[1], planes[2], hinge, Line(np.array([*meeting, front]), across))
+    meeting = None if unit == 0.0 else tilted * (start / unit / math.hypot(a, b))
+    return SharpFocus(planes[0], planes[1], planes[2], hinge,
+                      None if meeting is None else Line(np.array([*meeting, front]), across))
 
 
 def _traced(camera: LensCamera, depth: float) -> SharpFocus:

@@ -25,6 +25,7 @@ PHOTONS = 555e-9 / (6.62607015e-34 * 299792458.0) / EFFICACY * 1e-12   # per µm
 GREY = 10.0 / SATURATION        # value to which a meter exposes the mean: 10 / ISO lux s
 LUMA = (0.2126, 0.7152, 0.0722)
 METHODS = ("mean", "highlights")
+MOST_STOPS = 500        # of a change of exposure and of exposure values
 CLIPPED = 0.001                 # part of the picture that clips with "highlights"
 
 
@@ -62,7 +63,7 @@ class Exposure:
     @property
     def ev(self) -> float:
         """Exposure value log₂(N² / t), which does not depend on the ISO."""
-        return math.log2(self.f_number**2 / self.time)
+        return 2.0 * math.log2(self.f_number) - math.log2(self.time)
 
     @property
     def ev100(self) -> float:
@@ -107,11 +108,9 @@ class Exposure:
         Raises
         ------
         ExposureError
-            A number that is not finite, or another word.
+            A number beyond MOST_STOPS, or another word.
         """
-        if not math.isfinite(stops):
-            raise ExposureError(f"{stops} stops: it must be a finite number")
-        factor = 2.0**stops
+        factor = 2.0 ** _checked_stops("stops", stops)
         if by == "f_number":
             return replace(self, f_number=self.f_number / math.sqrt(factor))
         if by not in ("time", "iso"):
@@ -136,8 +135,9 @@ class Exposure:
         Raises
         ------
         ExposureError
-            A number that is not finite, or another word.
+            A number that is not finite, or beyond MOST_STOPS from this exposure, or another word.
         """
+        _checked_stops("EV100", ev100)
         return self.brighter(self.ev100 - ev100, by)
 
 
@@ -154,11 +154,16 @@ def luminance(ev100: float) -> float:
     float
         cd/m².
 
+    Raises
+    ------
+    ExposureError
+        A number beyond MOST_STOPS.
+
     References
     ----------
     ISO 2720.
     """
-    return METER / 100.0 * 2.0**ev100
+    return METER / 100.0 * 2.0 ** _checked_stops("EV100", ev100)
 
 
 def ev100(luminance: float) -> float:
@@ -278,6 +283,14 @@ def pixel_energy(image, film: Film) -> np.ndarray:
         J.
     """
     return radiant_exposure(image) * (film.pitch * 1e-3) ** 2
+
+
+def _checked_stops(name: str, value: float) -> float:
+    """The value; ExposureError if it is not finite, or beyond MOST_STOPS."""
+    if not abs(value) <= MOST_STOPS:
+        raise ExposureError(f"{name} {significant(value)}: it must be a finite number, of up to "
+                            f"{MOST_STOPS} stops")
+    return value
 
 
 def checked_positive(name: str, value: float) -> float:

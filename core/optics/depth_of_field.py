@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from lensbench.kernels.figures import significant
 from lensbench.optics.axial_bundle import pupil_rays
 from lensbench.optics.focus import FocusError
-from lensbench.optics.lens_surface import LensError
+from lensbench.optics.lens_surface import LensError, check_film_distance
 from lensbench.optics.prescription import Lens
 
 
@@ -141,7 +141,13 @@ def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayL
         2√2 × the rms radius of the spots on the film (mm); NaN for a point within the lens.
     extent : (n,) ndarray
         Their full extents (mm).
+
+    Raises
+    ------
+    LensError
+        If the film distance is not finite, or a distance is NaN.
     """
+    check_points(film_distance, distances)
     before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
     outside = before > 0.0
     spread, extent = np.full((2, len(before)), np.nan)
@@ -156,6 +162,13 @@ def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayL
     spread[outside] = 2.0 * np.sqrt(2.0 * (weights * radii**2).sum(1))
     extent[outside] = 2.0 * radii.max(axis=1)
     return spread, extent
+
+
+def check_points(film_distance: float, distances: ArrayLike) -> None:
+    """LensError for a film distance that is not finite, and for distances film → axis points that are NaN (mm)."""
+    check_film_distance(film_distance)
+    if np.isnan(np.asarray(distances, dtype=np.float64)).any():
+        raise LensError("distances of points: they must be numbers, and none is NaN")
 
 
 def check_limit(limit: float) -> None:

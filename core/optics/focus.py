@@ -25,7 +25,7 @@ import numpy as np
 from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.root_finding import find_minimum, find_root
 from lensbench.optics.axial_bundle import pupil_rays
-from lensbench.optics.lens_surface import LensError
+from lensbench.optics.lens_surface import LensError, check_film_distance
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix
 from lensbench.optics.prescription import Lens
 
@@ -190,7 +190,10 @@ def focused_distance(lens: Lens, film_distance: float) -> float:
     ------
     FocusError
         If the lens forms no real image.
+    LensError
+        If the film distance is not finite.
     """
+    check_film_distance(film_distance)
     fo = _focusable(lens)
     if len(lens.sections) > 1:
         return _object_of(lens, film_distance, _imager(lens, "paraxial"))
@@ -199,29 +202,6 @@ def focused_distance(lens: Lens, film_distance: float) -> float:
         return inf
     n = lens.front_index
     return _hiatus(lens, fo) + (n + 1.0) * fo.efl + extension + n * fo.efl**2 / extension
-
-
-def section_foci(lens: Lens, focus_distance: float, film_distance: float) -> tuple[float, float]:
-    """Paraxial foci of the sections x–z and y–z; equal for a rotationally symmetric lens.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens at its current position.
-    focus_distance : float
-        Film → object (mm); math.inf is allowed.
-    film_distance : float
-        Last vertex → film (mm), from which the object's distance before the lens follows.
-
-    Returns
-    -------
-    (float, float)
-        Last vertex → focus (mm) in x–z and in y–z; inf for a section without power, or with the object at its focus.
-    """
-    nearness = 1.0 / (focus_distance - lens.length - film_distance)
-    rays = [_axial_ray(section)(nearness) for section in lens.sections]
-    foci = [-height / slope if slope else inf for height, slope, _ in rays]
-    return foci[0], foci[-1]
 
 
 @lru_cache(maxsize=64)

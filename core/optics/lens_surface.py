@@ -36,6 +36,12 @@ class LensError(ValueError):
     """An invalid lens, or a demand that a lens cannot meet; the message says what to do."""
 
 
+def check_film_distance(film_distance: float) -> None:
+    """LensError for a film distance, last vertex → film (mm), that is not finite."""
+    if not isfinite(film_distance):
+        raise LensError(f"film distance {significant(film_distance)} mm: it must be a finite number")
+
+
 @hashed_once
 @dataclass(frozen=True)
 class Surface:

@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike
 
 from lensbench.kernels.figures import significant
 from lensbench.kernels.root_finding import find_root
-from lensbench.optics.depth_of_field import check_limit
+from lensbench.optics.depth_of_field import check_limit, check_points
 from lensbench.optics.focus import film_distance, focused_distance, nearest_focus
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.lens_surface import LensError
+from lensbench.optics.lens_surface import LensError, check_film_distance
 from lensbench.optics.paraxial import ray_matrix
 from lensbench.optics.prescription import Lens
 
@@ -45,7 +45,13 @@ def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: Array
     -------
     (n,) ndarray
         Diameters on the film (mm); NaN for a point within the lens.
+
+    Raises
+    ------
+    LensError
+        If the film distance is not finite, or a distance is NaN.
     """
+    check_points(film_distance, distances)
     film_gap = film_distance / lens.indices()[-1]
     before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
     squares = []
@@ -82,11 +88,46 @@ def magnification(lens: Lens, film_distance: float, focus_distance: float, wavel
     Raises
     ------
     LensError
-        If the plane in focus does not lie before the lens.
+        If the plane in focus does not lie before the lens, or the film distance is not finite.
     """
     _, _, c, d = ray_matrix(lens, 0, len(lens.surfaces), wavelength)
     nearness = _nearness(lens, film_distance, focus_distance)
     return abs(nearness / (c + d * nearness)) if nearness else 0.0
+
+
+def section_foci(lens: Lens, focus_distance: float, film_distance: float) -> tuple[float, float]:
+    """Paraxial foci of the sections x–z and y–z; equal for a rotationally symmetric lens.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens at its current position.
+    focus_distance : float
+        Film → object (mm); math.inf is allowed.
+    film_distance : float
+        Last vertex → film (mm), from which the object's distance before the lens follows.
+
+    Returns
+    -------
+    (float, float)
+        Last vertex → focus (mm) in x–z and in y–z; inf for a section without power, or with the object at its focus.
+
+    Raises
+    ------
+    LensError
+        If the film distance is not finite, or the object lies on the first vertex or nowhere.
+    """
+    check_film_distance(film_distance)
+    before = focus_distance - lens.length - film_distance
+    if not abs(before) > 0.0:
+        raise LensError(f"focus at {significant(focus_distance / 1000.0, 6)} m: the object must not touch the lens")
+    nearness = lens.front_index / before
+    foci = []
+    for section in lens.sections:
+        a, b, c, d = ray_matrix(section, 0, len(lens.surfaces))
+        height, slope = a + b * nearness, c + d * nearness          # of the paraxial ray, 1 mm high on the first vertex
+        foci.append(-height / slope if slope else inf)
+    return foci[0], foci[-1]
 
 
 def thick_depth_of_field(lens: Lens, film_distance: float, focus_distance: float, limit: float) -> tuple[float, float]:
@@ -112,7 +153,8 @@ def thick_depth_of_field(lens: Lens, film_distance: float, focus_distance: float
     Raises
     ------
     LensError
-        If the limit is not a positive finite number, or the plane in focus does not lie before the lens.
+        If the limit is not a positive finite number, the film distance not finite, or the plane in focus not before the
+        lens.
     """
     check_limit(limit)
     focus = _nearness(lens, film_distance, focus_distance)
@@ -190,12 +232,13 @@ def _hyperfocal(lens: Lens, limit: float, film_at: float | None = None) -> float
         return 0.0
     nearness = -share * c / (1.0 + share * d)           # of ν = share · |c + d ν|, and c + d ν < 0
     if film_at is None:
-        film_at = -lens.indices()[-1] * (a + b * nearness) / (c + d * nearness)
+        film_at = -lens.indices()[-1] * (a + b * nearness) * (1.0 + share * d) / c     # c + d ν = c / (1 + share · d)
     return lens.front_index / nearness + lens.length + film_at
 
 
 def _nearness(lens: Lens, film_distance: float, distance: float) -> float:
     """Reduced nearness (1/mm) of a distance (mm) from the film; LensError where that is within the lens."""
+    check_film_distance(film_distance)
     before = distance - film_distance - lens.length
     if not before > 0.0:
         raise LensError(f"focus at {significant(distance / 1000.0, 4)} m: that is within the lens")

@@ -1,6 +1,7 @@
 """Planes of sharp focus: their geometry, whatever the length and sign of the normal that they are made of."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -63,3 +64,38 @@ def test_the_plane_of_a_film_at_the_least_blur_is_where_real_rays_come_together(
     for row in (110.0, 120.0, 130.0):                           # near the axis
         at = meeting(of, row, 24)
         assert abs(found.distance(at[None])[0]) < 0.02 * abs(at[2]), row
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.3])
+def test_an_object_at_the_front_focus_has_its_plane_there(tilt):
+    """Its paraxial image is at infinity, and so are all planes of the wedge: the front focal plane, in closed form."""
+    lens, film = lb.stopped_down(lenses.load("pbrt-dgauss-50mm"), 4.0), lb.Film()
+    camera = lb.LensCamera(lens, film, focus_distance=500.0, f_number=4.0, film_pose=FilmPose(tilt=tilt))
+    fo, film_distance = lb.first_order(lens), 20.0
+    for _ in range(100):                                # object less principal plane is f, also as it is rounded
+        front = -film_distance - lens.length
+        principal = front + fo.front_principal
+        distance = fo.efl - principal
+        if distance + principal == fo.efl:
+            break
+        film_distance = float(np.nextafter(film_distance, np.inf))
+    assert distance + principal == fo.efl
+    at_focus = SimpleNamespace(lens=lens, film_distance=film_distance, film_pose=camera.film_pose,
+                               focus_method="real", film_at=None, follows_rays=True, focus_distance=distance,
+                               has_port=False)
+    found = sharp_focus(at_focus, 0.03)
+    for plane in (found.plane, found.near, found.far):
+        assert plane.normal == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
+        assert plane.offset == pytest.approx(front + fo.ffl, abs=1e-9)
+    assert found.scheimpflug is None
+
+
+def test_the_plane_is_continuous_through_the_front_focus():
+    """A little before and behind it the plane lies where 1/u = 1/v of the thick lens has it, by its own distance."""
+    lens = lb.stopped_down(lenses.load("pbrt-dgauss-50mm"), 4.0)
+    camera = lb.LensCamera(lens, lb.Film(), focus_distance=500.0, f_number=4.0)
+    for distance in (lens.length + camera.film_distance - lb.first_order(lens).ffl + off for off in (-1e-3, 1e-3)):
+        seen = SimpleNamespace(lens=lens, film_distance=camera.film_distance, film_pose=camera.film_pose,
+                               focus_method="real", film_at=None, follows_rays=True, focus_distance=distance,
+                               has_port=False)
+        assert sharp_focus(seen, 0.03).plane.offset == pytest.approx(-distance, rel=1e-9)

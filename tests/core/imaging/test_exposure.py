@@ -115,6 +115,11 @@ def test_metering_by_the_mean_and_by_the_highlights():
     (lambda: lb.Exposure(2.8, 0.01).brighter(math.nan), "finite"),
     (lambda: lb.Exposure(2.8, 0.01).brighter(1.0, "luck"), "time, iso, f_number"),
     (lambda: lb.metered_stops(np.ones((2, 2, 3)), "guess"), "mean, highlights"),
+    (lambda: lb.Exposure(2.8, 0.01).brighter(1e308, "f_number"), "stops 1×10"),
+    (lambda: lb.Exposure(2.8, 0.01).at_ev100(-math.inf), "EV100"),
+    (lambda: lb.Exposure(2.8, 0.01).at_ev100(1e308, "f_number"), "EV100"),
+    (lambda: lb.luminance(math.nan), "EV100 nan"),
+    (lambda: lb.luminance(1e308), "EV100"),
     (lambda: lb.ev100(0.0), "luminance 0"),
 ])
 def test_what_cannot_be_is_refused_in_one_line(make, says):

@@ -87,3 +87,39 @@ def test_what_touches_the_lens_may_be_sharp_and_a_focus_within_it_is_refused():
             lb.thick_depth_of_field(lens, film, 300.0, bad)
         with pytest.raises(lb.LensError, match="limit"):
             lb.thick_hyperfocal(lens, bad)
+
+
+@pytest.mark.parametrize("blur", [lb.thick_circle_of_confusion, lb.real_circle_of_confusion])
+def test_blur_of_numbers_that_mean_nothing_is_refused(blur):
+    lens, film = stopped("pbrt-dgauss-50mm", 1.0, 300.0, 2.8)
+    for bad in (math.nan, math.inf, -math.inf):
+        with pytest.raises(lb.LensError, match="film distance"):
+            blur(lens, bad, [300.0])
+    with pytest.raises(lb.LensError, match="distances"):
+        blur(lens, film, [300.0, math.nan])
+
+
+def test_film_distances_that_are_none_are_named():
+    """They were an image at infinity, NaN, or a focus within the lens."""
+    lens = stopped("pbrt-dgauss-50mm", 1.0, 300.0, 2.8)[0]
+    for bad in (math.nan, math.inf, -math.inf):
+        for ask in (lb.focused_distance, lambda of, film: lb.section_foci(of, 300.0, film),
+                    lambda of, film: lb.magnification(of, film, 300.0),
+                    lambda of, film: lb.thick_depth_of_field(of, film, 300.0, 0.03)):
+            with pytest.raises(lb.LensError, match="film distance"):
+                ask(lens, bad)
+
+
+def test_foci_of_an_object_on_the_first_vertex_are_refused():
+    lens = stopped("pbrt-dgauss-50mm", 1.0, 300.0, 2.8)[0]
+    for bad in (300.0, math.nan):
+        with pytest.raises(lb.LensError, match="must not touch"):
+            lb.section_foci(lens, bad, 300.0 - lens.length)
+
+
+@pytest.mark.parametrize("limit", [1e9, 1e306])
+def test_the_hyperfocal_distance_for_a_blur_without_bound_is_its_film(limit):
+    """The plane in focus comes to the front focus, and the film goes to where parallel light is as wide as the blur: N
+    times that behind the rear focus. What is left is of the size of the lens."""
+    lens = stopped("pbrt-dgauss-50mm", 1.0, math.inf, 2.8)[0]
+    assert lb.thick_hyperfocal(lens, limit) == pytest.approx(limit * lb.first_order(lens).f_number, rel=1e-6)
