@@ -121,12 +121,13 @@ def analyse(arguments: argparse.Namespace) -> int:
 
 def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, Any]:
     """What the options of the command change of one analysis."""
+    from lensbench.analysis.onion_rings import check_ripple_surface
     from lensbench.app.command.errors import UsageError
     from lensbench.app.state.analysis.bokeh_figure import Ripple, ripple_surface
     from lensbench.app.state.analysis.mtf_figures import FINEST
     from lensbench.app.state.analysis.stack_figure import Stack
     from lensbench.app.state.lens_settings import AUTO
-    from lensbench.kernels.figures import significant
+    from lensbench.optics.lens_surface import LensError
 
     if name == "stack" and arguments.stack is not None:
         return {"stack": Stack(*arguments.stack)}
@@ -134,9 +135,10 @@ def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, A
         surface, period, height = arguments.ripple
         if surface is None:
             surface = ripple_surface(lens)
-        elif surface not in range(len(lens.surfaces)):
-            raise UsageError(f"--ripple: there is no surface {significant(surface)}: they are numbered from 0 to "
-                             f"{len(lens.surfaces) - 1}")
+        try:
+            check_ripple_surface(lens, surface)
+        except LensError as error:
+            raise UsageError(f"--{error}") from None
         return {"ripple": Ripple(int(surface), period, 1e-6 * height)}
     if arguments.frequencies is not None:
         if name == "mtf":

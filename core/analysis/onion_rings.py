@@ -18,7 +18,9 @@ import numpy as np
 from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.glass import Glass
 from lensbench.optics.lens_surface import LensError
+from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import trace
 
 RESOLVED = 2.5          # points of the grid to a period, at the least
@@ -48,11 +50,10 @@ def rippled(rays: RayGrid, surface: int, period: float, height: float, phase: fl
     Raises
     ------
     LensError
-        For another surface, a period that is not positive, and a height that is negative.
+        For another surface, one that refracts nothing, a period that is not positive, and a height that is negative.
     """
     lens, beams = rays.lens, rays.beams
-    if not 0 <= surface < len(lens.surfaces):
-        raise LensError(f"surface {surface} for a ripple: this lens has surfaces 0 to {len(lens.surfaces) - 1}")
+    check_ripple_surface(lens, surface)
     if not 0.0 < period < inf:
         raise LensError(f"a ripple of period {significant(period)} mm: the period must be positive")
     if not 0.0 <= height < inf:
@@ -100,6 +101,24 @@ def rippled(rays: RayGrid, surface: int, period: float, height: float, phase: fl
             Kind.SAMPLING, surface, f"{points} points across the pupil do not resolve a ripple of {significant(period)}"
             " mm: its rings are not shown as they are", figures={"points a period": coarsest}))
     return replace(rays, opd=opd, offset_s=offset_s, offset_t=offset_t, findings=findings)
+
+
+def refracts(lens: Lens, surface: int) -> bool:
+    """Whether the media before and behind a surface (number, from 0) differ; a stop in air has equal ones."""
+    after = lens.surfaces[surface].glass
+    before = lens.surfaces[surface - 1].glass if surface else Glass(lens.front_index)
+    return before != after and (before.n_d != after.n_d or before.disperses or after.disperses)
+
+
+def check_ripple_surface(lens: Lens, surface: float) -> None:
+    """LensError for a number of a surface, from 0, that the lens does not have, or of one that refracts nothing."""
+    if surface not in range(len(lens.surfaces)):
+        raise LensError(f"ripple: there is no surface {significant(surface)}: they are numbered from 0 to "
+                        f"{len(lens.surfaces) - 1}")
+    if not refracts(lens, int(surface)):
+        what = "the aperture stop" if surface == lens.stop_index else "a surface"
+        raise LensError(f"ripple: surface {significant(surface)} is {what} between equal media, where a ripple has no "
+                        "effect: choose a surface of a glass")
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

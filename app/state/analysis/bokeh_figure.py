@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.analysis.onion_rings import rippled
+from lensbench.analysis.onion_rings import refracts, rippled
 from lensbench.analysis.point_spread import PointSpread, psf
 from lensbench.analysis.spot_diagram import spots
 from lensbench.app.state.analysis.figure import Area, Axis, Curve, Figure, Label, Map, Plot, Table
@@ -92,10 +92,10 @@ def _ripple_words(ripple: Ripple) -> str:
 
 
 def ripple_surface(lens: Lens) -> int:
-    """The surface that a ripple is most likely on: the largest asphere, else the largest surface."""
-    aspheres = [i for i, each in enumerate(lens.surfaces) if each.conic or each.aspheric]
-    return max(aspheres or [i for i in range(len(lens.surfaces)) if i != lens.stop_index] or [0],
-               key=lambda i: lens.surfaces[i].semi_diameter)
+    """The surface that a ripple is most likely on: the largest asphere, else the largest surface that refracts."""
+    able = [i for i in range(len(lens.surfaces)) if refracts(lens, i)]
+    aspheres = [i for i in able if lens.surfaces[i].conic or lens.surfaces[i].aspheric]
+    return max(aspheres or able or [0], key=lambda i: lens.surfaces[i].semi_diameter)
 
 
 def _side(rays: RayGrid) -> float:

@@ -14,6 +14,7 @@ from lensbench.app.state.analysis.bokeh_figure import Ripple, ripple_surface
 from lensbench.app.state.analysis.catalogue import ANALYSES
 
 NAME = "lib-tronnier-1953"
+STOP = lenses.load(NAME).stop_index
 
 
 def test_the_numbers_of_the_analyses_are_written_as_json_and_csv(capsys, tmp_path):
@@ -95,6 +96,8 @@ def test_what_a_lens_does_not_have_is_left_out_with_its_reason(capsys):
 @pytest.mark.parametrize(("arguments", "said"), [
     (["--what", "glare"], "choose from spots"), (["--stack", "2,x"], "1 to 3 numbers"),
     (["--what", "bokeh", "--ripple", "99,1,1"], "numbered from 0 to 8"),
+    (["--ripple", f"{STOP},1,1"], f"surface {STOP} is the aperture stop"),
+    (["--what", "bokeh", "--ripple", "1.5,1,1"], "no surface 1.5"),
     (["--what", "stack", "--stack", "99"], "no room"),
     (["-o", "sheet.gif"], ".json: choose one"),
     (["--fields", "0,1.5"], "parts of the largest"), (["--fields", "0,80deg", "--what", "spots"], "no ray through"),
