@@ -92,7 +92,8 @@ def inserted_plane(document: LensDocument, place: int) -> LensDocument:
 def deleted(document: LensDocument, surfaces: Sequence[int]) -> LensDocument:
     """The document without some surfaces, and without the gap and the medium behind each.
 
-    The gap of a plane that bends no ray is added to the one before it, so that nothing moves. If the stop is deleted,
+    The gap of a plane that bends no ray is added to the one before it, for the first surface to the distance of the
+    object of the design, so that nothing moves. If the stop is deleted,
     the surface that takes its place is the stop.
 
     Parameters
@@ -117,16 +118,22 @@ def deleted(document: LensDocument, surfaces: Sequence[int]) -> LensDocument:
     if len(gone) == count:
         raise EditError("a lens keeps at least one surface")
     check_fixed(document.lens, gone, "deleted")
-    kept, grown = list(document.surfaces), dict[int, int | None]()
+    kept, grown, lead = list(document.surfaces), dict[int, int | None](), 0.0
     for i in sorted(gone):
         before = next((j for j in range(i - 1, -1, -1) if j not in gone), None)
-        if before is not None and bends_nothing(document.lens, i):
-            if varies(document.lens, before):
+        if not bends_nothing(document.lens, i):
+            continue
+        if before is None:
+            lead += kept[i].thickness
+        else:
+            if kept[i].thickness and varies(document.lens, before):
                 raise EditError(f"the gap before surface {i} varies with zoom or focus: the surface cannot be deleted")
             kept[before] = replace(kept[before], thickness=kept[before].thickness + kept[i].thickness)
             if kept[i].thickness or _ends_at_rim(document, before):
                 grown[before] = None
-    changed = replace(document, lens=replace(document.lens, surfaces=tuple(kept)))
+    system = document.lens.system
+    system = replace(system, object_distances=tuple(distance + lead for distance in system.object_distances))
+    changed = replace(document, lens=replace(document.lens, surfaces=tuple(kept), system=system))
     return reordered(changed, [i for i in range(count) if i not in gone], gaps=grown or None)
 
 

@@ -97,6 +97,29 @@ def test_planes_that_bend_no_ray_are_inserted_and_deleted_without_effect():
         assert changed(TRIPLET, structure.deleted(halved, [gap + 1])) <= {(gap, "thickness")}
 
 
+def test_the_object_of_a_design_stays_where_a_plane_before_the_lens_is_deleted():
+    """The image solve follows: by 1/v = 1/f − 1/u of the lens itself, whose object lies 20 mm farther from it."""
+    lens = replace(GAUSS.lens, surfaces=(Surface(0.0, 20.0, 30.0), *GAUSS.surfaces),
+                   stop_index=GAUSS.lens.stop_index + 1,
+                   system=replace(GAUSS.lens.system, object_distances=(300.0, inf)))
+    document = LensDocument(lens, solves=(Solve(len(lens.surfaces) - 1, "image"),))
+    after = structure.deleted(document, [0])
+    assert after.lens.system.object_distances == (320.0, inf)
+    fo = lb.first_order(GAUSS.lens)
+    image = fo.rear_principal + 1.0 / (1.0 / fo.efl - 1.0 / (320.0 + fo.front_principal))
+    assert after.surfaces[-1].thickness == pytest.approx(image, rel=1e-9)
+
+
+def test_a_plane_in_a_gap_that_varies_is_deleted_again_where_it_moves_nothing():
+    gap = ZOOM.lens.positions.gaps[0]
+    plane = structure.inserted_plane(ZOOM, gap + 1)
+    again = structure.deleted(plane, [gap + 1])
+    assert again.lens.surfaces == ZOOM.lens.surfaces and again.lens.positions == ZOOM.lens.positions
+    thick = cells.with_value(plane, gap + 1, "thickness", 0.1)
+    with pytest.raises(EditError, match="before surface .* varies"):
+        structure.deleted(thick, [gap + 1])
+
+
 def test_a_group_flipped_twice_is_the_same_and_the_whole_lens_flipped_has_the_focal_length():
     for first, last in ((0, 1), (2, 3), (0, 3), (0, 5)):
         back = elements.flipped(elements.flipped(TRIPLET, first, last), first, last)
