@@ -238,7 +238,7 @@ def _beyond_surfaces(lens: Lens) -> list[Finding]:
                                            "out", coated[0] if len(coated) == 1 else None))
     if lens.stop_image is not None:
         remarks.append(without_picture(lens))
-    elif not lens.iris.is_round:
+    elif lens.blades and lens.roundness < 1.0:
         remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as the circle about them",
                             lens.stop_index))
     if lens.front_index != 1.0:

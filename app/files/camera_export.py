@@ -104,7 +104,8 @@ def _pose(camera: lb.Camera, axes: tuple[float, float, float], z: float = 0.0) -
 def _ideal(camera: lb.Camera, to: str, remarks: list[str]) -> _Ideal:
     """The thin lens or pinhole of a camera; a real lens is replaced by its ideal model, and this is remarked."""
     if isinstance(camera, lb.PerspectiveCamera):
-        return _Ideal(0.0, camera.film_distance, camera.lens_radius, camera.focus_distance)
+        return _Ideal(0.0, camera.film_distance, camera.lens_radius * camera.iris.equivalent_radius,
+                      camera.focus_distance)
     if not isinstance(camera, lb.LensCamera):
         raise lb.CameraError(f"{to} gets cameras with a lens or a perspective: {type(camera).__name__} is none")
     if camera.model != "pinhole":
@@ -113,7 +114,8 @@ def _ideal(camera: lb.Camera, to: str, remarks: list[str]) -> _Ideal:
     if camera.lens.asymmetry:
         remarks.append(f"{to} has a round lens in line: {camera.lens.asymmetry} of this one is left out")
     lens = camera.ideal("pinhole" if camera.model == "pinhole" else "thin")
-    return _Ideal(lens.z, -1.0 / lens.slope_film, lens.origin_pupil, camera.focus_distance + lens.z)
+    return _Ideal(lens.z, -1.0 / lens.slope_film, lens.origin_pupil * lens.iris.equivalent_radius,
+                  camera.focus_distance + lens.z)
 
 
 def _pbrt(camera: lb.Camera, path: Path, remarks: list[str]) -> str:
@@ -121,7 +123,9 @@ def _pbrt(camera: lb.Camera, path: Path, remarks: list[str]) -> str:
     # pbrt's matrix takes points of the world to its camera, by columns
     matrix = np.linalg.inv(_pose(camera, (1.0, 1.0, -1.0)))
     shutter = f'"float shutteropen" {camera.shutter_open!r} "float shutterclose" {camera.shutter_close!r}'
-    note = ""
+    note, radius = "", 0.0
+    if isinstance(camera, lb.PerspectiveCamera | lb.OrthographicCamera):
+        radius = camera.lens_radius * camera.gaussian.iris.equivalent_radius
     if isinstance(camera, lb.LensCamera):
         place = path.with_suffix(".dat")
         remarks += [str(finding) for finding in lenses.save(camera.lens, place)]
@@ -129,16 +133,16 @@ def _pbrt(camera: lb.Camera, path: Path, remarks: list[str]) -> str:
         note = (f"# film distance {significant(camera.film_distance)} mm behind the last vertex; pbrt finds it from "
                 "the focus distance\n")
         kind = (f'Camera "realistic" "string lensfile" "{place.name}" "float focusdistance" {focus!r} '
-                f'"float aperturediameter" {2.0 * camera.lens.stop.semi_diameter!r} {shutter}')
+                f'"float aperturediameter" {2.0 * camera.lens.stop_radius!r} {shutter}')
     elif isinstance(camera, lb.PerspectiveCamera):
         fov = math.degrees(2.0 * math.atan(0.5 * min(film.width, film.height) / camera.film_distance))
-        kind = (f'Camera "perspective" "float fov" {fov!r} "float lensradius" {camera.lens_radius / 1000.0!r} '
+        kind = (f'Camera "perspective" "float fov" {fov!r} "float lensradius" {radius / 1000.0!r} '
                 f'"float focaldistance" {_far(camera.focus_distance)!r} {shutter}')
     elif isinstance(camera, lb.OrthographicCamera):
         half = camera.width / 2000.0
         high = half * film.height / film.width
         kind = (f'Camera "orthographic" "float screenwindow" [ {-half!r} {half!r} {-high!r} {high!r} ] '
-                f'"float lensradius" {camera.lens_radius / 1000.0!r} '
+                f'"float lensradius" {radius / 1000.0!r} '
                 f'"float focaldistance" {_far(camera.focus_distance)!r} {shutter}')
     else:
         raise lb.CameraError(f"pbrt gets cameras with a lens, perspective and orthographic ones: "

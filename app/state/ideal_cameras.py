@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def _stop(settings: "Settings") -> dict[str, Any]:
-    """The shape of the stop, as cameras without a lens take it."""
+    """The shape of the stop, as cameras without a lens take it: corners of blades lie on the circle of its radius."""
     if settings.stop_image:
         return {"stop_image": stop_picture(settings.stop_image)}
     return {"blades": settings.blades or 0, "blade_rotation": settings.blade_rotation,
@@ -57,7 +57,11 @@ def seen_readings(settings: "Settings") -> Readings:
 def perspective(settings: "Settings") -> lb.PerspectiveCamera:
     """An ideal thin lens; SettingsError where it is focused nearer than twice its focal length."""
     focal_length = perspective_focal_length(settings)
-    radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
+    shape, radius = _stop(settings), 0.0
+    if settings.f_number is not None:       # that of a circle of as much area
+        iris = lb.Iris(shape.get("blades", 0), shape.get("blade_rotation", 0.0), shape.get("roundness", 0.0),
+                       shape.get("stop_image"))
+        radius = focal_length / settings.f_number / 2.0 / iris.equivalent_radius
     port = port_of(settings)
     focus = port.apparent(settings.focus_distance)
     if radius > 0.0 and focus < 2.0 * focal_length:
@@ -67,7 +71,7 @@ def perspective(settings: "Settings") -> lb.PerspectiveCamera:
                             + ("twice its focal length" if port.index == 1.0 else "which it sees at twice its focal "
                                "length through the window"))
     return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis, lens_radius=radius,
-                                focus_distance=focus, **_stop(settings), **place_and_shutter(settings))
+                                focus_distance=focus, **shape, **place_and_shutter(settings))
 
 
 def perspective_focal_length(settings: "Settings") -> float:

@@ -144,7 +144,7 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
         raise LensError("focus shift needs a positive frequency, and a positive blur as its limit")
     numbers = widest * np.sqrt(2.0) ** np.arange(STOPS + 1) if f_numbers is None else \
         np.atleast_1d(np.asarray(f_numbers, float))
-    radial = lens.is_rotationally_symmetric and lens.iris.is_round
+    radial = lens.is_rotationally_symmetric and lens.iris.is_round      # blades come forth when it is stopped down
     wide = axial_rays(lens, film_distance, conditions, np.linspace(0.0, REACH, RAYS)) if radial else None
     shares = np.array(conditions.weights)
     blur, mtf, depth = (np.full(len(numbers), nan) for _ in range(3))
@@ -152,7 +152,7 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
         pause()
         stopped = stopped_down(lens, float(number))
         share = stopped.stop.semi_diameter / lens.stop.semi_diameter
-        known = wide is not None and wide.pass_within(share)
+        known = wide is not None and stopped.iris.is_round and wide.pass_within(share)
         product, square, otf = _round_beam(wide.within(share), shares) if wide is not None and known else \
             _traced_beam(ray_grid(stopped, film_distance, on_axis(conditions), PUPIL), shares)
         # rms blur is least at −mean (offset slope) / mean slope²

@@ -1,9 +1,10 @@
 """Shape of the stop: a circle, an iris of n blades, straight or rounded, or a picture in it (`stop_image`).
 
-The corners of an iris lie on the circle of the stop's radius. The f-number refers to that circle;
-the blades lie within it. An iris of n straight blades passes
-(n / 2π) sin(2π/n) of the circle's light. Each blade is an arc between two corners; its height over the chord
-is `roundness` times that of the circle: 0 is the polygon, 1 the circle.
+Each blade is an arc between two corners; its height over the chord is `roundness` times that of the circle through
+the corners: 0 is the polygon, 1 the circle. The rim of the stop cuts off corners beyond it. So the blades of a lens
+that is wide open lie behind the rim, and its stop is round; at half a stop less their middles flatten the circle, and
+farther down the corners come forth. The f-number refers to the circle of as much area (ISO 517): (n / 2π) sin(2π/n) of
+the circle through the corners for n straight blades.
 
 Camera and lens frame, x right and y up. The rotation is in radians,
 counter-clockwise as seen from behind the camera; at 0 a corner points up.
@@ -12,7 +13,7 @@ counter-clockwise as seen from behind the camera; at 0 a corner points up.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -36,6 +37,7 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.figures import significant
+from lensbench.kernels.root_finding import find_root
 from lensbench.optics.stop_image import RINGS, StopImage
 
 MOST_BLADES = 24
@@ -65,6 +67,8 @@ class Iris:
         0 for straight blades to 1 for a circle.
     image : StopImage or None
         A picture in the stop, in place of blades.
+    reach : float
+        Distance of the corners from the axis in units of the stop's radius, from 1; inf: behind the rim.
 
     Raises
     ------
@@ -76,6 +80,7 @@ class Iris:
     rotation: float = 0.0
     roundness: float = 0.0
     image: StopImage | None = None
+    reach: float = 1.0
 
     def __post_init__(self):
         if not (math.isfinite(self.blades) and int(self.blades) == self.blades
@@ -88,7 +93,9 @@ class Iris:
         if not 0.0 <= self.roundness <= 1.0:
             raise IrisError(f"blade roundness {significant(self.roundness)}: it must lie between 0 (straight) and "
                             f"1 (a circle)")
-
+        if not self.reach >= 1.0:
+            raise IrisError(f"reach {significant(self.reach)} of the blades: their corners lie on the stop's rim, 1, "
+                            f"or farther out")
         if self.image is not None and self.blades:
             raise IrisError("a picture in the stop takes the place of the blades: give one of the two")
 
@@ -100,7 +107,7 @@ class Iris:
     @property
     def _is_circle(self) -> bool:
         """Whether the opening is a circle, with or without a picture in it."""
-        return self.blades == 0 or self.roundness == 1.0
+        return self.blades == 0 or self.roundness == 1.0 or self._nearest * self.reach >= 1.0
 
     @property
     def is_mirrored(self) -> bool:
@@ -128,6 +135,28 @@ class Iris:
         """Area over which pupil samples are spread: that within the blades, and the whole disk of a picture."""
         return math.pi if self.image is not None else self.area
 
+    @property
+    def equivalent_radius(self) -> float:
+        """Radius of the circle that has the area of the opening; 1 for a picture, whose light is another matter."""
+        return 1.0 if self.image is not None else math.sqrt(self.area / math.pi)
+
+    def closed(self, share: float) -> tuple[float, float]:
+        """The stop with its blades closed, or a round one made smaller.
+
+        Parameters
+        ----------
+        share : float
+            Area of the opening over the present one, 0 to 1.
+
+        Returns
+        -------
+        tuple of float
+            Radius of the stop in units of the present one, and the `reach` of the blades for it.
+        """
+        if self.blades == 0 or self.roundness == 1.0:
+            return math.sqrt(share), self.reach
+        return _closed(self, share)
+
     def radius(self, azimuth) -> np.ndarray:
         """Distance of the edge from the axis.
 
@@ -148,10 +177,12 @@ class Iris:
         off = (azimuth - self.rotation - 0.5 * math.pi) % (2.0 * half) - half
         flat, bulge, rim = self._edge
         b = flat * np.cos(off)
-        return 2.0 * rim / (b + np.sqrt(b * b + 4.0 * bulge * rim))
+        return np.minimum(2.0 * self.reach * rim / (b + np.sqrt(b * b + 4.0 * bulge * rim)), 1.0)
 
     def mean(self, function: Callable[[np.ndarray], np.ndarray]) -> float:
         """Mean over all azimuths of a function of the edge's distance, by Gauss's rule along half a blade.
+
+        Where the rim cuts off a corner, the rule begins behind it.
 
         With a picture in the stop, each ring counts by its mean transmission.
 
@@ -170,9 +201,11 @@ class Iris:
             return float(self.image.ring_means @ np.diff(function(np.sqrt(np.arange(RINGS + 1) / RINGS))))
         if self.is_round:
             return float(function(np.ones(1))[0])
-        node, weight = np.polynomial.legendre.leggauss(24)
-        corner = self.rotation + 0.5 * math.pi
-        return float(0.5 * weight @ function(self.radius(corner + 0.5 * (node + 1.0) * math.pi / self.blades)))
+        node, weight = _gauss()
+        half, cut = math.pi / self.blades, self._cut
+        azimuth = self.rotation + 0.5 * math.pi + cut + 0.5 * (node + 1.0) * (half - cut)
+        along = float(0.5 * weight @ function(self.radius(azimuth)))
+        return along if cut == 0.0 else (cut * float(function(np.ones(1))[0]) + (half - cut) * along) / half
 
     def outline(self, points: int = 24) -> np.ndarray:
         """Points of the edge, counter-clockwise from a corner.
@@ -267,21 +300,55 @@ class Iris:
         if self.is_round:
             return []
         flat, bulge, rim = self._edge
+        radius = radius * self.reach            # beyond the stop's own radius the rim blocks
         azimuth = self.rotation + 0.5 * math.pi + (2.0 * np.arange(self.blades) + 1.0) * math.pi / self.blades
         normals = np.column_stack([np.cos(azimuth), np.sin(azimuth)]) * flat / (rim * radius)
         return [Step(block_by_blades, np.concatenate([[bulge / (rim * radius**2)], normals.ravel()]))]
 
     @property
+    def _nearest(self) -> float:
+        """Distance of the middle of a blade from the axis, the corners at 1."""
+        cosine = math.cos(math.pi / self.blades)
+        return cosine + self.roundness * (1.0 - cosine)
+
+    @property
+    def _cut(self) -> float:
+        """Angle (radians) between a corner and where the rim meets the blade; 0 where the rim cuts off no corner."""
+        if self.reach == 1.0:
+            return 0.0
+        flat, bulge, rim = self._edge
+        # Where r = 1 / reach: f r cos(angle from the middle) + b r² = e
+        cosine = (rim * self.reach - bulge / self.reach) / flat
+        return math.pi / self.blades - math.acos(min(max(cosine, -1.0), 1.0))
+
+    @property
     def _edge(self) -> tuple[float, float, float]:
         """(f, b, e): a point passes a blade if f s + b r² ≤ e, r from the axis and s along the direction of its middle.
 
-        The blade is an arc of curvature κ with its middle at s = m: κ r² / 2 + (1 − κ m) s ≤ m − κ m² / 2.
+        The corners lie at 1. The blade is an arc of curvature κ with its middle at s = m:
+        κ r² / 2 + (1 − κ m) s ≤ m − κ m² / 2.
         """
-        half = math.pi / self.blades
-        height = self.roundness * (1.0 - math.cos(half))
+        half, middle = math.pi / self.blades, self._nearest
+        height = middle - math.cos(half)
         kappa = 2.0 * height / (math.sin(half) ** 2 + height**2)
-        middle = math.cos(half) + height
         return 1.0 - kappa * middle, 0.5 * kappa, middle - 0.5 * kappa * middle**2
+
+
+@cache
+def _gauss() -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of Gauss's rule from −1 to 1."""
+    node, weight = np.polynomial.legendre.leggauss(24)
+    return node, weight
+
+
+@lru_cache(maxsize=256)
+def _closed(iris: Iris, share: float) -> tuple[float, float]:
+    """`Iris.closed` of blades."""
+    area, whole = share * iris.area, replace(iris, reach=1.0).area
+    if area <= whole:                           # the corners lie within the rim
+        return math.sqrt(area / whole), 1.0
+    widest = min(iris.reach, 1.0 / iris._nearest)
+    return 1.0, find_root(lambda reach: replace(iris, reach=reach).area - area, 1.0, widest)
 
 
 @lru_cache(maxsize=64)

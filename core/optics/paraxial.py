@@ -7,7 +7,7 @@ cylinder or toroid counts with its section y–z.
 Source: Welford, Aberrations of Optical Systems, ch. 3.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite, isinf
 
 from lensbench.kernels.figures import significant
@@ -45,7 +45,8 @@ class FirstOrder:
     ffl : float
         First vertex → front focus.
     f_number : float
-        |efl| / (2 · radius of the entrance pupil), for an object at infinity.
+        |efl| over the diameter of the entrance pupil, that of a circle of as much area for blades (ISO 517); for an
+        object at infinity.
     front_principal : float
         First vertex → front principal plane.
     rear_principal : float
@@ -55,7 +56,7 @@ class FirstOrder:
     petzval_radius : float
         Negative if the field curves towards the lens, inf if it is flat.
     stop_radius : float
-        Radius of the aperture stop.
+        Radius of the aperture stop, of the rim or the circle through the blades' corners.
 
     An afocal lens has efl, bfl, ffl, principal planes and f-number at inf.
     """
@@ -141,7 +142,7 @@ def _first_order(lens: Lens, wavelength: float) -> FirstOrder:
 
     petzval_sum = sum(s.vertex_curvature * (n[i + 1] - n[i]) / (n[i] * n[i + 1]) for i, s in enumerate(lens.surfaces))
     return FirstOrder(
-        efl=efl, bfl=bfl, ffl=ffl, f_number=_f_number(efl, entrance_pupil.radius),
+        efl=efl, bfl=bfl, ffl=ffl, f_number=_f_number(efl, entrance_pupil.radius * lens.iris.equivalent_radius),
         front_principal=front_principal, rear_principal=rear_principal,
         entrance_pupil=entrance_pupil, exit_pupil=exit_pupil,
         petzval_radius=-1.0 / petzval_sum if petzval_sum != 0.0 else inf, stop_radius=stop_radius,
@@ -167,7 +168,9 @@ def f_number_at_infinity(lens: Lens, wavelength: float = D_LINE) -> float:
 
 
 def stopped_down(lens: Lens, f_number: float) -> Lens:
-    """The lens with its stop closed to an f-number: the stop's radius is proportional to 1 / f-number.
+    """The lens with its stop closed to an f-number: the area of its opening is proportional to 1 / f-number².
+
+    Blades leave the rim of a lens that is wide open, whose stop is round, and cut off more and more of it.
 
     Parameters
     ----------
@@ -196,7 +199,8 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
     limit = engraved if engraved is not None and widest * (1.0 - _ENGRAVED) <= engraved <= widest else widest
     if f_number < limit * (1.0 - 1e-6):
         raise LensError(f"f/{significant(f_number)}: this lens opens no further than f/{significant(widest, 4)}")
-    return lens.with_stop_radius(lens.stop.semi_diameter * min(1.0, widest / f_number))
+    radius, reach = lens.iris.closed(min(1.0, widest / f_number) ** 2)
+    return replace(lens.with_stop_radius(lens.stop.semi_diameter * radius), blade_reach=reach)
 
 
 def scene_side_origin(lens: Lens, wavelength: float = D_LINE) -> float:

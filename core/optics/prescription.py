@@ -52,6 +52,9 @@ class Lens:
         Radians, counter-clockwise as seen from behind the camera; at 0 a corner points up.
     roundness : float
         Of the blades: 0 for straight ones to 1 for a circle.
+    blade_reach : float
+        Distance of the blades' corners from the axis in units of the stop's radius, from 1; inf: behind the rim, as
+        those of a lens that is wide open, whose stop is round. `stopped_down` closes them.
     stop_image : StopImage or None
         A picture in the stop, in place of blades; of lens files, those of the own format alone hold it.
     front_index : float
@@ -85,6 +88,7 @@ class Lens:
     blades: int = 0
     blade_rotation: float = 0.0
     roundness: float = 0.0
+    blade_reach: float = inf
     stop_image: StopImage | None = None
     front_index: float = 1.0
     system: SystemData = SystemData()
@@ -123,7 +127,12 @@ class Lens:
     @property
     def iris(self) -> Iris:
         """Shape of the stop, for a stop of radius 1."""
-        return Iris(self.blades, self.blade_rotation, self.roundness, self.stop_image)
+        return Iris(self.blades, self.blade_rotation, self.roundness, self.stop_image, self.blade_reach)
+
+    @property
+    def stop_radius(self) -> float:
+        """Radius (mm) of the circle that has the area of the stop's opening; the f-number refers to it (ISO 517)."""
+        return self.stop.semi_diameter * self.iris.equivalent_radius
 
     @cached_property
     def with_open_stop(self) -> "Lens":

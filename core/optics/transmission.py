@@ -24,7 +24,7 @@ RAYS, REACH = 1 << 15, 1.5      # of a lens that is dark along the axis; their d
 def working_f_number(lens: Lens, film_distance: float) -> float:
     """Working f-number 1 / (2 sin θ′) of the real marginal ray at the axis point of the film.
 
-    All rims and the magnification count; an iris counts as the circle about its blades.
+    All rims and the magnification count; blades count as a circle of as much area, within the rims.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
     sines = []
     for across, up in meridians:
         height = marginal_height(surface_table(lens), 1.0 / film_distance, False, across, up)
-        sines.append(height / hypot(height, film_distance))
+        sines.append(lens.iris.equivalent_radius * height / hypot(height, film_distance))
     if not lens.is_in_line and not min(sines) > 0.0:
         return _by_light(lens, film_distance)
     sine = prod(sines) ** (1.0 / len(sines)) if len(sines) != 1 else sines[0]
@@ -133,9 +133,9 @@ def _passed(coating: Coating, before: float, after: float, wavelength: float) ->
 
 
 def t_number(lens: Lens, coating: str | Coating = "uncoated", wavelength: float = D_LINE) -> float:
-    """f-number of a lens without losses and blades that passes as much light.
+    """f-number of a lens without losses that passes as much light.
 
-    It is N / √(transmission · open part of the stop), N the f-number for an object at infinity.
+    It is N / √(transmission · that of a picture in the stop), N the f-number for an object at infinity.
 
     Parameters
     ----------
@@ -151,4 +151,6 @@ def t_number(lens: Lens, coating: str | Coating = "uncoated", wavelength: float 
     float
         The T-number.
     """
-    return first_order(lens, wavelength).f_number / sqrt(transmission(lens, wavelength, coating) * lens.iris.area / pi)
+    iris = lens.iris
+    passed = transmission(lens, wavelength, coating) * iris.area / (pi * iris.equivalent_radius**2)
+    return first_order(lens, wavelength).f_number / sqrt(passed)

@@ -33,15 +33,15 @@ zoom lens, or of a lens that moves groups to focus (see `position_table`), `syst
 the lens was designed for (see `system_table`). `front_index`
 is the index of the medium in front of the lens, such as water. The table `stop`
 describes an iris that is no circle: blades, their rotation in radians (`rotation_deg`:
-in degrees) and roundness, or names a picture in the stop by its path from the folder of
-the file, which it cannot leave: image = "heart.png". All digits are kept: a saved lens loads equal to the last
-bit.
+in degrees), roundness and, of a lens that was stopped down, their reach; or it names a
+picture in the stop by its path from the folder of the file, which it cannot leave:
+image = "heart.png". All digits are kept: a saved lens loads equal to the last bit.
 """
 
 import re
 from collections.abc import Callable
 from dataclasses import fields, replace
-from math import radians
+from math import inf, radians
 from pathlib import Path
 from typing import Any
 
@@ -56,14 +56,14 @@ from lensbench.lenses.stop_picture import picture_beside
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import Glass
 from lensbench.optics.lens_surface import LensError, Surface
-from lensbench.optics.prescription import Iris, Lens
+from lensbench.optics.prescription import Lens
 from lensbench.optics.surface_pose import PoseError, SurfacePose
 
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")
 POSE = tuple(field.name for field in fields(SurfacePose))
 ANGLES = ("tilt_x", "tilt_y", "roll")                   # of a pose: radians, or degrees as tilt_x_deg
-STOP = ("blades", "rotation", "rotation_deg", "roundness", "image")
+STOP = ("blades", "rotation", "rotation_deg", "roundness", "reach", "image")
 
 
 def read(text: str, path: str, folder: Path | None = None) -> Lens:
@@ -173,7 +173,7 @@ def _stop(table: object, folder: Path | None) -> dict[str, Any]:
     values = {name: number(value, name) for name, value in table.items() if name != "image"}
     turn = radians(values["rotation_deg"]) if "rotation_deg" in values else values.get("rotation", 0.0)
     return {"blades": values.get("blades", 0), "blade_rotation": turn, "roundness": values.get("roundness", 0.0),
-            "stop_image": image}
+            "blade_reach": values.get("reach", inf), "stop_image": image}
 
 
 def _terms(value: object) -> tuple[tuple[int, float], ...]:
@@ -300,9 +300,11 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     pictured = lens.stop_image is not None and lens.stop_image.name != ""
     if pictured and lens.stop_image is not None:
         lines += ["", "[stop]", f"image = {quoted(lens.stop_image.name)}"]
-    elif lens.with_open_stop.iris != Iris():
+    elif lens.blades or lens.blade_rotation or lens.roundness:
         lines += ["", "[stop]", f"blades = {lens.blades}", f"rotation = {digits(lens.blade_rotation)}",
                   f"roundness = {digits(lens.roundness)}"]
+        if lens.blade_reach < inf:
+            lines.append(f"reach = {digits(lens.blade_reach)}")
     for table, entries in _entries(lens).items():
         if entries:
             lines += ["", f"[{table}]", *(f"{i} = {entry}" for i, entry in entries.items())]

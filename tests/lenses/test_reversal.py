@@ -91,7 +91,7 @@ def test_turned_round_twice_is_the_lens_but_for_its_back_focus(name):
 def test_the_stop_of_a_lens_turned_about_y_passes_light_where_it_did(turn):
     picture = lb.StopImage.of(np.random.default_rng(3).random((6, 6)))
     x, y = np.random.default_rng(4).uniform(-1.0, 1.0, (2, 2000))
-    for iris in ({"blades": 5, "blade_rotation": 0.4, "roundness": 0.3}, {"stop_image": picture}):
+    for iris in ({"blades": 5, "blade_rotation": 0.4, "roundness": 0.3, "blade_reach": 1.0}, {"stop_image": picture}):
         lens = replace(ODD, **iris)
         turned_lens = turn(lens)
         assert (turned_lens.iris.transmission(-x, y) == lens.iris.transmission(x, y)).all()

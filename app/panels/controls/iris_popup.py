@@ -9,7 +9,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.state import dial_scales
-from lensbench.app.state.build import design
+from lensbench.app.state.build import design, setup
 from lensbench.app.state.coating import coating
 from lensbench.app.state.lens_settings import AUTO
 from lensbench.app.state.request import Request
@@ -19,7 +19,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.paragraph import small_note
 from lensbench.app.widgets.toggles import toggles
-from lensbench.kernels.figures import fixed
+from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.quotation import cut
 from lensbench.optics.iris import Iris
 from lensbench.optics.stop_image import StopImage
@@ -47,7 +47,7 @@ def stop_popup(settings: Settings, requests: set[Request]) -> Settings:
     """Draw the popup's content; the changed settings. `requests` of the window receives that for a picture's file."""
     settings = settings if _own_picture(settings) or settings.stop_image else _blades(settings)
     settings = _picture(settings, requests)
-    _sketch(iris(settings))
+    _sketch(*_opening(settings))
     if settings.has_lens:
         settings = replace(settings, coating=toggles("Coating", SHORT, settings.coating, COATING_TIPS, 3.9))
         with suppress(ValueError, OSError):
@@ -117,8 +117,22 @@ def iris(settings: Settings) -> Iris:
         return Iris()
 
 
-def _sketch(here: Iris) -> None:
-    """The opening within the circle of the stop, and the part of the circle's light that it passes."""
+def _opening(settings: Settings) -> tuple[Iris, float, bool]:
+    """The opening at this f-number, its radius over that of the open stop, and whether there is an open stop."""
+    try:
+        if settings.has_lens:
+            lens, wide = setup(settings).lens, design(settings)
+            return lens.iris, lens.stop.semi_diameter / wide.stop.semi_diameter, True
+    except (ValueError, OSError):
+        pass
+    return iris(settings), 1.0, False
+
+
+def _sketch(here: Iris, size: float, opens: bool) -> None:
+    """The opening within the circle of the stop, and the part of its light that passes.
+
+    size: of the opening over the stop wide open. opens: whether the circle is a stop that opens so far.
+    """
     pixel, colour = theme.scale(), theme.colours()
     radius, corner, room = theme.em(3.2), imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     imgui.dummy(ImVec2(room.x, 2.0 * radius + theme.em(0.6)))
@@ -126,16 +140,19 @@ def _sketch(here: Iris) -> None:
     draw = imgui.get_window_draw_list()
     draw.add_circle(centre, radius, theme.packed(colour.faint), 64, pixel)
     if here.image is not None:
-        _sketch_picture(here.image, centre, radius)
-    outline = [ImVec2(centre.x + radius * float(x), centre.y - radius * float(y)) for x, y in here.outline(12)]
+        _sketch_picture(here.image, centre, size * radius)
+    outline = [ImVec2(centre.x + float(x), centre.y - float(y)) for x, y in size * radius * here.outline(12)]
     draw.add_convex_poly_filled(outline, theme.packed(colour.text, 0.25 if here.image is None else 0.0))
     draw.add_polyline(outline, theme.packed(colour.text), 1.5 * pixel, imgui.ImDrawFlags_.closed)
-    text = f"{fixed(100.0 * here.area / math.pi, 0)} %"
-    size = imgui.calc_text_size(text)
-    place = ImVec2(round(centre.x - 0.5 * size.x), round(centre.y - 0.5 * size.y))
+    if not opens:
+        return
+    part = 100.0 * here.area * size**2 / math.pi
+    text = f"{fixed(part, 0) if part >= 9.5 else significant(part, 2)} %"
+    extent = imgui.calc_text_size(text)
+    place = ImVec2(round(centre.x - 0.5 * extent.x), round(centre.y - 0.5 * extent.y))
     draw.add_text(place, theme.packed(colour.strong), text)
-    imgui.set_item_tooltip("Part of the light of the circle of the stop that passes;\n"
-                           "the f-number is that of the circle")
+    imgui.set_item_tooltip("The opening at this f-number, and the part of the open stop's light that it passes.\n"
+                           "Wide open, blades lie behind the rim; the f-number is that of a circle of as much area")
 
 
 def _sketch_picture(image: StopImage, centre: ImVec2, radius: float) -> None:

@@ -290,14 +290,15 @@ def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float
         _tooltip("Aperture stop: drag to change the f-number", format_f_number(readings(settings).f_number or 0.0))
     if not imgui.is_item_active():
         return settings
-    before = state.mouse
-    radius = _pull(shown.stop_radius, -side * imgui.get_mouse_pos().y, canvas.view.scale, state)
-    if imgui.is_item_activated() or state.mouse == before:
-        return settings
     if shown.lens is None or shown.open_radius is None:     # perspective camera: opens to f/0.5
         open_radius, widest = shown.film_z, 0.5
     else:
         open_radius, widest = shown.open_radius, lb.f_number_at_infinity(design(settings))
+    before = state.mouse
+    now = widest * open_radius / (readings(settings).f_number or widest)    # of a circle of as much area as the blades
+    radius = _pull(now, -side * imgui.get_mouse_pos().y, canvas.view.scale, state)
+    if imgui.is_item_activated() or state.mouse == before:
+        return settings
     radius = min(max(radius, SMALLEST_STOP * open_radius), open_radius)
     return replace(settings, f_number=widest * open_radius / radius)
 

@@ -27,7 +27,7 @@ def test_an_odd_number_of_blades_draws_twice_as_many_rays(blades, rays):
 
 def test_the_open_pupil_has_whole_corners():
     """Seven blades have seven corners on the circle of the stop; between them the lens bows the edges by a little."""
-    outline = open_pupil(lb.stopped_down(replace(LENS, blades=7), 11.0), AWAY, (0.0, 0.0))
+    outline = open_pupil(replace(lb.stopped_down(LENS, 11.0), blades=7, blade_reach=1.0), AWAY, (0.0, 0.0))
     before, edges = outline - np.roll(outline, 1, 0), np.roll(outline, -1, 0) - outline
     turns = np.arctan2(before[:, 0] * edges[:, 1] - before[:, 1] * edges[:, 0], (before * edges).sum(1))
     corners = outline[turns > 0.5]
@@ -63,4 +63,4 @@ def test_the_pattern_of_a_square_is_that_of_its_sides():
 def test_impossible_stars_are_refused():
     for more in ({"azimuths": 47}, {"colours": 0}, {"radii": [0.0]}, {"film_xy": (0.0, 400.0)}):
         with pytest.raises(lb.LensError):
-            lb.analysis.sunstar(replace(LENS, blades=6), AWAY, **more)
+            lb.analysis.sunstar(replace(LENS, blades=6, blade_reach=1.0), AWAY, **more)

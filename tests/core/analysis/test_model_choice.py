@@ -84,7 +84,7 @@ def test_every_error_is_a_number_or_has_a_reason():
     for model, degree in LADDER[:-1]:
         rung = judge.rung(model, degree)
         assert rung.error_px >= 0.0 and rung.error_stops >= 0.0 and rung.worst
-    bladed = ModelErrors(replace(camera, lens=replace(camera.lens, blades=6)), (400.0, 8000.0))
+    bladed = ModelErrors(replace(camera, lens=replace(camera.lens, blades=6, blade_reach=1.0)), (400.0, 8000.0))
     assert math.isinf(bladed.rung("polynomial", 9).error_px) and "blades" in bladed.rung("polynomial", 9).worst
     with pytest.raises(lb.CameraError, match="tolerances must be positive"):
         lb.choose_model(camera, lb.builtin_scene("room"), 0.0)

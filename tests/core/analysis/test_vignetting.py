@@ -94,7 +94,7 @@ def test_the_smallest_stop_is_found_and_its_blades_are_taken_for_their_circle():
     assert (beam.low_surface, beam.high_surface) == (pinhole.stop_index, pinhole.stop_index)
     fo = lb.first_order(pinhole)
     assert beam.high - beam.low == pytest.approx(2.0 * fo.entrance_pupil.radius, rel=0.02)
-    assert lb.vignetting(replace(pinhole, blades=5), 0.1) == beam
+    assert lb.vignetting(replace(pinhole, blades=5, blade_reach=1.0), 0.1) == beam
 
 
 def test_a_thin_plate_shows_its_own_rim_as_the_cosine_of_the_field():

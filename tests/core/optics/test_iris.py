@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_steps
 
@@ -130,11 +130,11 @@ def test_the_axis_has_weight_one_behind_any_iris_and_light_as_its_area(model, f_
     bladed = replace(lens, blades=5, blade_rotation=0.2, roundness=0.3)
     camera = lb.LensCamera(bladed, FILM, 1200.0, f_number, model=model)
     assert camera.generate_rays(middle, lattice(n)).weights.mean() == pytest.approx(1.0, abs=2e-3)
-    if f_number:        # the stop alone limits: the light goes as its area, but for the pupil's aberration
+    if f_number:        # as much light as a round stop of this f-number, but for the pupil's aberration
         whole, part = (lb.LensCamera(it, FILM, 1200.0, f_number, model=model, weights="physical")
                        for it in (lens, bladed))
         light = [it.generate_rays(middle, lattice(n)).weights.mean() for it in (whole, part)]
-        assert light[1] / light[0] == pytest.approx(bladed.iris.area / math.pi, rel=3e-3)
+        assert not camera.lens.iris.is_round and light[1] / light[0] == pytest.approx(1.0, rel=3e-3)
 
 
 def test_the_samples_that_pass_are_as_many_as_the_iris_has_of_the_circle():
@@ -147,7 +147,8 @@ def test_the_samples_that_pass_are_as_many_as_the_iris_has_of_the_circle():
 
 def test_rays_that_pass_the_blades_are_those_of_the_reference_tracer_and_of_the_way_back():
     lens = replace(lenses.load("lenshh-cooke-triplet-50"), blades=5, blade_rotation=0.7, roundness=0.2)
-    round_, bladed = (lb.LensCamera(it, FILM, 1500.0, 8.0) for it in (replace(lens, blades=0), lens))
+    stopped = lb.stopped_down(lens, 8.0)
+    round_, bladed = (lb.LensCamera(it, FILM, 1500.0) for it in (replace(stopped, blades=0), stopped))
     rng = np.random.default_rng(4)
     raster, uv = rng.random((4000, 2)) * [960, 640], rng.random((4000, 2))
     every, some = (it.generate_rays(raster, uv) for it in (round_, bladed))
@@ -167,7 +168,8 @@ def test_rays_that_pass_the_blades_are_those_of_the_reference_tracer_and_of_the_
 
 
 def test_the_open_region_is_the_image_of_the_iris_and_of_a_round_stop_the_exit_pupil():
-    lens = replace(lb.stopped_down(lenses.load("pbrt-dgauss-50mm"), 11.0), blades=5, blade_rotation=0.3)
+    lens = replace(lb.stopped_down(lenses.load("pbrt-dgauss-50mm"), 11.0), blades=5, blade_rotation=0.3,
+                   blade_reach=1.0)
     distance = lb.film_distance(lens, math.inf)
     pupil = lb.exit_pupil(lens, distance, [0.0, 9.0])
     open_area, _ = moments(lb.open_region(lens, distance, (0.0, 0.0)))
@@ -207,13 +209,13 @@ def test_far_lights_show_the_iris_upright_and_near_ones_upside_down(model):
 
 
 def test_the_bokeh_of_a_rounded_iris_has_its_area_and_second_moment():
-    """The thin lens images the iris to scale: light as the area, spread as the second moment; noise 1 %."""
+    """The thin lens images the iris to scale: light as of a round one; spread as the second moment; noise 1 %."""
     round_, six = bokeh("thin", 0), bokeh("thin", 6, rotation=0.4, roundness=0.4)
     area, second = moments(arcs(6, 0.4, 0.4))
-    assert six.sum() / round_.sum() == pytest.approx(area / math.pi, rel=0.01)
+    assert six.sum() / round_.sum() == pytest.approx(1.0, rel=0.01)
     y, x = np.mgrid[0:96, 0:96] + 0.5 - 48.0
     spread = [((x * x + y * y) * it).sum() / it.sum() for it in (round_, six)]
-    assert spread[1] / spread[0] == pytest.approx(second / 0.5, rel=0.015)
+    assert spread[1] / spread[0] == pytest.approx(second / 0.5 / (area / math.pi), rel=0.015)
 
 
 def test_turning_an_iris_turns_its_bokeh():
@@ -231,6 +233,8 @@ def test_turning_an_iris_turns_its_bokeh():
     (lambda: lb.Iris(5, math.inf), "finite angle"),
     (lambda: lb.Iris(5, 0.0, 1.1), "between 0"),
     (lambda: lb.Iris(5, 0.0, math.nan), "between 0"),
+    (lambda: lb.Iris(5, reach=0.9), "on the stop's rim"),
+    (lambda: replace(lenses.load("pbrt-dgauss-50mm"), blades=5, blade_reach=math.nan), "on the stop's rim"),
     (lambda: replace(lenses.load("pbrt-dgauss-50mm"), blades=2), "3 to 24"),
     (lambda: lb.PerspectiveCamera(FILM, lens_radius=2.0, roundness=-1.0), "between 0"),
 ])
@@ -242,15 +246,69 @@ def test_an_iris_that_cannot_be_is_refused_in_one_line(make, says):
 
 def test_a_t_number_counts_what_the_blades_cover():
     lens = lenses.load("pbrt-dgauss-50mm")
-    assert (lb.t_number(replace(lens, blades=6)) / lb.t_number(lens)) ** 2 == pytest.approx(
+    assert (lb.t_number(replace(lens, blades=6, blade_reach=1.0)) / lb.t_number(lens)) ** 2 == pytest.approx(
         math.pi / (3.0 * math.sin(math.pi / 3)))
+
+
+@pytest.mark.parametrize("blades", [5, 7, 9])
+def test_blades_come_forth_from_behind_the_rim_as_a_lens_is_stopped_down(blades):
+    """Straight blades at a distance d cut segments acos d − d √(1 − d²) off the disk; inside, it is a polygon."""
+    lens = replace(lenses.load("lib-tronnier-1953"), blades=blades, blade_rotation=0.2)
+    widest = lb.first_order(lens).f_number
+    assert lens.iris.is_round and widest == lb.first_order(replace(lens, blades=0)).f_number
+    half = math.pi / blades
+    corners_appear = math.pi - blades * (half - math.cos(half) * math.sin(half))        # area with reach 1
+    reaches = []
+    for number in widest * np.linspace(1.0, 1.6, 25):
+        stopped = lb.stopped_down(lens, float(number))
+        iris, share = stopped.iris, (widest / number) ** 2
+        closed, distance = stopped.stop.semi_diameter / lens.stop.semi_diameter, iris.reach * math.cos(half)
+        if share * math.pi > corners_appear:
+            distance = min(distance, 1.0)
+            area = math.pi - blades * (math.acos(distance) - distance * math.sqrt(1.0 - distance**2))
+            assert closed == 1.0
+        else:
+            area = blades * math.cos(half) * math.sin(half) * closed**2
+            assert iris.reach == 1.0
+        assert area == pytest.approx(share * math.pi, rel=1e-9)
+        assert lb.first_order(stopped).f_number == pytest.approx(number, rel=1e-9)
+        assert iris.area * closed**2 == pytest.approx(area, rel=1e-9)
+        again = lb.stopped_down(stopped, float(1.3 * number))                           # as if closed at once
+        once = lb.stopped_down(lens, float(1.3 * number))
+        assert again.stop.semi_diameter == pytest.approx(once.stop.semi_diameter, rel=1e-9)
+        assert again.blade_reach == pytest.approx(once.blade_reach, rel=1e-9)
+        reaches.append(iris.reach * closed)
+    assert (np.diff(reaches) < 0.0).all()
+
+
+@pytest.mark.parametrize("roundness", [0.0, 0.4])
+def test_an_opening_cut_off_by_the_rim_is_the_blades_within_a_circle(roundness):
+    """Area and second moment of the arcs clipped at the rim, by 4000 chords an arc; samples, and rays it blocks."""
+    iris = lb.Iris(7, 0.3, roundness, None, 1.05)
+    assert not iris.is_round and iris.radius(np.linspace(0.0, 7.0, 999)).max() == 1.0
+    edge = 1.05 * arcs(7, 0.3, roundness)
+    edge /= np.maximum(np.hypot(*edge.T), 1.0)[:, None]
+    area, second = moments(edge)
+    assert iris.area == pytest.approx(area, rel=3e-7)
+    assert iris.mean(lambda r: 0.5 * math.pi * r**4) / iris.area == pytest.approx(second, rel=3e-7)
+    grid = np.linspace(-1.1, 1.1, 201)
+    x, y = (each.ravel() for each in np.meshgrid(grid, grid))
+    [blocking] = iris.blocking(3.0)
+    weights = Program([blocking], np.float64).run({X: 3.0 * x, Y: 3.0 * y, WEIGHT: np.ones(x.size)}, [WEIGHT], x.size)
+    within = np.hypot(x, y) <= 1.0                      # the rim blocks the others
+    np.testing.assert_array_equal((weights[0] > 0.0)[within], iris.contains(x, y)[within])
+    uv = lattice(1 << 14)
+    u, v = Program(iris.steps, np.float64).run({U0: uv[:, 0], U1: uv[:, 1]}, [U0, U1], len(uv))
+    places = lb.unit_disk(np.column_stack([u, v]))
+    assert iris.contains(*(0.999 * places.T)).all()
+    assert (places**2).sum(1).mean() == pytest.approx(second, rel=1e-3)
 
 
 def test_views_of_fates_show_the_blades_as_the_stop():
     """One ray for each of 262,144 points near the axis: as many pass as the iris has of the circle. Noise 2 %."""
     lens = lb.stopped_down(lenses.load("pbrt-dgauss-50mm"), 5.6)
     passed, stopped = [], []
-    for it in (lens, replace(lens, blades=3)):
+    for it in (lens, replace(lens, blades=3, blade_reach=1.0)):
         camera = lb.LensCamera(it, lb.Film(0.2, 0.2, 512, 512), 1500.0)
         rendering = lb.Rendering(camera, lb.builtin_scene("still-life"), view="fate")
         rendering.add(1)

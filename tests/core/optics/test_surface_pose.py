@@ -54,7 +54,8 @@ def test_bodies_out_of_line_agree_with_forty_digits(lens, poses):
 @pytest.mark.parametrize("change", [
     {}, {"conic": -0.6}, {"aspheric": ((4, 1e-6), (6, -1e-9))}, {"aspheric": ((3, 1e-5),)}, {"curvature_x": 0.01}])
 def test_block_kernels_are_the_reference(change, towards):
-    lens = posed(replace(SINGLET, surfaces=(replace(SINGLET.surfaces[0], **change), *SINGLET.surfaces[1:]), blades=5),
+    lens = posed(replace(SINGLET, surfaces=(replace(SINGLET.surfaces[0], **change), *SINGLET.surfaces[1:]), blades=5,
+                         blade_reach=1.0),
                  0, 1, **BENT)
     lens = posed(lens, 2, 2, decentre_x=1.5, tilt_x=0.2)        # the stop, with its blades
     origins, directions = rays(600, 8.0)
@@ -125,7 +126,7 @@ def _check_body(lens, in_place):
 
 CROSSED = lb.Lens((lb.Surface(1 / 40.0, 4.0, 9.0, lb.Glass(1.6), curvature_x=0.0),
                    lb.Surface(0.0, 3.0, 9.0, lb.Glass(1.5), curvature_x=-1 / 55.0), lb.Surface(0.0, 2.0, 9.0),
-                   lb.Surface(0.0, 0.0, 7.0)), 3, blades=3)
+                   lb.Surface(0.0, 0.0, 7.0)), 3, blades=3, blade_reach=1.0)
 
 
 def test_a_roll_turns_what_is_not_round_and_the_rays_with_it():

@@ -33,7 +33,8 @@ def view(model, lens="pbrt-dgauss-50mm", focus=1500.0, f_number=2.0, film=FILM, 
         return lb.PerspectiveCamera(film, fov=0.45, lens_radius=12.0, focus_distance=focus, **more)
     design = lenses.load(lens)
     if model.startswith("bladed "):
-        design, model = replace(design, blades=5, blade_rotation=0.3), model.removeprefix("bladed ")
+        model, f_number = model.removeprefix("bladed "), None       # wide open, the corners on the rim
+        design = replace(design, blades=5, blade_rotation=0.3, blade_reach=1.0)
     return lb.LensCamera(design, film, focus, f_number, model=model, **more)
 
 

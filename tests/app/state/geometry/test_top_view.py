@@ -33,8 +33,10 @@ def test_a_turned_lens_traces_turned_rays(change):
 
 def test_a_turned_lens_has_its_cylinders_blades_and_picture_turned():
     lens = posed(TRIPLET, 0, 0, decentre_x=0.7, tilt_x=-0.15, tilt_y=0.1, roll=0.3)
-    _check_turned(replace(lens, surfaces=(replace(lens.surfaces[0], curvature_x=0.01), *lens.surfaces[1:]), blades=3))
-    blades = replace(posed(lens, lens.stop_index, lens.stop_index, tilt_x=0.2, tilt_y=0.3), blades=3)
+    _check_turned(replace(lens, surfaces=(replace(lens.surfaces[0], curvature_x=0.01), *lens.surfaces[1:]), blades=3,
+                          blade_reach=1.0))
+    blades = replace(posed(lens, lens.stop_index, lens.stop_index, tilt_x=0.2, tilt_y=0.3), blades=3,
+                     blade_reach=1.0)
     _check_turned(blades)
     half = lb.StopImage.of(np.concatenate([np.zeros((8, 4)), np.ones((8, 4))], 1))         # open at +x
     _check_turned(replace(TRIPLET, stop_image=half))

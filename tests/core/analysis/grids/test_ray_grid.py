@@ -225,7 +225,7 @@ def test_what_cannot_be_shown_is_said(make, message):
 @pytest.mark.parametrize("points", [12, 13])
 def test_mirrored_beams_have_the_rays_of_beams_traced_in_full(monkeypatch, points):
     """Half of the rays are traced, and count for their mirror images: across any meridian, and behind five blades."""
-    stack = replace(lens("dgauss"), blades=5)
+    stack = replace(lens("dgauss"), blades=5, blade_reach=1.0)
     away, oblique = lb.film_distance(lens("dgauss"), inf), [(6.0, 8.0), (0.0, 15.0)]
     for each, fields in ((stack, [0.0, 12.0]), (lens("dgauss"), oblique)):
         given = lb.analysis.conditions(each, None, fields, [lb.D_LINE], 900.0)
@@ -245,7 +245,8 @@ def test_mirrored_beams_have_the_rays_of_beams_traced_in_full(monkeypatch, point
 
 
 def test_beams_behind_blades_that_lean_are_traced_in_full():
-    leaning, oblique = replace(lens("dgauss"), blades=5, blade_rotation=0.1), replace(lens("dgauss"), blades=5)
+    oblique = replace(lens("dgauss"), blades=5, blade_reach=1.0)
+    leaning = replace(oblique, blade_rotation=0.1)
     away = lb.film_distance(leaning, inf)
     for stack, field in ((leaning, (0.0, 12.0)), (oblique, (6.0, 8.0))):
         given = lb.analysis.conditions(stack, None, [field], [lb.D_LINE])
