@@ -122,8 +122,11 @@ class CameraStages(PlacedShutter):
 
     @property
     def geometric_f_number(self) -> float:
-        """Ratio of focal length to pupil diameter, or of image distance for an ideal lens; inf for a pinhole."""
-        slope = abs(self.gaussian.approach_pupil)
+        """Ratio of focal length to pupil diameter, or of image distance for an ideal lens; inf for a pinhole.
+
+        The diameter is that of a circle of as much area as blades leave.
+        """
+        slope = abs(self.gaussian.approach_pupil) * self.gaussian.iris.equivalent_radius
         return 0.5 / slope if slope > 0.0 else math.inf
 
     @property

@@ -3,6 +3,7 @@
 import math
 import re
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -83,6 +84,20 @@ def test_an_exported_orthographic_camera_projects_points_as_ours(tmp_path):
     x, y, _, _ = matrix @ np.vstack([POINTS.T / 1000.0, np.ones(len(POINTS))])
     raster = np.stack([(x - left) / (right - left) * 300.0, (top - y) / (top - bottom) * 200.0], 1)
     np.testing.assert_allclose(raster, camera.raster_from_point(POINTS)[0], atol=1e-6)
+
+
+def test_a_round_aperture_has_the_area_that_the_blades_leave(tmp_path):
+    """Six straight blades leave (3 / π) sin 60° of the circle through their corners."""
+    camera = lb.PerspectiveCamera(FILM, 0.7, 5.0, 900.0, blades=6)
+    part = math.sqrt(3.0 / math.pi * math.sin(math.radians(60.0)))
+    assert any("blades" in remark for remark in export_camera(camera, "pbrt", tmp_path / "six.pbrt"))
+    text = (tmp_path / "six.pbrt").read_text(encoding="utf-8")
+    assert float(re.search(r'"float lensradius" (\S+)', text)[1]) == pytest.approx(0.005 * part)
+    closed = lb.LensCamera(replace(LENS, blades=6), FILM, 1500.0, 4.0)
+    export_camera(closed, "pbrt", tmp_path / "lens.pbrt")
+    text = (tmp_path / "lens.pbrt").read_text(encoding="utf-8")
+    wide = 2.0 * LENS.stop.semi_diameter * lb.first_order(LENS).f_number / 4.0      # of a round stop at this f-number
+    assert float(re.search(r'"float aperturediameter" (\S+)', text)[1]) == pytest.approx(wide)
 
 
 def test_a_realistic_camera_has_its_lens_beside_it(tmp_path):

@@ -200,6 +200,11 @@ def test_the_blades_of_an_ideal_lens_are_in_its_light_field():
     whole = lb.capture_light_field(small(), things, (9, 9), 12)
     part = field._on_axis.sum() / whole._on_axis.sum()
     assert part == pytest.approx(5.0 / (2.0 * math.pi) * math.sin(math.radians(72.0)), rel=0.01)
+    # F-numbers go by area: a stop of twice the f-number takes a circle of a quarter of the pentagon's
+    assert field.f_number == pytest.approx(whole.f_number / math.sqrt(5.0 / (2.0 * math.pi) * math.sin(
+        math.radians(72.0))))
+    taken = field.shares(2.0 * field.f_number).sum() * (2.0 * field.reach / 9) ** 2
+    assert taken == pytest.approx(0.25 * 2.5 * math.sin(math.radians(72.0)), rel=0.02)
 
 
 @pytest.mark.slow
