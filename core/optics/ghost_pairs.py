@@ -9,6 +9,7 @@ from functools import lru_cache
 
 from lensbench.optics.coatings import Coating
 from lensbench.optics.glass import D_LINE
+from lensbench.optics.lens_surface import LensError
 from lensbench.optics.prescription import Lens
 from lensbench.optics.transmission import surface_coatings
 
@@ -32,6 +33,12 @@ def no_such_pair(lens: Lens, pairs: Iterable[Pair]) -> str:
     first, second = asked[0]
     return (f"no ghost of surfaces {first} and {second}: ghosts need two surfaces of this lens that reflect, from 0 to "
             f"{len(lens.surfaces) - 1}")
+
+
+def check_pair(lens: Lens, pair: Pair) -> None:
+    """LensError for a pair that is neither DIRECT nor of two surfaces of the lens, the first before the second."""
+    if pair != DIRECT and not 0 <= pair[0] < pair[1] < len(lens.surfaces):
+        raise LensError(no_such_pair(lens, (pair,)))
 
 
 def ghost_order(count: int, pair: Pair) -> Iterator[tuple[int, bool, bool]]:

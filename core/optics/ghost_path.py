@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.optics.coatings import Coating
-from lensbench.optics.ghost_pairs import Pair, ghost_order
+from lensbench.optics.ghost_pairs import Pair, check_pair, ghost_order
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import CLIPPED, PASSED, TOTAL_REFLECTION, surface_table, trace_ray
@@ -119,7 +119,13 @@ def ghost_path(lens: Lens, pair: Pair, origin, direction, wavelength: float = D_
     Returns
     -------
     GhostPath
+
+    Raises
+    ------
+    LensError
+        For a pair that the lens does not have.
     """
+    check_pair(lens, pair)
     bench = Meetings(lens, wavelength, coating, clip)
     point = tuple(np.asarray(origin, float).tolist())
     unit = np.asarray(direction, float)

@@ -41,7 +41,7 @@ from lensbench.kernels.program import Program, call_stage, run_steps, stage_addr
 from lensbench.optics.block_refraction import SLOWNESS, STEP
 from lensbench.optics.block_trace import FRAME, change_frame, check_travel, surface_records
 from lensbench.optics.coatings import Coating
-from lensbench.optics.ghost_pairs import DIRECT, Pair
+from lensbench.optics.ghost_pairs import DIRECT, Pair, check_pair
 from lensbench.optics.ghost_path import DENSER
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
@@ -131,8 +131,10 @@ class GhostTracer:
         """Trace rays (7, n): X … N unit, and WEIGHT, into found (6, n): raster x, y, light of R, G, B, clearance.
 
         A ray that ends has no light. Its place is that of the ray traced on beyond rims, or NaN. reflecting: whether
-        reflectances count; without them, all light of a ray that passes is left, in a quarter of the time.
+        reflectances count; without them, all light of a ray that passes is left, in a quarter of the time. LensError
+        for a pair that the lens does not have: the kernel reads surfaces by its numbers, and checks none.
         """
+        check_pair(self.lens, pair)
         _trace_rays(lanes, self.code, self._landing.code, *pair, self._front, rays, found, reflecting)
 
 

@@ -53,7 +53,9 @@ def ghosts_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> Sett
         rank = round(under.x) - 1
         lit = [row[0] for row in rows_of_b(state.figure.table) if row[2] > 0.0]
         chosen = lit[rank] if 0 <= rank < len(lit) else chosen
-    chosen = chosen or state.choices.get("kept")
+    if state.choices.get("kept") not in {row[0] for row in rows_of_b(state.figure.table)}:
+        state.choices["kept"] = ""                          # another lens
+    chosen = chosen or state.choices["kept"]
     if chosen:
         _show(settings, state, sheet, chosen)
     return settings
@@ -113,11 +115,11 @@ def _table(state: AnalysisState, size: ImVec2) -> str | None:
 def _show(settings: Settings, state: AnalysisState, sheet: Sheet, pair: str) -> None:
     """Light the surfaces of a pair, and draw its ray; the picture marks where a light of this field has the ghost."""
     first, second = map(int, pair.split("-"))
-    sheet.links.point_at_surfaces((first, second))
     try:
         path = ghost_ray(query(settings), state.choices["field"], (first, second))
-    except (ValueError, OSError):
+    except (ValueError, OSError):                           # a pair of the lens before, too
         return
+    sheet.links.point_at_surfaces((first, second))
     if path is None:
         return
     sheet.links.point_at_ray(PointedRay(path, -1, f"ghost of surfaces {first} and {second}", None,

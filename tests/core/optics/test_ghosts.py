@@ -40,6 +40,16 @@ def test_the_ghost_of_a_tilted_ray_leaves_a_plate_two_thicknesses_aside():
     assert path.weight == pytest.approx(mean**2 * (1.0 - mean)**2, rel=1e-12)
 
 
+@pytest.mark.parametrize("pair", [(3, 3), (5, 2), (-1, 4), (0, 11), (9, 40)])
+def test_a_pair_that_the_lens_does_not_have_is_refused(pair):
+    """The kernel called whatever lay behind its list of stages: a window that kept a pair of the lens before ended."""
+    tracer, rays = GhostTracer(GAUSS, 36.0, RASTER, real=np.float64), np.zeros((7, 1))
+    with pytest.raises(lb.LensError, match=f"no ghost of surfaces {pair[0]} and {pair[1]}"):
+        tracer.trace(lane_buffer(np.float64), pair, rays, np.empty((6, 1)))
+    with pytest.raises(lb.LensError, match="from 0 to 10"):
+        ghost_path(GAUSS, pair, (0.0, 0.0, -10.0), (0.0, 0.0, 1.0))
+
+
 def _two_bounces(lens, pair, point, ray, n, bodies):
     """A brute-force trace: spheres by their centres, Snell's law in vectors, each surface written out in turn."""
     def placed(i, z):
