@@ -131,14 +131,15 @@ class View:
     notices: Notices = field(default_factory=Notices)
 
     def say(self, message: str, done: bool = False, note: bool = False, lens: str = "",
-            file: str = "") -> None:
-        """Show a message until it is dismissed; an error unless one of the others is given.
+            file: str = "", change: bool = False) -> None:
+        """Show a message until it is dismissed; an error unless it is a success or a note.
 
         done: it reports a success. note: it needs no answer. lens: a note on the lens of this setting, which goes with
-        the lens. file: the file that it says cannot be read.
+        the lens. file: the file that it says cannot be read. change: it is about the settings that this frame sets,
+        and goes when undo takes them back.
         """
         kind = NoticeKind.DONE if done else NoticeKind.NOTE if note or lens else NoticeKind.ERROR
-        self.notices.say(Notice(message, kind, lens, file))
+        self.notices.say(Notice(message, kind, lens, file, change))
 
     @property
     def messages(self) -> list[str]:

@@ -1,7 +1,7 @@
-"""What the window tells its user: errors, remarks and successes, each until it is dismissed or its lens is gone."""
+"""What the window tells its user: errors, remarks and successes, each until it is dismissed or its subject is gone."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 
@@ -15,12 +15,19 @@ class NoticeKind(Enum):
 
 @dataclass(frozen=True)
 class Notice:
-    """One sentence. lens: the setting of the lens that it is about. file: the file that cannot be read. "" for none."""
+    """One sentence.
+
+    lens: the setting of the lens that it is about. file: the file that cannot be read. "" for none.
+    change: it is about the change of settings in the frame in which it is said. step: of the history, that this change
+    made; 0 until that frame ends.
+    """
 
     text: str
     kind: NoticeKind = NoticeKind.ERROR
     lens: str = ""
     file: str = ""
+    change: bool = False
+    step: int = 0
 
 
 class Notices:
@@ -54,9 +61,14 @@ class Notices:
         """Dismiss the notices for which `which` is true; by default all."""
         self._all = [notice for notice in self._all if not which(notice)]
 
-    def follow(self, lens: str) -> None:
-        """Dismiss what is about another lens than the present one."""
-        self.forget(lambda notice: notice.lens not in ("", lens))
+    def follow(self, lens: str, step: int) -> None:
+        """At the end of a frame, dismiss what is about another lens, or about a change that undo has taken back.
+
+        lens: the setting of the present lens. step: of the history.
+        """
+        self.forget(lambda notice: notice.lens not in ("", lens) or notice.step > step)
+        self._all = [replace(notice, step=step) if notice.change and not notice.step else notice
+                     for notice in self._all]
 
     def read(self, file: str) -> None:
         """Dismiss what says that this file cannot be read."""

@@ -18,6 +18,7 @@ class History:
     def __init__(self, settings: Settings):
         self.present = settings
         self._past: list[Settings] = []
+        self._dropped = 0                               # entries that are older than those in _past
         self._future: list[Settings] = []
         self._open: frozenset[str] = frozenset()        # the fields that the latest entry changes
         self._held = False                              # whether the gesture of the latest entry continues
@@ -33,6 +34,11 @@ class History:
         """Whether an undo can be repeated forward."""
         return bool(self._future)
 
+    @property
+    def step(self) -> int:
+        """Number of gestures that led to the present settings: an undo lowers it."""
+        return self._dropped + len(self._past)
+
     def edit(self, settings: Settings, held: bool, time: float) -> None:
         """Make these the present settings.
 
@@ -47,6 +53,7 @@ class History:
         follows = self._past and (self._held and held or changed <= self._open and time - self._time < PAUSE)
         if not follows:
             self._past.append(self.present)
+            self._dropped += len(self._past[:-DEPTH])
             del self._past[:-DEPTH]
             self._open = frozenset()
         self._future.clear()

@@ -74,7 +74,7 @@ def toggle_pin(state: WindowState) -> None:
 def try_this(state: WindowState, trial: Trial) -> None:
     """Take the settings of a trial, and say what there is to see."""
     state.edited = tried(state.edited, trial)
-    state.view.say(trial.about, lens=trial.lens)
+    state.view.say(trial.about, lens=trial.lens, change=True)
 
 
 def quit_window(state: WindowState) -> None:

@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from imgui_bundle import hello_imgui
@@ -162,7 +163,7 @@ class Files:
             from lensbench.app.files.export import read_settings
             from lensbench.app.files.settings_file import load_settings
 
-            say = self._state.view.say
+            say = partial(self._state.view.say, change=True)
             settings = read_settings(path, say) if kind == "picture" else load_settings(path, say)
             settings = with_readable_stop(settings, say)
             constrained(settings)              # raises if the lens file is gone

@@ -92,7 +92,7 @@ class Moments:
             self._window.view.say("The clipboard holds no state of lensbench: such a text begins with lensbench:",
                                   note=True)
             return
-        self._take(settings_of_text(text, partial(self._window.view.say, note=True)))
+        self._take(settings_of_text(text, partial(self._window.view.say, note=True, change=True)))
 
     def save_card(self, path: Path) -> None:
         """Write the card of the moment that was asked for."""
@@ -134,7 +134,7 @@ class Moments:
     def _take(self, settings: Settings) -> None:
         """The settings of a moment; their pixels only where the picture does not follow the window."""
         window = self._window
-        settings = with_readable_stop(settings, window.view.say)
+        settings = with_readable_stop(settings, partial(window.view.say, change=True))
         if window.view.follows:
             settings = replace(settings, pixels_x=window.history.present.pixels_x,
                                pixels_y=window.history.present.pixels_y)

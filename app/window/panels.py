@@ -191,7 +191,7 @@ class Panels:
         if state.parted:
             window.history.part()
         for sentence in state.said:
-            window.view.say(sentence, note=True)
+            window.view.say(sentence, note=True, change=True)
         state.said.clear()
 
     def _view_3d(self) -> None:

@@ -191,7 +191,6 @@ class Session(WindowState):
         self.keep(held or self.panels.improving)
         self.follow_window(monotonic())
         self._keep_locks()
-        self.view.notices.follow(self.history.present.lens)
         busy = self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor
         self.worker.hold(busy)
         self.apply()
@@ -200,6 +199,7 @@ class Session(WindowState):
         self.say_of_place()
         self.say_of_ghost()
         self.editing.advance(held)
+        self.view.notices.follow(self.history.present.lens, self.history.step)
         self._heap.advance(monotonic())
 
     def _keep_locks(self) -> None:

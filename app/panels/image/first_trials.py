@@ -41,7 +41,7 @@ def draw_trials(settings: Settings, view: View, corner: ImVec2, room: ImVec2) ->
         for trial in TRIALS:
             if imgui.button(trial.title):
                 chosen = tried(settings, trial)
-                view.say(trial.about, lens=trial.lens)
+                view.say(trial.about, lens=trial.lens, change=True)
             imgui.set_item_tooltip("Undo brings the present picture back; Help has these too")
             imgui.same_line()
         imgui.push_style_color(imgui.Col_.button, ImVec4(0.0, 0.0, 0.0, 0.0))

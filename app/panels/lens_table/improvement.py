@@ -95,9 +95,11 @@ def take_step(settings: Settings, state: LensTableState) -> Settings:
     return changed
 
 
-def progress(state: LensTableState) -> str:
-    """The spots of an improvement in a few words; "" before the first."""
+def progress(settings: Settings, state: LensTableState) -> str:
+    """The spots of an improvement in a few words; "" before the first, and where the settings are no longer its own."""
     worker = state.worker
+    if not worker.running and settings.edited != state.expected:
+        return ""
     if worker.message:
         return worker.message
     if worker.first is None or worker.last is None:

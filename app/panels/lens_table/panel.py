@@ -42,6 +42,8 @@ def lens_table_panel(settings: Settings, state: LensTableState, links: Pointed |
     links: what the mouse points at in all panels; the row under the mouse is lit in the section, and the other way.
     """
     state.parted = False
+    if (settings.lens, settings.edited) != state.shown:         # by undo, as one case
+        state.problem, state.shown = "", (settings.lens, settings.edited)
     if not settings.has_lens:
         paragraph("This camera has no lens")
         return settings
@@ -54,7 +56,7 @@ def lens_table_panel(settings: Settings, state: LensTableState, links: Pointed |
     state.first, state.last = min(state.first, last), min(state.last, last)
     found = faults_of(document) if settings.edited else ()
     settings = toolbar(settings, document, state)
-    _fault_line(found, state)
+    _fault_line(settings, found, state)
     state.keyed = has_keyboard(state)
     settings = _table(settings, document, found, state, links)
     settings = keys(settings, document, state)
@@ -81,10 +83,10 @@ def move_cell(state: LensTableState, rows: int) -> bool:
     return True
 
 
-def _fault_line(found: tuple[Finding, ...], state: LensTableState) -> None:
+def _fault_line(settings: Settings, found: tuple[Finding, ...], state: LensTableState) -> None:
     """Why the latest edit was refused, or the first fault of the lens, in one line; all of them in its tooltip."""
     lines = [state.problem] if state.problem else [str(finding) for finding in found]
-    said = progress(state)
+    said = progress(settings, state)
     if said and not state.problem and (state.worker.running or not lines):
         imgui.same_line(0.0, theme.em(0.8))
         room = imgui.get_content_region_avail().x

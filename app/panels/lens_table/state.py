@@ -63,6 +63,7 @@ class LensTableState:
     pasting: str | None = None          # the text of the paste dialog
     attaching: Attachment | None = None         # the dialog of another lens
     problem: str = ""                   # why the latest edit was refused
+    shown: tuple[str, str] = ("", "")   # the setting of the lens and its edits, as drawn last
     said: list[str] = field(default_factory=list)
     parted: bool = False
     ghost: bool = False

@@ -11,6 +11,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.files.unsaved_lens import Autosave, left_behind
 from lensbench.app.panels.lens_section.handles import REACH
+from lensbench.app.panels.lens_table.improvement import progress
 from lensbench.app.state.build import design
 from lensbench.app.state.geometry.elements import surface_curves
 from lensbench.app.state.geometry.section import sketch
@@ -187,6 +188,19 @@ def test_keys_walk_and_step_and_edit_rows(drive):
     assert drive(use, TRIPLET).view.messages == []
 
 
+def test_what_was_said_of_an_edit_goes_with_its_undo(drive):
+    def use(hand):
+        table(hand)
+        stop = original(hand.settings).lens.stop_index
+        hand.ctx.item_click(f"**/{stop} row")
+        hand.press(KEY.delete)
+        assert any("the stop was deleted" in text for text in hand.session.view.messages)
+        hand.press(KEY.mod_ctrl | KEY.z)
+
+    session = drive(use, TRIPLET)
+    assert session.history.present.edited == "" and session.view.messages == []
+
+
 def test_a_glass_is_searched_and_clicked(drive):
     def use(hand):
         table(hand)
@@ -224,6 +238,8 @@ def test_solves_and_pickups_are_set_by_the_menu_of_a_cell(drive):
         before = hand.settings
         scrub(hand, "5 curvature", 30)
         assert hand.settings == before and "remove it first" in state.problem
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings != before and state.problem == ""              # the line speaks of the lens as it is
 
     assert drive(use, TRIPLET).view.messages == []
 
@@ -519,8 +535,9 @@ def test_improve_runs_step_by_step_is_stopped_and_is_one_undo(drive):
         hand.ctx.yield_(3)
         assert state.worker.message == "" and state.worker.last < state.worker.first
         assert {name for _, name in changed(hand, start)} == {"curvature"}
+        assert progress(hand.settings, state).startswith("Spot ")
         hand.press(KEY.mod_ctrl | KEY.z)
-        assert hand.settings == spoiled
+        assert hand.settings == spoiled and progress(hand.settings, state) == ""
         state.ticked.add((1, "thickness"))
         hand.ctx.item_click("**/###Improve")
         hand.ctx.yield_(2)

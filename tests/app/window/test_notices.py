@@ -3,10 +3,16 @@
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from lensbench.app.state.notices import Notice, NoticeKind, Notices
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.undo import DEPTH, History
 from tests.app.conftest import SMALL
+
+KEY = imgui.Key
 
 
 def test_the_newest_notice_of_each_kind_comes_first_and_the_same_text_stands_once():
@@ -23,10 +29,43 @@ def test_what_is_about_a_lens_goes_with_it_and_the_rest_stays():
     notices = Notices()
     notices.say(Notice("assumed", NoticeKind.NOTE, "one.dat"))
     notices.say(Notice("not written"))
-    notices.follow("one.dat")
+    notices.follow("one.dat", 0)
     assert len(notices) == 2
-    notices.follow("two.dat")
+    notices.follow("two.dat", 0)
     assert notices.texts == ["not written"]
+
+
+@given(st.lists(st.sampled_from(["edit", "silent edit", "undo", "redo"]), max_size=30))
+def test_what_is_about_a_change_goes_when_undo_takes_the_change_back_and_the_rest_stays(gestures):
+    notices, history = Notices(), History(SMALL)
+    notices.say(Notice("not written"))
+    open_ended: list[tuple[str, Settings]] = []            # what was said, and the settings before
+    for i, gesture in enumerate(gestures):
+        before = history.present
+        if "edit" in gesture:
+            history.edit(replace(SMALL, focus_distance=1000.0 + i), held=False, time=10.0 * i)
+            if gesture == "edit":
+                notices.say(Notice(f"change {i}", NoticeKind.NOTE, change=True))
+                open_ended.append((f"change {i}", before))
+        elif gesture == "undo":
+            after = history.undo()
+            open_ended = [(text, settings) for text, settings in open_ended if settings != after]
+        else:
+            history.redo()
+        notices.follow(SMALL.lens, history.step)
+        assert notices.texts == ["not written", *(text for text, _ in open_ended)]
+
+
+def test_a_change_beyond_the_depth_of_the_history_is_told_from_a_later_one():
+    notices, history = Notices(), History(SMALL)
+    for i in range(DEPTH + 2):
+        history.edit(replace(SMALL, focus_distance=1000.0 + i), held=False, time=10.0 * i)
+        if i >= DEPTH:
+            notices.say(Notice(f"change {i}", NoticeKind.NOTE, change=True))
+        notices.follow(SMALL.lens, history.step)
+    history.undo()
+    notices.follow(SMALL.lens, history.step)
+    assert notices.texts == [f"change {DEPTH}"]
 
 
 @pytest.mark.slow
@@ -82,5 +121,21 @@ def test_notices_about_a_lens_end_with_the_next_lens(drive):
         hand.session.take(replace(hand.settings, lens="lv-czj-tessar-50-f28"))
         hand.ctx.yield_(2)
         assert view.messages == ["the disk is full"]
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_undo_takes_back_what_was_said_of_the_change(drive):
+    """It stayed on the picture, and spoke of settings that were gone."""
+    def use(hand):
+        view = hand.session.view
+        hand.picture()
+        view.say("the disk is full")
+        hand.session.take(hand.session.showable(replace(hand.settings, pixels_x=20000, pixels_y=13333)))
+        hand.ctx.yield_(2)
+        assert len(view.messages) == 2
+        hand.press(KEY.mod_ctrl | KEY.z)
+        assert hand.settings == SMALL and view.messages == ["the disk is full"]
 
     drive(use)
