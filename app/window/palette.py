@@ -1,6 +1,7 @@
 """The command palette: type a few letters of any action, panel, lens, scene or setting, and press Enter.
 
-A setting takes its value in the same line: “f-number 4”, “iso 800”, “focus 2 m”.
+A setting takes its value in the same line: “f-number 4”, “iso 800”, “focus 2 m”; a zoom lens its focal length, “zoom
+70”.
 """
 
 import math
@@ -15,17 +16,26 @@ from imgui_bundle import ImVec2, hello_imgui, imgui
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.controls.controls import scene_title
-from lensbench.app.state.constraints import constrained, field_of_view, with_camera, with_field_of_view
+from lensbench.app.state.build import design
+from lensbench.app.state.constraints import constrained, field_of_view, with_camera, with_field_of_view, zooms
 from lensbench.app.state.fuzzy import ranked, score
 from lensbench.app.state.lens_choice import with_lens, with_scene
 from lensbench.app.state.setting import spec, titles, words
+from lensbench.app.state.setting_text import reader, value_text
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.stop_picture import stop_picture_path
-from lensbench.app.state.text_values import read_angle, read_aperture
+from lensbench.app.state.text_values import (
+    format_angle,
+    format_length,
+    format_part,
+    read_angle,
+    read_length,
+    read_percent,
+)
+from lensbench.app.state.zoom import asked_zoom, focal_length, is_engraved
 from lensbench.app.widgets import theme
 from lensbench.app.window.commands import COMMANDS
 from lensbench.app.window.state import WindowState
-from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import cut
 from lensbench.lenses.stop_picture import SUFFIXES
 
@@ -35,11 +45,11 @@ MOST_PATH = 60          # characters of the folder of a picture
 WIDTH = 34.0                    # em
 HIDDEN = ("lens", "scene", "film_width", "film_height", "crop", "fov", "fisheye_fov", "pixels_x", "pixels_y", "wipe",
           "zoom", "compare", "overlay", "exposing", "end_position", "end_yaw", "end_pitch")
-READERS: dict[str, Callable[[str], Any]] = {"f_number": read_aperture}      # of settings whose option lies elsewhere
 TITLES = {"fov_axis": "side of the field of view", "bits": "bits of the sensor", "layout": "layout of a panorama",
           "limit": "sharp up to", "degree": "degree of the polynomial", "view": "view of the samples"}
 OTHER_NAMES = {"f_number": ("Aperture",), "shutter": ("Exposure time",)}       # on the dial, and of photographers
 VIEW = "Field of view"          # of whatever camera it is: not one field
+ZOOM = ("Zoom", "Focal length")         # of a zoom lens, whose prescription no dial scales
 
 
 @dataclass(frozen=True)
@@ -148,11 +158,14 @@ def _entries(state: WindowState) -> list[Entry]:
             with_scene, scene=scene, locked=state.chooser.locked))))
     for path in state.recent:
         entries.append(Entry(f"Open again: {path.name}", "", partial(_reopen, path)))
+    zoom = _zoom_lens(present)
     for field in fields(Settings):
-        if field.name not in HIDDEN:
+        if field.name not in HIDDEN and not (zoom and field.name == "focal_length"):
             entries += _of_field(field, present)
+    if zoom is not None:
+        entries += [Entry(name, _zoomed(zoom, present.zoom), fills=f"{name} ") for name in ZOOM]
     if present.has_lens or present.kind.view is not None:
-        entries.append(Entry(VIEW, f"{significant(math.degrees(field_of_view(present)), 3)}°", fills=f"{VIEW} "))
+        entries.append(Entry(VIEW, format_angle(field_of_view(present)), fills=f"{VIEW} "))
     for card in lenses.describe():
         entries.append(Entry(f"Lens: {card.title}", "", _sets(
             partial(with_lens, lens=card.name, locked=state.chooser.locked))))
@@ -168,10 +181,39 @@ def _of_field(field: Field, present: Settings) -> list[Entry]:
     if about.choices and about.read is None:
         return [Entry(f"{name}: {title}", "now" if key == value else "", _sets(_changed(field.name, key)))
                 for key, title in titles(field).items()]
-    if about.read is None and field.name not in READERS:
+    if reader(field) is None:
         return []
-    shown = about.none or "open" if value is None else about.shown(value) if isinstance(value, int | float) else ""
+    shown = about.none or "open" if value is None else ""
+    if isinstance(value, int | float):
+        shown = value_text(field, value)
     return [Entry(title, shown, fills=f"{title} ") for title in (name, *OTHER_NAMES.get(field.name, ()))]
+
+
+def _zoom_lens(settings: Settings) -> lb.Lens | None:
+    """The lens before it is zoomed; None for a camera or a lens that does not zoom, or cannot be read."""
+    try:
+        return design(replace(settings, zoom=0.0)) if zooms(settings) else None
+    except (ValueError, OSError):                   # the worker reports it
+        return None
+
+
+def _zoomed(lens: lb.Lens, zoom: float) -> str:
+    """A place of the zoom (0 to 1) as its dial shows it."""
+    return format_length(focal_length(lens, zoom)) if is_engraved(lens) else format_part(zoom)
+
+
+def _asked(lens: lb.Lens, text: str) -> Entry | None:
+    """The row for a zoom, typed as at its dial; None for a text that is part of a name, such as 70-200."""
+    try:
+        asked = ("length", read_length(text)) if is_engraved(lens) else ("part", read_percent(text))
+    except ValueError:
+        return None
+    try:
+        zoom = asked_zoom(lens, asked)
+    except lb.LensError as error:
+        return Entry(f"{str(error)[0].upper()}{str(error)[1:]}", "")
+    assert zoom is not None
+    return Entry(f"{ZOOM[0]}: {_zoomed(lens, zoom)}", "Enter", _sets(_changed("zoom", zoom)))
 
 
 def _changed(name: str, value: Any) -> Callable[[Settings], Settings]:
@@ -188,13 +230,13 @@ def _title(field: Field) -> str:
 
 def _given(query: str, state: WindowState) -> list[Entry]:
     """A row for a setting whose value is typed after its name, or for what is wrong with it; at most one."""
-    parts = query.split()
+    parts, zoom = query.split(), _zoom_lens(state.edited)
     best: tuple[float, Entry] | None = None
     for k in range(1, len(parts)):
         head, tail = " ".join(parts[:k]), " ".join(parts[k:])
         for field in fields(Settings):
-            read = READERS.get(field.name) or spec(field).read
-            if field.name in HIDDEN or read is None:
+            read = reader(field)
+            if field.name in HIDDEN or read is None or zoom and field.name == "focal_length":
                 continue
             if field.name == "stop_image":             # the folder of the lens file, of a path that is relative
                 read = partial(stop_picture_path, state.edited)
@@ -203,13 +245,18 @@ def _given(query: str, state: WindowState) -> list[Entry]:
             if rank is not None and (best is None or rank > best[0]):
                 entry = _value(field, read, tail)
                 best = (rank, entry) if entry is not None else best
+        rank = max((rank for rank in map(partial(score, head), ZOOM) if rank is not None), default=None)
+        if zoom is not None and rank is not None and (best is None or rank > best[0]):
+            entry = _asked(zoom, tail)
+            best = (rank, entry) if entry is not None else best
         rank = score(head, VIEW)
         if rank is not None and (best is None or rank > best[0]):
             try:
                 angle = read_angle(tail)
             except ValueError:
                 continue
-            best = (rank, Entry(f"{VIEW}: {tail}", "Enter", _sets(partial(with_field_of_view, fov=angle))))
+            best = (rank, Entry(f"{VIEW}: {format_angle(angle)}", "Enter",
+                                _sets(partial(with_field_of_view, fov=angle))))
     return [] if best is None else [best[1]]
 
 
@@ -221,7 +268,7 @@ def _value(field: Field, read: Callable[[str], Any], text: str) -> Entry | None:
         if not any(character.isdigit() for character in text) and Path(text).suffix.lower() not in SUFFIXES:
             return None                     # a part of a name
         return Entry(f"{_title(field)}: {error}", "")
-    shown = spec(field).shown(value) if isinstance(value, int | float) and math.isfinite(value) else text
+    shown = value_text(field, value) if isinstance(value, int | float) and math.isfinite(value) else text
     if field.name == "stop_image":
         shown = f"{Path(value).name} in {cut(str(Path(value).parent), MOST_PATH)}"
     return Entry(f"{_title(field)}: {shown}", "Enter", _sets(_changed(field.name, value)))

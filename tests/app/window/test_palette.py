@@ -1,8 +1,12 @@
 """The command palette and the sheet of keys, by a real keyboard."""
 
+from dataclasses import replace
+
 import pytest
 from imgui_bundle import imgui
 
+from lensbench.app.state.build import design
+from lensbench.app.state.zoom import focal_length
 from lensbench.app.window import palette
 from lensbench.app.window.commands import COMMANDS
 from tests.app.conftest import SMALL
@@ -47,6 +51,41 @@ def test_the_palette_reaches_actions_lenses_scenes_and_settings(drive):
         ask(hand, "panel falloff")
         hand.ctx.yield_(3)
         assert not imgui.internal.find_window_by_name("Falloff").hidden
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_a_zoom_lens_is_turned_to_the_focal_length_that_is_typed(drive):
+    """“zoom 85” found lenses alone, and “focal length 70” scaled the zoom's whole prescription."""
+    def use(hand):
+        def length():
+            return focal_length(design(replace(hand.settings, zoom=0.0)), hand.settings.zoom)
+
+        hand.picture()
+        scaled = hand.settings.focal_length
+        for text, wanted in (("zoom 85", 85.0), ("zoom 135mm", 135.0), ("focal length 10 cm", 100.0)):
+            ask(hand, text)
+            assert length() == pytest.approx(wanted, rel=1e-9) and hand.settings.focal_length == scaled
+        assert palette.answers("zoom", hand.session)[0] == palette.Entry("Zoom", "100 mm", fills="Zoom ")
+        beyond = palette.answers("zoom 400", hand.session)[0]
+        assert "zooms from" in beyond.text and beyond.run is None
+        assert palette.answers("zoom 70-200 nikkor", hand.session)[0].text.startswith("Lens: ")
+
+    drive(use, replace(SMALL, lens="lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed", f_number=None, focus_distance=3e3))
+
+
+@pytest.mark.slow
+def test_values_have_the_units_of_their_dials(drive):
+    """Distances were in mm and times in decimals: “Focus distance: 2000 mm”, “Shutter: 0.00333 s”."""
+    def use(hand):
+        hand.picture()
+        for query, text in (("focus 2 m", "Focus distance: 2.00 m"), ("focus 30cm", "Focus distance: 0.300 m"),
+                            ("shutter 1/30", "Shutter: 1/30 s"), ("hole 0.3", "Hole: 0.3 mm"),
+                            ("focal length 85", "Focal length: 85.0 mm"), ("aperture 8", "F-number: f/8"),
+                            ("exposure -1", "Exposure: −1 EV"), ("field of view 30", "Field of view: 30.0°")):
+            assert palette.answers(query, hand.session)[0].text == text
+        assert palette.answers("focus distance", hand.session)[0].kind == "1.20 m"
 
     drive(use)
 
