@@ -36,6 +36,8 @@ def attach_dialog(settings: Settings, state: LensTableState) -> Settings:
     _, choice.search = imgui.input_text_with_hint("##Search lens", "Name, maker, kind or year", choice.search)
     found = searched(_cards(), choice.search)
     if imgui.begin_child("Lenses", ImVec2(theme.em(WIDTH), theme.em(HEIGHT))):
+        if not found:
+            imgui.text_disabled("No lens matches")
         clipper = imgui.ListClipper()
         clipper.begin(len(found))
         while clipper.step():
@@ -52,7 +54,7 @@ def attach_dialog(settings: Settings, state: LensTableState) -> Settings:
         imgui.push_text_wrap_pos(theme.em(WIDTH))
         imgui.text_colored(imgui.ImVec4(*theme.colours().warning), state.problem)
         imgui.pop_text_wrap_pos()
-    imgui.begin_disabled(not choice.lens)
+    imgui.begin_disabled(all(card.name != choice.lens for card in found))       # else it would attach one out of sight
     if imgui.button("Attach###Attach lens"):
         settings = state.apply(settings, partial(with_lens, name=choice.lens, side=choice.side,
                                                  is_reversed=choice.is_reversed))

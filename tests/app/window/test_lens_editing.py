@@ -12,6 +12,7 @@ from lensbench import lenses
 from lensbench.app.files.unsaved_lens import Autosave, left_behind
 from lensbench.app.panels.lens_section.handles import REACH
 from lensbench.app.panels.lens_table.improvement import progress
+from lensbench.app.panels.lens_table.state import Attachment
 from lensbench.app.state.build import design
 from lensbench.app.state.geometry.elements import surface_curves
 from lensbench.app.state.geometry.section import sketch
@@ -552,6 +553,28 @@ def test_improve_runs_step_by_step_is_stopped_and_is_one_undo(drive):
         hand.ctx.item_click("**/###Start improving")
         hand.wait(lambda: not state.worker.running, "the refusal")
         assert "no image" in state.worker.message and surfaces(hand)[0].curvature == -0.05
+
+    drive(use, TRIPLET)
+
+
+def test_a_search_for_a_lens_to_attach_says_that_nothing_matches(drive, monkeypatch):
+    """The list was empty, and *Attach* attached the lens that was chosen before, which it no longer showed."""
+    words, dim = [], imgui.text_disabled
+    monkeypatch.setattr(imgui, "text_disabled", lambda text: words.append(text) or dim(text))
+
+    def use(hand):
+        state = table(hand)
+        state.attaching = Attachment()
+        hand.ctx.yield_(3)
+        hand.ctx.item_input_value("//Attach a lens/##Search lens", "double gauss 50 1954")
+        hand.ctx.item_click("//Attach a lens/**/###pbrt-dgauss-50mm")
+        assert "No lens matches" not in words
+        hand.ctx.item_input_value("//Attach a lens/##Search lens", "qqqzzz")
+        hand.ctx.yield_(2)
+        assert "No lens matches" in words
+        hand.ctx.item_click("//Attach a lens/###Attach lens")
+        hand.ctx.yield_(2)
+        assert state.attaching is not None and hand.settings.edited == ""
 
     drive(use, TRIPLET)
 
