@@ -14,6 +14,8 @@ from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.compilers import Part
 
+Box = tuple[float, float, float, float]     # left, top, right, bottom on the screen (pixels)
+
 
 @dataclass(frozen=True)
 class Mark:
@@ -118,7 +120,8 @@ class View:
     pointed: tuple[float, float] | None = None      # the last raster point under the mouse
     magnifier: int = 0                              # steps of magnification at the mouse; 0: none
     scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last
-    covered: tuple[float, float, float, float] | None = None    # by the picture on the screen: left, top, right, bottom
+    covered: Box | None = None                      # by the picture
+    plates: list[Box] = field(default_factory=list)     # of notes and legends at the picture's lower edge in this frame
     pinned: Settings | None = None                  # those of the picture A
     program: str = ""                               # the mode P, A or S that the meter serves; "": none of them
     follows: bool = False                           # the render has as many pixels as the window shows of it

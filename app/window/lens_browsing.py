@@ -13,6 +13,7 @@ from time import perf_counter
 from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from lensbench import lenses
+from lensbench.app.display.frame import Box
 from lensbench.app.display.small_textures import SmallTextures
 from lensbench.app.panels.lens_browser.panel import BrowserState, lens_browser_panel
 from lensbench.app.panels.lens_browser.section import SectionLook
@@ -31,8 +32,6 @@ RECENT = 24                     # lenses that are remembered
 ENOUGH = 24                     # samples of the window's picture, after which thumbnails are made
 REST = 0.3                      # s that the browser rests: its width, until sections are drawn for it, and its grid
 SECTION = "1"                   # version of the look of a section: another one draws all of them again
-
-Box = tuple[float, float, float, float]     # left, top, right, bottom on the screen (pixels)
 
 
 @lru_cache(maxsize=1)

@@ -9,9 +9,9 @@ from dataclasses import fields, replace
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.display.frame import Pinned
+from lensbench.app.display.frame import Box, Pinned
 from lensbench.app.panels.controls.controls import lens_name, scene_title
-from lensbench.app.panels.image.overlays import draw_note
+from lensbench.app.panels.image.overlays import draw_note, plate
 from lensbench.app.state.lens_shelf import film_name
 from lensbench.app.state.picture.statistics import Difference
 from lensbench.app.state.setting_table import LAYOUTS, TONES, VIEWS
@@ -28,7 +28,6 @@ from lensbench.app.state.text_values import (
 from lensbench.app.widgets import theme
 from lensbench.kernels.figures import significant
 
-PLATE = (0.07, 0.07, 0.07, 0.78)
 UNSAID = ("samples", "compare", "wipe", "overlay", "limit", "position", "yaw", "pitch",
           "end_position", "end_yaw", "end_pitch")
 WORDS = (0.86, 0.86, 0.86, 1.0)
@@ -142,15 +141,14 @@ def wiped(settings: Settings, upper: ImVec2, lower: ImVec2, corner: ImVec2, room
     return settings
 
 
-def draw_scale(draw: imgui.ImDrawList, found: Difference, corner: ImVec2) -> None:
-    """The legend of the difference, above the picture's lower left corner, with its RMS and maximum."""
+def draw_scale(draw: imgui.ImDrawList, found: Difference, corner: ImVec2) -> Box:
+    """Legend of the difference, with RMS and maximum, above the picture's lower left corner; the box of its plate."""
     pixel = theme.scale()
     theme.small()
     line = imgui.get_text_line_height()
     width, bar, pad = theme.em(20.0), round(7.0 * pixel), 8.0 * pixel
     left, top = corner.x + 14.0 * pixel, corner.y - bar - 2.0 * line - 18.0 * pixel
-    draw.add_rect_filled(ImVec2(left - pad, top - 0.6 * pad), ImVec2(left + width + pad, top + bar + 2 * line + pad),
-                         theme.packed(PLATE), 3.0 * pixel)
+    box = plate(draw, (left - pad, top - 0.6 * pad, left + width + pad, top + bar + 2 * line + pad))
     text = theme.packed(WORDS)
     title = "No difference" if found.largest == 0.0 else \
         f"|B − A|, linear light   RMS {significant(found.rms, 3)}   maximum {significant(found.largest, 3)}"
@@ -167,3 +165,4 @@ def draw_scale(draw: imgui.ImDrawList, found: Difference, corner: ImVec2) -> Non
         x = min(max(left + part * width - 0.5 * extent, left), left + width - extent)
         draw.add_text(ImVec2(round(x), y + bar + 2.0 * pixel), text, name)
     imgui.pop_font()
+    return box

@@ -27,8 +27,11 @@ def draw_trials(settings: Settings, view: View, corner: ImVec2, room: ImVec2) ->
     size = ImVec2(inner + 2.0 * style.window_padding.x, imgui.get_frame_height() + 10.0 * pixel)
     if size.x > room.x:             # beside the lens browser of a small window: it would be cut off
         return settings
-    imgui.set_cursor_screen_pos(ImVec2(round(corner.x + max(0.5 * (room.x - size.x), 0.0)),
-                                       round(corner.y + room.y - size.y - 12.0 * pixel)))
+    left, bottom = round(corner.x + max(0.5 * (room.x - size.x), 0.0)), corner.y + room.y - 12.0 * pixel
+    for x0, y0, x1, y1 in sorted(view.plates, key=lambda plate: -plate[3]):        # the lowest first
+        if x0 < left + size.x and left < x1 and y0 < bottom and bottom - size.y < y1:
+            bottom = y0 - 6.0 * pixel
+    imgui.set_cursor_screen_pos(ImVec2(left, round(bottom - size.y)))
     imgui.push_style_color(imgui.Col_.child_bg, ImVec4(*theme.colours().popup[:3], 0.94))
     imgui.push_style_var(imgui.StyleVar_.child_rounding, 4.0 * pixel)
     imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(style.window_padding.x, 5.0 * pixel))

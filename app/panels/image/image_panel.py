@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.display.frame import Click, Picture, View
+from lensbench.app.display.frame import Box, Click, Picture, View
 from lensbench.app.panels.image.camera_strip import camera_strip
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
 from lensbench.app.panels.image.first_trials import draw_trials
@@ -59,7 +59,7 @@ def image_panel(settings: Settings, picture: Picture, view: View) -> Settings:
         draw.channels_merge()
 
 
-def _ground(draw: imgui.ImDrawList, covered: tuple[float, float, float, float] | None) -> None:
+def _ground(draw: imgui.ImDrawList, covered: Box | None) -> None:
     """Fill the window only around the picture: software rendering would waste time on the covered part."""
     corner, size = imgui.get_window_pos(), imgui.get_window_size()
     end = ImVec2(corner.x + size.x, corner.y + size.y)
@@ -80,7 +80,7 @@ def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
     except NotCompiledError as error:       # the picture, or its progress, is drawn all the same
         waits = error
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
-    view.links.hover = None
+    view.links.hover, view.plates = None, []
     view.room = _room(room)
     if room.x < theme.em(2.0) or room.y < theme.em(2.0):
         return settings
@@ -184,20 +184,8 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
         at_x, at_y = ((place + 0.5) / size for place, size in zip(view.cross, picture.size, strict=True))
         draw_cross(draw, ImVec2(x0 + at_x * extent.x, y0 + at_y * extent.y), (upper.x, lower.x) if view.line else None)
     if view.histogram and picture.histogram is not None:
-        draw_histogram(draw, picture.histogram, ImVec2(min(lower.x, end.x), min(lower.y, end.y)))
-    below = ImVec2(max(upper.x, corner.x), min(lower.y, end.y))
-    if picture.difference is not None:
-        draw_scale(draw, picture.difference, below)
-    elif picture.recorded is not None:
-        _say_below(draw, below, picture.note)
-    elif settings.sample_view:
-        if settings.view == "fate":
-            draw_fates(draw, settings, ImVec2(below.x, below.y - theme.em(1.3)), view.links.surfaces)
-        _say_below(draw, below, aov_note(settings))
-    elif settings.overlay == "coc":
-        draw_legend(draw, below)
-    else:
-        _say_below(draw, below, dark_corners(settings))
+        view.plates.append(draw_histogram(draw, picture.histogram, ImVec2(min(lower.x, end.x), min(lower.y, end.y))))
+    _below(draw, settings, picture, view, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)))
     if picture.pinned is not None:
         settings = _compared(settings, picture, view, upper, lower, (corner, room))
     if view.magnifier and inside and imgui.is_mouse_hovering_rect(corner, end):
@@ -213,13 +201,30 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     return settings
 
 
-def _say_below(draw: imgui.ImDrawList, corner: ImVec2, text: str) -> None:
+def _below(draw: imgui.ImDrawList, settings: Settings, picture: Picture, view: View, corner: ImVec2) -> None:
+    """The note or the legend above the picture's lower left corner."""
+    if picture.difference is not None:
+        view.plates.append(draw_scale(draw, picture.difference, corner))
+    elif picture.recorded is not None:
+        _say_below(draw, view, corner, picture.note)
+    elif settings.sample_view:
+        if settings.view == "fate":
+            fates = draw_fates(draw, settings, ImVec2(corner.x, corner.y - theme.em(1.3)), view.links.surfaces)
+            view.plates += [fates] if fates is not None else []
+        _say_below(draw, view, corner, aov_note(settings))
+    elif settings.overlay == "coc":
+        view.plates.append(draw_legend(draw, corner))
+    else:
+        _say_below(draw, view, corner, dark_corners(settings))
+
+
+def _say_below(draw: imgui.ImDrawList, view: View, corner: ImVec2, text: str) -> None:
     """A note above the picture's lower left corner."""
     if text:
         theme.small()
         at = ImVec2(corner.x + 14.0 * theme.scale(),
                        corner.y - 12.0 * theme.scale() - imgui.get_text_line_height())
-        draw_note(draw, at, text)
+        view.plates.append(draw_note(draw, at, text))
         imgui.pop_font()
 
 
@@ -238,7 +243,7 @@ def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, l
         draw_pinned(draw, pinned, left, right, (corner, ImVec2(line, end.y)))
         settings = wiped(settings, upper, lower, corner, room)
     elif comparison == "difference" and picture.difference is None:
-        _say_below(draw, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)),
+        _say_below(draw, view, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)),
                    f"A has {pinned.size[0]} × {pinned.size[1]} pixels: a difference needs the same number")
     top = max(upper.y, corner.y) + 10.0 * pixel
     a = ImVec2(max(upper.x, corner.x) + 14.0 * pixel, top)

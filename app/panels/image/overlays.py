@@ -10,7 +10,7 @@ from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.display.frame import Mark
+from lensbench.app.display.frame import Box, Mark
 from lensbench.app.state.build import design
 from lensbench.app.state.camera_kinds import LENS_MODELS
 from lensbench.app.state.pixel.pointed import Pointed
@@ -84,25 +84,30 @@ def draw_pointed(draw: imgui.ImDrawList, links: Pointed, frame: tuple[float, flo
             draw.add_circle(ImVec2(x + offset, y + offset), 5.0 * pixel, theme.packed(tint), 0, 1.5 * pixel)
 
 
-def draw_note(draw: imgui.ImDrawList, at: ImVec2, text: str) -> None:
-    """A few words on a dark plate."""
+def plate(draw: imgui.ImDrawList, box: Box, ink: tuple[float, ...] = (0.07, 0.07, 0.07, 0.78)) -> Box:
+    """A dark plate for words over the picture; its box."""
+    draw.add_rect_filled(ImVec2(*box[:2]), ImVec2(*box[2:]), theme.packed(ink), 3.0 * theme.scale())
+    return box
+
+
+def draw_note(draw: imgui.ImDrawList, at: ImVec2, text: str) -> Box:
+    """A few words on a dark plate; the box of the plate."""
     pixel = theme.scale()
     size = imgui.calc_text_size(text)
-    draw.add_rect_filled(ImVec2(at.x - 6.0 * pixel, at.y - 3.0 * pixel),
-                         ImVec2(at.x + size.x + 6.0 * pixel, at.y + size.y + 3.0 * pixel),
-                         theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
+    box = plate(draw, (at.x - 6.0 * pixel, at.y - 3.0 * pixel,
+                       at.x + size.x + 6.0 * pixel, at.y + size.y + 3.0 * pixel))
     draw.add_text(ImVec2(round(at.x), round(at.y)), theme.packed((0.86, 0.86, 0.86, 1.0)), text)
+    return box
 
 
-def draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner: ImVec2) -> None:
-    """The histogram above the picture's lower right corner."""
+def draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner: ImVec2) -> Box:
+    """The histogram above the picture's lower right corner; the box of its plate."""
     pixel = theme.scale()
     size = ImVec2(theme.em(12.0), theme.em(5.0))
     left, bottom = corner.x - size.x - 10.0 * pixel, corner.y - 10.0 * pixel
     top = bottom - size.y
     pad = 5.0 * pixel
-    draw.add_rect_filled(ImVec2(left - pad, top - pad), ImVec2(left + size.x + pad, bottom + pad),
-                         theme.packed((0.07, 0.07, 0.07, 0.72)), 3.0 * pixel)
+    box = plate(draw, (left - pad, top - pad, left + size.x + pad, bottom + pad), (0.07, 0.07, 0.07, 0.72))
     bins = shares.shape[1]
     across = left + (np.arange(bins) + 0.5) / bins * size.x
     step = size.x / bins
@@ -113,18 +118,18 @@ def draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner: 
                          strict=False):
         points: list[Any] = [ImVec2(x, bottom - y * size.y) for x, y in zip(across, row, strict=True)]
         draw.add_polyline(points, theme.packed(tint), 1.2 * pixel, 0)
+    return box
 
 
-def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
-    """The legend of the false colours, above the picture's lower left corner."""
+def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> Box:
+    """The legend of the false colours, above the picture's lower left corner; the box of its plate."""
     pixel = theme.scale()
     theme.small()
     line = imgui.get_text_line_height()
     width, bar = theme.em(20.0), round(7.0 * pixel)
     left, top = corner.x + 14.0 * pixel, corner.y - bar - 2.0 * line - 18.0 * pixel
     pad = 8.0 * pixel
-    draw.add_rect_filled(ImVec2(left - pad, top - 0.6 * pad), ImVec2(left + width + pad, top + bar + 2 * line + pad),
-                         theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
+    box = plate(draw, (left - pad, top - 0.6 * pad, left + width + pad, top + bar + 2 * line + pad))
     text = theme.packed((0.86, 0.86, 0.86, 1.0))
     draw.add_text(ImVec2(left, top), text, "Circle of confusion, px")
     steps, y = 48, top + line + 2.0 * pixel
@@ -146,15 +151,17 @@ def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
         x = min(max(left + place * width - 0.5 * extent, left), left + width - extent)
         draw.add_text(ImVec2(round(x), y + bar + 2.0 * pixel), text, name)
     imgui.pop_font()
+    return box
 
 
-def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2, lit: tuple[int, ...] = ()) -> None:
+def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2, lit: tuple[int, ...] = ()) -> Box | None:
     """A swatch for each surface that can end a ray, from front to rear, above the picture's lower left corner.
 
-    lit: indices of the surfaces that are framed, because the mouse points at them.
+    lit: indices of the surfaces that are framed, because the mouse points at them. Returns the box of the plate; None
+    for a camera that has no such surfaces.
     """
     if not settings.has_lens or not LENS_MODELS[settings.lens_model].has_fates:
-        return
+        return None
     lens, pixel = design(settings), theme.scale()
     theme.small()
     line, side = imgui.get_text_line_height(), theme.em(1.35)
@@ -162,9 +169,8 @@ def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2, lit: 
     names = [str(i) for i in range(len(lens.surfaces))]
     names[lens.stop_index] = "stop"
     widths = [max(side, imgui.calc_text_size(name).x + 6.0 * pixel) for name in names]
-    draw.add_rect_filled(ImVec2(left - 6.0 * pixel, top - 4.0 * pixel),
-                         ImVec2(left + sum(widths) + 6.0 * pixel, top + 1.6 * line + 4.0 * pixel),
-                         theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
+    box = plate(draw, (left - 6.0 * pixel, top - 4.0 * pixel,
+                       left + sum(widths) + 6.0 * pixel, top + 1.6 * line + 4.0 * pixel))
     for i, (name, width, (red, green, blue)) in enumerate(zip(names, widths, lb.fate_colours(lens), strict=True)):
         draw.add_rect_filled(ImVec2(left, top), ImVec2(left + width - pixel, top + 0.5 * line),
                              theme.packed((float(red), float(green), float(blue), 1.0)))
@@ -175,3 +181,4 @@ def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2, lit: 
                       theme.packed((0.86, 0.86, 0.86, 1.0)), name)
         left += width
     imgui.pop_font()
+    return box

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from imgui_bundle import imgui
+from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.state.trials import TRIALS
 from tests.app.conftest import SMALL
@@ -39,6 +39,27 @@ def test_a_picture_is_tried_and_undone_and_the_offer_dismissed(drive, size):
         assert not view.offers_trials
 
     drive(use, replace(SMALL, samples=1), size=size)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", [{"lens": TRIALS[1].lens}, {"view": "fate"}, {"overlay": "coc"}])
+def test_the_offer_leaves_the_notes_at_the_lower_edge_in_sight(drive, change):
+    """It lay over them, such as over the note on the image circle of the fisheye that it had offered itself."""
+    def use(hand):
+        view = hand.session.view
+        hand.picture()
+        view.offers_trials = view.histogram = True
+        hand.session.take(replace(hand.settings, f_number=None, **change))
+        hand.picture()
+        child = hand.ctx.window_info("//Render/Trials").window
+        upper, lower = child.pos, ImVec2(child.pos.x + child.size.x, child.pos.y + child.size.y)
+        assert len(view.plates) >= 2                                # and the histogram
+        for left, top, right, bottom in view.plates:
+            assert right <= upper.x or lower.x <= left or bottom <= upper.y or lower.y <= top
+        frame = imgui.internal.find_window_by_name("Render")
+        assert frame.pos.y < upper.y and lower.y <= frame.pos.y + frame.size.y
+
+    drive(use, replace(SMALL, samples=1), size=(800, 600))
 
 
 @pytest.mark.slow
