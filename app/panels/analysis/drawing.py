@@ -16,6 +16,7 @@ from lensbench.app.widgets.memo import FrameMemo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, log_ticks, pieces, text
 from lensbench.app.widgets.recorded import Calls, Recorder, record, repeat
 
+NARROW = 8.5                    # em: a plot of this width has no room for the label of its y axis
 BESIDE = 3.2                    # em that ticks and labels of the other axis take from the length of an axis
 
 
@@ -188,7 +189,7 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
     """Labels, limits and ticks. Limits are set when they or the size change, so that wheel and drag work between."""
     key = (plot.x, plot.y, size.x, size.y)
     refit = state.fitted.get(name) != key
-    wide, high = size.x > theme.em(11), size.y > theme.em(7)
+    wide, high = size.x > theme.em(NARROW), size.y > theme.em(7)
     for index, axis, length, room, has_room in ((implot.ImAxis_.x1, plot.x, size.x, 3.4, high),
                                                 (implot.ImAxis_.y1, plot.y, size.y, 1.4, wide)):
         flags = AXIS_FLAGS | (implot.AxisFlags_.no_decorations if axis.label is None else implot.AxisFlags_.none)
@@ -210,10 +211,11 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
     if plot.equal and refit:
         wide, high = plot.x.high - plot.x.low, plot.y.high - plot.y.low
         margin = 0.0 if plot.x.label is None else theme.em(3.0)
-        scale = min((size.x - margin) / wide, (size.y - margin) / high)
-        more_x, more_y = 0.5 * ((size.x - margin) / scale - wide), 0.5 * ((size.y - margin) / scale - high)
-        implot.setup_axes_limits(plot.x.low - more_x, plot.x.high + more_x, plot.y.low - more_y, plot.y.high + more_y,
-                                 implot.Cond_.always)
+        title = 1.3 * imgui.get_text_line_height() if plot.title else 0.0          # above what it else would hide
+        scale = min((size.x - margin) / wide, (size.y - margin - title) / high)
+        more_x, more_y = 0.5 * ((size.x - margin) / scale - wide), 0.5 * ((size.y - margin - title) / scale - high)
+        implot.setup_axes_limits(plot.x.low - more_x, plot.x.high + more_x, plot.y.low - more_y,
+                                 plot.y.high + more_y + title / scale, implot.Cond_.always)
     implot.setup_finish()
 
 

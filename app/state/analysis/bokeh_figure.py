@@ -23,6 +23,7 @@ from lensbench.optics.prescription import Lens
 FIELDS = (0.0, 0.5, 0.8, 1.0)
 AWAY = (0.6, 1.0, 1.6, math.inf)        # × the focus distance
 SHADE = 0.48                            # half a picture, of its cell
+NAMES = 0.7                             # cells left of the pictures, for the names of the fields
 SPOT_RADII, AIRY_RADII = 1.15, 2.0      # to the edge of a picture, at the least
 STRAY = 3.0                             # rms radii from the centroid, beyond which rays are too few to count
 BAR = 0.05                              # of a cell, from the lowest one to the scale bar
@@ -77,7 +78,7 @@ def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple
     if rays is None and refused:
         raise next(iter(refused.values()))
     edge = len(distances) - 0.5, 0.5 - len(heights)
-    plot = Plot(Axis(None, -0.52, edge[0] + 0.02), Axis(None, edge[1] - 0.36, 0.72), tuple(layers), equal=True)
+    plot = Plot(Axis(None, -0.5 - NAMES, edge[0] + 0.02), Axis(None, edge[1] - 0.36, 0.72), tuple(layers), equal=True)
     head = ("field (mm)", "distance (m)", "window (um)", "rms sagittal (um)", "rms tangential (um)", "cut by surface")
     words = query.words(rays, "one scale a column", "log, 4 decades" if view == "log" else "linear",
                         "waves near focus, rays far from it", *(() if ripple is None else (_ripple_words(ripple),)))
@@ -128,7 +129,7 @@ def _cell(spread: PointSpread, size: np.ndarray, row: int, column: int, distance
     inside = (np.abs(x) < SHADE) & (np.abs(y) < SHADE)
     made += ended_marks(column + x, y - row, np.where(inside, ends_within_stop(rays, row, c), -1))
     if column == 0:
-        made.append(Label(column - 0.47, 0.47 - row, field_label(rays, row), "text", "right below"))
+        made.append(Label(column - 0.5, -row, field_label(rays, row), "text", "left middle"))
     said = [name, f"RMS {significant(size[0], 3)} µm sagittal, {significant(size[1], 3)} µm tangential",
             f"open pupil {significant(100.0 * rays.open_area[row] / rays.open_area[0], 2)} % of "
             f"{'the axis' if rays.image_heights[0] == 0.0 else field_label(rays, 0)}"]

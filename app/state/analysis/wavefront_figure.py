@@ -63,7 +63,7 @@ def _map(waves: np.ndarray, title: str, range_: float) -> Plot:
     shown = np.where(np.isfinite(waves), waves, np.nan)
     layers = (Map("W in waves", shown, (-1.0, 1.0), (-1.0, 1.0), low, max(high, low + 1e-6), levels[:24]),)
     side = f"Contours {significant(step, 2)} waves apart"
-    return Plot(Axis(None, -1.03, 1.03), Axis(None, -1.03, 1.13), layers, f"{title}   {side}", equal=True)
+    return Plot(Axis(None, -1.03, 1.03), Axis(None, -1.03, 1.03), layers, f"{title}   {side}", equal=True)
 
 
 def _bars(coefficients: np.ndarray, order: str) -> Plot:

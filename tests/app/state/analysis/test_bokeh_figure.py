@@ -44,3 +44,12 @@ def test_sizes_are_those_of_all_colours():
             primary, own = light[given.primary], offset[given.primary]
             alone = np.average((own - np.average(own, weights=primary)) ** 2, weights=primary) ** 0.5
             assert white > 1.01 * alone
+
+
+def test_names_of_fields_lie_beside_the_pictures():
+    """They lay over the pictures of the first column, and over the distance above it."""
+    plot = bokeh_figure(query(with_lens(Settings(), "pbrt-dgauss-50mm")), 24).rows[0][0]
+    edge = min(layer.x[0] for layer in plot.layers if isinstance(layer, Map))
+    names = [layer for layer in plot.layers if isinstance(layer, Label) and layer.side == "left middle"]
+    assert [name.text for name in names] == ["axis", "10.8 mm", "17.3 mm", "21.6 mm"]
+    assert all(plot.x.low < name.x <= edge for name in names)

@@ -1,0 +1,52 @@
+"""Figures in narrow panels: the labels of axes, and titles that hide nothing."""
+
+import numpy as np
+import pytest
+from imgui_bundle import ImVec2, imgui, implot
+
+from lensbench.app.panels.analysis.drawing import Drawn, draw_figure
+from lensbench.app.state.analysis.axial_figures import axial_figure
+from lensbench.app.state.analysis.figure import Axis, Figure, Map, Plot, Table
+from lensbench.app.state.analysis.query import query
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from tests.app.stand import drive
+
+EMPTY = Table((), ())
+
+
+def drawn(figure, size):
+    """The state of a figure that was drawn into so many pixels, and the height of a line of its text there."""
+    state, line = Drawn(), 0.0
+
+    def gui():
+        nonlocal line
+        theme.small()
+        line = imgui.get_text_line_height()
+        draw_figure("figure", figure, ImVec2(*size), state)
+        imgui.pop_font()
+
+    drive(gui, lambda ctx: ctx.yield_(3))
+    return state, line
+
+
+@pytest.mark.slow
+def test_both_plots_on_the_axis_name_their_upright_axis_in_the_narrowest_column(monkeypatch):
+    """At 1280 × 720 they had bare numbers: heights in the stop and wavelengths."""
+    labels, setup = set(), implot.setup_axis
+    monkeypatch.setattr(implot, "setup_axis",
+                        lambda axis, label, flags: labels.add(label) or setup(axis, label, flags))
+    drawn(axial_figure(query(Settings()), 16), (270.0, 190.0))
+    assert {"Height in the stop", "Wavelength (nm)"} <= labels
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(270.0, 120.0), (200.0, 300.0), (350.0, 280.0)])
+def test_a_title_stands_above_a_map_and_hides_none_of_it(size):
+    """It lay over the upper edge of the pupil in *Wavefront*, and over a contour's value."""
+    shades = Map("", np.ones((8, 8)), (-1.0, 1.0), (-1.0, 1.0))
+    plot = Plot(Axis(None, -1.0, 1.0), Axis(None, -1.0, 1.0), (shades,), "axis   Strehl 0.66", equal=True)
+    state, line = drawn(Figure("", ((plot,),), EMPTY, "", ()), size)
+    (left, right), (low, high) = state.limits["figure 0 0"]
+    assert left <= -1.0 and right >= 1.0 and low <= -1.0
+    assert (high - 1.0) / (high - low) * size[1] > line
