@@ -151,7 +151,7 @@ def _scene(table: Table, path: Path) -> lb.Scene:
     materials = {name: within(f"material {cut(name)}", _material, as_table(value, f"material {cut(name)}"), folder)
                  for name, value in as_table(table.get("material", {}), "material").items()}
     if "photograph" in table:
-        return within("photograph", _photograph, table, folder)
+        return within("photograph", _photograph, {"name": path.stem, **table}, folder)
     lists = {kind: as_tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) > MOST_OBJECTS:
         raise lb.SceneError(f"has more than {MOST_OBJECTS} objects")

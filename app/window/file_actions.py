@@ -14,6 +14,8 @@ from imgui_bundle import hello_imgui
 
 from lensbench import lenses
 from lensbench.app.files.edited_lens import save_document
+from lensbench.app.files.moment_shelf import cleaned
+from lensbench.app.panels.controls.controls import lens_title
 from lensbench.app.state.build import published
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.lens_choice import with_lens, with_scene
@@ -33,7 +35,7 @@ SAVED = (*PICTURES, ".pfm")
 OF_SCENES = (".obj", ".ply", ".gltf", ".glb", ".jpg", ".jpeg", ".heic", ".tif", ".tiff", ".webp", ".bmp", ".hdr")
 QUESTIONS = {
     Request.OPEN_LENS: Question("Open lens", "Lens files", tuple(READERS)),
-    Request.SAVE_LENS: Question("Save the lens", "Lens files", tuple(WRITERS), True, "lens.toml"),
+    Request.SAVE_LENS: Question("Save the lens", "Lens files", tuple(WRITERS), True),
     Request.OPEN_SCENE: Question("Open scene", "Scene files", (".toml",)),
     Request.OPEN_PICTURE: Question("Open the settings of a picture", "Pictures by lensbench", PICTURES),
     Request.OPEN_SETTINGS: Question("Open settings", "Settings", (".toml",)),
@@ -64,8 +66,12 @@ class Files:
         self.prompt = FilePrompt()
 
     def ask(self, request: Request) -> None:
-        """Ask for the file of a request, one of QUESTIONS."""
-        self.prompt.ask(request, QUESTIONS[request])
+        """Ask for the file of a request, one of QUESTIONS; a lens is to be saved under its own name."""
+        question = QUESTIONS[request]
+        if request is Request.SAVE_LENS:
+            title = lens_title(self._state.history.present.lens)
+            question = replace(question, name=f"{cleaned(title.replace('f/', 'f'))}.toml")
+        self.prompt.ask(request, question)
 
     def answer(self) -> None:
         """Carry out the request, once its file has been chosen."""

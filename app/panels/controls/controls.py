@@ -29,6 +29,7 @@ from lensbench.app.state.lens_choice import FILM, with_scene
 from lensbench.app.state.lens_edit.editing import edit_mark
 from lensbench.app.state.lens_shelf import film_name
 from lensbench.app.state.request import Request
+from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.setting_table import FOV_AXES, LAYOUTS, PROJECTIONS
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
@@ -159,8 +160,13 @@ def _lens(settings: Settings, chooser: Chooser) -> None:
 
 
 def scene_title(name: str) -> str:
-    """The name of a built-in scene in words, or of a file."""
-    return name.replace("-", " ").capitalize() if name in lb.SCENES else Path(name).stem
+    """The name of a built-in scene in words; of a scene file the name that it states, else that of the file."""
+    if name in lb.SCENES:
+        return name.replace("-", " ").capitalize()
+    try:
+        return " ".join(cached_scene(name).name.split()) or Path(name).stem
+    except (SceneFileError, OSError):               # the worker reports it
+        return Path(name).stem
 
 
 def _scene(settings: Settings, chooser: Chooser) -> Settings:

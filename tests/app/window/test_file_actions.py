@@ -262,6 +262,7 @@ def test_the_file_dialog_says_that_there_is_no_file_until_another_folder_is_show
         hand.press(imgui.Key.escape)
         hand.session.files.ask(Request.SAVE_LENS)
         hand.ctx.yield_(3)
+        assert prompt._text == "Double Gauss 50 mm f2.toml"             # the lens's own name, as files may have it
         hand.ctx.item_input_value("//###File/##Name", str(tmp_path / "gone" / "a.toml"))
         hand.ctx.item_click("//###File/Save")
         hand.ctx.yield_(2)
