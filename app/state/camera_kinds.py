@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import lensbench as lb
 from lensbench.app.state import ideal_cameras as ideal
-from lensbench.app.state.build import lens_camera, place_and_shutter
+from lensbench.app.state.build import design, lens_camera, place_and_shutter
 from lensbench.app.state.figures import Readings, lens_readings
 
 if TYPE_CHECKING:
@@ -67,7 +67,8 @@ class LensModel:
     points. has_stop: it has an aperture, hence a plane in focus. rays_from: where its rays leave the lens in the view
     “origin”: "front" (the first surface), "pupil" (the entrance pupil), or "" where that view has no meaning.
     has_fates: rays end at surfaces of the lens, as the view “fate” shows. has_degree: it is a polynomial of the
-    setting `degree`. automatic: it selects the simplest of the others that is accurate enough.
+    setting `degree`. automatic: it selects the simplest of the others that is accurate enough. any_lens: of a lens
+    without rotational symmetry too.
     """
 
     title: str
@@ -78,6 +79,7 @@ class LensModel:
     has_fates: bool = False
     has_degree: bool = False
     automatic: bool = False
+    any_lens: bool = False
 
 
 CAMERA_KINDS = {
@@ -118,9 +120,9 @@ LENS_MODELS = {
     "auto": LensModel(
         "Automatic", "The simplest of the next five that is within half a pixel and 0.05 stops of the full trace,\n"
         "for this scene, film, focus and aperture. The bar at the bottom names it, and the reason",
-        follows_lens=True, rays_from="front", has_fates=True, automatic=True),
+        follows_lens=True, rays_from="front", has_fates=True, automatic=True, any_lens=True),
     "trace": LensModel("Full lens trace", "Every ray is refracted at every surface", follows_lens=True,
-                       rays_from="front", has_fates=True),
+                       rays_from="front", has_fates=True, any_lens=True),
     "polynomial": LensModel(
         "Fitted polynomial", "A polynomial, fitted to the real lens at this focus and aperture: of degree 9 within a "
         "fraction of a pixel,\nin less than half of the time", follows_lens=True, has_degree=True),
@@ -134,3 +136,14 @@ LENS_MODELS = {
 }
 CAMERAS = {name: kind.title for name, kind in CAMERA_KINDS.items()}         # titles, for lists
 MODEL_TITLES = {name: model.title for name, model in LENS_MODELS.items()}
+
+
+def unfit(settings: "Settings", model: str) -> str:
+    """Why the lens of these settings cannot have this model, a key of LENS_MODELS, in a sentence; "" where it can."""
+    if LENS_MODELS[model].any_lens:
+        return ""
+    try:
+        asymmetry = design(settings).asymmetry
+    except (ValueError, OSError):                   # the worker reports it
+        return ""
+    return f"Of a lens with rotational symmetry alone: this one has {asymmetry}" if asymmetry else ""

@@ -15,6 +15,7 @@ import numpy as np
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.build import design, setup
+from lensbench.app.state.camera_kinds import unfit
 from lensbench.app.state.constraints import MARGIN, constrained, with_camera, with_film
 from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.pose import at_home
@@ -57,7 +58,7 @@ def with_lens(settings: Settings, lens: str, locked: Collection[str] = (), zoom:
     Returns
     -------
     Settings
-        Within the range of the lens.
+        Within the range of the lens; with the model “auto” where the lens cannot have the present one.
 
     Raises
     ------
@@ -67,6 +68,8 @@ def with_lens(settings: Settings, lens: str, locked: Collection[str] = (), zoom:
     if not settings.has_lens:
         settings = with_camera(settings, "lens")
     chosen = replace(settings, lens=lens, edited="", focal_length=None, zoom=zoom, ghost_pair="")
+    if unfit(chosen, chosen.lens_model):
+        chosen = replace(chosen, lens_model="auto")
     if FILM not in locked:
         chosen = with_film(replace(chosen, crop=1.0, tilt=0.0, swing=0.0, rise=0.0, shift=0.0, film_radius=None),
                            *own_film(lens, design(replace(chosen, zoom=0.0))))

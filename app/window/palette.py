@@ -17,6 +17,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.controls.controls import scene_title
 from lensbench.app.state.build import design
+from lensbench.app.state.camera_kinds import unfit
 from lensbench.app.state.constraints import constrained, field_of_view, with_camera, with_field_of_view, zooms
 from lensbench.app.state.fuzzy import ranked, score
 from lensbench.app.state.lens_choice import with_lens, with_scene
@@ -180,7 +181,7 @@ def _of_field(field: Field, present: Settings) -> list[Entry]:
                       _sets(_changed(field.name, not value)))]
     if about.choices and about.read is None:
         return [Entry(f"{name}: {title}", "now" if key == value else "", _sets(_changed(field.name, key)))
-                for key, title in titles(field).items()]
+                for key, title in titles(field).items() if field.name != "lens_model" or not unfit(present, key)]
     if reader(field) is None:
         return []
     shown = about.none or "open" if value is None else ""

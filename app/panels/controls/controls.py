@@ -16,7 +16,7 @@ from lensbench.app.panels.controls import film_dials, iris_popup, medium_popup, 
 from lensbench.app.panels.controls.dials import dial_count, dials
 from lensbench.app.panels.controls.dispersion_popup import can_disperse, dispersion_popup
 from lensbench.app.panels.controls.focus_popup import focus_popup
-from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS, unfit
 from lensbench.app.state.constraints import (
     constrained,
     with_camera,
@@ -238,9 +238,12 @@ def _camera(settings: Settings) -> Settings:
         nonlocal chosen
         imgui.text_disabled("With the lens")
         for name, model in LENS_MODELS.items():
+            reason = unfit(settings, name)
+            imgui.begin_disabled(bool(reason))
             if imgui.selectable(model.title, settings.has_lens and name == settings.lens_model)[0]:
                 chosen = replace(with_camera(settings, "lens"), lens_model=name)
-            imgui.set_item_tooltip(model.tooltip)
+            imgui.end_disabled()
+            imgui.set_item_tooltip(reason or model.tooltip)
         imgui.separator()
         imgui.text_disabled("Without a lens")
         for name, kind in CAMERA_KINDS.items():

@@ -14,9 +14,12 @@ from lensbench.app.panels.exit_pupil import UPWARDS
 from lensbench.app.panels.falloff import EVERY_WAY
 from lensbench.app.panels.lens_section.switches import SIDE, TOP
 from lensbench.app.panels.readouts import Status, rows
-from lensbench.app.state.build import setup
+from lensbench.app.state.build import camera, setup
+from lensbench.app.state.camera_kinds import LENS_MODELS, unfit
 from lensbench.app.state.figures import dark_corners, readings
+from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.settings import Settings
+from lensbench.app.window.palette import answers
 from tests.app.conftest import SMALL
 
 NAME = "lentil-schneider-anamorphic-31-2001"
@@ -101,10 +104,32 @@ def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, mon
         assert hand.settings.focus_distance < before
         hand.drag(hand.at("**/Film radius", 0.69, 0.5), hand.at("**/Film radius", 0.3, 0.5))
 
-        # What knows lenses of rotation alone is refused in words
-        hand.ctx.item_click("//Controls/##Camera")
-        hand.ctx.item_click("//##Combo_00/Thin lens")
-        hand.wait(lambda: hand.session.view.messages, "a word about the model")
-        assert "cylinder or toroid" in hand.session.view.messages[0]
-
     drive(use, replace(SMALL, samples=2, focus_distance=math.inf))
+
+
+@pytest.mark.parametrize("model", LENS_MODELS)
+def test_a_model_is_unfit_where_no_camera_can_be_made_with_it(model):
+    try:
+        camera(replace(NEAR, lens_model=model))
+        made = True
+    except lb.CameraError:
+        made = False
+    assert bool(unfit(NEAR, model)) is not made and unfit(Settings(), model) == ""
+    assert with_lens(replace(Settings(), lens_model=model), NAME).lens_model == (model if made else "auto")
+
+
+@pytest.mark.slow
+def test_models_that_the_lens_cannot_have_are_not_offered(drive):
+    """The list offered a pinhole, thin and thick lens and a polynomial; each was refused when it was chosen."""
+    def use(hand):
+        hand.picture()
+        hand.ctx.item_click("//Controls/##Camera")
+        hand.ctx.item_click("//##Combo_00/Pinhole")
+        hand.ctx.yield_(3)
+        assert hand.settings.lens_model == "auto" and "cylinder or toroid" in unfit(hand.settings, "pinhole")
+        hand.ctx.item_click("//##Combo_00/Full lens trace")
+        hand.ctx.yield_(3)
+        assert hand.settings.lens_model == "trace"
+        assert not any("Pinhole" in entry.text for entry in answers("lens model pinhole", hand.session)[:1])
+
+    assert drive(use, replace(SMALL, lens=NAME, f_number=None, focus_distance=3000.0)).view.messages == []
