@@ -1,5 +1,6 @@
 """The docked windows of the panels: what an error or a missing kernel in one does, and what the lens browser covers."""
 
+import math
 import sys
 import traceback
 from collections.abc import Callable
@@ -124,6 +125,8 @@ class Docking:
         if end.x <= covers:
             return
         if clips:
+            if _tabs_end() <= covers:
+                _name(ImVec2(covers, corner.y), end)
             imgui.push_clip_rect(ImVec2(covers, corner.y), end, True)
         draw()
         if imgui.internal.get_current_window().dc.is_set_pos:   # else imgui fails outside the guarded panel
@@ -139,6 +142,26 @@ def _scroll_to_tab() -> None:
     tab = imgui.internal.tab_bar_find_tab_by_id(tabs, window.tab_id) if tabs is not None else None
     if tab is not None:
         imgui.internal.tab_bar_queue_focus(tabs, tab)
+
+
+def _tabs_end() -> float:
+    """The right end of the tabs of the current window's dock on the screen (pixels); infinite without tabs."""
+    node = imgui.internal.get_current_window().dock_node
+    tabs = node.tab_bar if node is not None else None
+    return math.inf if tabs is None else tabs.bar_rect.min.x + tabs.width_all_tabs - tabs.scrolling_anim
+
+
+def _name(corner: ImVec2, end: ImVec2) -> None:
+    """Write the name of the current window into the row of its tabs, of which the lens browser leaves none in sight.
+
+    corner, end: upper left and lower right of what it leaves of the window (pixels).
+    """
+    window, draw, padding = imgui.internal.get_current_window(), imgui.get_window_draw_list(), theme.em(0.8)
+    high = window.inner_rect.min.y - corner.y
+    draw.push_clip_rect(corner, ImVec2(end.x, corner.y + high), False)
+    draw.add_text(ImVec2(round(corner.x + padding), round(corner.y + 0.5 * (high - imgui.get_text_line_height()))),
+                  theme.packed(theme.colours().text), window.name.split("###")[0])
+    draw.pop_clip_rect()
 
 
 def _in_the_dock(name: str) -> bool:

@@ -157,6 +157,26 @@ def test_filters_stars_and_thumbnails(drive):
 
 
 @pytest.mark.slow
+def test_a_panel_whose_tabs_lie_beneath_the_browser_is_named(drive, monkeypatch):
+    """The row of tabs of the dock below the picture was blank beside the browser."""
+    texts, add = [], imgui.ImDrawList.add_text
+    monkeypatch.setattr(imgui.ImDrawList, "add_text", lambda *a: texts.append(a[-1]) or add(*a))
+
+    def use(hand):
+        hand.picture()
+        hand.ctx.window_focus("//Section")
+        hand.ctx.yield_(3)
+        assert "Section" not in texts                               # its tab is in sight
+        hand.press(imgui.Key.l)
+        hand.ctx.yield_(3)
+        texts.clear()
+        hand.ctx.yield_(2)
+        assert "Section" in texts and "Render" not in texts and "Exit pupil" not in texts
+
+    drive(use)
+
+
+@pytest.mark.slow
 def test_a_camera_without_a_lens_gets_one(drive):
     def use(hand):
         opened(hand)
