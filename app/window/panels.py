@@ -257,6 +257,7 @@ class Panels:
             return
         from lensbench.app.panels.lens_table.improvement import take_step
 
+        self.kept.table.follow(self._state.edited)
         self._state.edited = take_step(self._state.edited, self.kept.table)
         if self.kept.table.begun:
             self.kept.table.begun = False

@@ -6,7 +6,7 @@ one. The lens of a document may be one that cannot be built; `faults` says where
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding
@@ -121,6 +121,26 @@ class Pickup:
         return f"{factor}that of surface {self.source}{offset}"
 
 
+class Places(NamedTuple):
+    """Where the surfaces of a document, and the gaps behind them, lie after an edit: their numbers before and after."""
+
+    surfaces: dict[int, int]
+    gaps: dict[int, int]
+
+    def of(self, surface: int, quantity: str) -> int | None:
+        """The surface that has the quantity of this surface now; None where it is gone."""
+        return (self.gaps if quantity == THICKNESS else self.surfaces).get(surface)
+
+    def then(self, later: "Places") -> "Places":
+        """The places after another edit, which followed."""
+        return Places(*({old: after[new] for old, new in before.items() if new in after}
+                        for before, after in zip(self, later, strict=True)))
+
+    def undone(self) -> "Places":
+        """The places after the undo of the edit."""
+        return Places(*({new: old for old, new in each.items()} for each in self))
+
+
 @dataclass(frozen=True)
 class LensDocument:
     """A lens that is edited.
@@ -135,6 +155,8 @@ class LensDocument:
         Numbers that follow from others, by surface.
     findings : tuple of Finding
         Solves that have no solution, and what the latest edit assumed; ignored in comparisons.
+    places : Places or None
+        Of surfaces and gaps, where the latest edit has renumbered them; ignored in comparisons.
 
     Raises
     ------
@@ -147,6 +169,7 @@ class LensDocument:
     solves: tuple[Solve, ...] = ()
     pickups: tuple[Pickup, ...] = ()
     findings: tuple[Finding, ...] = field(default=(), compare=False)
+    places: Places | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         count = len(self.lens.surfaces)

@@ -6,7 +6,7 @@ Lengths in mm; surfaces are numbered from 0.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument
+from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument, Places
 from lensbench.lenses.editing.solves import settled
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
@@ -80,7 +80,9 @@ def reordered(document: LensDocument, order: Sequence[int | Surface], comments: 
             positions = replace(positions, stops=())
     try:
         made = replace(lens, surfaces=surfaces, stop_index=stop, positions=positions)
-        changed = LensDocument(made, said, solves, pickups, tuple(findings))
+        places = Places(place, behind)
+        changed = LensDocument(made, said, solves, pickups, tuple(findings),
+                               places if document.places is None else document.places.then(places))
     except (LensError, ValueError) as error:
         raise EditError(str(error)) from None
     return settled(changed) if settle else changed

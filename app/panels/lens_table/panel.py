@@ -42,8 +42,7 @@ def lens_table_panel(settings: Settings, state: LensTableState, links: Pointed |
     links: what the mouse points at in all panels; the row under the mouse is lit in the section, and the other way.
     """
     state.parted = False
-    if (settings.lens, settings.edited) != state.shown:         # by undo, as one case
-        state.problem, state.shown = "", (settings.lens, settings.edited)
+    state.follow(settings)
     if not settings.has_lens:
         paragraph("This camera has no lens")
         return settings

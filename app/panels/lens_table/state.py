@@ -7,8 +7,9 @@ from lensbench.app.state.lens_edit.editing import edited
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.improvement_worker import ImprovementWorker
-from lensbench.lenses.editing.document import EditError, LensDocument
+from lensbench.lenses.editing.document import EditError, LensDocument, Places
 
+Shown = tuple[str, str]         # the setting of the lens, and its edits
 Cell = tuple[int, str]          # surface, and quantity or "glass", "comment", "asphere", "pose"
 
 
@@ -63,7 +64,8 @@ class LensTableState:
     pasting: str | None = None          # the text of the paste dialog
     attaching: Attachment | None = None         # the dialog of another lens
     problem: str = ""                   # why the latest edit was refused
-    shown: tuple[str, str] = ("", "")   # the setting of the lens and its edits, as drawn last
+    shown: Shown = ("", "")             # as drawn last
+    moves: dict[tuple[Shown, Shown], Places] = field(default_factory=dict)      # by edits, and by their undo
     said: list[str] = field(default_factory=list)
     parted: bool = False
     ghost: bool = False
@@ -90,17 +92,38 @@ class LensTableState:
         else:
             self.first = self.last = surface
 
+    def follow(self, settings: Settings) -> None:
+        """Before the panels of each frame: after an edit, an undo or a redo, ticks go with their surfaces and gaps."""
+        shown = settings.lens, settings.edited
+        if shown == self.shown:
+            return
+        places = self.moves.get((self.shown, shown))
+        if places is not None:
+            self.ticked = {(at, name) for i, name in self.ticked if (at := places.of(i, name)) is not None}
+        self.problem, self.shown = "", shown            # why an edit of another lens was refused
+
     def apply(self, settings: Settings, edit: Callable[[LensDocument], LensDocument], part: bool = True) -> Settings:
         """The settings after an edit; the same ones, and a reason in `problem`, where it is refused.
 
         part: it is a step of undo of its own.
         """
+        places: Places | None = None
+
+        def followed(document: LensDocument) -> LensDocument:
+            nonlocal places
+            made = edit(document)
+            places = made.places
+            return made
+
         try:
-            changed, found = edited(settings, edit)
+            changed, found = edited(settings, followed)
         except EditError as error:
             self.problem = str(error)
             return settings
         self.problem = ""
+        if places is not None:
+            before, after = (settings.lens, settings.edited), (changed.lens, changed.edited)
+            self.moves |= {(before, after): places, (after, before): places.undone()}
         self.said += [str(finding) for finding in found]
         self.parted = self.parted or part and changed is not settings
         return changed

@@ -202,6 +202,30 @@ def test_what_was_said_of_an_edit_goes_with_its_undo(drive):
     assert session.history.present.edited == "" and session.view.messages == []
 
 
+def test_numbers_that_may_change_go_with_their_surfaces(drive):
+    """A surface inserted before them left the ticks at the numbers of other surfaces."""
+    def use(hand):
+        state = table(hand)
+        state.ticked = {(1, "curvature"), (3, "thickness"), (4, "curvature")}
+        start = set(state.ticked)
+        hand.ctx.item_click("**/2 row")
+        hand.press(KEY.insert)
+        hand.ctx.yield_(2)
+        assert state.ticked == {(1, "curvature"), (4, "thickness"), (5, "curvature")}
+        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.ctx.yield_(2)
+        assert state.ticked == start
+        hand.press(KEY.mod_ctrl | KEY.y)
+        hand.ctx.yield_(2)
+        assert state.ticked == {(1, "curvature"), (4, "thickness"), (5, "curvature")}
+        hand.ctx.item_click("**/1 row")
+        hand.press(KEY.delete)
+        hand.ctx.yield_(2)
+        assert (4, "curvature") in state.ticked and len(state.ticked) == 2
+
+    drive(use, TRIPLET)
+
+
 def test_a_glass_is_searched_and_clicked(drive):
     def use(hand):
         table(hand)
