@@ -95,7 +95,7 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
     """
     path = Path(path)
     writer = writer_of(path)
-    lens, placed = with_picture_beside(lens, path) if path.suffix.lower() == ".toml" else (lens, [])
+    lens, placed = with_picture_beside(lens, path) if path.suffix.lower() == ".toml" else (lens.with_round_stop, [])
     text, remarks = writer(lens)
     beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
     try:

@@ -239,7 +239,7 @@ def _beyond_surfaces(lens: Lens) -> list[Finding]:
     if lens.stop_image is not None:
         remarks.append(without_picture(lens))
     elif lens.blades and lens.roundness < 1.0:
-        remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as the circle about them",
+        remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as a circle of as much area",
                             lens.stop_index))
     if lens.front_index != 1.0:
         remarks.append(note(Kind.LEFT_OUT, f"the index {significant(lens.front_index)} before the lens is left out: it "

@@ -133,7 +133,7 @@ def _pbrt(camera: lb.Camera, path: Path, remarks: list[str]) -> str:
         note = (f"# film distance {significant(camera.film_distance)} mm behind the last vertex; pbrt finds it from "
                 "the focus distance\n")
         kind = (f'Camera "realistic" "string lensfile" "{place.name}" "float focusdistance" {focus!r} '
-                f'"float aperturediameter" {2.0 * camera.lens.stop_radius!r} {shutter}')
+                f'"float aperturediameter" {2.0 * camera.lens.equivalent_stop_radius!r} {shutter}')
     elif isinstance(camera, lb.PerspectiveCamera):
         fov = math.degrees(2.0 * math.atan(0.5 * min(film.width, film.height) / camera.film_distance))
         kind = (f'Camera "perspective" "float fov" {fov!r} "float lensradius" {radius / 1000.0!r} '

@@ -234,8 +234,10 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
             "log2 N²/t with the working f-number and the shutter time, at ISO 100: EV − log2 ISO/100"),
         Row("Film distance", *_length(got.film_distance, 2),
             "From the last vertex to the film" if settings.has_lens else "From the hole to the film", gap=True),
-        Row("Entrance pupil", *_diameter(got.entrance_pupil), "Diameter of the stop as the scene sees it, E"),
-        Row("Exit pupil", *_diameter(got.exit_pupil), "Diameter of the stop as the film sees it, E′"),
+        Row("Entrance pupil", *_diameter(got.entrance_pupil), "Diameter of the stop as the scene sees it, E;\n"
+            "of blades that of a circle of as much area"),
+        Row("Exit pupil", *_diameter(got.exit_pupil), "Diameter of the stop as the film sees it, E′;\n"
+            "of blades that of a circle of as much area"),
         Row("Airy disk", NONE if got.airy is None else fixed(1000.0 * got.airy, 1), "µm",
             "Diameter of the first dark ring of a point of light, 2.44 λ N: what diffraction alone does"),
         Row("Rays", NONE if status.rays_per_second <= 0.0 else significant(status.rays_per_second / 1e6, 3), "M/s",

@@ -190,7 +190,7 @@ def published(settings: "Settings") -> lb.Lens:
         lens = replace(lens, blades=0, stop_image=stop_picture(settings.stop_image))
     elif settings.blades is not None:
         lens = replace(lens, blades=settings.blades, blade_rotation=settings.blade_rotation,
-                       roundness=settings.roundness, stop_image=None)
+                       roundness=settings.roundness, blade_reach=math.inf, stop_image=None)
     if settings.medium == "water" and settings.immersed:
         lens = replace(lens, front_index=WATER_INDEX)
     if settings.focal_length is not None:

@@ -138,13 +138,14 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     wavelength = reference_wavelength(lens.surfaces, lens.system)
     designed = lb.first_order(lens, wavelength)
     seen = lb.first_order(lens_setup.lens, wavelength)              # focused and stopped down
+    area = 2.0 * lens_setup.lens.iris.equivalent_radius             # of a circle of as much area as the blades leave
     plain = replace(
         angles(film, lens.front_index * designed.efl, _across(lens, wavelength, lens.front_index), port),
         wavelength=wavelength,
         efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl), limit=limit,
         widest_f_number=_finite(lb.f_number_at_infinity(lens, wavelength)),
         film_distance=lens_setup.film_distance, focusing=lens_setup.focusing,
-        entrance_pupil=_finite(2.0 * seen.entrance_pupil.radius), exit_pupil=_finite(2.0 * seen.exit_pupil.radius),
+        entrance_pupil=_finite(area * seen.entrance_pupil.radius), exit_pupil=_finite(area * seen.exit_pupil.radius),
         reason=lens_setup.reason,
     )
     if not 0.0 < lens_setup.first_order.efl < math.inf:

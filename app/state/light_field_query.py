@@ -160,15 +160,14 @@ class Look:
 
 def radius(look: Look, field: lb.LightField) -> float:
     """Radius of the synthetic aperture, in pupil radii."""
-    return 1.0 if look.f_number is None else field.f_number / look.f_number
+    return 1.0 if look.f_number is None else field.pupil_f_number / look.f_number
 
 
 def with_aperture(look: Look, f_number: float, field: lb.LightField) -> Look:
     """Look with another f-number, no wider than recorded; its centre moves until the aperture lies in the pupil."""
-    part = min(field.f_number / f_number, 1.0)
+    whole, part = f_number <= field.f_number, min(field.pupil_f_number / f_number, 1.0)
     off, far = math.hypot(*look.view), 1.0 - part
     view = look.view if off <= far else (look.view[0] * far / off, look.view[1] * far / off)
-    whole = part == 1.0
     return replace(look, f_number=None if whole else f_number, view=(0.0, 0.0) if whole else view)
 
 
@@ -180,7 +179,7 @@ def with_view(look: Look, view: tuple[float, float], field: lb.LightField) -> Lo
     room = 1.0 - min(off, EDGE)
     if radius(look, field) <= room:
         return replace(look, view=view)
-    return replace(look, view=view, f_number=field.f_number / room)
+    return replace(look, view=view, f_number=max(field.pupil_f_number / room, field.f_number))
 
 
 def light_field_picture(recording: Recording, look: Look, depth: lb.Depth | None) -> NDArray[np.float32]:

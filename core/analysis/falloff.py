@@ -49,7 +49,7 @@ class Falloff:
 
 
 def falloff(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE) -> Falloff:
-    """The falloff of a lens; the stop counts as the circle about its blades.
+    """The falloff of a lens; its blades count as a circle of as much area.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def falloff(lens: Lens, film_distance: float, film_radii, wavelength: float = D_
         For invalid radii and distances.
     """
     radii = np.atleast_1d(np.asarray(film_radii, float))
-    pupil = exit_pupil(lens, film_distance, np.append(0.0, radii), wavelength)
+    pupil = exit_pupil(lens.with_round_stop, film_distance, np.append(0.0, radii), wavelength)
     light, area = pupil.cos4_area, pupil.area
     with np.errstate(divide="ignore", invalid="ignore"):
         cos4 = np.where(area > 0.0, light / area, np.nan)

@@ -160,7 +160,8 @@ def _before_window(camera: LensCamera, circle: float) -> SharpFocus:
 
     # The film's middle may move along the axis by so much before a point becomes the circle
     if math.isfinite(fo.exit_pupil.z):
-        cone = 2.0 * fo.exit_pupil.radius / abs(camera.film_distance + lens.length - fo.exit_pupil.z)
+        diameter = 2.0 * fo.exit_pupil.radius * lens.iris.equivalent_radius
+        cone = diameter / abs(camera.film_distance + lens.length - fo.exit_pupil.z)
     else:
         cone = 1.0 / (n * fo.f_number)
     depth = circle / cone if cone > 0.0 else math.inf

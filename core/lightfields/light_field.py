@@ -294,7 +294,7 @@ class LightField:
             raise LightFieldError(f"f/{significant(f_number)} was not recorded: this light field was captured at "
                                   f"f/{significant(self.f_number, 3)}")
         else:
-            radius = self.camera.gaussian.iris.equivalent_radius * self.f_number / f_number
+            radius = self.pupil_f_number / f_number
         if off + radius > self.reach * math.sqrt(2.0) + 1e-9:
             raise LightFieldError(f"an aperture about ({significant(view[0])}, {significant(view[1])}) leaves what was "
                                   f"recorded: the pupil "
@@ -313,6 +313,11 @@ class LightField:
     def f_number(self) -> float:
         """F-number of the recorded aperture, that of a circle of as much area for blades."""
         return self.camera.geometric_f_number
+
+    @cached_property
+    def pupil_f_number(self) -> float:
+        """F-number of a round aperture of the recorded pupil's radius, lower than `f_number` behind blades."""
+        return self.f_number * self.camera.gaussian.iris.equivalent_radius
 
     @cached_property
     def nearest(self) -> float:

@@ -62,9 +62,11 @@ def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def pupil_rays(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Bundles of axis points of nearness (n,) in 1/mm that cover the open pupil evenly, its rim included.
 
+    Blades count as a circle of as much area.
     → points and slopes (n, rays, 2), x and y, on the plane of the last vertex (mm, mm/mm), and weights (n, rays)
     of sum 1, by the area on the plane of the first vertex.
     """
+    lens = lens.with_round_stop
     (zones, zone_weights), (directions, weights) = zone_rule(), fan_rule(lens, nearness)
     points, slopes = np.empty((2, *directions.shape[:2], len(zones), 2))
     rims = np.empty(directions.shape[:2])

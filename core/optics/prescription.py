@@ -130,9 +130,16 @@ class Lens:
         return Iris(self.blades, self.blade_rotation, self.roundness, self.stop_image, self.blade_reach)
 
     @property
-    def stop_radius(self) -> float:
+    def equivalent_stop_radius(self) -> float:
         """Radius (mm) of the circle that has the area of the stop's opening; the f-number refers to it (ISO 517)."""
         return self.stop.semi_diameter * self.iris.equivalent_radius
+
+    @cached_property
+    def with_round_stop(self) -> "Lens":
+        """The lens with a round stop of as much area as its blades leave; they lie behind its rim."""
+        if self.blade_reach == inf or self.iris.is_round:
+            return self
+        return replace(self.with_stop_radius(self.equivalent_stop_radius), blade_reach=inf)
 
     @cached_property
     def with_open_stop(self) -> "Lens":

@@ -62,7 +62,7 @@ def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: Array
             nearness = lens.front_index / before        # reduced slope per mm of height at the first vertex
             at_film = (a + film_gap * c) + (b + film_gap * d) * nearness    # heights per mm there
             at_stop = a_stop + b_stop * nearness
-            squares.append((2.0 * lens.stop_radius * at_film / at_stop) ** 2)
+            squares.append((2.0 * lens.equivalent_stop_radius * at_film / at_stop) ** 2)
     return np.where(before > 0.0, np.sqrt(np.mean(squares, 0)), np.nan)
 
 
@@ -163,7 +163,7 @@ def thick_depth_of_field(lens: Lens, film_distance: float, focus_distance: float
     else:
         _, _, c, d = ray_matrix(lens, 0, len(lens.surfaces))
         a, b, _, _ = ray_matrix(lens, 0, lens.stop_index)
-        share = limit * abs(c + d * focus) / (2.0 * lens.stop_radius)
+        share = limit * abs(c + d * focus) / (2.0 * lens.equivalent_stop_radius)
         share = share if a + b * focus > 0.0 else -share
         far = (focus - share * a) / (1.0 + share * b) if share * b > -1.0 else 0.0
         near = (focus + share * a) / (1.0 - share * b) if share * b < 1.0 else inf
@@ -225,7 +225,7 @@ def _hyperfocal(lens: Lens, limit: float, film_at: float | None = None) -> float
     """
     a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
     a_stop = ray_matrix(lens, 0, lens.stop_index)[0]
-    share = limit * abs(a_stop) / (2.0 * lens.stop_radius)
+    share = limit * abs(a_stop) / (2.0 * lens.equivalent_stop_radius)
     if not c < 0.0:
         raise LensError("this lens has no hyperfocal distance: it does not make distant light converge")
     if not 1.0 + share * d > 0.0:
@@ -252,7 +252,7 @@ def _between_sections(lens: Lens, film_distance: float, focus: float, limit: flo
     for section in lens.sections:
         a, b, c, d = ray_matrix(section, 0, len(lens.surfaces))
         a_stop, b_stop, _, _ = ray_matrix(section, 0, lens.stop_index)
-        diameter = 2.0 * lens.stop_radius
+        diameter = 2.0 * lens.equivalent_stop_radius
         wide.append(diameter * np.poly1d([b + gap * d, a + gap * c]))
         stops.append(np.poly1d([b_stop, a_stop]))
     excess = (wide[0] * stops[1]) ** 2 + (wide[1] * stops[0]) ** 2 - 2.0 * limit**2 * (stops[0] * stops[1]) ** 2

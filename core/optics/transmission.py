@@ -47,13 +47,14 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
     """
     if not film_distance > 0.0:
         raise LensError(f"film distance {significant(film_distance)} mm: the film must lie behind the last vertex")
+    lens = lens.with_round_stop
     meridians = [(0.0, 1.0)] if lens.is_rotationally_symmetric else [(0.0, 1.0), (1.0, 0.0)]
     if not lens.is_in_line:
         meridians = [(cos(turn), sin(turn)) for turn in (2.0 * pi * k / AZIMUTHS for k in range(AZIMUTHS))]
     sines = []
     for across, up in meridians:
         height = marginal_height(surface_table(lens), 1.0 / film_distance, False, across, up)
-        sines.append(lens.iris.equivalent_radius * height / hypot(height, film_distance))
+        sines.append(height / hypot(height, film_distance))
     if not lens.is_in_line and not min(sines) > 0.0:
         return _by_light(lens, film_distance)
     sine = prod(sines) ** (1.0 / len(sines)) if len(sines) != 1 else sines[0]

@@ -122,22 +122,58 @@ class Pickup:
 
 
 class Places(NamedTuple):
-    """Where the surfaces of a document, and the gaps behind them, lie after an edit: their numbers before and after."""
+    """Where the surfaces of a document, and the gaps behind them, lie after an edit.
+
+    Parameters
+    ----------
+    surfaces : dict of int to int
+        Number of each surface before, and after; those that are gone are left out.
+    gaps : dict of int to int
+        The same of the gaps, by the surface before each.
+    """
 
     surfaces: dict[int, int]
     gaps: dict[int, int]
 
     def of(self, surface: int, quantity: str) -> int | None:
-        """The surface that has the quantity of this surface now; None where it is gone."""
+        """The surface that has a number of the table now.
+
+        Parameters
+        ----------
+        surface : int
+            Number of the surface before the edit.
+        quantity : str
+            Name of the number; the thickness is that of the gap.
+
+        Returns
+        -------
+        int or None
+            None where it is gone.
+        """
         return (self.gaps if quantity == THICKNESS else self.surfaces).get(surface)
 
     def then(self, later: "Places") -> "Places":
-        """The places after another edit, which followed."""
+        """The places after another edit, which followed.
+
+        Parameters
+        ----------
+        later : Places
+            Those of the other edit.
+
+        Returns
+        -------
+        Places
+        """
         return Places(*({old: after[new] for old, new in before.items() if new in after}
                         for before, after in zip(self, later, strict=True)))
 
     def undone(self) -> "Places":
-        """The places after the undo of the edit."""
+        """The places after the undo of the edit.
+
+        Returns
+        -------
+        Places
+        """
         return Places(*({new: old for old, new in each.items()} for each in self))
 
 

@@ -300,7 +300,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     pictured = lens.stop_image is not None and lens.stop_image.name != ""
     if pictured and lens.stop_image is not None:
         lines += ["", "[stop]", f"image = {quoted(lens.stop_image.name)}"]
-    elif lens.blades or lens.blade_rotation or lens.roundness:
+    elif lens.blades or lens.blade_rotation or lens.roundness or lens.blade_reach < inf:
         lines += ["", "[stop]", f"blades = {lens.blades}", f"rotation = {digits(lens.blade_rotation)}",
                   f"roundness = {digits(lens.roundness)}"]
         if lens.blade_reach < inf:

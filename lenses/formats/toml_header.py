@@ -139,7 +139,7 @@ def lines(lens: "Lens") -> list[str]:
     n = lens.front_index
     tele = focal_length(lens.at(zoom=1.0).surfaces, wavelength, n) if lens.zooms else inf
     for key, value in (("computed_efl", focal_length(lens.surfaces, wavelength, n)), ("computed_tele_efl", tele),
-                       ("computed_f_number", f_number(lens.surfaces, lens.stop_index, wavelength, n))):
+                       ("computed_f_number", f_number(lens.with_round_stop.surfaces, lens.stop_index, wavelength, n))):
         if isfinite(value):
             written.append(f"{key} = {digits(float(f'{value:.6g}'))}")
     written.append(f"counts = {{ {', '.join(f'{key} = {count}' for key, count in asdict(counts(lens)).items())} }}")

@@ -1,6 +1,5 @@
 """Memory of the caches of the core: in sum that of a small laptop, and bounded as scenes come and go."""
 
-import gc
 import importlib
 import pkgutil
 
@@ -19,13 +18,13 @@ PICTURE = (512, 1195)                   # texels of 12 bytes: 7 MB, of which fou
 
 def test_all_caches_of_the_core_leave_most_of_a_laptop_with_8_gb():
     """A tenth of its memory, beside the textures of the present scene, which it needs."""
-    others = [f"{package.__name__}." for package in (app, lenses)]
+    others = tuple(f"{package.__name__}." for package in (app, lenses))
+    caches = set()
     for module in pkgutil.walk_packages(lensbench.__path__, "lensbench."):
-        if not f"{module.name}.".startswith(tuple(others)):
-            importlib.import_module(module.name)
-    caches = [each for each in gc.get_objects() if type(each) is ByteCache          # no proxy of what is gone
-              and each.__module__.startswith("lensbench.") and not each.__module__.startswith(tuple(others))]
-    assert {small_lights.split_light, texture} <= set(caches)
+        if not f"{module.name}.".startswith(others):
+            caches |= {each for each in vars(importlib.import_module(module.name)).values()
+                       if isinstance(each, ByteCache)}
+    assert {small_lights.split_light, texture} <= caches
     assert sum(each.most_bytes for each in caches if each is not texture) < LAPTOP // 10
 
 

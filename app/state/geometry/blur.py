@@ -104,7 +104,8 @@ def _of_lens(built: Setup, behind: np.ndarray) -> np.ndarray:
     fo, focused = built.first_order, built.focus_distance
     if built.refused:                                   # not focused as set
         focused = lb.focused_distance(built.lens, built.film_distance)
-    plane, diameter = fo.entrance_pupil.z, 2.0 * fo.entrance_pupil.radius
+    plane = fo.entrance_pupil.z
+    diameter = 2.0 * fo.entrance_pupil.radius * built.lens.iris.equivalent_radius
     if not (abs(plane) < FAR_PUPIL * built.film_z and focused > built.film_z - plane):
         plane, diameter = fo.front_principal, fo.efl / fo.f_number
     offset, magnification = built.film_z - plane, lb.magnification(built.lens, built.film_distance, focused)

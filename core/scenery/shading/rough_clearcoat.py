@@ -52,7 +52,7 @@ from lensbench.scenery.intersect.sky import SKY, gradient
 from lensbench.scenery.shading.illumination import F0, schlick_edge
 
 CENTRE, FACING_AREA, COLOUR, HIGHLIGHT = offsets(3, 1, 3)       # FACING_AREA: of the light as a disk, over π (mm²)
-# Rows of what `rough_lights` knows of each coated lane. ACROSS, ALONG, NORMAL: its frame, and POINT in that frame;
+# Rows of what `rough_lights` knows of each coated lane. POINT, and its frame: ACROSS, ALONG, NORMAL;
 # ACROSS_WAY, ALONG_WAY: of the ray's direction; VIEW: cosine of incidence; ALPHA2: width² of the lobe; HIDDEN:
 # `smith_sum` of the ray over 2; PUPIL, PIXEL: half-widths of the part of the pupil and of the pixel at the surface, the
 # latter over √3, and their growth per mm; SUM: what the lane reflects. Then, of one light: slopes² and half-width² in
@@ -65,7 +65,7 @@ REGISTER = 16           # lanes of the widest vector register
 FLATTEST, FARTHEST = 0.1, 0.9       # ray through the middle: least cosine over the sample's, greatest change of length
 WIDEST = 1.0            # slope²: greatest half-width of a sample's part, half a right angle
 DARK = 1e8              # of lobe widths²: beyond, a light is black, and single precision soon overflows
-STRAIGHT2 = 1e-4        # sin² of incidence: below, the plane of incidence is a matter of rounding
+STRAIGHT2 = 1e-10       # sin² of incidence: below, the plane of incidence is a matter of rounding
 
 
 def rough_clearcoat_parameters(sky, lights) -> np.ndarray:
@@ -203,12 +203,14 @@ def aim_highlight(known, n, centre, size):
     cx, cy, cz = centre
     for i in range(n):
         view, alpha2 = known[VIEW * PART + i], known[ALPHA2 * PART + i]
-        across = (cx * known[ACROSS * PART + i] + cy * known[(ACROSS + 1) * PART + i]
-                  + cz * known[(ACROSS + 2) * PART + i]) - known[POINT * PART + i]
-        along = (cx * known[ALONG * PART + i] + cy * known[(ALONG + 1) * PART + i]
-                 + cz * known[(ALONG + 2) * PART + i]) - known[(POINT + 1) * PART + i]
-        height = (cx * known[NORMAL * PART + i] + cy * known[(NORMAL + 1) * PART + i]
-                  + cz * known[(NORMAL + 2) * PART + i]) - known[(POINT + 2) * PART + i]
+        qx, qy, qz = (cx - known[POINT * PART + i], cy - known[(POINT + 1) * PART + i],
+                      cz - known[(POINT + 2) * PART + i])
+        across = (qx * known[ACROSS * PART + i] + qy * known[(ACROSS + 1) * PART + i]
+                  + qz * known[(ACROSS + 2) * PART + i])
+        along = (qx * known[ALONG * PART + i] + qy * known[(ALONG + 1) * PART + i]
+                 + qz * known[(ALONG + 2) * PART + i])
+        height = (qx * known[NORMAL * PART + i] + qy * known[(NORMAL + 1) * PART + i]
+                  + qz * known[(NORMAL + 2) * PART + i])
         inverse = real(1) / math.sqrt(across * across + along * along + height * height)
         slant = height * inverse
         across = across * inverse - known[ACROSS_WAY * PART + i]
@@ -287,14 +289,16 @@ def know(lanes, which, known, n):
         az = (ny if upright else -nx) if straight else az
         size = real(1) / math.sqrt(ax * ax + ay * ay + az * az)
         ax, ay, az = ax * size, ay * size, az * size
+        lean = ax * nx + ay * ny + az * nz              # by rounding, of a ray almost straight down
+        ax, ay, az = ax - lean * nx, ay - lean * ny, az - lean * nz
+        size = real(1) / math.sqrt(ax * ax + ay * ay + az * az)
+        ax, ay, az = ax * size, ay * size, az * size
         bx, by, bz = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
-        hx, hy, hz = row[A0, k], row[A1, k], row[A2, k]
         known[ACROSS * PART + i], known[(ACROSS + 1) * PART + i], known[(ACROSS + 2) * PART + i] = ax, ay, az
         known[ALONG * PART + i], known[(ALONG + 1) * PART + i], known[(ALONG + 2) * PART + i] = bx, by, bz
         known[NORMAL * PART + i], known[(NORMAL + 1) * PART + i], known[(NORMAL + 2) * PART + i] = nx, ny, nz
-        known[POINT * PART + i] = hx * ax + hy * ay + hz * az
-        known[(POINT + 1) * PART + i] = hx * bx + hy * by + hz * bz
-        known[(POINT + 2) * PART + i] = hx * nx + hy * ny + hz * nz
+        known[POINT * PART + i], known[(POINT + 1) * PART + i], known[(POINT + 2) * PART + i] = (
+            row[A0, k], row[A1, k], row[A2, k])
         known[ACROSS_WAY * PART + i] = dx * ax + dy * ay + dz * az
         known[ALONG_WAY * PART + i] = dx * bx + dy * by + dz * bz
         view = -(dx * nx + dy * ny + dz * nz)

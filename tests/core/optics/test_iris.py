@@ -281,6 +281,41 @@ def test_blades_come_forth_from_behind_the_rim_as_a_lens_is_stopped_down(blades)
     assert (np.diff(reaches) < 0.0).all()
 
 
+@pytest.mark.parametrize(("blades", "by"), [(3, 1.15), (5, 1.4), (7, 1.1), (7, 4.0)])
+def test_blades_change_no_figure_of_an_f_number(blades, by):
+    """Depth of field, blur, falloff, exposure and best focus are those of the round stop of as much area."""
+    plain = lenses.load("pbrt-dgauss-50mm")
+    number = by * lb.first_order(plain).f_number
+    round_, bladed = (lb.stopped_down(replace(plain, blades=count), number) for count in (0, blades))
+    away = lb.film_distance(plain, 2000.0)
+    assert not bladed.iris.is_round and bladed.with_round_stop.iris.is_round
+    assert bladed.with_round_stop.stop.semi_diameter == pytest.approx(round_.stop.semi_diameter, rel=1e-9)
+    for figure in (lambda it: lb.first_order(it).f_number, lambda it: lb.working_f_number(it, away),
+                   lambda it: lb.t_number(it), lambda it: lb.thick_depth_of_field(it, away, 2000.0, 0.03),
+                   lambda it: lb.thick_circle_of_confusion(it, away, [5000.0]),
+                   lambda it: lb.thick_hyperfocal(it, 0.03),
+                   lambda it: lb.falloff(it, away, [0.0, 12.0]).irradiance,
+                   lambda it: lb.film_distance(it, 2000.0, "real")):
+        assert figure(bladed) == pytest.approx(figure(round_), rel=2e-3)      # real rays: the pupil's aberration
+    wedges = [lb.analysis.sharp_focus(lb.LensCamera(it, FILM, 2000.0), 0.03) for it in (round_, bladed)]
+    for one, other in zip(*((wedge.near, wedge.far) for wedge in wedges), strict=True):
+        assert one.offset == pytest.approx(other.offset, rel=1e-9)
+
+
+def test_a_rim_that_is_narrower_than_the_blades_is_the_working_f_number():
+    """The blades cut an opening of 5 sides within the stop; a front rim of 0.8 of its corners leaves a circle there."""
+    plain = replace(lenses.load("pbrt-dgauss-50mm"), blades=5)
+    stopped = lb.stopped_down(plain, 4.0)
+    away = lb.film_distance(plain, math.inf)
+    flat = math.cos(math.pi / 5.0)                      # the nearest point of a blade
+    beam = replace(stopped.with_stop_radius(0.8 * flat * stopped.stop.semi_diameter), blades=0)
+    rims = list(stopped.surfaces)
+    height = lb.first_order(beam).entrance_pupil.radius
+    rims[0] = replace(rims[0], semi_diameter=height)    # parallel to the axis, the beam is as high there
+    narrow = replace(stopped, surfaces=tuple(rims))
+    assert lb.working_f_number(narrow, away) == pytest.approx(lb.working_f_number(beam, away), rel=2e-3)
+
+
 @pytest.mark.parametrize("roundness", [0.0, 0.4])
 def test_an_opening_cut_off_by_the_rim_is_the_blades_within_a_circle(roundness):
     """Area and second moment of the arcs clipped at the rim, by 4000 chords an arc; samples, and rays it blocks."""

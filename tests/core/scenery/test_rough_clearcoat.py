@@ -12,6 +12,7 @@ from lensbench.cameras.pupil_footprint import FULL_PUPIL_SAMPLES, footprint_step
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.kernels.block import (
     A0,
+    A3,
     DEPTH,
     FINISH,
     KEYS,
@@ -44,7 +45,7 @@ from lensbench.scenery.finish import MATTE
 from lensbench.scenery.intersect.sky import SKY
 from lensbench.scenery.objects import Floor, Material, Rectangle, Sky, Sphere
 from lensbench.scenery.scene import Scene
-from lensbench.scenery.shading.rough_clearcoat import lobe_mean, rough_open
+from lensbench.scenery.shading.rough_clearcoat import lobe_mean, rough_lights, rough_open
 
 NO_INTEGERS = np.zeros(0, np.int64)
 FILM = lb.Film(36.0, 24.0, 90, 60)
@@ -257,3 +258,43 @@ def test_the_pupil_of_a_thin_lens_is_where_the_camera_is_and_its_focus_in_the_pl
         np.testing.assert_allclose(np.stack([right, up, back], 1), place[:3, :3], atol=1e-12)
         np.testing.assert_allclose(plane, place[:3, 3], atol=1e-6)
         assert after.parameters[12] == pytest.approx(-1200.0, rel=1e-6)
+
+
+def gleams(real, points, ways, lights, gloss, size=0.0, fan=0.0):
+    """Light of lights (x, y, z, area over π) on a horizontal coat at points (n, 3), of rays along ways (n, 3)."""
+    lanes = lane_buffer(real)
+    table = lanes.reshape(-1, PITCH)[:, :B]
+    table[FINISH] = MATTE
+    n = len(points)
+    table[A0:A0 + 3, :n], table[L:N + 1, :n] = points.T, ways.T
+    table[NX:NX + 3, :n], table[FINISH, :n] = np.array([[0.0], [1.0], [0.0]]), gloss
+    table[DEPTH, :n], table[PUPIL_RADIUS, :n], table[PUPIL_SPREAD, :n] = 1000.0, size, fan
+    rough_lights(lanes, np.array([[*light, 1.0, 1.0, 1.0] for light in lights], real).ravel())
+    return table[A3, :n].astype(float)
+
+
+@pytest.mark.parametrize("gloss", [0.95, 0.99, 0.998])
+def test_a_gleam_turns_with_ray_and_light_however_straight_down_the_ray(gloss):
+    """About the normal; a sample's part has a direction, along the plane of incidence, down to a hundred-thousandth."""
+    away, turns = np.array([2e-5, 1e-3, 0.0099, 0.0101, 0.1]), np.linspace(0.0, 6.0, 7)
+    found = []
+    for turn in turns:
+        across = np.array([math.cos(turn), 0.0, math.sin(turn)])
+        ways = away[:, None] * across - np.sqrt(1.0 - away**2)[:, None] * [0.0, 1.0, 0.0]
+        light = 3000.0 * (0.004 * across + 0.003 * np.array([-across[2], 0.0, across[0]])) + [0.0, 3000.0, 0.0]
+        found.append(gleams(np.float64, np.zeros((len(away), 3)), ways, [(*light, 40.0)], gloss, 10.0, 2e-3))
+    np.testing.assert_allclose(found, np.tile(found[0], (len(turns), 1)), rtol=1e-9)
+    assert (found[0] > 0.0).all()
+
+
+def test_a_light_just_above_the_coat_has_its_gleam_far_from_the_origin():
+    """Single precision, against double: 5 and 20 mm above, ten metres away, where coordinates are exact to 1e-3 mm."""
+    rng = np.random.default_rng(5)
+    points = np.column_stack([1e4 + rng.uniform(-30.0, 30.0, 400), np.full(400, -700.0), rng.uniform(-30.0, 30.0, 400)])
+    points = points.astype(np.float32).astype(float)
+    ways = np.column_stack([rng.uniform(0.2, 0.8, 400), np.full(400, -0.3), rng.uniform(-0.3, 0.3, 400)])
+    ways = (ways / np.linalg.norm(ways, axis=1)[:, None]).astype(np.float32).astype(float)
+    for height, gloss, within in ((5.0, 0.9, 1e-4), (20.0, 0.99, 5e-4)):
+        light = [(1e4, -700.0 + height, 0.0, 1.0)]
+        single, double = (gleams(real, points, ways, light, np.float32(gloss)) for real in (np.float32, np.float64))
+        assert np.abs(single - double).max() < within * double.max()

@@ -94,8 +94,14 @@ def test_the_blades_of_the_stop_are_kept_and_may_be_turned_in_degrees(tmp_path):
     assert lenses.save(wet, tmp_path / "wet.toml") == () and lenses.load(tmp_path / "wet.toml") == wet
     for suffix in (".dat", ".zmx", ".seq"):
         remarks = lenses.save(wet, tmp_path / f"bladed{suffix}")
-        assert any("circle about" in str(remark) for remark in remarks)
+        assert any("circle of as much area" in str(remark) for remark in remarks)
         assert any("1.333" in str(remark) for remark in remarks)
+    closed = lb.stopped_down(replace(lenses.load("pbrt-dgauss-50mm"), blades=5), 4.0)
+    assert lenses.save(closed, tmp_path / "closed.toml") == () and lenses.load(tmp_path / "closed.toml") == closed
+    assert "computed_f_number = 4.0\n" in (tmp_path / "closed.toml").read_text()
+    for suffix in (".zmx", ".seq", ".len", ".json", ".dat"):        # a round stop of as much area
+        lenses.save(closed, tmp_path / f"closed{suffix}")
+        assert lb.first_order(lenses.load(tmp_path / f"closed{suffix}")).f_number == pytest.approx(4.0, rel=1e-6)
     with pytest.raises(lenses.LensFileError, match="before the lens"):
         load_text(tmp_path, ROWS.replace("units", "front_index = 0.5\nunits"))
 
