@@ -131,7 +131,7 @@ class Iris:
         tuple of float
             Radius of the stop in units of the present one, and the `reach` of the blades for it.
         """
-        if self.blades == 0 or self.roundness == 1.0:
+        if self.blades == 0 or self.roundness == 1.0 or share == 1.0:      # an open stop stays round to the last bit
             return math.sqrt(share), self.reach
         return _closed(self, share)
 

@@ -281,6 +281,16 @@ def test_blades_come_forth_from_behind_the_rim_as_a_lens_is_stopped_down(blades)
     assert (np.diff(reaches) < 0.0).all()
 
 
+def test_the_widest_f_number_leaves_the_stop_round_whatever_the_blades():
+    """By rounding, 1 / cos(π / n) · cos(π / n) may lie below 1: the open lens was then traced behind blades."""
+    plain = lenses.load("pbrt-dgauss-50mm")
+    for blades in range(3, 25):
+        for roundness in (0.0, 0.3, 0.7):
+            lens = replace(plain, blades=blades, roundness=roundness)
+            assert lb.stopped_down(lens, lb.first_order(lens).f_number) == lens and lens.iris.is_round
+            assert lb.stopped_down(lens, 2.0) == lens           # engraved, for a prescription of f/2.03
+
+
 @pytest.mark.parametrize(("blades", "by"), [(3, 1.15), (5, 1.4), (7, 1.1), (7, 4.0)])
 def test_blades_change_no_figure_of_an_f_number(blades, by):
     """Depth of field, blur, falloff, exposure and best focus are those of the round stop of as much area."""
