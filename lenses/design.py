@@ -36,6 +36,7 @@ from lensbench.optics.system import (
 
 MOST_SURFACES = 1000
 MOST_UNKNOWN = 12       # keywords that are listed as not read
+CATALOGUE_AIR = (15.0, 25.0), (0.9, 1.1)        # °C and atmospheres that change an index by less than 3e-5
 
 
 @dataclass
@@ -126,6 +127,14 @@ class Design:
                                       "first is taken for it", severity=Severity.WARNING)
         self.system = replace(self.system, wavelengths=tuple(made), primary=place)
 
+    def state_air(self, celsius: float, atmospheres: float) -> None:
+        """Store a finding where the air of a file is not that of the catalogues: their indices are kept."""
+        if not all(low <= each <= high for each, (low, high) in zip((celsius, atmospheres), CATALOGUE_AIR,
+                                                                    strict=True)):
+            self.found(Kind.LEFT_OUT, f"designed for {significant(celsius)} °C and {significant(atmospheres)} "
+                                      "atmospheres: indices stay those of the catalogues, for 20 °C and 1",
+                       severity=Severity.WARNING, celsius=celsius, atmospheres=atmospheres)
+
     def assume_glass(self, assumed: str) -> None:
         """Store what `media.named` assumed about a glass; "" is nothing."""
         if assumed:
@@ -151,6 +160,7 @@ class Design:
         if len(self.rows) < 3:
             raise self.refuse(None, "there is no lens: a design needs an object, at least one surface and an image")
         self._straighten()
+        self._flatten_ends()
         covered = self._lay_cover_glass()
         surfaces = self.rows[1:-1]
         self._check_conjugates(surfaces, covered)
@@ -199,6 +209,14 @@ class Design:
             return replace(lens, findings=tuple(dict.fromkeys([*self.findings, *sized, *arranged, *assumed])))
         except (LensError, ArithmeticError) as error:
             raise self.refuse(None, str(error)) from None
+
+    def _flatten_ends(self) -> None:
+        """Findings about an image surface, or one of a near object, that is curved: both are planes here."""
+        for row, what in ((self.rows[0], "object"), (self.rows[-1], "image")):
+            if row.curvature != 0.0 and (what == "image" or abs(row.thickness) < FAR):
+                radius = self.unit / row.curvature
+                self.found(Kind.SHAPE, f"the {what} surface is curved, with a radius of {significant(radius)} mm: a "
+                                       "plane is taken for it", severity=Severity.WARNING, radius=radius)
 
     def _straighten(self) -> None:
         """Give the surfaces of a broken axis their poses along one line; LensFileError where none has their place."""

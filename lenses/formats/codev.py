@@ -33,6 +33,7 @@ from lensbench.optics.finding import Kind, Severity, note
 from lensbench.optics.prescription import Lens
 
 UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
+MERCURY = 760.0         # mm, of one atmosphere
 
 
 def read(text: str, path: str) -> Lens:
@@ -97,6 +98,7 @@ class _Sequence:
         self.surfaces = Surfaces(self.design, radii)
         self.zoom = configurations.Configurations()
         self.system: dict[str, list[str]] = {}
+        self.air = {"TEM": 22.0, "PRE": MERCURY}         # °C, mm of mercury
 
     def run(self, statements: list[tuple[int, list[str]]]) -> Lens:
         """The lens after all commands."""
@@ -110,6 +112,7 @@ class _Sequence:
             raise LensFileError(self.path, None, "there are no surfaces (SO, S, SI): this is no CODE V lens")
         self.surfaces.complete()
         codev_system.read(design, self.system)
+        design.state_air(self.air["TEM"], self.air["PRE"] / MERCURY)
         if not any(row.is_stop for row in design.rows) and len(design.rows) > 1:
             design.rows[1].is_stop = True
             design.found(Kind.NO_STOP, "no stop is marked (STO): surface 0, as CODE V takes it",
@@ -142,6 +145,8 @@ class _Sequence:
             self.design.name = " ".join(values).strip("'\" ")
         elif key in SYSTEM:
             self.system_data(key, values)
+        elif key in self.air:
+            self.air[key] = first_number(values)
         elif key == "DIM":
             unit = (values or ["M"])[0].upper()
             if unit not in UNITS:

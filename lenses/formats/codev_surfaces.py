@@ -23,7 +23,7 @@ REFUSED = {
 # Solves and controls of an optimisation, labels, colours, and what the program is to show
 HARMLESS = frozenset("""
     CCY CCX THC GLC GLN GLD KC AC BC CC DC EC FC GC HC JC ADC BDC CDC XDC YDC ZDC CUM CUF PIM PIK RFP SLB
-    CLS COM INI GO LEN RDM TEM PRE THM DER CA POL MIR CIN CNS
+    CLS COM INI GO LEN RDM THM DER CA POL MIR CIN CNS
     ASP CON SPH DDM UID CUN
 """.split())
 HARMLESS_ALONE = ("BEN", "RET")       # commands without a value

@@ -119,7 +119,9 @@ def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end:
     interaction = table(surface, "interaction_model")
     if surface.get("is_reflective") or interaction.get("is_reflective"):
         raise RowError("a mirror (is_reflective) is not traced")
-    if not is_end:
+    if is_end:
+        row.curvature = curvature(geometry.get("radius", inf))
+    else:
         kind = str(surface.get("type") or surface.get("surface_type") or "Surface")
         effect = str(interaction.get("type") or interaction.get("interaction_type") or "")
         if "araxial" in kind or "iffract" in kind or effect not in PLAIN_INTERACTION:

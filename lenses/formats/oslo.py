@@ -65,7 +65,7 @@ MOVED = ("TLA", "TLB", "TLC", "DCX", "DCY", "DCZ")
 HARMLESS_AT_ZERO = (*MOVED, "GSP", "CCX")
 # Labels, wavelengths, colours, tolerances, drawing and evaluation
 HARMLESS = frozenset("""
-    WR DES SDES NOTE SNO1 SNO2 SNO3 SNO4 SNO5 DLNR DRW APDX AMO CBK TEM PRE CSD AFO EVZ IMS PFM WRSP SASD
+    WR DES SDES NOTE SNO1 SNO2 SNO3 SNO4 SNO5 DLNR DRW APDX AMO CBK CSD AFO EVZ IMS PFM WRSP SASD
     LME
 """.split())
 APERTURES = {"EBR": ApertureKind.PUPIL_DIAMETER, "NAO": ApertureKind.OBJECT_NA, "NAP": ApertureKind.IMAGE_NA,
@@ -92,6 +92,7 @@ def read(text: str, path: str) -> Lens:
     if file.wavelengths != WAVELENGTHS or file.weights:
         weights = file.weights + [1.0] * len(file.wavelengths)
         file.design.state_wavelengths(list(zip(file.wavelengths, weights, strict=False)), 0)
+    file.design.state_air(file.air["TEM"], file.air["PRE"])
     rows = file.design.rows
     stop = next((i for i, row in enumerate(rows) if row.is_stop), None)
     file.design.stations = file.zoom.stations(lambda i: i, stop, rows[0].thickness)
@@ -160,6 +161,7 @@ class _File:
         self.wavelengths = list(WAVELENGTHS)
         self.weights: list[float] = []
         self.general: dict[int, str] = {}
+        self.air = {"TEM": 20.0, "PRE": 1.0}        # °C, atmospheres
         self.zoom = configurations.Configurations()
         self.configuration = 0                      # the current configuration; 0: before the first CFG
 
@@ -192,6 +194,8 @@ class _File:
             self.wavelengths = [file_number(word, "WV") for word in values]
         elif key == "WW":
             self.weights = [file_number(word, "WW") for word in values]
+        elif key in self.air:
+            self.air[key] = first_number(values)
         elif key in ("SNO1", "NOTE") and values:
             design.notes = " ".join(" ".join(values).split())
         elif key == "AP" and len(design.rows) == 1:

@@ -77,8 +77,11 @@ def read(text: str, path: str) -> Lens:
     for i, surface in enumerate(surfaces):
         row = Row(lines[i] if i < len(lines) else None, is_stop=i == stop and not isinstance(stop, bool))
         try:
+            profiles = table(model, "profile_dict")
             if 0 < i < len(surfaces) - 1:
-                _fill(design, row, surface, table(model, "profile_dict"), i)
+                _fill(design, row, surface, profiles, i)
+            else:
+                row.curvature = value(table(_profile_of(table(surface), profiles)), "cv", 0.0)
             if i < len(gaps):
                 gap = table(gaps[i])
                 row.thickness = value(gap, "thi", infinite=True)
@@ -144,6 +147,11 @@ def _class_of(wrapped: Any) -> str:
     return str(names[-1]) if names else ""
 
 
+def _profile_of(surface: dict[str, Any], profiles: dict[str, Any]) -> Any:
+    """The wrapped profile of an interface, its own or one of the list that it names."""
+    return surface.get("profile") or profiles.get(str(surface.get("profile_id")))
+
+
 def _fill(design: Design, row: Row, wrapped: Any, profiles: dict[str, Any], index: int) -> None:
     """Fill the row from an interface. RowError: not traced."""
     kind, surface = _class_of(wrapped), table(wrapped)
@@ -167,7 +175,7 @@ def _fill(design: Design, row: Row, wrapped: Any, profiles: dict[str, Any], inde
                          index - 1)
         else:
             row.semi_diameter = value(aperture, "radius") or None
-    wrapped_profile = surface.get("profile") or profiles.get(str(surface.get("profile_id")))
+    wrapped_profile = _profile_of(surface, profiles)
     shape, kind = table(wrapped_profile), _class_of(wrapped_profile)
     if kind not in ("Spherical", "Conic", "EvenPolynomial", "RadialPolynomial", "YToroid", "XToroid"):
         raise RowError(f"the profile {kind or 'is missing, or'} is not traced")

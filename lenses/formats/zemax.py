@@ -69,7 +69,7 @@ def read(text: str, path: str) -> Lens:
     header: dict[str, tuple[int, list[str]]] = {}
     notes, listed = [], configurations.Configurations()
     for line, content in enumerate(text.split("\n"), start=1):
-        key, _, rest = content.strip().partition(" ")
+        key, rest = (*content.split(None, 1), "", "")[:2]
         key, words = key.upper(), rest.split()
         if key == "SURF":
             surfaces.append({"SURF": (line, words)})
@@ -233,8 +233,8 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool,
                 row.semi_diameter = size
     for key, what in (("SQAP", "a rectangular aperture"), ("ELAP", "an elliptical aperture"),
                       ("OBSC", "a central obscuration"), ("UDAP", "an aperture of free form"),
-                      ("OBDC", "an aperture's decentre")):
-        if key in keys and not is_image:
+                      ("OBDC", "an aperture's decentre"), ("CLAP", "a central obscuration")):
+        if key in keys and not is_image and (key != "CLAP" or keys[key][1] and _value(path, keys, key) > 0.0):
             design.found(Kind.LEFT_OUT, f"SURF {index}: {what} ({key}) is left out, its round rim taken",
                          len(design.rows) - 1)
     if "SCBD" in keys and any(number_in(path, keys["SCBD"][0], "SCBD", keys["SCBD"][1], place)
@@ -304,6 +304,9 @@ def _glass(design: Design, index: int, entry: tuple[int, list[str]], comment: st
         shown = comment.removeprefix(GLASS_COMMENT)
     try:
         if flag == "1" or not shown:
+            if len(words) > 5 and number_in(path, line, "GLAS", words, 5):
+                design.found(Kind.GLASS, f"SURF {index}: the deviation of its model glass from the normal line of "
+                                         f"partial dispersion, {words[5]}, is left out", len(design.rows) - 1)
             return media.stated(shown, n_d, v_d)
         spare = None if (n_d, v_d) in LEFTOVERS else (n_d, v_d)
         glass, assumed = media.named(name, media.maker_among(name, catalogues), spare)

@@ -8,6 +8,7 @@ XFLN 0 0 0                  fields; YFLN too, FWGN their weights
 VCYN 0 0.1 0.2              compression of the pupil along y, VDYN its decentre, VCXN and VDXN along x
 WAVM 1 0.4861327 1          wavelength (µm) and weight; WAVL and WWGT in older files
 PWAV 2                      the primary wavelength
+ENVD 20 1 0                 °C, atmospheres; 1: indices are those of this air
 """
 
 from collections.abc import Sequence
@@ -51,6 +52,9 @@ def read(design: Design, header: Header) -> None:
     codes = [int(min(abs(number_in(design.path, type_line, "FTYP", kinds, i)), 1e6)) for i in range(len(kinds[:4]))]
     _read_fields(design, header, codes)
     _read_wavelengths(design, header, codes[3] if len(codes) > 3 else None)
+    line, air = header.get("ENVD", (None, []))
+    if len(air) > 2 and number_in(design.path, line, "ENVD", air, 2):
+        design.state_air(*(number_in(design.path, line, "ENVD", air, i) for i in (0, 1)))
 
 
 def _read_aperture(design: Design, key: str, line: int, words: list[str]) -> None:

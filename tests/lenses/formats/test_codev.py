@@ -170,3 +170,13 @@ def test_glasses_that_are_written_by_their_numbers_are_named_in_one_line(tmp_pat
     assert [text for text in found if "by these numbers" in text] == [
         "surfaces 0, 2, 4: known by n_d and V_d, and not as a catalogue has it, the glass is written by these numbers, "
         "its name as a comment"], found
+
+
+def test_other_air_and_a_curved_image_are_said(tmp_path):
+    def told(*changes):
+        return [str(finding) for finding in sample(tmp_path, *changes).findings]
+
+    assert not any("°C" in text or "curved" in text for text in told(("DIM   M", "DIM M; TEM 22; PRE 760")))
+    assert any("designed for 60 °C and 0 atmospheres" in text for text in told(("DIM   M", "DIM M; TEM 60; PRE 0")))
+    line = next(line for line in SAMPLE.split("\n") if line.startswith("SI"))
+    assert any("image surface is curved, with a radius of -80 mm" in text for text in told((line, "SI -80 0")))

@@ -224,3 +224,15 @@ def test_other_json_is_no_lens(tmp_path):
         assert "braces" in refusal(tmp_path, name, "[1, 2]").reason
         assert refusal(tmp_path, name, '{"a":\n 1,}').line == 2
         assert "nested" in refusal(tmp_path, name, '{"a":' * 100_000).reason
+
+
+def test_a_curved_image_is_said(tmp_path):
+    told = "image surface is curved, with a radius of -80 mm"
+    last = len(OPTILAND["surface_group"]["surfaces"]) - 1
+    lens = loaded(tmp_path, "lens.json", changed_json(OPTILAND, surface(last, "geometry", "radius"), -80.0))
+    assert any(told in str(finding) for finding in lens.findings)
+    model = RAYOPTICS["optical_model"]["attributes"]
+    profile = model["seq_model"]["attributes"]["ifcs"][-1]["attributes"]["profile_id"]
+    keys = ["optical_model", "attributes", "profile_dict", str(profile), "attributes", "cv"]
+    lens = loaded(tmp_path, "lens.roa", changed_json(RAYOPTICS, keys, -1.0 / 80.0))
+    assert any(told in str(finding) for finding in lens.findings)

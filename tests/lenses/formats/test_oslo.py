@@ -91,3 +91,11 @@ def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
     table = Glass(1.5, 60.0, "MINE", "table", ((0.4, 1.51), (0.7, 1.49)))
     odd = replace(lens, surfaces=(replace(lens.surfaces[0], glass=table), *lens.surfaces[1:]))
     assert any("MINE" in str(remark) for remark in lenses.save(odd, tmp_path / "c.len"))
+
+
+def test_other_air_and_a_curved_image_are_said(tmp_path):
+    usual = sample(tmp_path, ("UNI  1.0", "TEM 20\nPRE 1")).findings
+    assert not any("°C" in str(finding) or "curved" in str(finding) for finding in usual)
+    found = sample(tmp_path, ("UNI  1.0", "TEM -20\nPRE 0"), ("NXT\nAIR\nWV", "NXT\nAIR\nRD -80\nWV")).findings
+    assert any("designed for -20 °C and 0 atmospheres" in str(finding) for finding in found)
+    assert any("image surface is curved, with a radius of -80 mm" in str(finding) for finding in found)

@@ -232,3 +232,27 @@ def test_the_catalogues_of_the_file_say_whose_glass_a_name_is(tmp_path):
         assert lenses.load(tmp_path / "b.zmx").surfaces[0].glass == lens.surfaces[0].glass
     told = loaded(tmp_path, "a.zmx", plain).findings
     assert any("that of SCHOTT is taken" in str(finding) for finding in told)
+
+
+def test_tabs_part_words_as_spaces_do(tmp_path):
+    tabbed = "\n".join(line.replace(" ", "\t") if line.startswith("  ") else line for line in SAMPLE.split("\n"))
+    assert loaded(tmp_path, "lens.zmx", tabbed) == sample(tmp_path)
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("SURF 4\n  TYPE STANDARD\n  CURV 0.0", "SURF 4\n  TYPE STANDARD\n  CURV -0.01",
+     "the image surface is curved, with a radius of -100 mm: a plane is taken for it"),
+    ("CURV 0.0 0 0 0 0 \"\"\n  DISZ INFINITY", "CURV 0.002 0 0 0 0 \"\"\n  DISZ 800",
+     "the object surface is curved, with a radius of 500 mm: a plane is taken for it"),
+    ("ENVD 2.0E+1 1 0", "ENVD -4.0E+1 0 1", "designed for -40 °C and 0 atmospheres"),
+    ("  DIAM 11.25", "  CLAP 2.0 11.25 0\n  DIAM 11.25", "SURF 3: a central obscuration (CLAP) is left out"),
+    ("1.62 36.3 0", "1.62 36.3 0.02", "partial dispersion, 0.02, is left out"),
+])
+def test_what_changes_the_image_and_is_not_traced_is_said(tmp_path, old, new, told):
+    assert not any(told in str(finding) for finding in sample(tmp_path).findings)
+    assert any(told in str(finding) for finding in sample(tmp_path, (old, new)).findings)
+
+
+def test_indices_of_the_catalogues_need_no_remark(tmp_path):
+    for air in ("ENVD -4.0E+1 0 0", "ENVD 22.0 1.0 1"):         # not applied; and near 20 °C, 1 atmosphere
+        assert not any("°C" in str(finding) for finding in sample(tmp_path, ("ENVD 2.0E+1 1 0", air)).findings)
