@@ -100,7 +100,8 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
     Raises
     ------
     LensError
-        For a lens with a cylinder, a toroid or an r³ term, an entrance pupil at infinity, and angles from 90° on.
+        For a lens with a cylinder, a toroid or an r³ term, an entrance pupil at infinity, angles from 90° on, and a
+        pupil radius that is not positive.
 
     References
     ----------
@@ -109,6 +110,8 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
     check_symmetry(lens)
     if not abs(field_angle) < 0.5 * pi:
         raise LensError(f"field angle {significant(np.degrees(field_angle), 4)}°: it must lie below 90°")
+    if pupil_radius is not None and not 0.0 < pupil_radius < inf:
+        raise LensError(f"pupil radius {significant(pupil_radius)} mm: it must be a positive length")
     for i, surface in enumerate(lens.surfaces):
         if dict(surface.aspheric).get(3):
             raise LensError(f"surface {i} has an r³ term: its aberration is of the second order, which Seidel sums "

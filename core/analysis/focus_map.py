@@ -110,7 +110,8 @@ def mtf_map(lens: Lens, film_distance: float, conditions: Conditions, frequency:
     places = np.linspace(-RANGE, RANGE, SHIFTS) if shifts is None else np.asarray(shifts, float)
     if not 0.0 < frequency < np.inf:
         raise LensError(f"frequency {significant(frequency)} lp/mm: it must be positive")
-    if places.ndim != 1 or len(places) < 3 or not np.allclose(np.diff(places), places[1] - places[0], rtol=1e-6):
+    if places.ndim != 1 or len(places) < 3 or places[1] == places[0] or not np.allclose(
+            np.diff(places), places[1] - places[0], rtol=1e-6):
         raise LensError("a map needs at least 3 places of the film at even steps")
     if fields < 2:
         raise LensError(f"{fields} fields: a map needs at least 2")

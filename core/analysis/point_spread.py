@@ -117,7 +117,7 @@ def psf(rays: RayGrid, samples: int = SAMPLES, window: float | None = None, pixe
     Raises
     ------
     LensError
-        For another method, fewer than 8 samples, and sizes that are not positive.
+        For another method, fewer than 8 samples, sizes that are not positive, and a shift that is not finite.
     """
     if method not in METHODS:
         raise LensError(f"PSF method {method!r}: choose one of {', '.join(METHODS)}")
@@ -341,8 +341,15 @@ def encircled_energy(spread: PointSpread, radii) -> np.ndarray:
     -------
     ndarray
         (F, C, K), NaN where no light falls and for circles that the window does not hold.
+
+    Raises
+    ------
+    LensError
+        For a radius that is negative or NaN.
     """
     wanted = np.atleast_1d(np.asarray(radii, float))
+    if not (wanted >= 0.0).all():
+        raise LensError("the radius of a circle must not be negative")
     count = spread.density.shape[-1]
     at = np.arange(count) - 0.5 * (count - 1)
     r = np.hypot(at, at[:, None]).ravel()

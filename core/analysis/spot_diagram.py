@@ -59,8 +59,8 @@ class Spots:
 
     @cached_property
     def white_rms_radius(self) -> np.ndarray:
-        """(F, K) `rms_radius` of all wavelengths with their weights, mm."""
-        return np.sqrt(np.einsum("fck,fc->fk", np.nan_to_num(self.rms_radius) ** 2, self._shares))
+        """(F, K) `rms_radius` of all wavelengths with their weights, mm; NaN where no light falls."""
+        return np.hypot(self.white_rms[..., 0], self.white_rms[..., 1])
 
     @cached_property
     def white_geo(self) -> np.ndarray:
@@ -135,11 +135,11 @@ def spots(rays: RayGrid, reference: str = "chief", shifts=(0.0,)) -> Spots:
     Raises
     ------
     LensError
-        For another reference.
+        For another reference, and shifts that are not finite.
     """
     if reference not in REFERENCES:
         raise LensError(f"reference {reference!r}: choose one of {', '.join(REFERENCES)}")
-    shifts = np.atleast_1d(np.asarray(shifts, float))
+    shifts = checked_shifts(shifts)
     means, squares = _moments(rays)
     centroids = means[:, :, None, 0] + shifts[:, None] * means[:, :, None, 1]
     second = (squares[:, :, None, 0] + 2.0 * shifts[:, None] * squares[:, :, None, 1]
@@ -162,6 +162,14 @@ def spots(rays: RayGrid, reference: str = "chief", shifts=(0.0,)) -> Spots:
         geo[:, :, k] = np.sqrt(np.where(passed, s * s + t * t, -1.0).max((2, 3), initial=-1.0).clip(0.0))
     geo[~passed.any((2, 3))] = np.nan
     return Spots(rays, reference, shifts, references, centroids, rms, geo)
+
+
+def checked_shifts(shifts) -> np.ndarray:
+    """Shifts of the film (K,), mm; LensError for one that is not finite."""
+    made = np.atleast_1d(np.asarray(shifts, float))
+    if not np.isfinite(made).all():
+        raise LensError("a shift of the film must be a finite length")
+    return made
 
 
 def light_shares(rays: RayGrid) -> np.ndarray:

@@ -23,7 +23,7 @@ import numpy as np
 
 from lensbench.analysis.grids.field_threads import each_of
 from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.analysis.spot_diagram import light_shares
+from lensbench.analysis.spot_diagram import checked_shifts, light_shares
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
@@ -108,13 +108,14 @@ def mtf(rays: RayGrid, frequencies=PRINTED, method: str = "diffraction", shift: 
     Raises
     ------
     LensError
-        For another method, and for frequencies that are negative or not finite.
+        For another method, and for frequencies that are negative, and frequencies and shifts that are not finite.
     """
     if method not in METHODS:
         raise LensError(f"MTF method {method!r}: choose one of {', '.join(METHODS)}")
     nu = np.atleast_1d(np.asarray(frequencies, float))
     if not (np.isfinite(nu).all() and (nu >= 0.0).all()):
         raise LensError("MTF frequencies must be finite and not negative")
+    checked_shifts(shift)
     fields, colours = rays.opd.shape[:2]
     lines = 1e-3 * np.array(rays.conditions.wavelengths)
     otf = np.full((fields, colours, 2, nu.size), np.nan, complex)

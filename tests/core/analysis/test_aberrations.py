@@ -170,6 +170,9 @@ def test_a_term_of_the_third_power_has_no_seidel_sums():
 def test_lenses_without_chief_ray_or_symmetry_are_refused():
     with pytest.raises(lb.LensError, match="below 90°"):
         lb.seidel(biconvex(), 0.5 * pi)
+    for radius in (-5.0, 0.0, float("nan"), inf):
+        with pytest.raises(lb.LensError, match="pupil radius"):
+            lb.seidel(biconvex(), 0.1, radius)
     with pytest.raises(lb.LensError, match="cylinder or toroid"):
         lb.seidel(lb.Lens((lb.Surface(0.02, 4.0, 5.0, curvature_x=0.0),), 0), 0.1)
     telecentric = lb.Lens((*(replace(s, thickness=t) for s, t in zip(

@@ -97,6 +97,9 @@ def test_a_pixel_averages_the_light_and_keeps_it():
     (lambda grid: lb.analysis.psf(grid, method="waves"), "auto, diffraction"),
     (lambda grid: lb.analysis.psf(grid, 4), "at least 8"),
     (lambda grid: lb.analysis.psf(grid, 64, -1.0), "positive"),
+    (lambda grid: lb.analysis.psf(grid, 64, shift=np.nan), "finite"),
+    (lambda grid: lb.analysis.encircled_energy(lb.analysis.psf(grid, 64), [-1e-3]), "negative"),
+    (lambda grid: lb.analysis.encircled_energy(lb.analysis.psf(grid, 64), [np.nan]), "negative"),
 ])
 def test_impossible_patterns_are_refused(call, message):
     with pytest.raises(lb.LensError, match=message):

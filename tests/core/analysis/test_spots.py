@@ -80,3 +80,17 @@ def test_each_beam_is_narrowest_at_its_line_foci():
                 at = (offset[field] + shift * slope[field])[lit]
                 spread.append(np.average((at - np.average(at, weights=weight)) ** 2, weights=weight))
             assert spread[1] < spread[0] == pytest.approx(spread[2], rel=1e-2)
+
+
+def test_a_dark_field_has_no_spot_and_a_shift_is_a_length():
+    """At 80° no ray through the middle of the stop enters: a size of 0 would be the sharpest of all fields."""
+    stack, film = lens("dgauss"), REFERENCE["dgauss"]["film_z"]
+    given = lb.analysis.conditions(stack, None, (0.0, 80.0), field_kind=lb.FieldKind.ANGLE)
+    grid = lb.analysis.ray_grid(stack, film - stack.length, given, 16)
+    assert grid.lit.tolist() == [True, False]
+    spots = lb.analysis.spots(grid, "centroid", [0.0, 0.1])
+    for size in (spots.white_rms_radius, spots.white_geo, spots.white_rms[..., 0]):
+        assert np.isfinite(size[0]).all() and np.isnan(size[1]).all()
+    for shift in (np.nan, np.inf):
+        with pytest.raises(lb.LensError, match="finite"):
+            lb.analysis.spots(grid, "centroid", [0.0, shift])

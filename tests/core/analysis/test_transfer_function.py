@@ -163,6 +163,9 @@ def test_cells_beyond_the_rim_continue_the_slope_of_their_neighbours():
     (lambda grid: lb.analysis.mtf(grid, [1.0], "wave"), "diffraction, geometric"),
     (lambda grid: lb.analysis.mtf_map(grid.lens, grid.film_distance, grid.conditions, 0.0), "positive"),
     (lambda grid: lb.analysis.mtf_map(grid.lens, grid.film_distance, grid.conditions, 9.0, [0.0, 1.0]), "even steps"),
+    (lambda grid: lb.analysis.mtf_map(grid.lens, grid.film_distance, grid.conditions, 9.0, [0.0] * 3), "even steps"),
+    (lambda grid: lb.analysis.mtf(grid, [1.0], shift=np.nan), "finite"),
+    (lambda grid: lb.analysis.mtf(grid, [1.0], "geometric", shift=np.inf), "finite"),
     (lambda grid: lb.analysis.mtf_map(grid.lens, grid.film_distance, grid.conditions, fields=1), "at least 2"),
 ])
 def test_impossible_demands_are_refused(call, message):
