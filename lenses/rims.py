@@ -1,11 +1,12 @@
 """Rims that a design file does not state, estimated from paraxial rays.
 
 Lengths in the unit of the file. With y of the marginal ray of the stated aperture and ȳ of the chief ray of the largest
-field, the semi-diameter is |y| + |ȳ|, and |y| at the stop.
+field, the semi-diameter is |y| + |ȳ|, and |y| at the stop. Vignetting factors narrow the beams of their fields; the
+rims then let the widest of these beams pass.
 """
 
 from collections.abc import Sequence
-from math import inf, isfinite, radians, tan
+from math import hypot, inf, isfinite, radians, tan
 from typing import Any
 
 from lensbench.lenses.aperture import axial_ray, stop_radius
@@ -47,15 +48,55 @@ def estimate_rims(surfaces: Sequence[Any], stop: int, stop_is_marked: bool, syst
         return False
     if not marginal:
         return False
+    beams = _beams(system)
     for i, row in enumerate(surfaces):
         if row.semi_diameter is not None:
             continue
-        y = abs(marginal[i]) + (0.0 if stop_is_marked and i == stop else abs(chief[i]))
+        y = abs(marginal[i])
+        if not (stop_is_marked and i == stop):
+            y = max([y, *(_reach(marginal[i], chief[i], beam) for beam in beams)])
         bend = (1.0 + row.conic) * row.curvature * row.curvature
         if bend > 0.0:
             y = min(y, FULLEST / bend ** 0.5)
         row.semi_diameter = y if isfinite(y) and y > 1e-9 else max(map(abs, marginal))
     return True
+
+
+def _beams(system: SystemData) -> list[tuple[float, float, float, float]]:
+    """Each field as the part of its chief ray's slope in that of the largest field, and three open parts of the pupil.
+
+    They are of its half-width at the edge that this slope, in front of the lens, points to, at the other edge, and
+    across. The light of an object above the axis falls, that of an image above it rises.
+    """
+    largest, is_angle = system.largest_field, system.field_kind is FieldKind.ANGLE
+    sign = -1.0 if system.field_kind is FieldKind.OBJECT_HEIGHT else 1.0
+    found = []
+    for point in system.fields:
+        size = hypot(point.x, point.y)
+        share = 0.0
+        if size > 0.0:
+            share = _slope(size) / _slope(largest) if is_angle else size / largest
+        right, left, up, down = (1.0 - cut for cut in point.vignetting)
+        x, y = sign * point.x, sign * point.y
+        across_x, across_y = (right, left) if x >= 0.0 else (left, right), (up, down) if y >= 0.0 else (down, up)
+        if point.x == 0.0:
+            found.append((share, *across_y, max(across_x)))
+        elif point.y == 0.0:
+            found.append((share, *across_x, max(across_y)))
+        else:
+            along, against = map(max, across_x, across_y)
+            found.append((share, along, against, max(along, against)))
+    return found
+
+
+def _reach(y: float, y_bar: float, beam: tuple[float, float, float, float]) -> float:
+    """Greatest height of a beam of `_beams` on a surface; y, ȳ: of the marginal and of the largest chief ray there."""
+    share, along, against, across = beam
+    return max(abs(share * y_bar + along * y), abs(share * y_bar - against * y), hypot(share * y_bar, across * y))
+
+
+def _slope(degrees: float) -> float:
+    return tan(radians(min(degrees, STEEPEST_FIELD)))
 
 
 def marginal_heights(surfaces: Sequence[Any], stop: int, system: SystemData, distance: float,
@@ -84,7 +125,7 @@ def chief_heights(surfaces: Sequence[Any], stop: int, system: SystemData, distan
     size, at_infinity, slope = system.largest_field, abs(distance) >= FAR, 0.0
     behind_index = index_of(surfaces[-1].glass, wavelength)
     if system.field_kind is FieldKind.ANGLE:
-        slope = tan(radians(min(size, STEEPEST_FIELD)))
+        slope = _slope(size)
     elif at_infinity:
         if system.field_kind is not FieldKind.OBJECT_HEIGHT and power_slope:
             slope = size * behind_index * abs(power_slope)

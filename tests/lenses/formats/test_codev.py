@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from math import hypot, radians, tan
 
 import pytest
 from hypothesis import given, settings
@@ -180,3 +181,23 @@ def test_other_air_and_a_curved_image_are_said(tmp_path):
     assert any("designed for 60 °C and 0 atmospheres" in text for text in told(("DIM   M", "DIM M; TEM 60; PRE 0")))
     line = next(line for line in SAMPLE.split("\n") if line.startswith("SI"))
     assert any("image surface is curved, with a radius of -80 mm" in text for text in told((line, "SI -80 0")))
+
+
+@pytest.mark.parametrize(("object_", "fields", "rim"), [
+    # At 10° the beam of ± 5 mm in the stop, 20 mm behind, lies 20 tan 10° lower in front: −y juts out
+    ("1e13", "YAN 0 10", 5.0 + 20.0 * tan(radians(10.0))),
+    ("1e13", "YAN 0 10; VUY 0 0.1; VLY 0 0.4", 0.6 * 5.0 + 20.0 * tan(radians(10.0))),
+    ("1e13", "YAN 0 -10; VUY 0 0.4; VLY 0 0.1", 0.6 * 5.0 + 20.0 * tan(radians(10.0))),
+    ("1e13", "YAN 0 10; VUY 0 0.9; VLY 0 0.9", hypot(5.0, 20.0 * tan(radians(10.0)))),         # the rays across
+    ("1e13", "YAN 0 10; VUY 0 0.9; VLY 0 0.9; VUX 0 0.9; VLX 0 0.9", 5.0),                     # those of the axis
+    ("1e13", "XAN 0 10; VUX 0 0.1; VLX 0 0.4", 0.6 * 5.0 + 20.0 * tan(radians(10.0))),
+    ("1e13", "YAN 0 7 10; VLY 0 0 0.9; VLX 0 0 0.9; VUX 0 0 0.9", 5.0 + 20.0 * tan(radians(7.0))),
+    # An object 30 mm above the axis, 200 mm in front: its beam, 200 / 220 as wide as in the stop, is 30 × 20 / 220 high
+    ("200", "YOB 0 30; VUY 0 0.5; VLY 0 0.1; VUX 0 0.5; VLX 0 0.5", 30.0 * 20.0 / 220.0 + 0.5 * 5.0 * 200.0 / 220.0),
+])
+def test_estimated_rims_pass_the_beams_that_vignetting_factors_leave(tmp_path, object_, fields, rim):
+    text = (f"RDM;LEN\nEPD 10\nDIM M\nWL 587.6\n{fields}\nSO 0 {object_}\nS 0 20\nS 0 1\n  STO\n"
+            "S 50 5 NBK7_SCHOTT\nS -50 45\nSI 0 0\n")
+    lens = loaded(tmp_path, "lens.seq", text)
+    assert lens.surfaces[0].semi_diameter == pytest.approx(rim, rel=1e-12)
+    assert lens.stop.semi_diameter == pytest.approx(5.0, rel=1e-12)
