@@ -304,9 +304,11 @@ def _glass(design: Design, index: int, entry: tuple[int, list[str]], comment: st
         shown = comment.removeprefix(GLASS_COMMENT)
     try:
         if flag == "1" or not shown:
-            if len(words) > 5 and number_in(path, line, "GLAS", words, 5):
+            deviation = number_in(path, line, "GLAS", words, 5) if len(words) > 5 else 0.0
+            if deviation:
                 design.found(Kind.GLASS, f"SURF {index}: the deviation of its model glass from the normal line of "
-                                         f"partial dispersion, {words[5]}, is left out", len(design.rows) - 1)
+                                         f"partial dispersion, {significant(deviation)}, is left out",
+                             len(design.rows) - 1, deviation=deviation)
             return media.stated(shown, n_d, v_d)
         spare = None if (n_d, v_d) in LEFTOVERS else (n_d, v_d)
         glass, assumed = media.named(name, media.maker_among(name, catalogues), spare)
