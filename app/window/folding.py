@@ -14,11 +14,14 @@ from lensbench.app.window.layouts import folds, placed, splits
 from lensbench.app.window.state import WindowState
 
 MINIMUM = (640, 400)            # of the window, in pixels at a scale of 1
+UNSORTED = imgui.internal.TabItemFlagsPrivate_.unsorted      # a tab that imgui has to sort
 SETTLED = 5                     # frames until window and font have their size
 
 
 class Arrangement(NamedTuple):
-    """Panels as they were left: the names of those shown, of those in front, and all places as imgui writes them."""
+    """Panels as they were left: the names of those shown, in the order of their tabs, of those in front, and all
+    places as imgui writes them.
+    """
 
     shown: list[str]
     front: list[str]
@@ -35,6 +38,7 @@ class Folding:
         self._layout = window.layout            # as the panels lie
         self._arranged: dict[str, Arrangement] = {}     # by layout and folds
         self._arrangement: Arrangement | None = None    # the one that the next frame begins with
+        self._order: list[str] = []             # of the tabs of the arrangement that the frame before has begun with
         self._fresh = False                     # no layout was saved by an earlier session
         self._frames = 0
 
@@ -96,7 +100,7 @@ class Folding:
         found = self._arranged.get(_key(layout, now))
         if found is not None:
             self._layout, self._folded = layout, now
-            self._arrangement = found._replace(shown=shown, front=[]) if same else found
+            self._arrangement = found._replace(shown=_ordered(shown, found.shown), front=[]) if same else found
             return
         kept = dict(self._arranged)
         self.lay_out()
@@ -106,7 +110,7 @@ class Folding:
 
     def _keep(self) -> list[str]:
         """Keep the panels as they lie; the names of those that are shown."""
-        shown = [panel.label for panel in _panels() if panel.is_visible]
+        shown = sorted((panel.label for panel in _panels() if panel.is_visible), key=_tab)
         front = [name for name in shown if self._window.panel_shown(name)]
         made = Arrangement(shown, front, imgui.save_ini_settings_to_memory())
         self._arranged[_key(self._layout, self._folded)] = made
@@ -114,13 +118,15 @@ class Folding:
 
     def _arrange(self) -> None:
         """Before a frame: imgui takes an arrangement between frames only."""
+        _order_tabs(self._order)
+        self._order = []
         if self._arrangement is not None:
             _show(self._arrangement.shown)
             for panel in _panels():             # one that appears comes to the front of its dock
                 panel.focus_window_at_next_frame = panel.label in self._arrangement.front
             imgui.load_ini_settings_from_memory(self._arrangement.places)
             imgui.set_window_focus(None)     # the focused window would come to the front of its dock
-            self._arrangement = None
+            self._order, self._arrangement = self._arrangement.shown, None
 
 
 def arrangements(text: str) -> dict[str, Arrangement]:
@@ -142,6 +148,28 @@ def _key(layout: str, folded: dict[str, str]) -> str:
 
 def _panels() -> list[hello_imgui.DockableWindow]:
     return list(hello_imgui.get_runner_params().docking_params.dockable_windows)
+
+
+def _tab(name: str) -> int:
+    """The place of a panel among the tabs of its dock, from 0; -1 without any."""
+    window = imgui.internal.find_window_by_name(name)
+    return -1 if window is None else window.dock_order
+
+
+def _ordered(names: list[str], order: list[str]) -> list[str]:
+    """The names in this order, those that it lacks last."""
+    return sorted(names, key=lambda name: order.index(name) if name in order else len(order))
+
+
+def _order_tabs(names: list[str]) -> None:
+    """Let imgui sort the tabs of these panels again: it has put those that were shown before the others first."""
+    for place, name in enumerate(names):
+        window = imgui.internal.find_window_by_name(name)
+        bar = window.dock_node.tab_bar if window is not None and window.dock_node is not None else None
+        tab = imgui.internal.tab_bar_find_tab_by_id(bar, window.tab_id) if bar is not None else None
+        if tab is not None:
+            window.dock_order = place
+            tab.flags |= UNSORTED
 
 
 def _show(names: list[str]) -> None:

@@ -168,6 +168,25 @@ def test_each_layout_keeps_what_was_moved_shown_and_hidden_in_it(drive):
     assert drive(use, size=(1600, 900)).view.messages == []
 
 
+@pytest.mark.slow
+def test_each_layout_keeps_the_order_of_its_tabs(drive):
+    """Panels that the layout before had shown came first."""
+    def tabs(name):
+        return tuple(tab.window.name for tab in imgui.internal.find_window_by_name(name).dock_node.tab_bar.tabs)
+
+    def use(hand):
+        hand.picture()
+        window = hand.session
+        for layout in ("Bench", "Student", "Photographer", "Editor", "Bench", "Photographer", "Designer", "Bench",
+                       "Student", "Photographer"):
+            window.choose_layout(layout)
+            hand.ctx.yield_(12)
+            for names in LAYOUTS[layout].docks.values():
+                assert tabs(names[-1]) == names
+
+    assert drive(use, replace(SMALL, samples=1), size=(1600, 900)).view.messages == []
+
+
 def test_arrangements_come_back_from_the_preferences_without_the_damaged_ones():
     given = {json.dumps(["Bench", {"Right": "Bottom"}]): [["Plan"], [], "[Window][Plan]\nPos=1,2\n"], "?": [[], [], ""],
              json.dumps(["Designer", {}]): 3}
