@@ -12,6 +12,9 @@ from lensbench.kernels.figures import fixed, significant
 
 if TYPE_CHECKING:
     from lensbench.analysis.model_choice import Choice
+    from lensbench.analysis.model_error import Rung
+
+TOLERANCES = 0.5, 0.05          # pixels and stops, of `lb.choose_model`
 
 
 class Chosen(NamedTuple):
@@ -75,8 +78,18 @@ def choice_summary(choice: "Choice", speeds: tuple[float, float] | None) -> list
                          f"({significant(speeds[1] / speeds[0], 2)} ×)" if saved >= 0.5 else
                          "no faster than the full trace here")
     if choice.reason:
-        words.append(f"not {choice.reason}")
+        refused = choice.table[-2]
+        words.append(f"kept, as {refused.name} is near the limit: {refused.worst}" if _near_limit(refused) else
+                     f"not {choice.reason}")
     return words
+
+
+def _near_limit(rung: "Rung") -> bool:
+    """Whether a refused model is within the tolerances, but not by enough to replace the one before."""
+    from lensbench.analysis.model_choice import KEEP
+
+    parts = rung.error_px / TOLERANCES[0], rung.error_stops / TOLERANCES[1]
+    return KEEP < max(parts) <= 1.0
 
 
 def choice_details(choice: "Choice", speeds: tuple[float, float] | None) -> str:
@@ -84,7 +97,8 @@ def choice_details(choice: "Choice", speeds: tuple[float, float] | None) -> str:
     lines = ["The simplest model whose picture is within half a pixel and 0.05 stops of the full trace,",
              "at all the scene's depths: where light falls, how far it is blurred, how bright it is.", ""]
     for rung in choice.table[:-1]:
-        lines.append(f"{rung.name[0].upper()}{rung.name[1:]}: {rung.worst}")
+        kept = ", near the limit: the model before is kept" if _near_limit(rung) else ""
+        lines.append(f"{rung.name[0].upper()}{rung.name[1:]}: {rung.worst}{kept}")
     last = choice.table[-1]
     lines.append(f"{last.name[0].upper()}{last.name[1:]}: chosen" + (
         "" if last.model == "trace" else f", off by {significant(last.error_px, 2)} px and "

@@ -139,6 +139,17 @@ def test_the_bar_says_what_was_chosen_what_it_saves_and_what_was_refused():
     assert choice_summary(traced, None)[1].startswith("not polynomial of degree 11:")
 
 
+def test_the_bar_says_that_a_model_near_the_limit_does_not_replace_the_one_before():
+    """A model that is within half a pixel was said to be refused for it."""
+    refused = choice(PART)
+    near = refused.table[-1]._replace(error_px=0.49, error_stops=0.01, worst="blur off by 0.49 px on the axis")
+    other = refused.table[-1]._replace(model="polynomial", degree=3, error_px=0.1)
+    kept = replace(refused, model="polynomial", degree=3, table=(*refused.table[:-1], near, other))
+    assert choice_summary(kept, None)[-1] == "kept, as thin lens is near the limit: blur off by 0.49 px on the axis"
+    assert "Thin lens: blur off by 0.49 px on the axis, near the limit: the model before is kept" in choice_details(
+        kept, None)
+
+
 @pytest.mark.slow
 def test_the_model_is_chosen_by_hand_and_followed_along_the_aperture(drive, tmp_path):
     def use(hand):
