@@ -118,7 +118,7 @@ def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSam
         return None
     pointed = None
     rear = lens_setup.lens.surfaces[-1].semi_diameter
-    shown = shown_box(rear, fields, seen)
+    shown = shown_box(rear, fields, seen, ghost)
     key = (rear, lens_setup.lens.length, size.x, size.y, state.shape, coarse(shown, rear))
     refit = state.fit or state.fitted_to != key
     state.fitted_to, state.fit = key, False
@@ -173,16 +173,23 @@ def _ghost(other: Settings | None, film_radius: float, azimuth: float) -> np.nda
     return outline if len(outline) else None
 
 
-def shown_box(rear: float, regions: list[Region], seen: Region) -> tuple[float, float, float, float]:
-    """x0, y0, x1, y1 (mm) about the regions and the rear rim; about the seen region alone where it is small."""
-    boxes = [one.box for one in (*regions, seen) if one.area > 0.0]
+def shown_box(rear: float, regions: list[Region], seen: Region,
+              ghost: np.ndarray | None = None) -> tuple[float, float, float, float]:
+    """x0, y0, x1, y1 (mm) about the regions and the rear rim; about the seen region, and that of A, where it is small.
+
+    ghost: outline (n, 2) of the region of A, or None.
+    """
+    near = seen.box if ghost is None else (*np.minimum(seen.box[:2], ghost.min(axis=0)).tolist(),
+                                           *np.maximum(seen.box[2:], ghost.max(axis=0)).tolist())
+    boxes = [near, *(one.box for one in regions if one.area > 0.0)] if seen.area > 0.0 else \
+        [one.box for one in regions if one.area > 0.0]
     x0, y0, x1, y1 = -rear, -rear, rear, rear
     for box in boxes:
         x0, y0, x1, y1 = min(x0, box[0]), min(y0, box[1]), max(x1, box[2]), max(y1, box[3])
-    size = max(seen.box[2] - seen.box[0], seen.box[3] - seen.box[1])
+    size = max(near[2] - near[0], near[3] - near[1])
     if not seen.area > 0.0 or size > SMALL * max(x1 - x0, y1 - y0):
         return x0, y0, x1, y1
-    half, x, y = 0.8 * size, 0.5 * (seen.box[0] + seen.box[2]), 0.5 * (seen.box[1] + seen.box[3])
+    half, x, y = 0.8 * size, 0.5 * (near[0] + near[2]), 0.5 * (near[1] + near[3])
     return x - half, y - half, x + half, y + half
 
 

@@ -76,6 +76,18 @@ def test_a_film_point_without_light_has_no_region_and_no_samples():
     assert box_samples(stand.lens, stand.film_distance, 60.0).rate == 0.0
 
 
+def test_the_plot_holds_the_region_of_a_beside_a_small_one():
+    """It held that of the present settings alone, inside which no line of a wider A passes."""
+    small, wide = (setup(replace(START, f_number=f_number)) for f_number in (11.0, 2.8))
+    rear = small.lens.surfaces[-1].semi_diameter
+    seen = region(small.lens, small.film_distance, 15.1)
+    ghost = region(wide.lens, wide.film_distance, 15.1).outline
+    x0, y0, x1, y1 = exit_pupil.shown_box(rear, [seen], seen, ghost)
+    assert (ghost >= (x0, y0)).all() and (ghost <= (x1, y1)).all()
+    alone = exit_pupil.shown_box(rear, [seen], seen)
+    assert alone[2] - alone[0] < 0.5 * (x1 - x0)
+
+
 # The panel
 
 
