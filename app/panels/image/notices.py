@@ -3,6 +3,8 @@
 The first line is the newest error, the other the newest note; a notice that is alone may take both.
 """
 
+import os
+
 from imgui_bundle import ImVec2, ImVec4, imgui
 from imgui_bundle import icons_fontawesome_6 as fa
 
@@ -13,6 +15,7 @@ from lensbench.app.widgets.paragraph import two_lines
 ICONS = {NoticeKind.ERROR: fa.ICON_FA_TRIANGLE_EXCLAMATION, NoticeKind.NOTE: fa.ICON_FA_CIRCLE_INFO,
          NoticeKind.DONE: fa.ICON_FA_CHECK}
 LIST = "All notices"
+LONGEST_PATH = 48               # characters of a path that are shown where the text has no room
 WIDEST_LIST, HIGHEST_LIST = 38.0, 20.0          # em
 
 
@@ -26,7 +29,8 @@ def draw_notices(notices: Notices, corner: ImVec2, room: ImVec2) -> None:
     inner = room.x - 20.0 * pixel - 2.0 * imgui.get_style().window_padding.x
     width = max(inner - theme.em(1.6) - buttons, theme.em(4.0))
     rows = [(notice, part) for notice in shown
-            for part in (two_lines(notice.text, width) if len(shown) == 1 else [theme.shortened(_flat(notice), width)])]
+            for part in (two_lines(_fitting(notice, 1.9 * width), width) if len(shown) == 1 else
+                         [theme.shortened(_fitting(notice, width), width)])]
     pad = 5.0 * pixel
     imgui.set_cursor_screen_pos(ImVec2(corner.x + 10.0 * pixel, corner.y + 8.0 * pixel))
     imgui.push_style_color(imgui.Col_.child_bg, ImVec4(*theme.colours().popup[:3], 0.94))
@@ -58,8 +62,13 @@ def draw_notices(notices: Notices, corner: ImVec2, room: ImVec2) -> None:
     imgui.pop_style_color()
 
 
-def _flat(notice: Notice) -> str:
-    return notice.text.replace("\n", " ")
+def _fitting(notice: Notice, room: float) -> str:
+    """The text in one line; of a text without room the path that it begins with is cut, as the reason follows it."""
+    text = notice.text.replace("\n", " ")
+    path, colon, reason = text.partition(": ")
+    if imgui.calc_text_size(text).x <= room or os.sep not in path or len(path) <= LONGEST_PATH:
+        return text
+    return f"{path[:LONGEST_PATH // 3]}…{path[-LONGEST_PATH // 2:]}{colon}{reason}"
 
 
 def _list(notices: Notices, corner: ImVec2, widest: float) -> None:

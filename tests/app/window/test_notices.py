@@ -93,6 +93,30 @@ def test_many_notices_cover_two_lines_of_the_picture_and_are_dismissed_at_once(d
 
 
 @pytest.mark.slow
+def test_the_reason_is_seen_behind_a_long_path(drive):
+    """Only the path was seen, of which the user knows already."""
+    path, reason, drawn = f"/home/{'a long name ' * 25}.png", "there is no folder /home", []
+
+    def use(hand):
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(imgui, "text_unformatted", lambda text, plain=imgui.text_unformatted: drawn.append(text)
+                            or plain(text))
+            hand.session.view.say(f"{path}: {reason}")
+            hand.ctx.yield_(3)
+            assert reason in " ".join(drawn[-2:])
+            hand.session.view.say("and a note", note=True)
+            hand.ctx.yield_(3)
+            assert any(text.startswith("/home/a long") and reason in text for text in drawn[-2:])
+            drawn.clear()
+            hand.session.view.notices.forget()
+            hand.session.view.say(f"/home/short.png: {reason}")
+            hand.ctx.yield_(3)
+            assert f"/home/short.png: {reason}" in drawn
+
+    drive(use, replace(SMALL, samples=1))
+
+
+@pytest.mark.slow
 def test_the_list_of_notices_stays_within_a_small_window(drive):
     def use(hand):
         hand.picture()
