@@ -152,7 +152,8 @@ def read_settings(path: str | Path, say: Callable[[str], object] = lambda text: 
             raise
         raise ExportError(f"{path}: this is no name of a file") from error
     if text is None:
-        raise ExportError(f"{path}: this picture holds no settings: it was not exported by lensbench")
+        raise ExportError(f"{path}: this picture holds no settings: it was not exported by lensbench; a scene "
+                          "file shows photographs: docs/scenes.md")
     return settings_of(text, path, say)
 
 

@@ -227,6 +227,8 @@ class Files:
             save_settings(path, self._state.history.present)
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))
+        else:
+            self._state.view.say(f"The settings were saved as {path.name}", done=True)
 
     def save_intrinsics(self, path: Path) -> None:
         """Save the camera's intrinsics and pose as JSON."""
@@ -243,6 +245,8 @@ class Files:
                 part.write_text(text + "\n", encoding="utf-8")
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))
+        else:
+            self._state.view.say(f"The intrinsics were saved as {path.name}", done=True)
 
     def save_picture(self, path: Path, bits: int = 8) -> None:
         """Save the picture with its present samples, and with its settings."""

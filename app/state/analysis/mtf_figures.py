@@ -59,7 +59,7 @@ def mtf_field_figure(query: Query, points: int, method: str = "diffraction",
     heights, curves = rays.image_heights, []
     for k, frequency in enumerate(frequencies):
         for a, dash in ((0, SOLID), (1, DASHED)):
-            name = f"{significant(frequency)} {WAYS[a][0].upper()}"
+            name = f"{significant(frequency)}{'' if k else ' lp/mm'} {WAYS[a][0].upper()}"
             curves.append(Curve(name, heights, found.white_modulus[:, a, k], f"chart{(2, 3, 0, 1)[k]}", dash,
                                 1.9 - 0.2 * k))
     plot = Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(heights))), Axis("Contrast", 0.0, 1.0), tuple(curves))

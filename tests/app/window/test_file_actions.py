@@ -241,6 +241,22 @@ def test_a_mesh_or_photograph_that_is_dropped_says_how_it_is_shown(drive, tmp_pa
         for name in ("cube.obj", "beach.JPG"):
             hand.session.files.drop([str(tmp_path / name)])
             assert hand.session.view.messages[-1].startswith(f"{name} is shown by a scene file that names it")
+        Image.new("RGB", (3, 2)).save(tmp_path / "beach.png")           # which may also be one of lensbench
+        hand.session.files.drop([str(tmp_path / "beach.png")])
+        assert hand.session.view.messages[-1].endswith("a scene file shows photographs: docs/scenes.md")
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_saved_settings_and_intrinsics_are_confirmed_as_other_files_are(drive, tmp_path):
+    def use(hand):
+        hand.picture()
+        hand.session.files.save_settings(tmp_path / "mine.toml")
+        hand.session.files.save_intrinsics(tmp_path / "camera.json")
+        assert hand.session.view.messages == ["The settings were saved as mine.toml",
+                                              "The intrinsics were saved as camera.json"]
+        assert (tmp_path / "mine.toml").is_file() and (tmp_path / "camera.json").is_file()
 
     drive(use)
 

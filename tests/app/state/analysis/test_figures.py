@@ -156,7 +156,7 @@ def test_the_mtf_of_the_maker_chart_is_that_of_the_curves():
     at_10 = column(figure, "frequency (lp/mm)") == 10.0
     np.testing.assert_allclose(column(figure, "sagittal")[at_10], expected[:, 0], rtol=1e-9)
     curves = {layer.name: layer for layer in mtf_field_figure(ASKED, 16).rows[0][0].layers}
-    assert np.interp(0.0, curves["10 T"].x, curves["10 T"].y) == pytest.approx(expected[0, 1], rel=1e-6)
+    assert np.interp(0.0, curves["10 lp/mm T"].x, curves["10 lp/mm T"].y) == pytest.approx(expected[0, 1], rel=1e-6)
 
 
 def test_the_film_dragged_to_a_shift_of_the_map_is_focused_there():
