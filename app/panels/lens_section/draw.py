@@ -170,8 +170,11 @@ def draw_cross(draw: imgui.ImDrawList, at: ImVec2, colour: int) -> None:
     draw.add_line(ImVec2(at.x - arm, at.y + arm), ImVec2(at.x + arm, at.y - arm), colour, theme.scale())
 
 
-def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
-    """Two blades, from the edge of the opening outward past the glass."""
+def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, signs: list[tuple[float, float, float]]) -> None:
+    """Two blades, from the edge of the opening outward past the glass, and their name.
+
+    signs: left, right and lower edge of each name in the row below the lens.
+    """
     if sketch.stop_radius is None:
         return
     colour, pixel = theme.packed(theme.colours().strong), theme.scale()
@@ -189,10 +192,15 @@ def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
     if sketch.lens is not None:
         text, top = "Stop", canvas.at(*sketch.on_stop(outer, outer)).y
         size = imgui.calc_text_size(text)
-        y = max(top - size.y - pixel, canvas.y)
-        if y < canvas.y + theme.em(SWITCHES[1]) and x - 0.5 * size.x < canvas.x + theme.em(SWITCHES[0]):
+        left, y = x - 0.5 * size.x, max(top - size.y - pixel, canvas.y)
+        if y < canvas.y + theme.em(SWITCHES[1]) and left < canvas.x + theme.em(SWITCHES[0]):
             y = canvas.at(*sketch.on_stop(-outer, outer)).y + pixel         # below, where no switch lies
-        draw.add_text(ImVec2(floor(x - 0.5 * size.x), floor(y)), theme.packed(theme.colours().text), text)
+            under = [edge for start, end, edge in signs if start < left + size.x + pixel and left < end + pixel]
+            if under and y + size.y > under[0] - size.y:
+                y = under[0]
+                if y + size.y > canvas.y + canvas.height:                   # no room below the row: to its left
+                    left, y = min(start for start, *_ in signs) - size.x - 6.0 * pixel, y - size.y
+        draw.add_text(ImVec2(floor(left), floor(y)), theme.packed(theme.colours().text), text)
 
 
 def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool) -> None:

@@ -179,7 +179,7 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
         if bounds is not None:
             drawing.draw_region(draw, shown, canvas, *bounds, film_radius)
     signs = marks.draw_marks(draw, shown, canvas)
-    drawing.draw_stop(draw, shown, canvas)
+    drawing.draw_stop(draw, shown, canvas, signs)
     drawing.draw_stop_handles(draw, shown, canvas, stop_lit)
     posed = in_section_of_film(settings, shown.above) if shown.lens is not None else None
     drawing.draw_film(draw, shown, canvas, film_lit, movable, posed is None)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from imgui_bundle import ImVec2
+from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench import lenses
@@ -221,6 +221,28 @@ def drag(ctx, start: ImVec2, dx: float, dy: float) -> None:
         ctx.yield_()
     ctx.mouse_up(0)
     ctx.yield_(2)
+
+
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-wide-22mm", "lenshh-cooke-triplet-50"])
+@pytest.mark.parametrize("size", [(280, 90), (280, 120), (300, 160), (360, 130), (420, 100), (700, 150)])
+def test_the_name_of_the_stop_touches_no_sign_of_the_row_below_the_lens(monkeypatch, name, size):
+    """Below, where the switches leave it no place above, it lay over them."""
+    words, add = {}, imgui.ImDrawList.add_text
+
+    def noted(draw, *given):
+        if len(given) == 3:
+            at, _, text = given
+            extent = imgui.calc_text_size(text)
+            words[text] = at.x, at.y, at.x + extent.x, at.y + extent.y
+        add(draw, *given)
+
+    monkeypatch.setattr(imgui.ImDrawList, "add_text", noted)
+    drive(Panel(replace(START, lens=name)).show, lambda ctx: ctx.yield_(4), size)
+    left, top, right, bottom = words.pop("Stop")
+    assert 0.0 <= left and bottom <= size[1]
+    for sign in {"P", "P'", "E", "E'"} & set(words):
+        x0, y0, x1, y1 = words[sign]
+        assert right <= x0 or x1 <= left or bottom <= y0 or y1 <= top, sign
 
 
 def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
