@@ -35,8 +35,10 @@ from lensbench.app.state.text_values import (
 )
 from lensbench.app.state.zoom import asked_zoom, focal_length, is_engraved
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import two_lines
 from lensbench.app.window.commands import COMMANDS
 from lensbench.app.window.state import WindowState
+from lensbench.kernels.cache import NotCompiledError
 from lensbench.kernels.quotation import cut
 from lensbench.lenses.stop_picture import SUFFIXES
 
@@ -119,10 +121,11 @@ class Palette:
             imgui.text_disabled("Nothing has this name")
         taken = None
         for i, entry in enumerate(found):
-            if imgui.selectable(f"{theme.shortened(entry.text, 0.75 * imgui.get_content_region_avail().x)}###Row {i}",
-                                i == self._chosen, imgui.SelectableFlags_.no_auto_close_popups)[0]:
-                taken = entry
             size = imgui.calc_text_size(entry.kind)
+            room = imgui.get_content_region_avail().x - (size.x + theme.em(1.2) if entry.kind else 0.0)
+            if imgui.selectable("\n".join(two_lines(entry.text, room)) + f"###Row {i}", i == self._chosen,
+                                imgui.SelectableFlags_.no_auto_close_popups)[0]:
+                taken = entry
             place = ImVec2(imgui.get_item_rect_max().x - size.x - theme.em(0.4), imgui.get_item_rect_min().y
                            + 0.5 * imgui.get_style().item_spacing.y)
             imgui.get_window_draw_list().add_text(place, theme.packed(theme.colours().dim), entry.kind)
@@ -244,7 +247,7 @@ def _given(query: str, state: WindowState) -> list[Entry]:
             ranks = [score(head, title) for title in (_title(field), *OTHER_NAMES.get(field.name, ()))]
             rank = max((rank for rank in ranks if rank is not None), default=None)
             if rank is not None and (best is None or rank > best[0]):
-                entry = _value(field, read, tail)
+                entry = _value(field, read, tail, state.edited)
                 best = (rank, entry) if entry is not None else best
         rank = max((rank for rank in map(partial(score, head), ZOOM) if rank is not None), default=None)
         if zoom is not None and rank is not None and (best is None or rank > best[0]):
@@ -261,7 +264,7 @@ def _given(query: str, state: WindowState) -> list[Entry]:
     return [] if best is None else [best[1]]
 
 
-def _value(field: Field, read: Callable[[str], Any], text: str) -> Entry | None:
+def _value(field: Field, read: Callable[[str], Any], text: str, present: Settings) -> Entry | None:
     try:
         value = read(text)
         _changed(field.name, value)(Settings()).checked()
@@ -272,7 +275,19 @@ def _value(field: Field, read: Callable[[str], Any], text: str) -> Entry | None:
     shown = value_text(field, value) if isinstance(value, int | float) and math.isfinite(value) else text
     if field.name == "stop_image":
         shown = f"{Path(value).name} in {cut(str(Path(value).parent), MOST_PATH)}"
-    return Entry(f"{_title(field)}: {shown}", "Enter", _sets(_changed(field.name, value)))
+    change = _changed(field.name, value)
+    return Entry(f"{_title(field)}: {shown}", _enter(field, value, change, present), _sets(change))
+
+
+def _enter(field: Field, value: Any, change: Callable[[Settings], Settings], present: Settings) -> str:
+    """The note of a typed value: that Enter takes it, or what it becomes within the range of the camera."""
+    try:
+        taken = getattr(constrained(change(present)), field.name)
+    except (ValueError, OSError, NotCompiledError):     # said when it is taken
+        return "Enter"
+    if taken == value:
+        return "Enter"
+    return f"Enter: {value_text(field, taken) if isinstance(taken, int | float) else spec(field).none or 'open'}"
 
 
 def _sets(change: Callable[[Settings], Settings]) -> Callable[[WindowState], None]:

@@ -91,6 +91,29 @@ def test_values_have_the_units_of_their_dials(drive):
 
 
 @pytest.mark.slow
+def test_a_value_beyond_the_camera_says_what_it_becomes_and_a_wrong_one_is_seen_whole(drive, monkeypatch):
+    """“f-number 0.1” promised f/0.10, and of the range of a distance only its start was seen."""
+    drawn, selectable = [], imgui.selectable
+    monkeypatch.setattr(imgui, "selectable", lambda text, *given: drawn.append(text) or selectable(text, *given))
+
+    def use(hand):
+        hand.picture()
+        assert palette.answers("f-number 8", hand.session)[0].kind == "Enter"
+        assert palette.answers("f-number 0.1", hand.session)[0].kind == "Enter: open"
+        note = palette.answers("focus 1 mm", hand.session)[0].kind
+        ask(hand, "focus 1 mm")
+        assert hand.settings.focus_distance > 50.0
+        assert note == f"Enter: {hand.settings.focus_distance / 1000.0:.3f} m"
+        drawn.clear()
+        ask(hand, "focus -1")
+        hand.press(KEY.escape)
+        assert any("it must lie from" in text and text.count("\n") < 2 and "…" not in text for text in drawn
+                   if text.startswith("Focus distance: "))
+
+    drive(use)
+
+
+@pytest.mark.slow
 def test_arrows_choose_a_name_is_filled_in_a_wrong_value_is_said_and_escape_changes_nothing(drive):
     def use(hand):
         hand.picture()
