@@ -147,7 +147,7 @@ class FilePrompt:
         imgui.set_item_tooltip("The folder above")
         imgui.same_line()
         imgui.align_text_to_frame_padding()
-        imgui.text_disabled(str(self._folder))
+        paragraph(str(self._folder))
         if imgui.begin_child("Files", ImVec2(0.0, theme.em(17.0)), imgui.ChildFlags_.frame_style):
             found: list[Path] = []
             try:
@@ -176,7 +176,7 @@ class FilePrompt:
         path = self._folder / os.path.expanduser(self._text.strip() or ".")
         problem = self._problem or (replaced(_saved_as(path, question)) if question.save and path.name else "")
         if problem:
-            imgui.text_colored(imgui.ImVec4(*theme.colours().warning), problem)
+            _warn(problem)
         verb = "Save" if question.save else "Open"
         if imgui.button(verb, ImVec2(theme.em(6.0), 0.0)) or entered:
             if os.path.isdir(path):
@@ -335,7 +335,7 @@ class ExportDialog:
         problem = replaced(with_format(path, suffix)) if named else "Give the file a name"
         if problem:
             _label("", indent)
-            imgui.text_colored(imgui.ImVec4(*theme.colours().warning), problem)
+            _warn(problem)
 
         # The buttons
         imgui.dummy(ImVec2(0.0, theme.em(0.3)))
@@ -376,6 +376,13 @@ class ExportDialog:
 def with_format(path: Path, suffix: str) -> Path:
     """The path with this suffix, in place of that of another format; what else follows a dot is part of the name."""
     return path.with_suffix(suffix) if path.suffix.lower() in SUFFIXES else path.with_name(path.name + suffix)
+
+
+def _warn(problem: str) -> None:
+    """A sentence over as many lines as the names in it need: what it says of them comes last."""
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_colored(imgui.ImVec4(*theme.colours().warning), problem)
+    imgui.pop_text_wrap_pos()
 
 
 def _label(text: str, indent: float) -> None:

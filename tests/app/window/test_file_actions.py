@@ -14,6 +14,7 @@ from lensbench.app.files.settings_file import save_settings
 from lensbench.app.files.state_text import state_text
 from lensbench.app.state.build import design
 from lensbench.app.state.request import Request
+from lensbench.app.window import dialogs
 from lensbench.app.window.file_actions import QUESTIONS
 from lensbench.lenses.stop_picture import read_picture
 from tests.app.conftest import SMALL
@@ -257,6 +258,40 @@ def test_saved_settings_and_intrinsics_are_confirmed_as_other_files_are(drive, t
         assert hand.session.view.messages == ["The settings were saved as mine.toml",
                                               "The intrinsics were saved as camera.json"]
         assert (tmp_path / "mine.toml").is_file() and (tmp_path / "camera.json").is_file()
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_the_dialogs_show_long_folders_whole_and_that_a_file_of_a_long_name_is_replaced(drive, tmp_path, monkeypatch):
+    """The sentence was cut before “will be replaced”, and the folder before its own name."""
+    folder = tmp_path / ("a long name of a folder " * 3).strip() / "here"
+    folder.mkdir(parents=True)
+    path = folder / f"{'a long name ' * 7}.png"
+    path.touch()
+    ends = {}
+
+    def noted(plain):
+        def draw(*given):
+            plain(*given)
+            ends[given[-1]] = imgui.get_item_rect_max().x - imgui.get_window_pos().x - imgui.get_window_width()
+        return draw
+
+    monkeypatch.setattr(imgui, "text_colored", noted(imgui.text_colored))
+    monkeypatch.setattr(imgui, "text_disabled", noted(imgui.text_disabled))
+
+    def use(hand):
+        hand.picture()
+        hand.session.export.path = path
+        hand.ctx.item_click("**/Export")
+        hand.ctx.yield_(3)
+        hand.press(imgui.Key.escape)
+        assert ends.pop(dialogs.replaced(path)) < 0.0
+        hand.session.files.prompt.folder = folder
+        hand.session.files.ask(Request.SAVE_RENDER)
+        hand.ctx.yield_(3)
+        hand.press(imgui.Key.escape)
+        assert ends[str(folder)] < 0.0
 
     drive(use)
 
