@@ -56,7 +56,7 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     marks: list = [Points("", ranks, heights, "strong", "square")]
     marks += [Area((rank - 0.5, rank + 0.5), (low, top), _words(row)) for rank, row in zip(ranks, bright, strict=True)]
     order = Plot(Axis("Rank", 0.4, max(len(bright), 1) + 0.6, whole=len(bright)),
-                 Axis("Brightness, log10 (1/mm²)", low, top), tuple(marks))
+                 Axis("Brightness (log10 1/mm²)", low, top), tuple(marks))
     angle = math.atan(math.hypot(math.tan(way[0]), math.tan(way[1])))
     where = f"field {significant(math.degrees(angle), 3)}°" + (", towards the lower left corner" if way[0] else "")
     words = query.words(None, where, query.primary_alone, f"coating {name}",

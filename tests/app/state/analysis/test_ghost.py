@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.panels.analysis.under_cursor import told
+from lensbench.app.panels.analysis.under_cursor import told, unit_of
 from lensbench.app.state.analysis.aperture_figures import illumination_figure
 from lensbench.app.state.analysis.bokeh_figure import bokeh_figure
 from lensbench.app.state.analysis.depth_figure import depth_figure
@@ -120,6 +120,12 @@ def test_the_picture_shows_a_ghost_where_its_ray_meets_the_film(pose):
     own = (0.5 - column / film.pixels_x) * film.width, (row / film.pixels_y - 0.5) * film.height
     there = settings.film_pose.points(np.array([own]))[0] + [0.0, 0.0, 90.0]
     assert np.linalg.norm(np.cross(there - path[0], path[1] - path[0])) < 1e-9
+
+
+def test_a_low_plot_of_ghosts_says_that_its_brightness_is_a_logarithm():
+    """Its axis had the unit 1/mm² beside numbers from −6 to −12."""
+    axis = ghosts_figure(query(Settings()), 16).rows[0][1].y
+    assert axis.high <= 0.0 and unit_of(axis.label) == "log10 1/mm²"
 
 
 def test_the_light_of_a_ghost_without_symmetry_comes_from_the_field_of_the_other_figures():
