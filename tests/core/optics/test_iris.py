@@ -59,6 +59,31 @@ def test_the_opening_has_its_edge_in_it(shape):
     assert iris.contains(radii * np.cos(angles), radii * np.sin(angles)).all()
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_outline_goes_once_round_the_opening_from_corner_to_corner(shape):
+    """400 chords a blade: short of the area by 2 (π / 400 n)² / 3 at most, here 5e-6."""
+    blades, rotation, _ = shape
+    outline = lb.Iris(*shape).outline(400)
+    area, _ = moments(outline)
+    assert len(outline) == 400 * blades and area == pytest.approx(lb.Iris(*shape).area, rel=5e-6)
+    corners = rotation + 0.5 * math.pi + 2.0 * math.pi * np.arange(blades) / blades
+    np.testing.assert_allclose(outline[::400], np.column_stack([np.cos(corners), np.sin(corners)]), atol=1e-12)
+
+
+@pytest.mark.parametrize("distance", (0.7, 30.0))
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_light_on_the_axis_is_the_integral_of_cos4(shape, distance):
+    """By the definition, ring by ring of each sector: the chords of 4,000 an arc are short by 3e-7 at most."""
+    radius, edge = 2.0, 2.0 * arcs(*shape)
+    node, weight = np.polynomial.legendre.leggauss(40)
+    after = np.roll(edge, -1, 0)
+    middles = 0.5 * (edge + after)
+    sector = (edge[:, 0] * after[:, 1] - edge[:, 1] * after[:, 0]) / (middles * middles).sum(1)     # its angle, nearly
+    r = 0.5 * (1.0 + node) * np.hypot(*middles.T)[:, None]
+    rings = (r * (distance**2 / (distance**2 + r * r)) ** 2) @ (0.5 * weight) * np.hypot(*middles.T)
+    assert lb.Iris(*shape).axis_irradiance(radius, distance) == pytest.approx(float(rings @ sector), rel=1e-6)
+
+
 def test_straight_blades_are_the_polygon_and_full_roundness_the_circle():
     for n in range(3, 25):
         assert lb.Iris(n).area == pytest.approx(0.5 * n * math.sin(2.0 * math.pi / n), rel=1e-14)
