@@ -7,6 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.cameras.flat_port import FlatPort
 from tests.core.imaging.test_animated_transform import FILM, kernels
 
 WATER = lb.Medium(index=1.333)
@@ -50,6 +51,23 @@ def test_things_in_water_seem_nearer_by_its_index():
         rays = camera.generate_rays(np.tile([60.0, 40.0], (300, 1)), uv)
         where = rays.origins + (-distance - rays.origins[:, 2:]) / rays.directions[:, 2:] * rays.directions
         assert np.hypot(*where[:, :2].T).max() < 1e-5           # (r/s)³ s of a lens of 1 mm at 0.9 m, a millionth
+
+
+@pytest.mark.parametrize("index", [1.0, 1.333, 1.5])
+@pytest.mark.parametrize("slope", [0.0, 0.3, 1.2])
+def test_a_beam_aslant_has_two_foci_whose_mean_a_port_stretches_to(slope, index):
+    """Rays that meet 1 m beyond the window as seen in air, bent by Snell's law: neighbours in and across the plane."""
+    def way(t: float) -> float:
+        """Tangent of the angle beyond the window."""
+        sine = math.sin(math.atan(t)) / index
+        return sine / math.sqrt(1.0 - sine**2)
+
+    step = 1e-5
+    before, after = slope - step, slope + step                  # they meet the window at so many metres from the axis
+    within = 2.0 * step / (way(after) - way(before))            # central differences: off by step², 1e-10
+    across = slope / way(slope) if slope else within            # rays turned about the axis meet on it
+    assert FlatPort(40.0, index).stretch(slope) == pytest.approx(0.5 * (within + across), rel=1e-8)
+    assert FlatPort(40.0, index).stretch(np.array([slope, 0.0]))[1] == pytest.approx(index, rel=1e-15)
 
 
 @pytest.mark.parametrize("name", ["perspective", "trace", "orthographic"])
