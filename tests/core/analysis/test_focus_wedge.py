@@ -99,3 +99,16 @@ def test_the_plane_is_continuous_through_the_front_focus():
                                focus_method="real", film_at=None, follows_rays=True, focus_distance=distance,
                                has_port=False)
         assert sharp_focus(seen, 0.03).plane.offset == pytest.approx(-distance, rel=1e-9)
+
+
+@pytest.mark.parametrize("name, focus", [("pbrt-dgauss-50mm", 3000.0), ("lenshh-cooke-triplet-50", 1494.0)])
+def test_near_and_far_planes_of_an_upright_film_are_the_limits_of_its_depth_of_field(name, focus):
+    """Where the film moves by δ the circle is δ D / s′, at the limits δ D / (s′ ± δ): c / D apart."""
+    circle = 0.01
+    camera = lb.LensCamera(lenses.load(name), lb.Film(), focus, focus_method="paraxial")
+    found = sharp_focus(camera, circle)
+    near, far = lb.thick_depth_of_field(camera.lens, camera.film_distance, focus, circle)
+    diameter = 2.0 * lb.first_order(camera.lens).exit_pupil.radius
+    for plane, limit in ((found.near, near), (found.far, far)):
+        assert plane.normal == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
+        assert plane.offset + focus == pytest.approx(focus - limit, rel=2.0 * circle / diameter)
