@@ -152,7 +152,8 @@ def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) 
         settings = replace(settings, zoom=zoom_of(lens, wanted), crop=1.0)
         if focal_length(lens, 0.0) <= wanted <= focal_length(lens, 1.0):
             return settings
-    crop = math.tan(0.5 * fov) / math.tan(0.5 * full_view(settings)[0])
+    full = full_view(settings)[0]
+    crop = math.tan(0.5 * fov) / math.tan(0.5 * full) if fov < full else 1.0
     return replace(settings, crop=min(max(crop, SMALLEST_CROP), 1.0))
 
 

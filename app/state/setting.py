@@ -104,9 +104,13 @@ def words(of: Field) -> str:
     return spec(of).words or of.name.replace("_", " ")
 
 
-def check(of: Field, value: Any) -> None:
-    """SettingsError where a value is none that the field may have; the message gives the range."""
+def check(of: Field, value: Any, form: Callable[[float], str] | None = None) -> None:
+    """SettingsError where a value is none that the field may have; the message gives the range.
+
+    form: writes the numbers of the message, in place of the Spec.
+    """
     about = spec(of)
+    form = form or about.shown
     if value is None:
         return
     parts = value if isinstance(value, tuple) else (value,)
@@ -114,9 +118,9 @@ def check(of: Field, value: Any) -> None:
         rule = about.rule or f"choose one of {', '.join(map(str, about.choices))}"
         raise SettingsError(f"{words(of)} {excerpt(value)}: {rule}")
     if about.bounds is not None and not all(part in about.bounds for part in parts):
-        shown = ", ".join(about.shown(part) for part in parts)
+        shown = ", ".join(form(part) for part in parts)
         each = "each coordinate " if len(parts) > 1 else ""
-        raise SettingsError(f"{words(of)} {shown}: {each}{about.rule or about.bounds.rule(about.shown)}")
+        raise SettingsError(f"{words(of)} {shown}: {each}{about.rule or about.bounds.rule(form)}")
 
 
 def converted(name: str, kind: Any, value: Any) -> Any:

@@ -21,7 +21,7 @@ from lensbench.app.state.camera_kinds import unfit
 from lensbench.app.state.constraints import constrained, field_of_view, with_camera, with_field_of_view, zooms
 from lensbench.app.state.fuzzy import ranked, score
 from lensbench.app.state.lens_choice import with_lens, with_scene
-from lensbench.app.state.setting import spec, titles, words
+from lensbench.app.state.setting import check, spec, titles, words
 from lensbench.app.state.setting_text import reader, value_text
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.stop_picture import stop_picture_path
@@ -30,6 +30,7 @@ from lensbench.app.state.text_values import (
     format_length,
     format_part,
     read_angle,
+    read_distance,
     read_length,
     read_percent,
 )
@@ -39,6 +40,7 @@ from lensbench.app.widgets.paragraph import two_lines
 from lensbench.app.window.commands import COMMANDS
 from lensbench.app.window.state import WindowState
 from lensbench.kernels.cache import NotCompiledError
+from lensbench.kernels.figures import significant, true_minus
 from lensbench.kernels.quotation import cut
 from lensbench.lenses.stop_picture import SUFFIXES
 
@@ -144,10 +146,14 @@ class Palette:
 
 
 def answers(query: str, state: WindowState) -> list[Entry]:
-    """The best rows for a query: a setting with its typed value first, then the fuzzy matches."""
+    """The best rows for a query: a setting with its typed value first, then the fuzzy matches.
+
+    Words after the name of a setting are read as its wrong value where nothing else has this name.
+    """
     given = _given(query, state)
     found = _entries(state)
-    return [*given, *(found[i] for i in ranked(query, [entry.text for entry in found], ROWS - len(given)))]
+    rows = [*given, *(found[i] for i in ranked(query, [entry.text for entry in found], ROWS - len(given)))]
+    return rows or _given(query, state, wrong=True)
 
 
 def _entries(state: WindowState) -> list[Entry]:
@@ -206,12 +212,12 @@ def _zoomed(lens: lb.Lens, zoom: float) -> str:
     return format_length(focal_length(lens, zoom)) if is_engraved(lens) else format_part(zoom)
 
 
-def _asked(lens: lb.Lens, text: str) -> Entry | None:
-    """The row for a zoom, typed as at its dial; None for a text that is part of a name, such as 70-200."""
+def _asked(lens: lb.Lens, text: str, wrong: bool) -> Entry | None:
+    """The row for a zoom, typed as at its dial; None for a text that may be part of a name, such as 70-200."""
     try:
         asked = ("length", read_length(text)) if is_engraved(lens) else ("part", read_percent(text))
-    except ValueError:
-        return None
+    except ValueError as error:
+        return Entry(f"{ZOOM[0]}: {error}", "") if wrong else None
     try:
         zoom = asked_zoom(lens, asked)
     except lb.LensError as error:
@@ -232,8 +238,11 @@ def _title(field: Field) -> str:
     return text if text[:2].isupper() else text[0].upper() + text[1:]
 
 
-def _given(query: str, state: WindowState) -> list[Entry]:
-    """A row for a setting whose value is typed after its name, or for what is wrong with it; at most one."""
+def _given(query: str, state: WindowState, wrong: bool = False) -> list[Entry]:
+    """A row for a setting whose value is typed after its name, or for what is wrong with it; at most one.
+
+    wrong: take words for a wrong value too, after a part of a name as it is written.
+    """
     parts, zoom = query.split(), _zoom_lens(state.edited)
     best: tuple[float, Entry] | None = None
     for k in range(1, len(parts)):
@@ -244,39 +253,50 @@ def _given(query: str, state: WindowState) -> list[Entry]:
                 continue
             if field.name == "stop_image":             # the folder of the lens file, of a path that is relative
                 read = partial(stop_picture_path, state.edited)
-            ranks = [score(head, title) for title in (_title(field), *OTHER_NAMES.get(field.name, ()))]
+            names = [title for title in (_title(field), *OTHER_NAMES.get(field.name, ()))
+                     if not wrong or head.lower() in title.lower()]
+            ranks = [score(head, title) for title in names]
             rank = max((rank for rank in ranks if rank is not None), default=None)
             if rank is not None and (best is None or rank > best[0]):
-                entry = _value(field, read, tail, state.edited)
+                entry = _value(field, read, tail, state.edited, wrong)
                 best = (rank, entry) if entry is not None else best
         rank = max((rank for rank in map(partial(score, head), ZOOM) if rank is not None), default=None)
         if zoom is not None and rank is not None and (best is None or rank > best[0]):
-            entry = _asked(zoom, tail)
+            entry = _asked(zoom, tail, wrong)
             best = (rank, entry) if entry is not None else best
         rank = score(head, VIEW)
         if rank is not None and (best is None or rank > best[0]):
             try:
                 angle = read_angle(tail)
-            except ValueError:
+            except ValueError as error:
+                best = (rank, Entry(f"{VIEW}: {error}", "")) if wrong else best
                 continue
-            best = (rank, Entry(f"{VIEW}: {format_angle(angle)}", "Enter",
-                                _sets(partial(with_field_of_view, fov=angle))))
+            change = partial(with_field_of_view, fov=angle)
+            best = (rank, Entry(f"{VIEW}: {format_angle(angle)}", _view_note(angle, change, state.edited),
+                                _sets(change)))
     return [] if best is None else [best[1]]
 
 
-def _value(field: Field, read: Callable[[str], Any], text: str, present: Settings) -> Entry | None:
+def _value(field: Field, read: Callable[[str], Any], text: str, present: Settings, wrong: bool) -> Entry | None:
     try:
         value = read(text)
+        check(field, value, partial(_bound, field))
         _changed(field.name, value)(Settings()).checked()
     except ValueError as error:
-        if not any(character.isdigit() for character in text) and Path(text).suffix.lower() not in SUFFIXES:
+        if not (wrong or any(character.isdigit() for character in text) or Path(text).suffix.lower() in SUFFIXES):
             return None                     # a part of a name
-        return Entry(f"{_title(field)}: {error}", "")
+        return Entry(f"{_title(field)}: {str(error).removeprefix(f'{words(field)} ')}", "")
     shown = value_text(field, value) if isinstance(value, int | float) and math.isfinite(value) else text
     if field.name == "stop_image":
         shown = f"{Path(value).name} in {cut(str(Path(value).parent), MOST_PATH)}"
     change = _changed(field.name, value)
     return Entry(f"{_title(field)}: {shown}", _enter(field, value, change, present), _sets(change))
+
+
+def _bound(field: Field, value: float) -> str:
+    """A number of a message about a range, in the unit of the dial."""
+    in_metres = reader(field) is read_distance
+    return true_minus(f"{significant(value / 1000.0)} m" if in_metres else spec(field).shown(value))
 
 
 def _enter(field: Field, value: Any, change: Callable[[Settings], Settings], present: Settings) -> str:
@@ -288,6 +308,15 @@ def _enter(field: Field, value: Any, change: Callable[[Settings], Settings], pre
     if taken == value:
         return "Enter"
     return f"Enter: {value_text(field, taken) if isinstance(taken, int | float) else spec(field).none or 'open'}"
+
+
+def _view_note(angle: float, change: Callable[[Settings], Settings], present: Settings) -> str:
+    """The note of a typed field of view, as `_enter` writes it."""
+    try:
+        taken = field_of_view(constrained(change(present)))
+    except (ValueError, OSError, NotCompiledError):
+        return "Enter"
+    return "Enter" if math.isclose(taken, angle, rel_tol=1e-3) else f"Enter: {format_angle(taken)}"
 
 
 def _sets(change: Callable[[Settings], Settings]) -> Callable[[WindowState], None]:

@@ -6,6 +6,8 @@ import pytest
 from imgui_bundle import imgui
 
 from lensbench.app.state.build import design
+from lensbench.app.state.constraints import field_of_view
+from lensbench.app.state.text_values import format_angle
 from lensbench.app.state.zoom import focal_length
 from lensbench.app.window import palette
 from lensbench.app.window.commands import COMMANDS
@@ -111,6 +113,26 @@ def test_a_value_beyond_the_camera_says_what_it_becomes_and_a_wrong_one_is_seen_
                    if text.startswith("Focus distance: "))
 
     drive(use)
+
+
+@pytest.mark.slow
+def test_a_value_of_words_is_said_to_be_wrong_and_ranges_have_the_units_of_the_dials(drive):
+    """“iso abc” had no name, a distance had hyphens and mm, and a field of view of 400° promised that."""
+    def use(hand):
+        hand.picture()
+        for query, text in (
+                ("iso abc", "ISO: “abc”: type a speed such as ISO 400"),
+                ("field of view abc", "Field of view: “abc”: type an angle such as 47.2°"),
+                ("focus -1", "Focus distance: −1 m: it must lie from 0.000001 m to 1×10⁹ m, or be infinite"),
+                ("exposure -99", "Exposure: −99 stops: it must lie from −60 stops to 60 stops")):
+            entry = palette.answers(query, hand.session)[0]
+            assert (entry.text, entry.run) == (text, None)
+        assert palette.answers("qqq zzz", hand.session) == []
+        widest = palette.answers("field of view 400", hand.session)[0].kind
+        ask(hand, "field of view 400")
+        assert hand.settings.crop == 1.0 and widest == f"Enter: {format_angle(field_of_view(hand.settings))}"
+
+    drive(use, replace(SMALL, crop=0.5))
 
 
 @pytest.mark.slow
