@@ -62,7 +62,7 @@ def cell_item(name: str, text: str, state: LensTableState, cell: Cell, right: bo
     size = ImVec2(max(imgui.get_content_region_avail().x, 4.0), imgui.get_text_line_height() + theme.em(0.25))
     corner = imgui.get_cursor_screen_pos()
     pressed = imgui.invisible_button(name, size)
-    hovered = imgui.is_item_hovered()
+    hovered = state.entry is None and imgui.is_item_hovered()      # no tooltip over the text that is typed
     has_keys = state.keyed and state.at == cell
     if has_keys and imgui.is_key_pressed(imgui.Key.enter, False):
         pressed = True

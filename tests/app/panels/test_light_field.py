@@ -224,6 +224,21 @@ def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(dr
     assert session.view.messages == ["The picture was saved as there.exr"]
 
 
+def test_a_click_before_the_depth_is_known_says_how_to_focus_by_it(drive):
+    """The focus tool is lit, and nothing happened."""
+    def use(hand):
+        open_panel(hand)
+        record(hand)
+        before = hand.session.light_field.look.distance
+        hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.6, 0.35))
+        hand.ctx.mouse_click(0)
+        hand.ctx.yield_(3)
+        assert hand.session.light_field.look.distance == before and hand.settings == START
+        assert "Find the depth" in hand.session.view.messages[0]
+
+    drive(use, START)
+
+
 def test_a_plenoptic_camera_is_recorded_by_buttons_and_its_sensor_shown(drive):
     def use(hand):
         controller = hand.session.light_field

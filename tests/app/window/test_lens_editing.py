@@ -102,6 +102,27 @@ def test_numbers_are_dragged_and_typed_and_each_gesture_is_one_undo(drive):
     assert drive(use, TRIPLET).view.messages == []
 
 
+def test_no_tooltip_of_the_mouse_lies_over_the_text_that_is_typed(drive, monkeypatch):
+    """By the keyboard one typed in the third row, under the tooltip of a mouse at rest in the first."""
+    shown, tooltip = [], imgui.set_item_tooltip
+    monkeypatch.setattr(imgui, "set_item_tooltip", lambda text: shown.append(text) or tooltip(text))
+
+    def use(hand):
+        state = table(hand)
+        hand.ctx.item_click("**/0 curvature")
+        hand.press(KEY.escape)
+        for key in (KEY.right_arrow, KEY.down_arrow, KEY.down_arrow):
+            hand.press(key)
+        assert any(text.startswith("Radius of surface 0") for text in shown)
+        hand.press(KEY.enter)
+        assert state.entry is not None and state.entry.cell == (2, "thickness")
+        shown.clear()
+        hand.ctx.yield_(5)
+        assert not any(text.startswith("Radius") for text in shown)
+
+    drive(use, TRIPLET)
+
+
 def test_an_element_is_decentred_and_tilted_as_one_body_by_its_cell(drive):
     def use(hand):
         table(hand)
