@@ -132,8 +132,13 @@ def _keys(settings: Settings, document: LensDocument, cell: Cell, state: LensTab
     return settings
 
 
+def tab_step() -> int:
+    """Cells to the right that Tab goes: 1, with Shift −1, and 0 where it is not pressed."""
+    return (-1 if imgui.get_io().key_shift else 1) if imgui.is_key_pressed(imgui.Key.tab) else 0
+
+
 def text_entry(state: LensTableState) -> str | None:
-    """The entry of a text in the place of its cell; returns the text when Enter ends it. Escape cancels."""
+    """The entry of a text in the place of its cell; returns the text when Enter or Tab ends it. Escape cancels."""
     entry = state.entry
     assert entry is not None
     imgui.set_next_item_width(-1.0)
@@ -150,7 +155,9 @@ def text_entry(state: LensTableState) -> str | None:
         if imgui.begin_tooltip():
             imgui.text_colored(imgui.ImVec4(*theme.colours().warning), entry.error)
             imgui.end_tooltip()
-    if entered:
+    in_popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)         # of coefficients, beside the table
+    state.tabbed = 0 if entry.fresh or in_popup else tab_step()
+    if entered or state.tabbed:
         return entry.text
     if imgui.is_key_pressed(imgui.Key.escape) or not entry.fresh and imgui.is_item_deactivated():
         state.entry = None
@@ -166,11 +173,11 @@ def _typing(settings: Settings, state: LensTableState, cell: Cell, body: tuple[i
     try:
         value = cells.typed(text, cell[1])
     except EditError as error:
-        state.entry = Entry(cell, text, True, str(error))
+        state.entry, state.tabbed = Entry(cell, text, True, str(error)), 0
         return settings
     changed = state.apply(settings, _change(cell, body, value))
     if state.problem:
-        state.entry = Entry(cell, text, True, state.problem)
+        state.entry, state.tabbed = Entry(cell, text, True, state.problem), 0
     else:
         state.entry, state.at = None, cell
     return changed

@@ -10,7 +10,7 @@ from imgui_bundle import icons_fontawesome_6 as fa
 from imgui_bundle import imgui
 
 from lensbench.app.panels.lens_table.attach import attach_dialog
-from lensbench.app.panels.lens_table.cell import cell_item, number_cell, text_entry
+from lensbench.app.panels.lens_table.cell import cell_item, number_cell, tab_step, text_entry
 from lensbench.app.panels.lens_table.glass import POPUP, glass_popup
 from lensbench.app.panels.lens_table.improvement import progress
 from lensbench.app.panels.lens_table.menu import cell_menu, has_keyboard, keys, row_menu, toolbar
@@ -64,7 +64,7 @@ def lens_table_panel(settings: Settings, state: LensTableState, links: Pointed |
 
 
 def move_cell(state: LensTableState, rows: int) -> bool:
-    """Move the keyboard's cell by an arrow key; whether it moved."""
+    """Move the keyboard's cell by an arrow key or Tab; whether it moved."""
     io, key = imgui.get_io(), imgui.Key
     if not state.keyed or state.at is None or io.key_ctrl or io.key_alt:
         return False
@@ -74,6 +74,7 @@ def move_cell(state: LensTableState, rows: int) -> bool:
                                  (key.right_arrow, 0, 1)):
         if imgui.is_key_pressed(pressed):
             row, column = row + down, column + right
+    column, state.tabbed = column + (state.tabbed or tab_step()), 0
     row, column = min(max(row, 0), rows - 1), min(max(column, 0), len(names) - 1)
     if (row, names[column]) == state.at:
         return False

@@ -80,6 +80,7 @@ class LensTableState:
     expected: str = ""                  # the edited lens of the settings while an improvement runs
     at: Cell | None = None              # the cell that has the keyboard
     keyed: bool = False                 # the table has the keyboard in this frame
+    tabbed: int = 0                     # cells to the right, to which Tab goes from the text that it has ended
 
     def selected(self, surface: int) -> bool:
         """Whether a row is selected."""

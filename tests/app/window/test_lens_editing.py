@@ -123,6 +123,31 @@ def test_no_tooltip_of_the_mouse_lies_over_the_text_that_is_typed(drive, monkeyp
     drive(use, TRIPLET)
 
 
+def test_tab_takes_the_typed_number_and_goes_to_the_next_cell(drive):
+    """It did nothing, so that a row could not be typed as in a spreadsheet."""
+    def use(hand):
+        state = table(hand)
+        start = surfaces(hand)
+        hand.ctx.item_click("**/0 curvature")
+        hand.ctx.yield_(2)
+        hand.ctx.key_chars_replace("23,5")
+        hand.press(KEY.tab)
+        hand.ctx.yield_(2)
+        assert 1.0 / surfaces(hand)[0].curvature == pytest.approx(23.5) and state.at == (0, "thickness")
+        hand.press(KEY.enter)
+        hand.ctx.key_chars_replace("abc")
+        hand.press(KEY.tab)
+        hand.ctx.yield_(2)
+        assert state.entry is not None and "type a thickness" in state.entry.error and state.at == (0, "thickness")
+        hand.press(KEY.escape)
+        hand.press(KEY.mod_shift | KEY.tab)
+        assert state.at == (0, "curvature") and changed(hand, start) == [(0, "curvature")]
+        hand.press(KEY.mod_ctrl | KEY.z)                                     # one step of undo
+        assert surfaces(hand) == start
+
+    drive(use, TRIPLET)
+
+
 def test_an_element_is_decentred_and_tilted_as_one_body_by_its_cell(drive):
     def use(hand):
         table(hand)
