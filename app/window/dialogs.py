@@ -370,7 +370,7 @@ class ExportDialog:
         self._task = None
         if task.error is not None:
             return task.message, False
-        return (f"Exported {self.path}", True) if task.result else None
+        return (f"Exported {self.path.name} to {self.path.parent}", True) if task.result else None
 
 
 def with_format(path: Path, suffix: str) -> Path:

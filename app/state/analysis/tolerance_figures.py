@@ -48,7 +48,7 @@ def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
                      for scale, name in ((1000.0, "spot"), (-100.0, "contrast")))
     names = [f"{KIND_SIGNS[each.kind]}{each.surface}" for each in shown]
     plots = []
-    for label, values, tint in (("Spot (µm)", spots, "field0"), ("Lost contrast (%)", losses, "field2")):
+    for label, values, tint in (("Spot (µm)", spots, "field0"), ("Loss (% contrast)", losses, "field2")):
         dark, values = np.isnan(values), np.nan_to_num(values)
         top, bottom = max(float(values.max(initial=0.0)), 1e-6), min(float(values.min(initial=0.0)), 0.0)
         room = 0.12 * (top - bottom)

@@ -200,7 +200,7 @@ def test_an_export_can_be_cancelled_and_finished(drive, tmp_path):
         hand.ctx.item_click("//Export/Render")
         hand.wait(path.exists, "the exported picture")
         hand.wait(lambda: hand.session.view.messages, "word of it")
-        assert hand.session.view.messages == [f"Exported {path}"]
+        assert hand.session.view.messages == [f"Exported {path.name} to {path.parent}"]      # the name is in sight
 
     drive(use)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lensbench.analysis.manufacture import Tolerances
+from lensbench.app.panels.analysis.under_cursor import unit_of
 from lensbench.app.state.analysis.figure import Bars, Curve, Label, Map
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.analysis.tolerance_figures import (
@@ -26,6 +27,7 @@ TRIPLET = replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=5.6, film
 @pytest.mark.slow
 def test_the_costs_are_bars_with_the_signs_of_their_errors():
     figure = cost_figure(query(TRIPLET), 1, Tolerances(decentre=0.1))
+    assert [unit_of(plot.y.label) for row in figure.rows for plot in row] == ["µm", "% contrast"]   # all of a low panel
     (spots,), (losses,) = figure.rows
     for plot, column, scale in ((spots, 3, 1000.0), (losses, 4, -100.0)):
         (bars,) = [layer for layer in plot.layers if isinstance(layer, Bars)]
