@@ -154,8 +154,7 @@ class LightFieldController:
         """A click on a pixel of the light field's picture focuses there, or says how its depth becomes known."""
         found, self.look = self.worker.found, replace(self.look, pixel=pixel)
         if found is None and self.look.show == "focus" and isinstance(self._recording, Recording):
-            self._view.say("A click focuses once the depth is known: Light field ▸ Depth ▸ Find the depth",
-                           note=True)
+            self._view.say("A click focuses once the depth is known: “Find the depth” on the tab Depth", note=True)
         if found is not None and self.look.show == "focus" and isinstance(self._recording, Recording):
             distance = float(found.distance[pixel[1], pixel[0]])
             self.look = replace(self.look, distance=max(distance, self._recording.nearest * MARGIN))
