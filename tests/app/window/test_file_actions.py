@@ -166,7 +166,9 @@ def test_settings_are_saved_and_opened_by_the_menu(drive, tmp_path):
         path.write_text("version = 1\ncrop = 7.0\n")
         hand.session.dropped(None, [str(path)])
         hand.ctx.yield_(2)
-        assert hand.settings == SMALL and ":2: crop:" in hand.session.view.messages[0]
+        said = hand.session.view.messages
+        assert hand.settings == SMALL and len(said) == 2
+        assert said[0] == "The settings were saved as mine.toml" and ":2: crop:" in said[1]
 
     drive(use)
 
