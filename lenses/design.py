@@ -36,7 +36,7 @@ from lensbench.optics.system import (
 
 MOST_SURFACES = 1000
 MOST_UNKNOWN = 12       # keywords that are listed as not read
-CATALOGUE_AIR = (15.0, 25.0), (0.9, 1.1)        # °C and atmospheres that change an index by less than 3e-5
+CATALOGUE_AIR = (15.0, 25.0), (0.9, 1.1)        # °C and atmospheres: the index of air changes by less than 4e-5
 
 
 @dataclass

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from lensbench.analysis.model_choice import Choice
     from lensbench.analysis.model_error import Rung
 
-TOLERANCES = 0.5, 0.05          # pixels and stops, of `lb.choose_model`
-
 
 class Chosen(NamedTuple):
     """A choice of model, and the settings that it depends on."""
@@ -86,9 +84,9 @@ def choice_summary(choice: "Choice", speeds: tuple[float, float] | None) -> list
 
 def _near_limit(rung: "Rung") -> bool:
     """Whether a refused model is within the tolerances, but not by enough to replace the one before."""
-    from lensbench.analysis.model_choice import KEEP
+    from lensbench.analysis.model_choice import KEEP, TOLERANCE_PX, TOLERANCE_STOPS
 
-    parts = rung.error_px / TOLERANCES[0], rung.error_stops / TOLERANCES[1]
+    parts = rung.error_px / TOLERANCE_PX, rung.error_stops / TOLERANCE_STOPS
     return KEEP < max(parts) <= 1.0
 
 

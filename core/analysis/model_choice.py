@@ -21,6 +21,7 @@ from lensbench.kernels.sampling import sampling_steps
 from lensbench.lens_models.polynomial import DEGREES
 from lensbench.scenery.scene import Scene
 
+TOLERANCE_PX, TOLERANCE_STOPS = 0.5, 0.05    # within which a simpler model may replace the trace
 KEEP = 0.8                                  # share of a tolerance in which a simpler model must lie to replace one
 LADDER = (("pinhole", 0), ("thin", 0), ("thick", 0), *(("polynomial", degree) for degree in DEGREES), ("trace", 0))
 CLOSEST = 0.1                               # share of the nearest depth: the least for a camera off the origin
@@ -96,8 +97,8 @@ class Choice:
         return ray_times([self.applied(camera), replace(camera, model="trace")])
 
 
-def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = 0.5, tolerance_stops: float = 0.05,
-                 previous: Choice | None = None) -> Choice:
+def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = TOLERANCE_PX,
+                 tolerance_stops: float = TOLERANCE_STOPS, previous: Choice | None = None) -> Choice:
     """The first model of the ladder whose picture of a scene is within tolerances of the traced lens.
 
     A lens without rotational symmetry is always traced, and no polynomial is fitted to a lens with blades. With a film

@@ -349,7 +349,7 @@ def encircled_energy(spread: PointSpread, radii) -> np.ndarray:
     """
     wanted = np.atleast_1d(np.asarray(radii, float))
     if not (wanted >= 0.0).all():
-        raise LensError("the radius of a circle must not be negative")
+        raise LensError("the radius of a circle must be a number and not negative")
     count = spread.density.shape[-1]
     at = np.arange(count) - 0.5 * (count - 1)
     r = np.hypot(at, at[:, None]).ravel()
