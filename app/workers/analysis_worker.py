@@ -27,6 +27,7 @@ STILL = 0.25                    # seconds without a change before a figure is re
 NO_JOBS: Mapping[str, "Job"] = MappingProxyType({})
 PATIENCE = 0.5                  # seconds in a row that figures leave to first passes, at the most
 HOLD_SECONDS = 0.05             # from its beginning, that a frame may be held for coarse figures
+END_SECONDS = 2.0               # that the end of the window waits for a figure under way
 
 
 class _NoLongerWantedError(Exception):
@@ -142,11 +143,13 @@ class AnalysisWorker:
                 del self._answers[name]
 
     def stop(self) -> None:
-        """Compute nothing more; a coarse figure at work is finished."""
+        """End: a refined figure at its next pause, a coarse one when it is finished; wait for it up to END_SECONDS."""
         with self._lock:
             self._wanted, self._asked = {}, {}
         for task in self._tasks.values():
             task.cancel()
+        for task in self._tasks.values():       # a thread that computes while the interpreter ends may crash it
+            task.join(END_SECONDS)
 
     def _begin(self) -> None:
         """Compute on a thread what is wanted, if anything is, unless one is at work."""

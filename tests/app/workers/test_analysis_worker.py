@@ -60,6 +60,26 @@ def test_a_panel_that_is_no_longer_drawn_computes_nothing(monkeypatch):
     assert seen == [("first", 16)] and not worker.busy
 
 
+def test_the_end_waits_for_a_figure_under_way():
+    """Its thread was left when the window had ended."""
+    begun, go_on, ended = Event(), Event(), Event()
+
+    def make(query, points):
+        begun.set()
+        assert go_on.wait(20.0)
+        ended.set()
+        return Figure("", (), Table((), ()))
+
+    worker = AnalysisWorker()
+    worker.advance()
+    worker.want("Spots", Job(make, "a lens"))
+    worker.advance()
+    assert begun.wait(20.0)
+    Timer(0.1, go_on.set).start()
+    worker.stop()
+    assert ended.is_set() and not worker._is_working(refined=False)
+
+
 def test_an_error_is_a_message_and_the_next_job_has_its_own_answer():
     def make(query, points):
         if query == "dark":
