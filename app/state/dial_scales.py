@@ -53,6 +53,7 @@ PARTS = (4, 5, 6, 8, 10, 13, 15, 20, 25, 30, 40, 50, 60, 80, 100, 125, 160, 200,
          1250, 1600, 2000, 2500, 3200, 4000, 5000, 6400, 8000)
 SHUTTERS = (*SECONDS, *(1.0 / part for part in PARTS))      # as engraved: third stops; each third one is a whole stop
 LONGEST_READOUT = 0.2
+STOPS = 5               # of exposure, to either side
 
 
 @lru_cache(maxsize=64)
@@ -100,14 +101,14 @@ def pinhole_scale(widest: float) -> Scale:
     return replace(scale, format=lambda n: "pinhole" if n == scale.high else format_f_number(n))
 
 
-@lru_cache(maxsize=8)
-def exposure_scale(stops: float = 5.0, reset: float | None = 0.0) -> Scale:
-    """Stops from −`stops` to +`stops`, snapping to thirds."""
-    whole = range(-math.floor(stops), math.floor(stops) + 1)
+@lru_cache(maxsize=1)
+def exposure_scale() -> Scale:
+    """Stops from −STOPS to +STOPS, snapping to thirds."""
+    whole = range(-STOPS, STOPS + 1)
     thirds = tuple(i / 3.0 for i in range(3 * whole.start, 3 * whole.stop - 2))
     figures = tuple((float(i), format_exposure(i).removesuffix(" EV")) for i in whole)
-    return Scale(-stops, stops, float, float, format_exposure, read_exposure, figures, thirds, thirds, reset,
-                 anchor=len(figures) // 2)
+    return Scale(-float(STOPS), float(STOPS), float, float, format_exposure, read_exposure, figures, thirds, thirds,
+                 reset=0.0, anchor=len(figures) // 2)
 
 
 @lru_cache(maxsize=64)
@@ -252,32 +253,32 @@ def shutter_scale(reset: float | None = None) -> Scale:
                  figures, SHUTTERS, SHUTTERS, reset, anchor=SHUTTERS[0::3].index(1.0))
 
 
-@lru_cache(maxsize=2)
-def readout_scale(reset: float = 0.0) -> Scale:
+@lru_cache(maxsize=1)
+def readout_scale() -> Scale:
     """The read-out of a rolling shutter: 0 is a global shutter; a square-root dial."""
     figures = tuple((t / 1e3, f"{t}") for t in (0, 1, 5, 10, 20, 50, 100, 200))
     minor = tuple(t / 1e3 for t in (*range(2, 10), *range(12, 20, 2), *range(25, 50, 5), *range(60, 100, 10), *range(
         120, 200, 20)))
     return Scale(0.0, LONGEST_READOUT, math.sqrt, lambda w: w * w, format_duration, read_time, figures, minor,
-                 reset=reset)
+                 reset=0.0)
 
 
 @lru_cache(maxsize=16)
-def moment_scale(duration: float, reset: float | None = 0.0) -> Scale:
+def moment_scale(duration: float) -> Scale:
     """The scrub bar of two keyframes: from the first to the second."""
     step = next(s * 10.0**e for e in range(-6, 5) for s in (1.0, 2.0, 5.0) if duration / (s * 10.0**e) <= 5.001)
     figures = tuple((i * step, significant(i * step)) for i in range(int(duration / step + 1e-9) + 1))
     minor = tuple(i * step / 5.0 for i in range(int(5.0 * duration / step + 1e-9) + 1))
-    return Scale(0.0, duration, float, float, format_duration, read_time, figures, minor, reset=reset)
+    return Scale(0.0, duration, float, float, format_duration, read_time, figures, minor, reset=0.0)
 
 
-@lru_cache(maxsize=2)
-def duration_scale(reset: float = 1.0) -> Scale:
+@lru_cache(maxsize=1)
+def duration_scale() -> Scale:
     """From 10 ms to a minute, on a logarithmic dial."""
     bare = Scale(0.01, 60.0, math.log, math.exp, format_duration, read_time, ())
     figures = spaced([(s, significant(s)) for s in decades(0.01, 60.0, (1.0, 2.0, 5.0))], bare.to_unit)
     return Scale(0.01, 60.0, math.log, math.exp, format_duration, read_time, figures,
-                 tuple(decades(0.01, 60.0, tuple(float(i) for i in range(1, 10)))), reset=reset)
+                 tuple(decades(0.01, 60.0, tuple(float(i) for i in range(1, 10)))), reset=1.0)
 
 
 @lru_cache(maxsize=4)
@@ -292,7 +293,7 @@ def part_scale(most: float = 0.5, reset: float = 0.0) -> Scale:
 @lru_cache(maxsize=1)
 def light_scale() -> Scale:
     """Radiances from 0 to 2."""
-    return Scale(0.0, 2.0, float, float, format_light, read_light, 
+    return Scale(0.0, 2.0, float, float, format_light, read_light,
                  tuple((i / 4.0, significant(i / 4.0)) for i in range(9)),
                  tuple(i / 20.0 for i in range(41)), reset=0.5)
 
@@ -306,8 +307,9 @@ def visibility_scale(high: float = 1e6) -> Scale:
 
 
 @lru_cache(maxsize=4)
-def width_scale(low: float = 10.0, high: float = 100_000.0, reset: float | None = None) -> Scale:
+def width_scale(reset: float) -> Scale:
     """Widths of scene (mm; people read metres) on a logarithmic dial."""
+    low, high = 10.0, 100_000.0
     figures = tuple((w, significant(w / 1000.0)) for w in decades(low, high, (1.0, 3.0)))
     minor = tuple(decades(low, high, tuple(float(i) for i in range(1, 10))))
     return Scale(low, high, math.log, math.exp, format_distance, read_distance, figures, minor, reset=reset)
@@ -322,8 +324,8 @@ def lens_radius_scale(high: float = 100.0, reset: float = 0.0) -> Scale:
 
 
 @lru_cache(maxsize=4)
-def fisheye_scale(widest: float, reset: float = math.pi) -> Scale:
+def fisheye_scale(widest: float) -> Scale:
     """Fields of view of a fisheye (radians), evenly along the dial."""
     figures = tuple((math.radians(d), f"{d}") for d in range(30, 360, 30) if math.radians(d) <= widest + 1e-9)
     minor = tuple(math.radians(d) for d in range(10, 360, 10) if math.radians(d) <= widest + 1e-9)
-    return Scale(math.radians(10.0), widest, float, float, format_angle, read_angle, figures, minor, reset=reset)
+    return Scale(math.radians(10.0), widest, float, float, format_angle, read_angle, figures, minor, reset=math.pi)

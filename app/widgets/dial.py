@@ -61,17 +61,16 @@ def use_dials(state: DialState) -> None:
     _state.set(state)
 
 
-def dial(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[float, float] | None = None,
-         width: float | None = None) -> float:
-    """Draw the dial and return its value, changed or not.
+def dial(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[float, float] | None = None
+         ) -> float:
+    """Draw the dial over the rest of the row and return its value, changed or not.
 
-    zone: the nearest and farthest value in focus, drawn as an amber zone. width: in pixels;
-    the rest of the row by default.
+    zone: the nearest and farthest value in focus, drawn as an amber zone.
     """
     state = _state.get()
     imgui.push_id(label)
     pixel = theme.scale()
-    width = max(width if width is not None else imgui.get_content_region_avail().x, 8.0 * pixel)
+    width = max(imgui.get_content_region_avail().x, 8.0 * pixel)
     corner = imgui.get_cursor_screen_pos()
     line, bar = imgui.get_text_line_height(), ImVec2(width, round(theme.em(2.2)))
     top = corner.y + line + round(theme.em(0.2))

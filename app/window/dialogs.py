@@ -61,8 +61,8 @@ class Question:
 class FilePrompt:
     """Dialog that asks for one file at a time: the system's own, or one in the window."""
 
-    def __init__(self, use_native: bool | None = None):
-        self._native = has_native_dialog() if use_native is None else use_native
+    def __init__(self):
+        self._native = has_native_dialog()
         self._request: Request | None = None
         self._question: Question | None = None
         self._dialog: Any = None

@@ -97,14 +97,13 @@ def _is_narrow(lens: Lens) -> bool:
 
 
 def entrance_grid(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pair: Pair, box: Box, cells: int,
-                  shift: tuple[float, float] = (0.0, 0.0), radiance: float = 1.0, reflecting: bool = True
-                  ) -> np.ndarray:
+                  shift: tuple[float, float] = (0.0, 0.0), reflecting: bool = True) -> np.ndarray:
     """The rays of a grid (cells + 1)² traced: (6, rays) as of `GhostTracer.trace`, row by row in v.
 
-    shift: of the grid, in cells. The light of a ray is radiance times the area of a cell (mm²), for a near light times
-    the cosine at the grid over that on the axis, and times (distance of the vertex / distance)².
+    shift: of the grid, in cells. The light of a ray is the area of a cell (mm²), for a near light times the cosine at
+    the grid over that on the axis, and times (distance of the vertex / distance)².
     """
-    rays = grid_rays(tracer, light, box, cells, shift, radiance)
+    rays = grid_rays(tracer, light, box, cells, shift)
     found = np.empty((6, rays.shape[1]), tracer.real)
     tracer.trace(lanes, pair, rays, found, reflecting)
     return found
@@ -124,14 +123,14 @@ def _axes(front_z: float, x: float, y: float, z: float, near: float
     return vertex, u, np.cross(towards, u), towards, distance
 
 
-def grid_rays(tracer: GhostTracer, light: np.ndarray, box: Box, cells: int, shift: tuple[float, float] = (0.0, 0.0),
-              radiance: float = 1.0) -> np.ndarray:
+def grid_rays(tracer: GhostTracer, light: np.ndarray, box: Box, cells: int, shift: tuple[float, float] = (0.0, 0.0)
+              ) -> np.ndarray:
     """X … N and WEIGHT (7, rays) of a grid; see `entrance_grid`."""
     vertex, u, v, towards, distance = _axes(tracer.front_z, *light.tolist())
     a = box[0] + (np.arange(cells + 1) + shift[0]) / cells * (box[2] - box[0])
     b = box[1] + (np.arange(cells + 1) + shift[1]) / cells * (box[3] - box[1])
     rays = np.empty((7, a.size * b.size), tracer.real)
-    area = radiance * (box[2] - box[0]) * (box[3] - box[1]) / cells**2
+    area = (box[2] - box[0]) * (box[3] - box[1]) / cells**2
     _fill(rays, vertex, u, v, a, b, towards, distance, bool(light[3]), area)
     return rays
 

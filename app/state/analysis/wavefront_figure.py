@@ -36,7 +36,7 @@ def wavefront_figure(query: Query, points: int, field: str = "axis", order: str 
         title = f"{field_label(rays, f)}: no light reaches this field"
     at = np.linspace(-1.0, 1.0, 2 * points + 1)[1::2]
     marks = ended_marks(*np.meshgrid(at, at), ends_within_stop(rays, f, c))
-    map_ = _map(found.waves[f, c], title, found.peak_to_valley[f, c] / line)
+    map_ = _map(found.waves[f, c], title)
     map_ = replace(map_, layers=(*map_.layers, *marks))
     words = query.words(rays, query.primary_alone,
                         "reference sphere about the primary chief ray", ORDERS[order])
@@ -54,7 +54,7 @@ def wavefront_figure(query: Query, points: int, field: str = "axis", order: str 
     return Figure("Wavefront", ((map_,), (bars,)), table, words, remarks, (0.62, 0.38))
 
 
-def _map(waves: np.ndarray, title: str, range_: float) -> Plot:
+def _map(waves: np.ndarray, title: str) -> Plot:
     """W over the exit pupil, lowest dark and highest light; contours at round parts of a wave."""
     known = waves[np.isfinite(waves)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)

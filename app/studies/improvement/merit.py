@@ -154,13 +154,13 @@ class Merit:
         weights[:, 1:] *= 2.0                                   # mirrored
         return replace(beams, weights=weights)
 
-    def residuals(self, lens: Lens, beams: Beams | None = None) -> np.ndarray:
+    def residuals(self, lens: Lens) -> np.ndarray:
         """The residuals (mm, weighted), whose sum of squares is the merit; inf where a ray is lost.
 
         Of spots, each pair is the way of a ray from the centre of its spot in x and y, over all colours of its field;
         their rms is that of the spot radius over the fields. The penalties come last.
         """
-        beams = self.aimed(lens) if beams is None else beams
+        beams = self.aimed(lens)
         if self.goal.aim == "wavefront":
             errors = wave_errors(lens, self.colours, beams.origins, beams.directions, beams.weights)
         else:
