@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from lensbench.optics.adjacent_media import refracts
 from lensbench.optics.prescription import Lens
 
 STILL = 1e-6        # mm: gaps that differ by less are equal
@@ -58,7 +59,7 @@ def _cemented(lens: Lens) -> list[list[int]]:
         elif not in_group:
             groups.append([i])
             in_group = True
-        elif surface.glass != lens.surfaces[i - 1].glass:               # not a stop inside an element
+        elif refracts(lens, i):                                         # not a stop inside an element
             groups[-1].append(i)
     return groups
 

@@ -244,9 +244,9 @@ def test_every_folder_with_python_files_is_a_package_that_is_installed():
 
 @pytest.mark.parametrize("path", files("lenses"), ids=module)
 def test_lenses_know_the_prescription_and_the_glass_and_their_check_what_it_traces(path):
-    allowed = {"optics.lens_surface", "optics.prescription", "optics.surface_pose", "optics.zoom_positions",
-               "optics.glass", "optics.coatings", "optics.finding", "optics.system", "kernels.figures",
-               "kernels.hashed", "kernels.lazy_names", "kernels.quotation"}
+    allowed = {"optics.adjacent_media", "optics.lens_surface", "optics.prescription", "optics.surface_pose",
+               "optics.zoom_positions", "optics.glass", "optics.coatings", "optics.finding", "optics.system",
+               "kernels.figures", "kernels.hashed", "kernels.lazy_names", "kernels.quotation"}
     if path.name == "aperture.py":
         allowed |= {"optics.scalar_trace"}
     if path.parent.name == "checks":

@@ -17,8 +17,8 @@ import numpy as np
 
 from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.kernels.figures import significant
+from lensbench.optics.adjacent_media import refracts
 from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.glass import Glass
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import trace
@@ -101,13 +101,6 @@ def rippled(rays: RayGrid, surface: int, period: float, height: float, phase: fl
             Kind.SAMPLING, surface, f"{points} points across the pupil do not resolve a ripple of {significant(period)}"
             " mm: its rings are not shown as they are", figures={"points a period": coarsest}))
     return replace(rays, opd=opd, offset_s=offset_s, offset_t=offset_t, findings=findings)
-
-
-def refracts(lens: Lens, surface: int) -> bool:
-    """Whether the media before and behind a surface (number, from 0) differ; a stop in air has equal ones."""
-    after = lens.surfaces[surface].glass
-    before = lens.surfaces[surface - 1].glass if surface else Glass(lens.front_index)
-    return before != after and (before.n_d != after.n_d or before.disperses or after.disperses)
 
 
 def check_ripple_surface(lens: Lens, surface: float) -> None:

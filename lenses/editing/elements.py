@@ -12,10 +12,11 @@ from lensbench.lenses.editing.document import (
     Pickup,
     with_surfaces,
 )
-from lensbench.lenses.editing.order import check_fixed, check_range, front_medium, pose_behind, reordered, surface_at
+from lensbench.lenses.editing.order import check_fixed, check_range, pose_behind, reordered, surface_at
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.stop import with_stop
 from lensbench.lenses.editing.structure import inserted
+from lensbench.optics.adjacent_media import medium_before
 from lensbench.optics.finding import Kind, note
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.lens_surface import Surface
@@ -67,7 +68,7 @@ def flipped(document: LensDocument, first: int, last: int) -> LensDocument:
         For a group between two different media, with gaps that vary, or with a tilt about a surface outside.
     """
     check_range(document, first, last)
-    before = document.surfaces[first - 1].glass if first else front_medium(document.lens)
+    before = medium_before(document.lens, first)
     after = document.surfaces[last].glass
     if before != after:
         raise EditError(f"surfaces {first} to {last} have {_named(before)} in front of them and {_named(after)} behind "

@@ -9,7 +9,6 @@ from dataclasses import replace
 from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument, Places
 from lensbench.lenses.editing.solves import settled
 from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.lens_surface import LensError, Surface
 from lensbench.optics.prescription import Lens
 from lensbench.optics.surface_pose import SurfacePose
@@ -121,39 +120,6 @@ def check_fixed(lens: Lens, gaps: set[int], what: str) -> None:
     if moving:
         raise EditError(f"the gap behind surface {moving[0]} varies with zoom or focus: the surfaces beside it cannot "
                         f"be {what}")
-
-
-def bends_nothing(lens: Lens, surface: int) -> bool:
-    """Whether a surface has the same medium on both sides.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    surface : int
-        Number of the surface, from 0.
-
-    Returns
-    -------
-    bool
-    """
-    before = lens.surfaces[surface - 1].glass if surface else front_medium(lens)
-    return before == lens.surfaces[surface].glass
-
-
-def front_medium(lens: Lens) -> Glass:
-    """The medium before the first surface.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-
-    Returns
-    -------
-    Glass
-    """
-    return AIR if lens.front_index == 1.0 else Glass(lens.front_index)
 
 
 def pose_behind(surface: Surface) -> SurfacePose | None:

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses.editing.document import EditError, LensDocument, with_surfaces
-from lensbench.lenses.editing.order import bends_nothing, surface_at
+from lensbench.lenses.editing.order import surface_at
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import deleted, split
 from lensbench.lenses.paraxial import ray, reference_wavelength
+from lensbench.optics.adjacent_media import refracts
 from lensbench.optics.finding import Kind, note
 
 
@@ -82,4 +83,4 @@ def with_stop_in_gap(document: LensDocument, surface: int, distance: float) -> L
     made = replace(made, lens=with_surfaces(made.lens, [(surface + 1, plane)]))
     made = with_stop(made, surface + 1)
     old += old > surface
-    return deleted(made, [old]) if bends_nothing(made.lens, old) and made.surfaces[old].curvature == 0.0 else made
+    return made if refracts(made.lens, old) or made.surfaces[old].curvature != 0.0 else deleted(made, [old])

@@ -11,16 +11,15 @@ from lensbench.kernels.figures import significant
 from lensbench.lenses.design import MOST_SURFACES
 from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument, Solve, varies, with_surfaces
 from lensbench.lenses.editing.order import (
-    bends_nothing,
     check_fixed,
     check_range,
-    front_medium,
     pose_behind,
     reordered,
     surface_at,
 )
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.rows import RowError, check_sizes
+from lensbench.optics.adjacent_media import medium_before, refracts
 from lensbench.optics.lens_surface import LensError, Surface
 
 
@@ -84,7 +83,7 @@ def inserted_plane(document: LensDocument, place: int) -> LensDocument:
     if not 0 <= place <= count:
         raise EditError(f"place {place}: it must lie from 0 to {count}")
     near = document.surfaces[min(place, count - 1)]
-    medium = document.surfaces[place - 1].glass if place else front_medium(document.lens)
+    medium = medium_before(document.lens, place)
     return inserted(document, place, [Surface(0.0, 0.0, near.semi_diameter, medium)],
                     gaps={place - 1: None} if _ends_at_rim(document, place - 1) else None)
 
@@ -121,7 +120,7 @@ def deleted(document: LensDocument, surfaces: Sequence[int]) -> LensDocument:
     kept, grown, lead = list(document.surfaces), dict[int, int | None](), 0.0
     for i in sorted(gone):
         before = next((j for j in range(i - 1, -1, -1) if j not in gone), None)
-        if not bends_nothing(document.lens, i):
+        if refracts(document.lens, i):
             continue
         if before is None:
             lead += kept[i].thickness

@@ -32,6 +32,7 @@ from lensbench.lenses.json_text import (
 )
 from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.written_system import WrittenSystem, written_system
+from lensbench.optics.adjacent_media import refracts
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.lens_surface import Surface
@@ -243,8 +244,8 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     distance = system.data.object_distances[0]
     gaps = [_gap(FAR_OBJECT if isinf(distance) else distance, AIR)]
     for i, s in enumerate(lens.surfaces):
-        refracts = s.glass.n_d != indices[i] or s.curvature != 0.0 or not s.is_spherical
-        ifcs.append(_interface(i + 1, "transmit" if refracts else "dummy", s.glass.n_d - indices[i], s.semi_diameter,
+        bends = refracts(lens.in_air, i) or s.curvature != 0.0 or not s.is_spherical
+        ifcs.append(_interface(i + 1, "transmit" if bends else "dummy", s.glass.n_d - indices[i], s.semi_diameter,
                                clear=True))
         profiles.append(_profile(s))
         gaps.append(_gap(s.thickness, s.glass))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.analysis.onion_rings import refracts, rippled
+from lensbench.analysis.onion_rings import rippled
 from lensbench.analysis.point_spread import PointSpread, psf
 from lensbench.analysis.spot_diagram import spots
 from lensbench.app.state.analysis.figure import Area, Axis, Curve, Figure, Label, Map, Plot, Table
@@ -17,6 +17,7 @@ from lensbench.app.state.analysis.spots import field_label
 from lensbench.app.state.picture.statistics import round_above
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import significant
+from lensbench.optics.adjacent_media import refracts
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.prescription import Lens
 

@@ -8,7 +8,6 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.onion_rings import refracts
 from lensbench.optics.finding import Kind
 
 LENS = lenses.load("lib-tronnier-1953")
@@ -45,13 +44,5 @@ def test_rings_that_the_points_do_not_resolve_are_said_and_impossible_ones_refus
 
 
 def test_a_ripple_of_a_surface_that_refracts_nothing_is_refused():
-    """Between equal media n′ N′ − n N is 0; a cemented surface of glasses with one n_d and two dispersions bends."""
     with pytest.raises(lb.LensError, match=f"surface {LENS.stop_index} is the aperture stop"):
         lb.analysis.rippled(grid(LENS), LENS.stop_index, PERIOD, HEIGHT)
-    crown, flint = lb.Glass(1.6, 60.0), lb.Glass(1.6, 40.0)
-    air = lb.Surface(0.0, 5.0, 10.0)
-    buried = lb.Lens((air, lb.Surface(0.02, 3.0, 10.0, crown), lb.Surface(-0.02, 2.0, 10.0, flint),
-                      lb.Surface(0.0, 0.0, 10.0)), 0)
-    assert [refracts(buried, i) for i in range(4)] == [False, True, True, True]
-    assert not refracts(replace(buried, surfaces=(air, *buried.surfaces)), 1)
-    assert refracts(replace(buried, front_index=1.33), 0)

@@ -97,6 +97,15 @@ def test_planes_that_bend_no_ray_are_inserted_and_deleted_without_effect():
         assert changed(TRIPLET, structure.deleted(halved, [gap + 1])) <= {(gap, "thickness")}
 
 
+def test_a_plane_between_equal_media_of_two_names_is_deleted_without_effect():
+    """A melt that is named anew on one side of the plane is the same medium: the rest of the lens keeps its place."""
+    halved = structure.split(TRIPLET, 0, 0.3)
+    before = halved.surfaces[0].glass
+    named = cells.with_glass(halved, 1, replace(before, name="MELT 7"))
+    assert changed(TRIPLET, structure.deleted(named, [1])) <= {(0, "thickness")}
+    assert structure.deleted(named, [1]).lens.length == pytest.approx(TRIPLET.lens.length, abs=1e-13)
+
+
 def test_the_object_of_a_design_stays_where_a_plane_before_the_lens_is_deleted():
     """The image solve follows: by 1/v = 1/f − 1/u of the lens itself, whose object lies 20 mm farther from it."""
     lens = replace(GAUSS.lens, surfaces=(Surface(0.0, 20.0, 30.0), *GAUSS.surfaces),

@@ -74,6 +74,17 @@ def test_rayoptics_surfaces_gaps_and_profiles(tmp_path):
     assert (lens.stop_index, lens.name) == (2, "Made-up pair")
 
 
+def test_rayoptics_refracts_at_a_cemented_plane_of_glasses_with_one_index(tmp_path):
+    """A plane of a direct-vision prism bends every colour but one; rayoptics lets rays pass a dummy straight on."""
+    crown, flint = Glass(1.6, 60.0), Glass(1.6, 40.0)
+    lens = Lens((Surface(0.02, 5.0, 10.0, crown), Surface(0.0, 3.0, 10.0, crown), Surface(0.0, 3.0, 10.0, flint),
+                 Surface(0.0, 0.0, 10.0)), 1)
+    lenses.save(lens, tmp_path / "prism.roa")
+    model = json.loads((tmp_path / "prism.roa").read_text())["optical_model"]["attributes"]["seq_model"]["attributes"]
+    modes = [item["attributes"]["interact_mode"] for item in model["ifcs"]]
+    assert modes == ["dummy", "transmit", "dummy", "transmit", "transmit", "dummy"]
+
+
 def test_rayoptics_rims_of_one_everywhere_are_none(tmp_path):
     model = deepcopy(RAYOPTICS)
     for item in model["optical_model"]["attributes"]["seq_model"]["attributes"]["ifcs"]:

@@ -1,0 +1,62 @@
+"""The media on both sides of a surface of a lens, and whether light bends between them."""
+
+from lensbench.optics.glass import AIR, Glass
+from lensbench.optics.prescription import Lens
+
+
+def front_medium(lens: Lens) -> Glass:
+    """The medium before the first surface.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+
+    Returns
+    -------
+    Glass
+    """
+    return AIR if lens.front_index == 1.0 else Glass(lens.front_index)
+
+
+def medium_before(lens: Lens, surface: int) -> Glass:
+    """The medium before a surface.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    surface : int
+        Number of the surface, from 0; the number of surfaces for the medium behind the last one.
+
+    Returns
+    -------
+    Glass
+    """
+    return lens.surfaces[surface - 1].glass if surface else front_medium(lens)
+
+
+def refracts(lens: Lens, surface: int) -> bool:
+    """Whether a surface bends light: the indices before and behind it differ, at some wavelength.
+
+    The names of the media do not count. A stop in air, or within an element, bends nothing.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    surface : int
+        Number of the surface, from 0.
+
+    Returns
+    -------
+    bool
+    """
+    return _index_law(medium_before(lens, surface)) != _index_law(lens.surfaces[surface].glass)
+
+
+def _index_law(glass: Glass) -> tuple:
+    """The numbers from which the index of a medium follows."""
+    if glass.formula != "model":
+        return glass.formula, glass.coefficients
+    return glass.n_d, glass.v_d if glass.disperses else None
