@@ -75,15 +75,17 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
                                      for case, value in zip(cases, asked, strict=True)):
             return WrittenSystem(data, replace(stated, values=_alike(asked)), ())
     diameters = [pupil_diameter(surfaces, lens.stop_index, radius, wavelength) for surfaces, radius, _ in cases]
+    has_pupil = all(1e-300 < diameter < 1e300 for diameter in diameters)
     findings = []
     if stated is not None:
         why = "it cannot be stated here" if not held else "the stop has another size"
+        instead = f"entrance-pupil diameter {significant(diameters[0], 6)} mm" if has_pupil else "size of the stop"
         findings.append(note(Kind.STOP, f"the {stated.kind} {significant(stated.values[0], 6)} is left out, as {why}: "
-                                        f"the entrance-pupil diameter {significant(diameters[0], 6)} mm is written"))
-    if all(1e-300 < diameter < 1e300 for diameter in diameters):
+                                        f"the {instead} is written"))
+    if has_pupil:
         return WrittenSystem(data, Aperture(ApertureKind.PUPIL_DIAMETER, _alike(diameters)), tuple(findings))
     if holds(ApertureKind.STOP_SIZE, cases[0][2]):
-        return WrittenSystem(data, Aperture(ApertureKind.STOP_SIZE, (0.0,)), tuple(findings[:0]))
+        return WrittenSystem(data, Aperture(ApertureKind.STOP_SIZE, (0.0,)), tuple(findings))
     findings = [Finding(Kind.STOP, lens.stop_index, "its entrance pupil lies at infinity: no aperture is written",
                         severity=Severity.WARNING)]
     return WrittenSystem(data, None, tuple(findings))

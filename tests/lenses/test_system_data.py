@@ -272,6 +272,18 @@ def test_a_stop_that_was_closed_is_written_and_not_the_aperture_that_it_contradi
         assert any("the stop has another size" in str(remark) for remark in remarks)
 
 
+@pytest.mark.parametrize("suffix", [".zmx", ".json"])
+def test_of_an_entrance_pupil_at_infinity_the_size_of_the_stop_is_written_and_the_rest_said(suffix):
+    stopped = (Surface(1.0 / 64.0, 0.0, 20.0, Glass(1.5)), Surface(0.0, 128.0, 20.0), Surface(0.0, 10.0, 2.0))
+    lens = Lens(stopped, 2, system=SystemData(Aperture(ApertureKind.F_NUMBER, (2.0,))))
+    text, remarks = WRITERS[suffix](lens)
+    assert READERS[suffix](text, f"a{suffix}").stop.semi_diameter == 2.0
+    assert "the f-number 2 is left out, as the stop has another size: the size of the stop is written" in map(
+        str, remarks)
+    plain, remarks = WRITERS[suffix](replace(lens, system=SystemData()))
+    assert READERS[suffix](plain, f"a{suffix}").stop.semi_diameter == 2.0 and not remarks
+
+
 @pytest.mark.parametrize(("suffix", "lost"), [(".dat", ("aperture", "fields", "wavelengths", "object distance")),
                                               (".txt", ("aperture", "wavelengths"))])
 def test_formats_without_system_data_say_what_they_leave_out(suffix, lost):
