@@ -178,13 +178,13 @@ def _system_of(system: SystemData, grid: list[list[Station]]) -> tuple[SystemDat
         if any(len(set(row)) > 1 for row in rows):
             findings.append(note(Kind.POSITION, f"the stated {aperture.kind} differs between infinity and near: kept "
                                                 "is that at infinity, and the stop of each position"))
-        aperture = replace(aperture, values=_alike([row[0] for row in rows]))
-    distances = _alike([inf if along[0].is_far else along[0].distance for along in grid])
+        aperture = replace(aperture, values=one_if_equal([row[0] for row in rows]))
+    distances = one_if_equal([inf if along[0].is_far else along[0].distance for along in grid])
     return replace(system, aperture=aperture, object_distances=distances), findings
 
 
-def _alike(values: Sequence[float]) -> tuple[float, ...]:
-    """The values, or one if all are the same."""
+def one_if_equal(values: Sequence[float]) -> tuple[float, ...]:
+    """The values of all zoom settings, or one if all are the same."""
     return (values[0],) if len(set(values)) == 1 else tuple(values)
 
 

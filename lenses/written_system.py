@@ -4,13 +4,13 @@ A design program needs an aperture, a field and a wavelength. Where the lens sta
 the entrance pupil that the stop gives, a point on the axis, and the lines F, d and C.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.aperture import SAME, pupil_diameter, stop_radius
+from lensbench.lenses.aperture import SAME, f_number_kind, pupil_diameter, stop_radius
 from lensbench.lenses.paraxial import reference_wavelength
-from lensbench.lenses.stations import Station, with_gaps
+from lensbench.lenses.stations import Station, one_if_equal, with_gaps
 from lensbench.optics.finding import Finding, Kind, Severity, note
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE
 from lensbench.optics.lens_surface import Surface
@@ -33,6 +33,16 @@ class WrittenSystem:
     data: SystemData
     aperture: Aperture | None
     findings: tuple[Finding, ...]
+
+
+def with_working_f_number(kinds: Iterable[ApertureKind]) -> Holds:
+    """What a format holds that states apertures of these kinds, and of f-numbers the one at work."""
+    others = frozenset(kinds) - {ApertureKind.F_NUMBER}
+
+    def holds(kind: ApertureKind, distance: float) -> bool:
+        return kind is f_number_kind(distance) or kind in others
+
+    return holds
 
 
 def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> WrittenSystem:
@@ -73,7 +83,7 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
         held = all(holds(stated.kind, distance) for _, _, distance in cases)
         if now >= 0 and held and all(_agrees(case, lens.stop_index, stated.kind, value, wavelength)
                                      for case, value in zip(cases, asked, strict=True)):
-            return WrittenSystem(data, replace(stated, values=_alike(asked)), ())
+            return WrittenSystem(data, replace(stated, values=one_if_equal(asked)), ())
     diameters = [pupil_diameter(surfaces, lens.stop_index, radius, wavelength) for surfaces, radius, _ in cases]
     has_pupil = all(1e-300 < diameter < 1e300 for diameter in diameters)
     findings = []
@@ -83,7 +93,7 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
         findings.append(note(Kind.STOP, f"the {stated.kind} {significant(stated.values[0], 6)} is left out, as {why}: "
                                         f"the {instead} is written"))
     if has_pupil:
-        return WrittenSystem(data, Aperture(ApertureKind.PUPIL_DIAMETER, _alike(diameters)), tuple(findings))
+        return WrittenSystem(data, Aperture(ApertureKind.PUPIL_DIAMETER, one_if_equal(diameters)), tuple(findings))
     if holds(ApertureKind.STOP_SIZE, cases[0][2]):
         return WrittenSystem(data, Aperture(ApertureKind.STOP_SIZE, (0.0,)), tuple(findings))
     findings = [Finding(Kind.STOP, lens.stop_index, "its entrance pupil lies at infinity: no aperture is written",
@@ -99,11 +109,6 @@ def _agrees(case: tuple[Sequence[Surface], float, float], stop: int, kind: Apert
         return True
     asked = stop_radius(surfaces, stop, kind, value, distance, wavelength)
     return asked is not None and abs(asked - radius) <= SAME * radius
-
-
-def _alike(values: Sequence[float]) -> tuple[float, ...]:
-    """The values, or one if all are the same."""
-    return (values[0],) if len(set(values)) == 1 else tuple(values)
 
 
 def lost_system(system: SystemData, held: frozenset[str]) -> list[Finding]:

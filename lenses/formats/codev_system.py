@@ -51,11 +51,6 @@ def read(design: Design, values: Mapping[str, Sequence[str]]) -> None:
     design.state_fields(FIELDS[name], points)
 
 
-def is_held(kind: ApertureKind, distance: float) -> bool:
-    """Whether the format states this aperture for an object at this distance."""
-    return kind is f_number_kind(distance) or kind in APERTURES.values() and kind is not ApertureKind.F_NUMBER
-
-
 def aperture_key(kind: ApertureKind) -> str:
     """Command of an aperture."""
     if kind is ApertureKind.WORKING_F_NUMBER:
@@ -64,7 +59,7 @@ def aperture_key(kind: ApertureKind) -> str:
 
 
 def lines(system: SystemData, aperture: Aperture | None) -> list[str]:
-    """Lines of the system data; the aperture is of a kind that `is_held`, its first value is written."""
+    """Lines of the system data; the aperture is of a kind that the format holds, its first value is written."""
     waves = [str(EXACT.normalize(exact(w.micrometres).scaleb(3, EXACT))) for w in system.wavelengths]
     written = [f"WL {' '.join(waves)}", f"WTW {' '.join(repr(w.weight) for w in system.wavelengths)}",
                f"REF {system.primary + 1}"]

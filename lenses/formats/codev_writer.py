@@ -14,7 +14,7 @@ from lensbench.lenses.encoding import LONGEST_NAME, is_number
 from lensbench.lenses.formats import codev_system, codev_tilts
 from lensbench.lenses.formats.codev_surfaces import TERMS
 from lensbench.lenses.stations import Station, stations_of
-from lensbench.lenses.written_system import written_system
+from lensbench.lenses.written_system import with_working_f_number, written_system
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, Glass
 from lensbench.optics.prescription import Lens
@@ -39,7 +39,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     private = _private_glasses(lens)
     kept = replace(lens, surfaces=tuple(replace(s, aspheric=tuple((power, a) for power, a in s.aspheric if power > 2))
                                         for s in lens.surfaces))        # without the r² terms, which bend the rays
-    system = written_system(kept, stations, codev_system.is_held)
+    system = written_system(kept, stations, with_working_f_number(codev_system.APERTURES.values()))
     remarks += system.findings
     distance = system.data.object_distances[0]
     lines = ["RDM N; LEN", f"TITLE '{blank}{title}'", "DIM M", *codev_system.lines(system.data, system.aperture),

@@ -6,13 +6,12 @@ from math import isinf
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses import configurations, media
-from lensbench.lenses.aperture import f_number_kind
 from lensbench.lenses.encoding import LONGEST_NAME, is_number
 from lensbench.lenses.formats.oslo import APERTURES, FIELDS, LEAST_ABBE, POWERS, TERMS, beam_share
 from lensbench.lenses.paraxial import reference_wavelength
 from lensbench.lenses.rows import radius_text
 from lensbench.lenses.stations import Station, stations_of, with_gaps
-from lensbench.lenses.written_system import WrittenSystem, written_system
+from lensbench.lenses.written_system import WrittenSystem, with_working_f_number, written_system
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
 from lensbench.optics.lens_surface import Surface
@@ -26,7 +25,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     lens = lens.at(zoom=0.0, close=0.0)
     words = [word for word in lens.name.replace('"', " ").replace("\\", " ").split() if not is_number(word)]
     name = " ".join(words)[:LONGEST_NAME].strip()
-    system = written_system(lens, stations, _holds)
+    system = written_system(lens, stations, with_working_f_number(APERTURES.values()))
     remarks += system.findings
     distance = system.data.object_distances[0]
     system = _with_beams(system, lens, stations)
@@ -48,11 +47,6 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
                                        "as OSLO needs it"))
     remarks += configurations.lost_positions(stations, lambda text: "")
     return "\n".join(lines), remarks
-
-
-def _holds(kind: ApertureKind, distance: float) -> bool:
-    """Whether a file states this aperture: of f-numbers the one at work."""
-    return kind is f_number_kind(distance) or kind in APERTURES.values() and kind is not ApertureKind.F_NUMBER
 
 
 def _with_beams(system: WrittenSystem, lens: Lens, stations: list[Station]) -> WrittenSystem:

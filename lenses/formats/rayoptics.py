@@ -31,7 +31,7 @@ from lensbench.lenses.json_text import (
     value,
 )
 from lensbench.lenses.rows import RowError, number
-from lensbench.lenses.written_system import WrittenSystem, written_system
+from lensbench.lenses.written_system import WrittenSystem, with_working_f_number, written_system
 from lensbench.optics.adjacent_media import refracts
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
@@ -239,7 +239,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     flat = ("Spherical", {"cv": 0.0})
     indices = [1.0, *(s.glass.n_d for s in lens.surfaces)]
     ifcs, profiles = [_interface(0, "dummy", 0.0, MISSING_RIM, "Obj")], [flat]
-    system = written_system(lens, [], _holds)
+    system = written_system(lens, [], with_working_f_number(APERTURES.values()))
     remarks += system.findings
     distance = system.data.object_distances[0]
     gaps = [_gap(FAR_OBJECT if isinf(distance) else distance, AIR)]
@@ -354,8 +354,3 @@ def _specification(system: WrittenSystem, spare: float) -> dict[str, Any]:
             "index_labels": ["axis" if point.x == point.y == 0.0 else f"{i}" for i, point in enumerate(data.fields)],
             "fields": fields}),
         "defocus": _wrapped(module, "FocusRange", {"focus_shift": 0.0, "defocus_range": 0.0})})
-
-
-def _holds(kind: ApertureKind, distance: float) -> bool:
-    """Whether a file states this aperture: of f-numbers the one at work."""
-    return kind is f_number_kind(distance) or kind in APERTURES.values() and kind is not ApertureKind.F_NUMBER
