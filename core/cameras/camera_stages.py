@@ -17,7 +17,7 @@ from lensbench.cameras.flat_port import FlatPort, port_step
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.placed_shutter import PlacedShutter
 from lensbench.cameras.rays import CameraError
-from lensbench.imaging.coordinate_spaces import Window
+from lensbench.imaging.coordinate_spaces import Window, window_step
 from lensbench.imaging.film_pose import UPRIGHT, FilmPose
 from lensbench.kernels.block import Step
 from lensbench.optics.glass import D_LINE
@@ -97,8 +97,8 @@ class CameraStages(PlacedShutter):
 
     @property
     def film_step(self) -> Step:
-        """Step from raster pixels to the film point X, Y (mm)."""
-        return self.film.step
+        """Step from raster pixels to the film point X, Y (mm), scaled so that the window falls on the film."""
+        return self.film.step if self.window is None else window_step(self.film, self.window)
 
     @property
     def disperses(self) -> bool:

@@ -9,9 +9,8 @@ from lensbench.cameras.base import Camera
 from lensbench.cameras.ideal_lens import Gaussian, telecentric
 from lensbench.cameras.perspective import check_lens, checked_iris, checked_window
 from lensbench.cameras.rays import CameraError
-from lensbench.imaging.coordinate_spaces import Window, window_step
+from lensbench.imaging.coordinate_spaces import Window
 from lensbench.imaging.film import Film
-from lensbench.kernels.block import Step
 from lensbench.kernels.figures import significant
 from lensbench.optics.iris import Iris
 from lensbench.optics.stop_image import StopImage
@@ -65,11 +64,6 @@ class OrthographicCamera(Camera):
             raise CameraError("parallel rays alone carry no light: give a lens radius and a finite focus distance, "
                               "or choose relative weights")
         object.__setattr__(self, "window", checked_window(self.window))
-
-    @property
-    def film_step(self) -> Step:
-        """Step from raster to the film, scaled so that the window falls on it."""
-        return self.film.step if self.window is None else window_step(self.film, self.window)
 
     @property
     def scale(self) -> float:

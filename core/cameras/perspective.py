@@ -9,9 +9,8 @@ from lensbench.cameras.base import Camera
 from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
 from lensbench.cameras.ideal_lens import Gaussian, thin
 from lensbench.cameras.rays import CameraError
-from lensbench.imaging.coordinate_spaces import Window, film_window, window_step
+from lensbench.imaging.coordinate_spaces import Window, film_window
 from lensbench.imaging.film import AXES, Film
-from lensbench.kernels.block import Step
 from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.iris import Iris, IrisError
@@ -92,11 +91,6 @@ class PerspectiveCamera(Camera):
         """Distance (mm) from the lens to the film that gives this field of view."""
         half = self.film.extent(self.fov_axis) / 2.0
         return half / math.tan(self.fov / 2.0)
-
-    @property
-    def film_step(self) -> Step:
-        """Step from raster to the film, scaled so that the window falls on it."""
-        return self.film.step if self.window is None else window_step(self.film, self.window)
 
     @property
     def gaussian(self) -> Gaussian:
