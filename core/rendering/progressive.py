@@ -1,27 +1,23 @@
-"""Progressive pictures: sums over the film, to which the programs of `sample_programs` add samples band by band."""
+"""Progressive pictures: samples on the film, light traced to it, and ghosts and stars, added pass by pass."""
 
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
-from itertools import count
 
 import numpy as np
 
 from lensbench.analysis.model_choice import resolved
 from lensbench.cameras.base import Camera
-from lensbench.kernels.block import B, lane_buffer
-from lensbench.kernels.tile_order import BAND_LINES, raster_image
+from lensbench.kernels.tile_order import BAND_LINES
 from lensbench.optics.finding import Finding
+from lensbench.rendering.film_sums import FilmSums
 from lensbench.rendering.flare_image import FlareImage
 from lensbench.rendering.ghost_image import Flare
 from lensbench.rendering.light_image import LightImage
 from lensbench.rendering.light_layer import LightLayer
-from lensbench.rendering.sample_allocation import SampleAllocation
 from lensbench.rendering.sample_programs import SamplePrograms
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.small_lights import ExcludedLight
-
-TURN = 16               # blocks that a thread takes at a time
 
 
 def _always() -> bool:
@@ -84,8 +80,6 @@ class Rendering:
         (h, w) pixels.
     samples
         Samples per pixel so far, on average; in bands, per pixel of the present one.
-    lines
-        The lines of the film that are held: all, or those of the present band.
 
     Raises
     ------
@@ -103,7 +97,6 @@ class Rendering:
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
         self.samples = 0
-        self.lines = range(min(BAND_LINES, film.pixels_y) if in_bands else film.pixels_y)
         self._camera, self._scene, self._real = camera, scene, real
         self._programs = SamplePrograms(camera, scene, self.seed, real, steps, shadows, view, filtered)
         self._light_image: LightImage | None = None
@@ -114,15 +107,18 @@ class Rendering:
         self._light_passes = light_passes
         self._flare = None if flare is None or view else FlareImage(camera, scene, flare)
         self._programs.compose(self.excluded)
-        self._sums = np.zeros((-(-film.pixels_x * len(self.lines) // B), 3 * B), real)
-        self._arrived = np.zeros_like(self._sums) if self._programs.counting else None
-        self._allocation = SampleAllocation(len(self._sums), film.pixels_x, real,
-                                            even=not adaptive or bool(view) or steps is not None)
+        self._sums = FilmSums(self.shape, self._programs, self.seed, real,
+                              not adaptive or bool(view) or steps is not None, in_bands)
 
     @property
     def camera(self) -> Camera:
         """The camera, its model resolved."""
         return self._camera
+
+    @property
+    def lines(self) -> range:
+        """The lines of the film that are held: all, or those of the present band."""
+        return self._sums.lines
 
     @property
     def excluded(self) -> ExcludedLight | None:
@@ -203,8 +199,7 @@ class Rendering:
         self._light_image, self._borrowed, self._borrowed_image = light_image, None, None
         if not self.leaves_out(former):
             self._programs.compose(self.excluded)
-            self._sums[:] = 0.0
-            self._allocation.clear()
+            self._sums.clear()
             self.samples = 0
 
     @property
@@ -224,10 +219,8 @@ class Rendering:
 
         A borrowed layer of light is not among them.
         """
-        found = {"samples": np.array(self.samples, np.int64), "sums": self._sums} | self._allocation.state
-        if self._arrived is not None:
-            found["arrived"] = self._arrived
-        return found | {name: value for part in (self._traced, self._flare) if part is not None
+        found = {"samples": np.array(self.samples, np.int64)}
+        return found | {name: value for part in (self._sums, self._traced, self._flare) if part is not None
                         for name, value in part.state.items()}
 
     @property
@@ -253,10 +246,7 @@ class Rendering:
                 (value.shape, value.dtype) != (state[name].shape, state[name].dtype) for name, value in own.items()):
             raise ValueError("these are sums of another picture")
         self.samples = int(state["samples"])
-        for name, sums in (("sums", self._sums), ("arrived", self._arrived)):
-            if sums is not None and sums is not state[name]:
-                sums[:] = state[name]
-        for part in (self._allocation, self._traced, self._flare):
+        for part in (self._sums, self._traced, self._flare):
             if part is not None:
                 part.restore(state)
 
@@ -295,11 +285,9 @@ class Rendering:
             if self._flare is not None and not self._flare.add(samples, pool, threads, wanted):
                 return False
         if self._is_fresh:
-            self._sums[:] = 0.0
-        for begin, stop in self._allocation.pieces(programs.kept(self.samples), programs.counted(end)):
-            if not self._expose(begin, stop, end == 1, pool, threads, wanted):
-                return False
-            self._allocation.finish(stop, self._sums)
+            self._sums.drop_first()
+        if not self._sums.add(programs.kept(self.samples), programs.counted(end), end == 1, pool, threads, wanted):
+            return False
         self.samples = end
         return True
 
@@ -307,32 +295,6 @@ class Rendering:
     def _is_fresh(self) -> bool:
         """Whether the next samples replace that of the d line."""
         return self._programs.disperses and self.samples == 1
-
-    def _expose(self, done: int, end: int, is_first: bool, pool: Executor, threads: int, wanted: Callable[[], bool]
-                ) -> bool:
-        """Add the samples of all blocks between two numbers of samples a pixel; False when `wanted` cancelled."""
-        turns, stop, counting = count(0, TURN), len(self._sums), self._programs.counting
-        origin = self.lines.start * self.shape[1] // B
-        first_samples, counts, weights = self._allocation.samples(done, end)
-        passes = self._programs.passes(first_samples, counts, is_first, wanted)
-        if passes is None:
-            return False
-
-        def work(_: int) -> bool:
-            lanes = lane_buffer(self._real)
-            while (first := next(turns)) < stop:
-                if not wanted():
-                    return False
-                last = min(first + TURN, stop)
-                place = origin + first, origin + last
-                for program, sample, number in passes:
-                    begins, many = sample[first:last], number[first:last]
-                    program.expose(self._sums, lanes, *place, begins, many, self.seed, origin, weights[first:last])
-                    if counting and self._arrived is not None:
-                        counting.expose(self._arrived, lanes, *place, begins, many, self.seed, origin)
-            return True
-
-        return all(list(pool.map(work, range(threads))))
 
     def next_band(self) -> bool:
         """Go on to the next band of lines, of 0 samples: it needs as many as the first one has had.
@@ -342,17 +304,10 @@ class Rendering:
         bool
             False when there is none: the present band stays.
         """
-        if self.lines.stop == self.shape[0]:
-            return False
-        self.lines = range(self.lines.stop, min(self.lines.stop + BAND_LINES, self.shape[0]))
-        self.samples = 0
-        for sums in (self._sums, self._arrived):
-            if sums is not None:
-                sums[:] = 0.0
-        blocks = -(-self.shape[1] * len(self.lines) // B)           # fewer in the last band
-        self._allocation.clear(blocks)
-        self._sums, self._arrived = self._sums[:blocks], None if self._arrived is None else self._arrived[:blocks]
-        return True
+        is_next = self._sums.next_band()
+        if is_next:
+            self.samples = 0
+        return is_next
 
     def image(self) -> np.ndarray:
         """The mean of the samples so far.
@@ -397,14 +352,7 @@ class Rendering:
 
     def _camera_image(self, lines: range) -> np.ndarray:
         """The part of whole bands of lines."""
-        h, w = len(lines), self.shape[1]
-        first = (lines.start - self.lines.start) * w // B
-        sums = self._sums[first:]
-        if self._arrived is not None:
-            arrived = raster_image(self._arrived[first:], w, h)
-            return raster_image(sums, w, h) / np.maximum(arrived, np.float32(1))
-        weights = self._allocation.weights(self._programs.counted(self.samples))
-        return raster_image(sums, w, h, 1.0 / np.maximum(weights[first:], 1.0))
+        return self._sums.mean(lines, self._programs.counted(self.samples))
 
     def light(self) -> np.ndarray | None:
         """The part of `image` that is traced from small lights, its own or borrowed, with ghosts and stars.

@@ -102,7 +102,7 @@ def test_a_picture_does_not_depend_on_threads_nor_on_how_its_passes_are_cut(disp
         for samples in (1, 2, 7, 13, 3, 20, 25):
             assert by_parts.add(samples, pool=pool, threads=1)
     assert np.array_equal(at_once.image(), by_parts.image())
-    assert len(set(at_once._allocation._levels)) > 2
+    assert len(set(at_once._sums.allocation._levels)) > 2
 
 
 def test_a_picture_in_bands_shares_as_the_whole_one_and_goes_on_from_its_state():
@@ -132,7 +132,7 @@ def test_a_white_world_is_white_after_any_number_of_samples(samples):
 def test_an_aov_and_samplers_of_others_take_even_samples():
     scene = lb.builtin_scene("still-life")
     for rendering in (lb.Rendering(camera(), scene, view="depth"), lb.Rendering(camera(), scene, adaptive=False)):
-        assert not rendering._allocation.state
+        assert not rendering._sums.allocation.state
 
 
 @pytest.mark.slow
