@@ -12,7 +12,7 @@ from lensbench.app.state.auto_model import Chosen, choice_key, choose, is_automa
 from lensbench.app.state.settings import Settings
 
 Finished = Callable[[Future], bool]         # waits for work; False: it is no longer wanted
-MOST_SPEEDS = 64            # that are kept: each place of a zoom has its own
+MOST_SPEEDS = 64            # that are kept: each place of a zoom, and each edit of a lens, has its own
 
 
 class AutomaticModel:
@@ -74,4 +74,4 @@ class AutomaticModel:
 
 
 def _speed_key(settings: Settings, camera: Any) -> tuple:
-    return settings.lens, settings.zoom, camera.model, camera.degree
+    return settings.lens, settings.edited, settings.zoom, camera.model, camera.degree
