@@ -232,8 +232,8 @@ def _last_session(otherwise: "Settings") -> "Settings":
     from lensbench.app.state.constraints import constrained
     from lensbench.app.state.stop_picture import with_readable_stop
 
-    last = last_session()
     try:
+        last = last_session()
         return otherwise if last is None else constrained(with_readable_stop(last, say))
     except (ValueError, OSError) as error:
         print(f"lensbench: the last session is not opened again: {escaped(str(error))}", file=sys.stderr)

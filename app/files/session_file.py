@@ -20,9 +20,6 @@ def save_session(settings: Settings) -> None:
 
 
 def last_session() -> Settings | None:
-    """The settings of the last session; None for the first one, and for a file that cannot be read."""
+    """The settings of the last session; None before the first. ValueError or OSError for a file that cannot be read."""
     path = session_path()
-    try:
-        return load_settings(path) if path.exists() else None
-    except (ValueError, OSError):
-        return None
+    return load_settings(path) if path.exists() else None

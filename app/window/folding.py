@@ -11,6 +11,7 @@ from typing import NamedTuple
 from imgui_bundle import hello_imgui, imgui
 
 from lensbench.app.window.layouts import folds, placed, splits
+from lensbench.app.window.preference import preference
 from lensbench.app.window.state import WindowState
 
 MINIMUM = (640, 400)            # of the window, in pixels at a scale of 1
@@ -56,8 +57,8 @@ class Folding:
         self._fresh = not hello_imgui.has_ini_settings(hello_imgui.get_runner_params())
         self._layout = self._window.layout
         if self._window.remember and not self._fresh:
-            with suppress(ValueError):
-                self._folded = dict(json.loads(hello_imgui.load_lasting_pref("folded") or "{}"))
+            folded = preference("folded", {})
+            self._folded = {name: dock for name, dock in folded.items() if isinstance(dock, str)}
             self._arranged = arrangements(hello_imgui.load_lasting_pref("arrangements"))
             self._arrangement = self._arranged.get(_key(self._layout, self._folded))
 

@@ -6,7 +6,6 @@ Any number of lenses that are tried one after the other are one step of undo; Es
 import json
 import math
 from collections.abc import Iterable
-from contextlib import suppress
 from functools import lru_cache
 from time import perf_counter
 
@@ -22,6 +21,7 @@ from lensbench.app.state.lens_shelf import noted
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.window.preference import preference, texts
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.lens_pictures import LensPictures, Pixels, pictures_folder
 
@@ -115,11 +115,9 @@ class LensBrowsing:
 
     def load(self) -> None:
         """Read favourites and recent lenses from the preferences."""
-        with suppress(ValueError, TypeError, AttributeError):
-            kept = json.loads(hello_imgui.load_lasting_pref("lenses") or "{}")
-            known = set(lenses.names())
-            self.state.favourites = [name for name in kept.get("favourites", []) if name in known]
-            self.state.recent = [name for name in kept.get("recent", []) if name in known]
+        kept, known = preference("lenses", {}), set(lenses.names())
+        self.state.favourites = [name for name in texts(kept.get("favourites")) if name in known]
+        self.state.recent = [name for name in texts(kept.get("recent")) if name in known]
         self._saved = self._preferences
 
     @property

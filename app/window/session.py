@@ -4,7 +4,6 @@ In each frame the newest picture is taken from the render worker, the panels are
 handing on the settings with its changes, and the changed settings go to the history and to the worker.
 """
 
-import json
 import sys
 import traceback
 from contextlib import suppress
@@ -40,6 +39,7 @@ from lensbench.app.window.menus import Help
 from lensbench.app.window.moments import Moments
 from lensbench.app.window.palette import Palette
 from lensbench.app.window.panels import Panels
+from lensbench.app.window.preference import preference, texts
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.terms import Terms
 from lensbench.app.workers.heap import Heap
@@ -89,8 +89,7 @@ class Session(WindowState):
         self._warm_up = Task("Panels", self._prepare, self.wake, lowered=False)
         if self.remember:
             self.dark = hello_imgui.load_lasting_pref("theme") != "light"
-            with suppress(ValueError):
-                self.recent = [Path(path) for path in json.loads(hello_imgui.load_lasting_pref("recent") or "[]")]
+            self.recent = [Path(path) for path in texts(preference("recent", []))]
             self.files.prompt.folder = Path(hello_imgui.load_lasting_pref("folder") or Path.home())
             self.chooser.locked.update(set(hello_imgui.load_lasting_pref("locked").split()) & set(LOCKS))
             self._locked = frozenset(self.chooser.locked)

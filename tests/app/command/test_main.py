@@ -117,13 +117,16 @@ def test_without_a_command_the_bench_opens_as_it_is(viewed):
     assert viewed == [(Settings(), None)]
 
 
-def test_the_bench_opens_as_it_was_closed_unless_something_is_asked_for(viewed, tmp_path):
+def test_the_bench_opens_as_it_was_closed_unless_something_is_asked_for(viewed, capsys):
     last = replace(Settings(), f_number=8.0, scene="room")
     save_session(last)
     assert main([]) == 0 and main(["view", "--scene", "night-lights"]) == 0
     assert viewed[0][0] == last and viewed[1][0].f_number == Settings().f_number
+    assert capsys.readouterr().err == ""
     session_path().write_text("broken")
     assert main([]) == 0 and viewed[2][0] == Settings()
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "the last session is not opened again" in said and str(session_path()) in said
 
 
 def test_the_bench_opens_without_a_picture_in_the_stop_that_is_gone(viewed, capsys, tmp_path):
