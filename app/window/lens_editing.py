@@ -76,9 +76,10 @@ class LensEditing:
         """The window is about to close: what is not saved is offered at the next start."""
         self._keep(self._window.history.present)
 
-    def _keep(self, settings: Settings) -> None:
+    def _keep(self, settings: Settings) -> bool:
+        """Keep the edits of these settings on disk; False, with a message, where that cannot be."""
         if self._autosave is None:
-            return
+            return False
         try:
             if self._autosave.keep(settings, self._window.written):
                 self._window.view.say(f"The edits of {self._edited_name} are not saved: Ctrl + Z brings them back, and "
@@ -88,6 +89,8 @@ class LensEditing:
             if self._problem != str(error):
                 self._problem = str(error)
                 self._window.view.say(f"Unsaved edits cannot be kept on disk: {error}")
+            return False
+        return True
 
     def draw(self) -> None:
         """The two questions, over the panels."""
@@ -105,9 +108,9 @@ class LensEditing:
         if imgui.button("Restore"):
             with suppress(ValueError, OSError):
                 self._window.take(self._window.showable(unsaved.settings))
-                self._keep(self._window.history.present)
                 self._before = self._window.history.present
-                unsaved.remove()
+                if self._keep(self._before):            # else the former file is the only one
+                    unsaved.remove()
             self._offers.pop(0)
             imgui.close_current_popup()
         imgui.same_line()

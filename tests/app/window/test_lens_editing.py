@@ -450,6 +450,32 @@ def test_unsaved_edits_are_offered_at_the_next_start(drive, tmp_path, monkeypatc
     drive(use, SMALL)
 
 
+def test_the_file_of_unsaved_edits_stays_where_a_full_disk_takes_no_other(drive, tmp_path, monkeypatch):
+    from lensbench.app.state.lens_edit.editing import with_document
+    from lensbench.lenses.editing.cells import with_value
+
+    edited = with_document(TRIPLET, with_value(original(TRIPLET), 1, "thickness", 6.5))
+    Autosave(tmp_path).keep(edited)
+    monkeypatch.setattr("lensbench.app.files.unsaved_lens.runs", lambda process: False)
+
+    def full_disk(path, settings):
+        raise OSError("No space left on device")
+
+    def use(hand):
+        hand.picture()
+        hand.session.editing = LensEditing(hand.session, tmp_path)
+        hand.ctx.yield_(5)
+        with monkeypatch.context() as full:
+            full.setattr("lensbench.app.files.unsaved_lens.save_settings", full_disk)
+            hand.ctx.item_click("**/Restore")
+            hand.ctx.yield_(5)
+        assert hand.settings == edited and any(
+            "No space left" in each for each in hand.session.view.messages)
+        assert [each.settings for each in left_behind(tmp_path)] == [edited]
+
+    drive(use, SMALL)
+
+
 @pytest.mark.parametrize("ends", ["saved", "reverted"])
 def test_edits_that_another_lens_takes_the_place_of_stay_on_disk(tmp_path, ends):
     from lensbench.app.state.lens_choice import with_lens
