@@ -114,15 +114,17 @@ def _known() -> _Known:
     try:
         files = sorted(path for path in user_folder().iterdir() if path.suffix.lower() == ".agf")
         stamps = tuple((path, path.stat().st_mtime_ns) for path in files)
-    except (OSError, RuntimeError):
-        stamps = ()
+    except (FileNotFoundError, NotADirectoryError, RuntimeError):           # no such folder, no home
+        return _read(())
+    except OSError as error:
+        return _read((), f"{user_folder()} cannot be read: {error.strerror or error}")
     return _read(stamps)
 
 
 @lru_cache(maxsize=1)
-def _read(stamps: tuple[tuple[Path, int], ...]) -> _Known:
+def _read(stamps: tuple[tuple[Path, int], ...], problem: str = "") -> _Known:
     own: list[Entry] = []
-    findings: list[str] = []
+    findings = [problem] if problem else []
     for path, _ in stamps:
         try:
             catalogue = agf.read(path)
@@ -146,6 +148,12 @@ def entries() -> tuple[Entry, ...]:
 def findings() -> tuple[str, ...]:
     """Sentences about files and glasses in the user's folder that could not be read; for others see `resolve`."""
     return _known().findings
+
+
+def unread_text() -> str:
+    """The first of `findings` and the number of the others, in a few words; "" for none."""
+    unread = findings()
+    return f"{unread[0]}{f', and {len(unread) - 1} more' if len(unread) > 1 else ''}" if unread else ""
 
 
 def _maker_in(name: str, maker: str | None, makers: set[str]) -> tuple[str, str | None]:
@@ -206,10 +214,10 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
 def _unknown(name: str, known: _Known) -> str:
     near = get_close_matches(key(name)[:60], known.table, n=4, cutoff=0.6)
     hint = " or ".join(str(_preferred(known.table[k], None, "")) for k in near)
-    unread = known.findings
+    unread = unread_text()
     return (f"glass {excerpt(name)} is in no catalogue{f': did you mean {hint}?' if near else '.'} "
             f"An AGF file that contains it can be put into {user_folder()}"
-            + (f" (there: {unread[0]}{f', and {len(unread) - 1} more' if len(unread) > 1 else ''})" if unread else ""))
+            + (f" (there: {unread})" if unread else ""))
 
 
 def find(name: str, maker: str | None = None) -> Glass:

@@ -242,6 +242,23 @@ def test_glasses_of_the_users_folder_are_found_and_go_first(folder):
     assert glass_catalogue.resolve("N-BK7").maker == "SCHOTT"           # a file that changes is read again
 
 
+def test_glasses_of_the_user_that_cannot_be_read_are_said_where_glasses_are_chosen(folder, monkeypatch):
+    assert glass_catalogue.unread_text() == ""
+    (folder / "bad.agf").write_bytes(b"")
+    assert glass_catalogue.unread_text() == f"{folder / 'bad.agf'}: holds no glass (no NM line)"
+    (folder / "worse.agf").write_bytes(b"")
+    assert glass_catalogue.unread_text().endswith("(no NM line), and 1 more")
+
+    def closed(path):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(type(folder), "iterdir", closed)
+    assert glass_catalogue.unread_text() == f"{folder} cannot be read: Permission denied"
+    assert glass_catalogue.find("N-BK7").name == "N-BK7"
+    with pytest.raises(glass_catalogue.UnknownGlass, match="Permission denied"):
+        glass_catalogue.find("OUR-BK7")
+
+
 def test_invalid_glasses_of_an_agf_file_are_left_out_and_reported(tmp_path):
     path = tmp_path / "odd.agf"
     path.write_text(BK7 + "NM BARE 2 0 1.5 60\nNM NONSENSE 77 0 1.5 60\nCD 1 2\nNM SHORT\nNM WORD 2 0 1.5 60\nCD x y\n"

@@ -106,9 +106,10 @@ def glass_popup(settings: Settings, document: LensDocument, state: LensTableStat
             if imgui.selectable(f"{maker or 'All makers'}###maker {maker or 'all'}", maker == state.maker)[0]:
                 state.maker = maker
         imgui.end_combo()
-    if state.problem:                       # above the list: the popup has its place, and may end at the window's edge
+    # Above the list: the popup has its place, and may end at the window's edge
+    for problem in filter(None, (state.problem, glass_catalogue.unread_text())):
         imgui.push_text_wrap_pos(0.0)
-        imgui.text_colored(imgui.ImVec4(*theme.colours().warning), state.problem)
+        imgui.text_colored(imgui.ImVec4(*theme.colours().warning), problem)
         imgui.pop_text_wrap_pos()
     shown = found(state.search, state.maker, known, current)
     near = nearest(state.search, state.maker, known) if state.search.strip() and not shown else ()
