@@ -23,7 +23,6 @@ from lensbench.optics.scalar_trace import trace
 from lensbench.pupils.region import exit_pupil
 
 RECTILINEAR = "rectilinear"
-KINDS = ("none", "barrel", "pincushion", "moustache")
 SLIGHT = 0.05           # percent, below which the kind is "none"
 POINTS = 33             # of the exit-pupil regions in which the search starts
 STEPS = 12              # of the secant rule
@@ -69,7 +68,7 @@ class Distortion:
 
     @property
     def kind(self) -> str:
-        """One of KINDS: none, barrel, pincushion, or moustache: barrel near the axis and pincushion beyond."""
+        """The word "none", "barrel", "pincushion", or "moustache": barrel near the axis and pincushion beyond."""
         percent = self.percent[np.isfinite(self.percent)]
         if not percent.size or np.abs(percent).max() < SLIGHT:
             return "none"

@@ -113,6 +113,11 @@ def test_the_best_focus_of_the_map_curves_as_the_lens_does():
     for a, foci in ((0, curves.sagittal), (1, curves.tangential)):
         np.testing.assert_allclose(found.best_shifts[:, a] - found.best_shifts[0, a],
                                    foci.mean(1) - foci.mean(1)[0], atol=0.06)
+    # The best mean of both is the highest of the map to half a step, and lies between the best of each
+    highest = found.shifts[found.white.mean(1).argmax(-1)]
+    assert np.abs(found.best_mean_shifts - highest).max() <= 0.5 * (found.shifts[1] - found.shifts[0])
+    low, high = np.sort(found.best_shifts, axis=1).T
+    assert (low - 0.01 < found.best_mean_shifts).all() and (found.best_mean_shifts < high + 0.01).all()
 
 
 def test_diffraction_turns_into_the_rays_alone_where_the_blur_is_large():

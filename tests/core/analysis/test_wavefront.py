@@ -53,6 +53,8 @@ def test_a_known_wavefront_is_found_again_with_its_rms_and_strehl_ratio():
     assert found.residual[0, 0] < 1e-9
     np.testing.assert_allclose(found.fringe[0, 0, [3, 6, 10]], amount[[3, 6, 10]] * np.sqrt([3.0, 8.0, 5.0]), atol=5e-8)
     assert found.rms[0, 0] == pytest.approx(np.hypot(np.hypot(2e-5, 1e-5), 3e-5), rel=0.01)
+    within = w[grid.coverage[0, 0] > 0.0]               # no piston and no tilt among the polynomials
+    assert found.peak_to_valley[0, 0] == pytest.approx(within.max() - within.min(), rel=1e-3)
     variance = (2.0 * pi * found.rms_waves[0, 0]) ** 2
     # This lens lights its pupil unevenly, and the exponential holds to the second order of the variance
     assert found.strehl[0, 0] == pytest.approx(np.exp(-variance), abs=0.05 * variance)
