@@ -1,12 +1,19 @@
 """Lens reversal: the last surface becomes the first."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from lensbench.optics.finding import Kind, note
-from lensbench.optics.glass import AIR
-from lensbench.optics.lens_surface import LensError
+from lensbench.optics.glass import AIR, Glass
+from lensbench.optics.lens_surface import LensError, Surface
 from lensbench.optics.prescription import Lens
 from lensbench.optics.system import SystemData
+
+
+def reversed_surfaces(surfaces: Sequence[Surface], thickness: float = 0.0, glass: Glass = AIR) -> tuple[Surface, ...]:
+    """Surfaces turned round as one body, in reverse order; thickness and glass: of the gap behind the last of them."""
+    gaps = [(s.thickness, s.glass) for s in surfaces[:-1]][::-1] + [(thickness, glass)]
+    return tuple(surface.reversed(*gap) for surface, gap in zip(reversed(surfaces), gaps, strict=True))
 
 
 def reversed_lens(lens: Lens) -> Lens:
@@ -19,8 +26,7 @@ def reversed_lens(lens: Lens) -> Lens:
     if lens.surfaces[-1].glass.n_d != 1.0:
         raise LensError("a lens with another medium than air behind it cannot be turned round: the medium in front of "
                         "a lens is air")
-    gaps = [(s.thickness, s.glass) for s in lens.surfaces[:-1]][::-1] + [(0.0, AIR)]
-    surfaces = tuple(surface.reversed(*gap) for surface, gap in zip(reversed(lens.surfaces), gaps, strict=True))
+    surfaces = reversed_surfaces(lens.surfaces)
     lost = [] if lens.positions is None else [
         note(Kind.POSITION, "its zoom and focus positions are left out: it is turned round in the present one")]
     system = SystemData(wavelengths=lens.system.wavelengths, primary=lens.system.primary)

@@ -12,6 +12,7 @@ from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument, varies, with_surfaces
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import inserted
+from lensbench.lenses.reversal import reversed_surfaces
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.lens_surface import Surface
 from lensbench.optics.prescription import Lens
@@ -200,10 +201,7 @@ def surfaces_of(lens: Lens, reverse: bool = False) -> tuple[Surface, ...]:
     """
     if lens.front_index != 1.0 or lens.surfaces[-1].glass != AIR:
         raise EditError(f"{lens.name or 'the lens'} is not in air: it cannot be attached")
-    if not reverse:
-        return lens.surfaces
-    behind = [(s.thickness, s.glass) for s in lens.surfaces[:-1]][::-1] + [(0.0, AIR)]
-    return tuple(s.reversed(*each) for s, each in zip(reversed(lens.surfaces), behind, strict=True))
+    return reversed_surfaces(lens.surfaces) if reverse else lens.surfaces
 
 
 def _ended(surfaces: Sequence[Surface], gap: float) -> list[Surface]:

@@ -16,6 +16,7 @@ from lensbench.lenses.editing.order import check_fixed, check_range, pose_behind
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.stop import with_stop
 from lensbench.lenses.editing.structure import inserted
+from lensbench.lenses.reversal import reversed_surfaces
 from lensbench.optics.adjacent_media import medium_before
 from lensbench.optics.finding import Kind, note
 from lensbench.optics.glass import AIR, Glass
@@ -75,8 +76,7 @@ def flipped(document: LensDocument, first: int, last: int) -> LensDocument:
                         "them: only a group between equal media can be turned round")
     check_fixed(document.lens, set(range(first, last)), "turned round")
     group = [_pivot_within(document.surfaces[i], i, first, last) for i in range(first, last + 1)]
-    gaps = [(s.thickness, s.glass) for s in group[:-1]][::-1] + [(group[-1].thickness, group[-1].glass)]
-    turned = [surface.reversed(*gap) for surface, gap in zip(reversed(group), gaps, strict=True)]
+    turned = reversed_surfaces(group, group[-1].thickness, group[-1].glass)
     surfaces = (*document.surfaces[:first], *turned, *document.surfaces[last + 1:])
     order: list[int | Surface] = [*range(first), *range(last, first - 1, -1), *range(last + 1, len(surfaces))]
     behind: dict[int, int | None] = {last: last, **{i: first + last - 1 - i for i in range(first, last)}}
