@@ -4,7 +4,6 @@ Most options are those of single settings: their names, values and help texts ar
 """
 
 import argparse
-import math
 import re
 from dataclasses import fields, replace
 from difflib import get_close_matches
@@ -17,8 +16,8 @@ from lensbench.app.state.build import design
 from lensbench.app.state.camera_kinds import CAMERAS, LENS_MODELS
 from lensbench.app.state.coating import missing_ghost
 from lensbench.app.state.constraints import (
+    beyond_view,
     constrained,
-    ends_of_view,
     full_view,
     with_camera,
     with_field_of_view,
@@ -31,9 +30,8 @@ from lensbench.app.state.lens_settings import LensSettings
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import PICTURES, Settings, SettingsError
 from lensbench.app.state.stop_picture import stop_picture
-from lensbench.app.state.text_values import read_angle
+from lensbench.app.state.text_values import format_angle, read_angle
 from lensbench.app.state.zoom import asked_zoom
-from lensbench.kernels.figures import fixed
 from lensbench.kernels.quotation import cut
 
 
@@ -236,9 +234,10 @@ def _framed(settings: Settings, fov: float | None, keep_zoom: bool) -> Settings:
             raise SettingsError(f"--fov: the camera {settings.camera} has no field of view to be set"
                                 + (f": {instead}" if instead else ""))
         return with_field_of_view(settings, fov).checked()
-    whole = full_view(settings)[0] if keep_zoom else ends_of_view(settings)[1]
-    if 0.0 < whole < fov:
-        raise SettingsError(f"field of view {fixed(math.degrees(fov), 1)}°: this film behind this lens sees "
-                            f"{fixed(math.degrees(whole), 1)}° along its shorter side: take a larger --film "
-                            f"or a shorter --focal-length")
-    return with_field_of_view(replace(settings, fov=fov).checked(), fov, keep_zoom)
+    settings = replace(settings, fov=fov).checked()
+    problem = beyond_view(settings, fov, keep_zoom)
+    if problem:
+        instead = ("a larger --film or a shorter --focal-length" if fov > full_view(settings)[0] else
+                   "a smaller --film or a longer --focal-length")
+        raise SettingsError(f"field of view {format_angle(fov)}: {problem}: take {instead}")
+    return with_field_of_view(settings, fov, keep_zoom)

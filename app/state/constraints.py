@@ -10,10 +10,12 @@ import lensbench as lb
 from lensbench.app.state.build import design
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_angle
 from lensbench.app.state.water_window import nearest_in_focus
 from lensbench.app.state.zoom import focal_length, is_engraved, zoom_of
 from lensbench.imaging.film_pose import least_radius
 from lensbench.kernels.cache import resumable
+from lensbench.kernels.figures import fixed
 from lensbench.lenses.paraxial import reference_wavelength
 
 SMALLEST_CROP = 0.05
@@ -21,6 +23,7 @@ WIDEST_FISHEYE = math.radians(350.0)
 LONGEST_SHOWN = 8192            # pixels: the smallest texture limit of graphics cards with OpenGL 3.3 in use
 SMALLEST_SHOWN = 160            # pixels of the longer side of a picture that follows its window
 COARSE = 0.85                   # a picture is not made coarser for less than this
+ROUNDED = 0.995                 # of the narrowest field of view: what its text is rounded to may be typed
 MARGIN = 1.0 + 1e-4             # of a clamped focus distance over the nearest, which is rounded
 
 
@@ -116,12 +119,22 @@ def field_of_view(settings: Settings) -> float:
     return 2.0 * math.atan(settings.crop * math.tan(0.5 * full_view(settings)[0]))
 
 
-def ends_of_view(settings: Settings) -> tuple[float, float]:
+def ends_of_view(settings: Settings, keep_zoom: bool = False) -> tuple[float, float]:
     """The narrowest and the widest field of view along the shorter side that lens, zoom and crop can give."""
     narrow = wide = full_view(settings)[0]
-    if _zooms_by_length(settings):
+    if not keep_zoom and _zooms_by_length(settings):
         wide, narrow = (full_view(replace(settings, zoom=end))[0] for end in (0.0, 1.0))
     return 2.0 * math.atan(SMALLEST_CROP * math.tan(0.5 * narrow)), wide
+
+
+def beyond_view(settings: Settings, fov: float, keep_zoom: bool = False) -> str:
+    """Why the lens cannot give a field of view (radians), with the end of its range; "" where it can."""
+    narrow, wide = ends_of_view(settings, keep_zoom)
+    if 0.0 < wide < fov:
+        return f"this film behind this lens sees {fixed(math.degrees(wide), 1)}° along its shorter side"
+    if fov < ROUNDED * narrow:
+        return f"the smallest part of this film behind this lens sees {format_angle(narrow)} along its shorter side"
+    return ""
 
 
 def zooms(settings: Settings) -> bool:

@@ -55,7 +55,7 @@ def format_signed_length(length: float) -> str:
 
 
 def format_film_curvature(curvature: float) -> str:
-    """The radius in mm of a film's curvature in 1/mm: −90.0 mm; flat."""
+    """The radius in mm of a film's curvature in 1/mm: −90 mm; flat."""
     return true_minus(f"{significant(1.0 / curvature, 3)} mm") if curvature else "flat"
 
 
@@ -75,7 +75,7 @@ def format_electrons(count: float) -> str:
 
 
 def format_hole(diameter: float) -> str:
-    """ø 0.32 mm."""
+    """The diameter of a hole in mm: 0.32 mm, 1.50 mm."""
     return f"{significant(diameter, 3)} mm" if diameter < 1.0 else format_length(diameter)
 
 

@@ -405,6 +405,7 @@ def one_line(capsys):
     ("render pbrt-dgauss-50mm --film 0x24 -o a.png", "film"),
     ("render pbrt-dgauss-50mm --fov 90deg -o a.png", "--film"),
     ("render pbrt-dgauss-50mm --fov 0 -o a.png", "from 0.001° to 179.99°"),
+    ("render pbrt-dgauss-50mm --fov 0.5deg -o a.png", "sees 1.37° along its shorter side: take a smaller --film"),
     ("render pbrt-dgauss-50mm --samples 0 -o a.png", "at least 1"),
     ("render pbrt-dgauss-50mm --ghosts --ghost-pair 3-99 -o a.png", "from 0 to 10"),
     ("view pbrt-dgauss-50mm --ghosts --ghost-pair 0-5", "surfaces of this lens that reflect"),
