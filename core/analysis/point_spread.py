@@ -255,12 +255,12 @@ def ray_density(rays: RayGrid, field: int, colour: int, shift: float, centre: np
     """
     s, t = (rays.light[a, field, colour] + shift * rays.light[2 + a, field, colour] - centre[a] for a in (0, 1))
     out = np.zeros((samples, samples))
-    _splat(s / pitch, t / pitch, rays.weight[field, colour], out)
+    _add_to_cells(s / pitch, t / pitch, rays.weight[field, colour], out)
     return (out / (rays.weight[field, colour].sum() * pitch * pitch)).astype(np.float32)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _splat(s, t, weight, out):
+def _add_to_cells(s, t, weight, out):
     """Add the light of cells to samples (M, M): each cell as PER_SAMPLE² rays a sample or more, up to FINEST².
 
     The rays of a cell are a Fibonacci lattice: the rows and columns of a square one beat with those of the samples, and

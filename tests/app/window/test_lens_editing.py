@@ -11,6 +11,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.files.unsaved_lens import Autosave, left_behind
 from lensbench.app.panels.lens_section.handles import REACH
+from lensbench.app.panels.lens_table import paste
 from lensbench.app.panels.lens_table.improvement import progress
 from lensbench.app.panels.lens_table.state import Attachment
 from lensbench.app.state.build import design
@@ -338,11 +339,15 @@ def test_a_lens_that_cannot_be_is_marked_and_edited_on(drive, tmp_path):
     drive(use, TRIPLET)
 
 
-def test_a_table_is_pasted_and_a_bad_cell_is_named(drive):
+def test_a_table_is_pasted_and_a_bad_cell_is_named(drive, monkeypatch):
+    written, draw = [], paste.imgui.text_colored
+    monkeypatch.setattr(paste.imgui, "text_colored", lambda colour, text: written.append(text) or draw(colour, text))
+
     def use(hand):
         state = table(hand)
         state.pasting = "r\td\tnd\tvd\tdia\n50,5\t3\t1,5168\t64,17\t20\n-50,5\tx\t\t\t20\n"
         hand.ctx.yield_(5)
+        assert "line 3, column “thickness”: 'x' is no number" in written
         hand.ctx.item_click("**/Cancel###Cancel paste")
         assert hand.settings == TRIPLET
         state.pasting = "r\td\tnd\tvd\tdia\n50,5\t3\t1,5168\t64,17\t20\n-50,5\t48\t\t\t20\n"
@@ -353,7 +358,8 @@ def test_a_table_is_pasted_and_a_bad_cell_is_named(drive):
         hand.picture()
 
     session = drive(use, TRIPLET)
-    assert all("stop" in message for message in session.view.messages)
+    message, = session.view.messages
+    assert message.startswith("no stop is marked")
 
 
 def test_edits_are_saved_in_their_file_and_in_others_with_what_is_lost(drive, tmp_path):
