@@ -1,13 +1,15 @@
 """A picture rendered to a file: its samples, its noise, and what is kept so that a stopped render goes on.
 
 The kept samples are an .npz beside the picture, `kept_path`. It holds the sums of all samples so far and the last
-estimate of the noise, so that the finished picture is that of a render without a stop, bit for bit.
+estimate of the noise, so that the finished picture is that of a render without a stop, bit for bit; and a checksum of
+the files that the settings name, so that samples of a former lens or scene are never mixed with those of the present.
 """
 
 import os
 import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from itertools import chain
@@ -24,12 +26,13 @@ from lensbench.app.files.picture_noise import NOISE_STATE, Noise
 from lensbench.app.state.auto_model import is_automatic
 from lensbench.app.state.build import camera
 from lensbench.app.state.coating import flare
-from lensbench.app.state.scene_file import find_scene
+from lensbench.app.state.scene_file import find_scene, scene_files
 from lensbench.app.state.settings import Settings
 from lensbench.optics.finding import Finding
 
 PASS_SECONDS = 0.2              # of rendering between two steps of the progress
 KEEP_SECONDS = 60.0             # between two writings of the kept samples
+READ_BYTES = 1 << 20            # of a file whose checksum is taken, at a time
 
 
 def _never() -> bool:
@@ -96,7 +99,7 @@ class _Render:
         As `export_render`; where the samples are kept, and a meter of the noise, need a whole render.
         """
         rendering, settings, (h, _) = self.rendering, self.settings, self.rendering.shape
-        made_by = _maker(self.choice)
+        made_by = _maker(settings, rendering.camera, self.choice) if kept is not None else np.int64(0)
         if kept is not None and kept.exists():
             _restore(rendering, kept, settings, made_by, meter)
             if meter and rendering.samples >= meter.next_look:
@@ -217,9 +220,20 @@ def kept_path(path: Path) -> Path:
     return path.with_name(f"{path.name}.part.npz")
 
 
-def _maker(choice: lb.Choice | None) -> np.int64:
-    """Checksum of what besides the settings the samples depend on: the version, the choice of the automatic model."""
-    return np.int64(zlib.crc32(repr((version("lensbench"), choice and (choice.model, choice.degree))).encode()))
+def _maker(settings: Settings, view: lb.Camera, choice: lb.Choice | None) -> np.int64:
+    """Checksum of what besides the settings the samples depend on.
+
+    It is of the version, the choice of the automatic model, and the contents of the files that the settings name: the
+    lens with its glasses, the picture in the stop, the scene with its textures and meshes.
+    """
+    lens = (view.lens.surfaces, view.lens.stop_index, view.lens.positions) if isinstance(view, lb.LensCamera) else None
+    image = view.lens.stop_image if isinstance(view, lb.LensCamera) else getattr(view, "stop_image", None)
+    found = zlib.crc32(repr((version("lensbench"), choice and (choice.model, choice.degree), lens, image)).encode())
+    for path in scene_files(settings.scene):
+        with suppress(OSError), path.open("rb") as file:        # the scene itself has been read, or is an error
+            while part := file.read(READ_BYTES):
+                found = zlib.crc32(part, found)
+    return np.int64(found)
 
 
 def _restore(rendering: lb.Rendering, kept: Path, settings: Settings, made_by: np.int64, meter: Noise | None) -> None:
@@ -228,8 +242,8 @@ def _restore(rendering: lb.Rendering, kept: Path, settings: Settings, made_by: n
                                  lambda names: names - set(TEXTS) if "made_by" in names else set(),
                                  lambda headers, former: True, lambda note: None, light=False, into=rendering.state)
     if replace(former, samples=settings.samples) != settings or int(arrays.pop("made_by")) != made_by:
-        raise ExportError(f"{kept}: these are samples of other settings or of another version: remove the file, or "
-                          "render without --resume")
+        raise ExportError(f"{kept}: these are samples of a former lens or scene file, of other settings or of another "
+                          "version: remove the file, or render without --resume")
     noise = {name: arrays.pop(name) for name in NOISE_STATE if name in arrays}
     try:
         rendering.restore(arrays)

@@ -92,6 +92,13 @@ def scene_stamp(name_or_path: str) -> tuple[Stamp, ...]:
     return own, *map(file_stamp, _textures(name_or_path, own) if any(own) else ())
 
 
+def scene_files(name_or_path: str) -> tuple[Path, ...]:
+    """The scene file and the files that it names; none for a built-in scene."""
+    if name_or_path in lb.SCENES:
+        return ()
+    return Path(name_or_path), *_textures(name_or_path, file_stamp(name_or_path))
+
+
 @lru_cache(maxsize=4)
 def _textures(path: str, stamp: Stamp) -> tuple[Path, ...]:
     """The files that a scene file names, as far as it can be read."""

@@ -10,11 +10,13 @@ import pytest
 from PIL import Image
 
 import lensbench as lb
+from lensbench import lenses
 from lensbench.app.files.export import ExportError, develop, read_settings
 from lensbench.app.files.npz import TEXTS, load_arrays, save_arrays
 from lensbench.app.files.picture_render import export_render, kept_path, render
 from lensbench.app.state.settings import Settings
 
+TRIPLET = lenses.load("lenshh-cooke-triplet-50")
 SMALL = replace(Settings(), pixels_x=24, pixels_y=16, samples=3)
 
 
@@ -112,6 +114,28 @@ def test_kept_samples_of_other_settings_are_refused_and_stay(tmp_path):
     with pytest.raises(ExportError, match="of other settings or of another version: remove the file"):
         export_render(replace(SMALL, seed=5), path, resume=True)
     assert kept_path(path).read_bytes() == kept
+
+
+@pytest.mark.parametrize("changed", ["lens", "scene", "texture", "stop"])
+def test_kept_samples_of_a_file_that_has_changed_since_are_refused(tmp_path, changed):
+    """A picture was mixed from the samples of both lenses, or of both scenes, without a word."""
+    lens, scene, texture, stop = (tmp_path / name for name in ("lens.toml", "scene.toml", "wall.png", "stop.png"))
+    lenses.save(TRIPLET, lens)
+    scene.write_text('[floor]\nheight = "-1m"\ntexture = "wall.png"\n')
+    for image in (texture, stop):
+        Image.new("L", (8, 8), 200).save(image)
+    path = tmp_path / "a.exr"
+    settings = replace(SMALL, lens=str(lens), scene=str(scene), f_number=None, focus_distance=2000.0,
+                       stop_image=str(stop) if changed == "stop" else "")
+    assert export_render(settings, path, resume=True, stopping=stops_after(1)) is None
+    if changed == "lens":
+        lenses.save(TRIPLET.scaled(1.01), lens)
+    elif changed == "scene":
+        scene.write_text(scene.read_text().replace("-1m", "-2m"))
+    else:
+        Image.new("L", (8, 8), 100).save(texture if changed == "texture" else stop)
+    with pytest.raises(ExportError, match="samples of a former lens or scene file"):
+        export_render(settings, path, resume=True)
 
 
 def test_a_damaged_file_of_kept_samples_is_refused(tmp_path):
