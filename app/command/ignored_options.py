@@ -43,6 +43,7 @@ _METERED = {"iso": "--exposing automatic chooses the ISO",
 _STOP = _Need(lambda settings: settings.has_stop)
 _BLADES = _Need(lambda settings: _STOP.has_effect(settings) and not settings.stop_image,
                 "leave out --stop-image, which takes the place of blades")
+_SHAPE = _Need(lambda settings: _BLADES.has_effect(settings) and bool(settings.blades), "give --blades too")
 _FOG = _Need(lambda settings: settings.medium != "air", "give --medium too")
 _SENSOR = _Need(lambda settings: settings.noise, "give --noise too")
 _MOTION = _Need(_moves, "nothing moves; give --end-position, or a scene that moves")
@@ -52,7 +53,7 @@ _NEEDS = {
     "lens_radius": _Need(lambda settings: settings.kind.lens_radius, "the aperture of a lens is --f-number"),
     "f_number": _Need(lambda settings: settings.has_f_number),
     "focus_distance": _Need(lambda settings: settings.kind.focuses),
-    "blades": _BLADES, "blade_rotation": _BLADES, "roundness": _BLADES, "stop_image": _STOP,
+    "blades": _BLADES, "blade_rotation": _SHAPE, "roundness": _SHAPE, "stop_image": _STOP,
     "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens),
     "focus_position": _Need(lambda settings: settings.follows_lens),
     "ghost_strength": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
@@ -119,6 +120,8 @@ def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: 
             instead = need.instead
             if name in _METERED and settings.exposing != "plain":
                 instead = _METERED[name] if _meters_iso(settings) else _NO_F_NUMBER
+            if need is _SHAPE and settings.stop_image:
+                instead = _BLADES.instead
             if settings.has_lens and name in _WITH_LENS_MODEL and not settings.follows_lens:
                 instead = f"the lens model {settings.lens_model} " + _WITH_LENS_MODEL[name]
             yield f"--{options[name]} has no effect on the camera {settings.camera}" + (

@@ -53,7 +53,7 @@ def checked_chart_path(path: str | None, figures: bool = True) -> Path | None:
     if path is None:
         return None
     if not (figures and is_json(Path(path))):
-        checked_suffix(Path(path))
+        checked_suffix(Path(path), figures)
     check_writable(Path(path))
     return Path(path)
 

@@ -109,11 +109,12 @@ def _nothing(_: float, __: Any = None) -> str:
     return ""
 
 
-def checked_suffix(path: str | Path) -> Path:
-    """The path of a chart; ExportError unless its suffix is in SUFFIXES."""
+def checked_suffix(path: str | Path, figures: bool = False) -> Path:
+    """The path of a chart; ExportError unless its suffix is in SUFFIXES. figures: the error also names .json."""
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
-        raise ExportError(f"{path}: a chart is written as {' or '.join(SUFFIXES)}: choose one of these suffixes")
+        raise ExportError(f"{path}: a chart is written as {' or '.join(SUFFIXES)}{', its figures as .json' * figures}: "
+                          "choose one of these suffixes")
     return path
 
 

@@ -45,6 +45,6 @@ def test_a_chart_is_drawn_and_what_cannot_be_is_said(tmp_path, capsys):
     assert main([*ARGUMENTS, "1,3", "-o", str(tmp_path / "field.svg")]) == 0
     assert "a pixel apart at" in capsys.readouterr().out
     assert "views" in (tmp_path / "field.svg").read_text(encoding="utf-8")
-    for views, output, says in (("0", "a.svg", "whole numbers from 1"), ("3", "a.txt", "a chart is written as")):
+    for views, output, says in (("0", "a.svg", "whole numbers from 1"), ("3", "a.txt", "its figures as .json")):
         assert main([*ARGUMENTS, views, "-o", str(tmp_path / output)]) == 2
         assert says in capsys.readouterr().err and not (tmp_path / output).exists()
