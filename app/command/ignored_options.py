@@ -54,7 +54,7 @@ _NEEDS = {
     "f_number": _Need(lambda settings: settings.has_f_number),
     "focus_distance": _Need(lambda settings: settings.kind.focuses),
     "blades": _BLADES, "blade_rotation": _SHAPE, "roundness": _SHAPE, "stop_image": _STOP,
-    "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens),
+    "lens_model": _Need(_of_lens), "dispersion": _Need(_of_lens), "focal_length": _Need(_of_lens),
     "focus_position": _Need(lambda settings: settings.follows_lens),
     "ghost_strength": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
     "ghost_pair": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
@@ -77,7 +77,8 @@ _RENDERED = {
     "shutter": _Need(lambda settings: (_exposes(settings) or settings.noise and _meters_iso(settings)
                                        or _moves(settings)),
                      "nothing moves; give --exposing triangle for its light"),
-    "shutter_ramp": _MOTION, "readout": _MOTION, "readout_direction": _MOTION, "moment": _MOTION,
+    "shutter_ramp": _MOTION, "readout": _MOTION, "readout_direction": _MOTION, "moment": _MOTION, "duration": _MOTION,
+    "coating": _Need(lambda settings: settings.ghosts, "give --ghosts too"),
 }
 # Of a picture, and not of a quantity of its samples
 _DEVELOPED = ("ghosts", "ghost_strength", "ghost_pair", "stars", "star_strength", "exposure", "exposing", "metering",
