@@ -257,7 +257,7 @@ class Rendering:
         Parameters
         ----------
         samples
-            Number of samples per pixel to add.
+            Number of samples per pixel to add, at least 1.
         pool
             Threads to use; None: threads of its own.
         wanted
@@ -269,7 +269,14 @@ class Rendering:
         -------
         bool
             False when `wanted` cancelled; the rendering is then incomplete, to be thrown away.
+
+        Raises
+        ------
+        ValueError
+            For fewer samples than 1.
         """
+        if samples < 1:
+            raise ValueError(f"{samples} samples a pixel: at least 1 is needed")
         threads = threads or os.cpu_count() or 1
         if pool is None:
             with ThreadPoolExecutor(threads) as own:

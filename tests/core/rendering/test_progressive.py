@@ -202,6 +202,10 @@ def test_no_sample_at_all_is_refused():
         lb.render(camera(), lb.builtin_scene("still-life"), samples=0)
     with pytest.raises(TypeError, match="must be a whole number"):
         lb.render(camera(), lb.builtin_scene("still-life"), samples=1.5)
+    for number in (0, -3):              # an index was out of range, in scenes with small lights
+        rendering = lb.Rendering(camera(film=lb.Film(36.0, 24.0, 24, 16)), lb.builtin_scene("still-life"))
+        with pytest.raises(ValueError, match="at least 1"):
+            rendering.add(number)
 
 
 @pytest.mark.parametrize(("across", "down"), [(1, 1), (1, 700), (700, 1), (63, 9), (513, 2)])
