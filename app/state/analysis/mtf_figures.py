@@ -48,7 +48,7 @@ def mtf_frequency_figure(query: Query, points: int, method: str = "diffraction",
     curves.append(Curve(f"diffraction limit{at}", frequencies, found.white_limit[0, 0], "dim", DOTTED, 1.2))
     plot = Plot(Axis("Frequency (lp/mm)", 0.0, finest), Axis("Contrast", 0.0, 1.0), tuple(curves))
     return Figure("MTF against frequency", ((with_shares(rays, plot),),), _table(found), _words(query, found),
-                  _remarks(query, found))
+                  query.remarks(found.rays, found.findings))
 
 
 def mtf_field_figure(query: Query, points: int, method: str = "diffraction",
@@ -65,7 +65,7 @@ def mtf_field_figure(query: Query, points: int, method: str = "diffraction",
     plot = Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(heights))), Axis("Contrast", 0.0, 1.0), tuple(curves))
     return with_rims(query, Figure("MTF against the field", ((plot,),), _table(found),
                                    _words(query, found, ", ".join(map(significant, frequencies)) + " lp/mm"),
-                                   _remarks(query, found)))
+                                   query.remarks(found.rays, found.findings)))
 
 
 def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str = "both",
@@ -137,10 +137,6 @@ def focus_range(query: Query) -> float:
 def _words(query: Query, found: Mtf, *more: str) -> str:
     colours = ("white",) if len(found.rays.conditions.wavelengths) > 1 else ()
     return query.words(found.rays, METHODS[found.method], *colours, "S solid, T dashed", *more)
-
-
-def _remarks(query: Query, found: Mtf) -> tuple[str, ...]:
-    return (*query.remarks(found.rays), *(finding.message for finding in found.findings))
 
 
 def _table(found: Mtf) -> Table:

@@ -50,7 +50,7 @@ def psf_figure(query: Query, points: int, field: str = "axis", view: str = "log"
                 field_label(rays, 0), equal=True)
     table = Table(head, lambda: ((x, y, light[i, j]) for i, y in list(enumerate(at))[::step]
                                  for j, x in list(enumerate(at))[::step]))
-    return Figure("Point spread", ((plot,),), table, words, _remarks(query, spread))
+    return Figure("Point spread", ((plot,),), table, words, query.remarks(spread.rays, spread.findings))
 
 
 def seen_point_figure(query: Query, points: int, at: tuple[float, float], ahead: float, view: str = "log",
@@ -88,7 +88,7 @@ def encircled_figure(query: Query, points: int) -> Figure:
     table = Table(head, lambda: ((rays.image_heights[f], r, value) for f in range(len(held))
                                  for r, value in zip(axis, held[f], strict=True)))
     return Figure("Encircled energy", ((with_shares(rays, plot),),), table, _words(query, spread, "about the centroid"),
-                  _remarks(query, spread))
+                  query.remarks(spread.rays, spread.findings))
 
 
 def line_spread_figure(query: Query, points: int) -> Figure:
@@ -114,7 +114,8 @@ def line_spread_figure(query: Query, points: int) -> Figure:
     table = Table(head, lambda: ((rays.image_heights[f], 1000.0 * x, *(0.1 * lines[f, :, m])) for f in lit
                                  for m, x in enumerate(spread.offsets[f])))
     return Figure("Line spread", ((with_shares(rays, plot),),), table,
-                  _words(query, spread, "S: along the sagittal axis, T: along the tangential"), _remarks(query, spread))
+                  _words(query, spread, "S: along the sagittal axis, T: along the tangential"),
+                  query.remarks(spread.rays, spread.findings))
 
 
 def _perfect(rays: RayGrid, radii: np.ndarray) -> np.ndarray:
@@ -147,7 +148,3 @@ def _words(query: Query, spread: PointSpread, *more: str) -> str:
         else "diffraction and rays"
     colours = ("white",) if len(rays.conditions.wavelengths) > 1 else ()
     return query.words(rays, method, *colours, *more)
-
-
-def _remarks(query: Query, spread: PointSpread) -> tuple[str, ...]:
-    return (*query.remarks(spread.rays), *(finding.message for finding in spread.findings))

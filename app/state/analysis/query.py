@@ -5,6 +5,7 @@ value: equal queries have equal figures.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -22,7 +23,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses.paraxial import is_d_line, reference_wavelength
-from lensbench.optics.finding import Kind, note
+from lensbench.optics.finding import Finding, Kind, note
 
 EDGE = 0.98                     # of the radius of light: the last field is not quite dark
 CLOSER = 100                    # steps in which a height with a chief ray is sought
@@ -107,8 +108,8 @@ class Query:
         return () if self.lens.stop_image is None else ("the picture in the stop is left out: the stop counts as its "
                                                         "circle",)
 
-    def remarks(self, rays: RayGrid) -> tuple[str, ...]:
-        """What the rays leave out, and what the picture does otherwise."""
+    def remarks(self, rays: RayGrid, findings: Iterable[Finding] = ()) -> tuple[str, ...]:
+        """What the rays leave out, what the picture does otherwise, and what was found in a figure of these rays."""
         said = [str(finding.message) for finding in rays.findings if finding.kind is not Kind.ASSUMED]
         lost, launched = int(rays.lost.sum()), int(rays.launched.sum())
         if lost:
@@ -129,7 +130,7 @@ class Query:
             said.append("figures of a flat film in line; the film of the picture is tilted, shifted or curved")
         if self.setup.reason:
             said.append(self.setup.reason)
-        return tuple(said)
+        return (*said, *(finding.message for finding in findings))
 
 
 def largest_height(built: Setup) -> float:
