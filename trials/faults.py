@@ -98,18 +98,19 @@ KINDS = {
 }
 
 
-def random_faults(paths: list[Path], count: int, seed: int) -> list[Fault]:
+def random_faults(paths: list[Path], count: int, seed: int, lines: dict[str, set[int]] | None = None) -> list[Fault]:
     """Faults at random places of files: another operator, comparison, number or function, or no `not`.
 
-    Files get faults in proportion to their own number of possible ones, and so does each part of the list: the faults
-    of a smaller `count` come first in that of a larger one.
+    With `lines`, by file, only there. Files get faults in proportion to their own number of possible ones, and so does
+    each part of the list: the faults of a smaller `count` come first in that of a larger one.
     """
     placed = []
     for path in paths:
         name = str(path.relative_to(ROOT))
         if not name.startswith(PICTURES):
             text = path.read_text(encoding="utf-8")
-            found = sorted((_hash(f"{seed} {each}"), each) for each in _faults(name, text))
+            found = sorted((_hash(f"{seed} {each}"), each) for each in _faults(name, text)
+                           if lines is None or each.line in lines.get(name, ()))
             offset = _hash(f"{seed} {name}")
             placed += [((k + offset) / len(found), each) for k, (_, each) in enumerate(found)]
     return [each for _, each in sorted(placed)[:count]]

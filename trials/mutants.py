@@ -2,6 +2,8 @@
 
 python -m trials.mutants                   the faults of KINDS, each of a kind that once survived
 python -m trials.mutants --random 40       random ones, in the files that differ from `main`, else in the whole core
+python -m trials.mutants --random 80 --since COMMIT
+                                           random ones in lines of the core and the lenses that are new since a commit
 python -m trials.mutants --random 500 --record trials/mutants.txt
                                            those that the record does not list yet; their fates are added to it
 
@@ -56,12 +58,13 @@ def test_files() -> dict[str, str]:
 
 @cache
 def importers() -> dict[str, set[str]]:
-    """Files of the core that import a file of the core."""
+    """Files of the core and the lenses that import a file of them."""
     found: dict[str, set[str]] = {}
-    for path in (ROOT / "core").rglob("*.py"):
+    for path in [*(ROOT / "core").rglob("*.py"), *(ROOT / "lenses").rglob("*.py")]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and str(node.module).startswith("lensbench.") and path.parent != CORE:
-                name = f"core/{str(node.module).partition('.')[2].replace('.', '/')}"
+                name = str(node.module).partition(".")[2].replace(".", "/")
+                name = name if name.startswith("lenses") else f"core/{name}"
                 for each in (f"{name}.py", *(f"{name}/{alias.name}.py" for alias in node.names)):
                     found.setdefault(each, set()).add(str(path.relative_to(ROOT)))
     return found
@@ -70,10 +73,10 @@ def importers() -> dict[str, set[str]]:
 @cache
 def naming_tests(path: str) -> list[str]:
     """Test files that have the name of a module, those that name it, and those that use its public names."""
-    *rooms, name = Path(path).relative_to("core").with_suffix("").parts
+    *rooms, name = Path(path.removeprefix("core/")).with_suffix("").parts
     room = ".".join(["lensbench", *rooms])
     public = [each.partition("=")[0] for each in lensbench._HOMES.get(".".join([*rooms, name]), "").split()]
-    own = [file for file in test_files() if Path(file).stem == f"test_{name}"]
+    own = [file for file in test_files() if re.fullmatch(rf"test_(\w+_)?{name}", Path(file).stem)]
     found = [own]
     for pattern in (rf"{re.escape(room)}\.{name}\b|from {re.escape(room)} import .*\b{name}\b",
                     rf"\blb\.({'|'.join(public)})\b" if public else "(?!)"):
@@ -192,19 +195,39 @@ def changed_files() -> list[Path]:
     return named or sorted((ROOT / "core").rglob("*.py"))
 
 
+def new_lines(commit: str) -> dict[str, set[int]]:
+    """Lines of the core and the lenses by file that are new since a commit; one that only moved is not."""
+    told = subprocess.run(["git", "diff", "-U0", commit, "--", "core/*.py", "lenses/*.py"], cwd=ROOT,
+                          capture_output=True, text=True, check=True).stdout.splitlines()
+    gone = {row[1:].strip() for row in told if row.startswith("-")}
+    found: dict[str, set[int]] = {}
+    for row in told:
+        if row.startswith("+++ "):
+            path = row.removeprefix("+++ b/")
+        elif row.startswith("@@"):
+            line = int(row.split("+")[1].split()[0].partition(",")[0])
+        elif row.startswith("+"):
+            if row[1:].strip() not in gone:
+                found.setdefault(path, set()).add(line)
+            line += 1
+    return found
+
+
 def main() -> int:
     """Run the faults, and print their fates."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="*", type=Path)
     parser.add_argument("--random", type=int, metavar="N", help="random faults in place of those of KINDS")
+    parser.add_argument("--since", metavar="COMMIT", help="random ones in lines that are new since a commit")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--record", type=Path, help="file of fates: those in it are not run again")
     parser.add_argument("--quick", action="store_true", help="without the slow tests")
     parser.add_argument("--kind", help="only the kinds whose name contains this")
     options = parser.parse_args()
     if options.random:
-        faults = random_faults([path.resolve() for path in options.files] or changed_files(), options.random,
-                               options.seed)
+        lines = new_lines(options.since) if options.since else None
+        files = [path.resolve() for path in options.files] or [ROOT / each for each in lines or ()] or changed_files()
+        faults = random_faults(files, options.random, options.seed, lines)
     else:
         faults = [fault for name, fault in KINDS.items() if (options.kind or "") in name]
     known = options.record.read_text(encoding="utf-8") if options.record and options.record.exists() else ""
