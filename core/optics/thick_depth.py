@@ -121,12 +121,12 @@ def section_foci(lens: Lens, focus_distance: float, film_distance: float) -> tup
     before = focus_distance - lens.length - film_distance
     if not abs(before) > 0.0:
         raise LensError(f"focus at {significant(focus_distance / 1000.0, 6)} m: the object must not touch the lens")
-    nearness = lens.front_index / before
+    nearness, behind = lens.front_index / before, lens.indices()[-1]
     foci = []
     for section in lens.sections:
         a, b, c, d = ray_matrix(section, 0, len(lens.surfaces))
         height, slope = a + b * nearness, c + d * nearness          # of the paraxial ray, 1 mm high on the first vertex
-        foci.append(-height / slope if slope else inf)
+        foci.append(-behind * height / slope if slope else inf)
     return foci[0], foci[-1]
 
 

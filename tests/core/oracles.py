@@ -1,6 +1,7 @@
 """Lenses and reference values of tests/data, and random lenses, for the tests of the optics."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -77,3 +78,9 @@ def behind_stop(gap: float) -> lb.Lens:
     glass = (lb.Surface(0.02, 4.0, 8.0, lb.Glass(1.6)), lb.Surface(-0.02, 0.0, 8.0))
     focus = lb.first_order(lb.Lens(glass, 0)).bfl
     return lb.Lens((glass[0], lb.Surface(-0.02, focus + gap, 8.0), lb.Surface(0.0, 0.0, 2.0)), 2)
+
+
+def of_one_colour(stack: lb.Lens, wavelength: float) -> lb.Lens:
+    """The lens with glasses that do not disperse, of the indices that its own have at a wavelength (µm)."""
+    return replace(stack, surfaces=tuple(replace(surface, glass=lb.Glass(n)) for surface, n in zip(
+        stack.surfaces, stack.indices(wavelength)[1:], strict=True)))

@@ -7,6 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from tests.core.oracles import behind_stop, of_one_colour
 
 SMALL = 1000.0                  # × the f-number: a bundle free of aberrations, whose blur is scaled back
 CASES = {
@@ -63,6 +64,71 @@ def test_magnification_is_the_ratio_of_the_image_distances_to_the_principal_plan
     behind, before = film - fo.rear_principal, 400.0 - film - lens.length + fo.front_principal
     assert lb.magnification(lens, film, 400.0) == pytest.approx(behind / before, rel=1e-9)
     assert lb.magnification(lens, film, math.inf) == 0.0
+
+
+def test_the_magnification_of_a_colour_is_that_of_a_lens_of_this_colour():
+    lens, film = stopped("lib-tronnier-1953", 1.0, 700.0, 8.0)
+    blue = lb.magnification(lens, film, 700.0, 0.4358)
+    assert blue == pytest.approx(lb.magnification(of_one_colour(lens, 0.4358), film, 700.0), rel=1e-12)
+    assert blue != pytest.approx(lb.magnification(lens, film, 700.0), rel=1e-5)
+
+
+@pytest.mark.parametrize("away", [math.inf, 1000.0, 90.0])
+def test_behind_an_image_within_the_lens_the_limits_blur_by_the_limit(away):
+    """A stop behind that image: its entrance pupil is upside down."""
+    glass = lb.Glass(1.6)
+    lens = lb.Lens((lb.Surface(1 / 24.0, 3.0, 9.0, glass), lb.Surface(-1 / 24.0, 50.0, 9.0),
+                    lb.Surface(0.0, 0.5, 1.5),
+                    lb.Surface(1 / 30.0, 3.0, 9.0, glass), lb.Surface(-1 / 30.0, 0.0, 9.0)), 2)
+    film, _ = lb.section_foci(lens, away + lens.length + 1.0, 1.0)
+    focus = away + lens.length + film
+    assert film > 0.0 and lb.first_order(lens).efl < 0.0
+    near, far = lb.thick_depth_of_field(lens, film, focus, 0.02)
+    assert near < focus <= far and (far < math.inf) == (away < math.inf)
+    assert lb.thick_circle_of_confusion(lens, film, [near])[0] == pytest.approx(0.02, rel=1e-9)
+    if away < math.inf:
+        assert lb.thick_circle_of_confusion(lens, film, [far])[0] == pytest.approx(0.02, rel=1e-9)
+
+
+@pytest.mark.parametrize("film", [60.0, 63.0, 75.0])
+def test_the_blur_on_a_film_in_glass_is_that_of_similar_triangles(film):
+    """One surface, which is the stop: 1 / before + n / behind = (n - 1) / R, and the cone from it to that image."""
+    lens = lb.Lens((lb.Surface(1 / 20.0, 0.0, 3.0, lb.Glass(1.5)),), 0)
+    for before in (300.0, 1500.0):
+        image = 1.5 / (0.5 / 20.0 - 1.0 / before)
+        assert lb.thick_circle_of_confusion(lens, film, [before + film])[0] == pytest.approx(
+            6.0 * abs(image - film) / image, rel=1e-12)
+
+
+@pytest.mark.parametrize("before", [-30.0, -200.0, 45.0])
+def test_the_focus_of_converging_light_is_before_that_of_parallel_light(before):
+    """Gauss's equation of one surface; light that converges has its object behind the first vertex."""
+    lens = lb.Lens((lb.Surface(1 / 20.0, 0.0, 3.0, lb.Glass(1.5)),), 0)
+    expected = 1.5 / (0.5 / 20.0 - 1.0 / before)
+    assert lb.section_foci(lens, before + 40.0, 40.0) == pytest.approx((expected, expected), rel=1e-12)
+
+
+def test_the_hyperfocal_distance_of_a_stop_behind_the_rear_focus_blurs_infinity_by_the_limit():
+    lens = behind_stop(6.0)
+    film = lb.film_distance(lens, lb.thick_hyperfocal(lens, 0.03))
+    assert lb.thick_circle_of_confusion(lens, film, [1e13])[0] == pytest.approx(0.03, rel=1e-6)
+
+
+def test_blades_of_a_lens_with_cylinders_count_as_the_circle_of_their_area():
+    plain = replace(lenses.load("lentil-schneider-anamorphic-31-2001"), blades=5)
+    lens = lb.stopped_down(plain, 2.0 * lb.first_order(plain).f_number)
+    assert not lens.iris.is_round
+    film = lb.film_distance(lens, 3000.0)
+    expected = lb.thick_depth_of_field(lens.with_round_stop, film, 3000.0, 0.2)
+    assert lb.thick_depth_of_field(lens, film, 3000.0, 0.2) == pytest.approx(expected, rel=1e-9)
+    assert math.isfinite(expected[0])
+
+
+def test_the_hyperfocal_distance_does_not_depend_on_where_the_groups_are():
+    lens = stopped("lv-minolta-af-100mm-f28-macro", 1.0, math.inf, 11.0)[0]
+    expected = lb.thick_hyperfocal(lens, 0.03)
+    for close in (0.3, 1.0):
+        assert lb.thick_hyperfocal(lens.at(close=close), 0.03) == pytest.approx(expected, rel=1e-9)
 
 
 def test_two_foci_that_blur_everything_leave_no_depth_of_field():
