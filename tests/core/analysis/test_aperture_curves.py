@@ -10,7 +10,7 @@ from lensbench import lenses
 from lensbench.analysis.axial_rays import axial_rays, on_axis
 from lensbench.analysis.focus_map import through_focus
 from lensbench.optics.finding import Kind
-from tests.core.oracles import biconvex
+from tests.core.oracles import biconvex, of_one_colour
 
 AXIS = lb.analysis.Conditions(lb.FieldKind.ANGLE, ((0.0, 0.0),), (lb.D_LINE,), (1.0,), 0)
 
@@ -88,6 +88,27 @@ def test_relative_illumination_flattens_as_vignetting_ends():
     for _, falloff in found:
         np.testing.assert_allclose(falloff.total, falloff.natural * falloff.vignetting)
         assert falloff.radii[0] == 0.0 and falloff.radii[-1] == pytest.approx(np.hypot(18.0, 12.0))     # the corner
+
+
+def test_the_view_and_the_falloff_of_a_colour_are_those_of_a_lens_of_this_colour():
+    stack, film = lb.stopped_down(lenses.load("lib-tronnier-1953"), 4.0), lb.Film()
+    for distance in (inf, 2000.0):
+        blue = lb.analysis.breathing(stack, film, [distance], 0.4358, focusing=stack)
+        away, one = lb.film_distance(stack, distance), of_one_colour(stack, 0.4358)
+        assert blue.focal_lengths[0] == pytest.approx(lb.first_order(one).efl, rel=1e-12)
+        assert blue.focal_lengths[0] != pytest.approx(lb.first_order(stack).efl, rel=1e-5)
+        if distance < inf:
+            assert blue.magnifications[0] == pytest.approx(lb.magnification(one, away, distance), rel=1e-12)
+            assert blue.magnifications[0] != pytest.approx(lb.magnification(stack, away, distance), rel=1e-5)
+        chief = lb.chief_ray(one, float(blue.half_angles[0]))
+        at = chief.points[-1] + (one.length + away - chief.points[-1, 2]) / chief.direction[2] * chief.direction
+        assert at[1] == pytest.approx(0.5 * film.diagonal, abs=1e-8)
+    away = lb.film_distance(stack, inf)
+    (_, blue), = lb.analysis.relative_illumination(stack, away, film, [4.0], 5, 0.4358)
+    one, yellow = (lb.falloff(it, away, blue.radii) for it in (of_one_colour(stack, 0.4358), stack))
+    np.testing.assert_allclose(blue.natural, one.natural, rtol=1e-9)
+    np.testing.assert_allclose(blue.vignetting, one.vignetting, rtol=1e-9)
+    assert np.abs(blue.natural / yellow.natural - 1.0).max() > 1e-6
 
 
 def test_an_afocal_lens_has_no_focus_to_shift():

@@ -115,3 +115,6 @@ def test_an_even_disk_of_rays_shows_no_grid(samples):
     x, radius = spread.offsets[0], lb.analysis.spots(grid, "centroid").geo[0, 0, 0]
     inside = spread.density[0, 0][np.hypot(x, x[:, None]) < 0.85 * radius]
     assert inside.std() < 0.008 * inside.mean()
+    total, reached = spread.density[0, 0].sum(dtype=float), 2e-4 * radius       # a hundredth of a cell of the pupil
+    assert abs((spread.density[0, 0].sum(0, dtype=float) * x).sum() / total) < reached
+    assert abs((spread.density[0, 0].sum(1, dtype=float) * x).sum() / total) < reached

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import lensbench as lb
 from lensbench import lenses as library
 from lensbench.optics.paraxial import ray_matrix
-from tests.core.oracles import LAW, NAMES, REFERENCE, WAVELENGTHS, biconvex, lens, lenses
+from tests.core.oracles import LAW, NAMES, REFERENCE, WAVELENGTHS, biconvex, lens, lenses, of_one_colour
 
 
 @pytest.mark.parametrize(("name", "line"), WAVELENGTHS)
@@ -185,3 +185,18 @@ def test_equal_lenses_are_found_by_their_hash_also_in_another_process():
     for cut in (first, first.surfaces[0]):
         with pytest.raises(lb.LensError, match="section 'z'"):
             cut.section("z")
+
+
+@pytest.mark.parametrize("name", ["lv-minolta-af-100mm-f28-macro", "lib-tronnier-1953"])
+def test_the_f_number_at_infinity_is_that_of_the_dry_lens_focused_there(name):
+    """Wherever its groups are, whatever is before it, and of the colour that is asked for."""
+    stack = library.load(name)
+    fo = lb.first_order(stack.at(close=0.0))
+    expected = fo.efl / (2.0 * fo.entrance_pupil.radius)
+    for close in (0.0, 0.4, 1.0):
+        moved = stack.at(close=close) if stack.has_focus_groups else stack
+        for index in (1.0, 1.333):
+            assert lb.f_number_at_infinity(replace(moved, front_index=index)) == pytest.approx(expected, rel=1e-12)
+    blue = lb.f_number_at_infinity(stack, 0.4358)
+    assert blue == pytest.approx(lb.f_number_at_infinity(of_one_colour(stack, 0.4358)), rel=1e-12)
+    assert blue != pytest.approx(expected, rel=1e-6)
