@@ -15,6 +15,7 @@ from lensbench.app.panels.readouts import Status, rows
 from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings
 from lensbench.lenses import READERS, WRITERS, Kind
+from lensbench.lenses.system_text import system_rows
 from lensbench.optics.system import (
     Aperture,
     ApertureKind,
@@ -397,3 +398,10 @@ def test_check_knows_a_near_object_from_the_system_data_of_any_format(tmp_path):
     assert "back-focus" not in {finding.kind for finding in lenses.check(lenses.load(tmp_path / "a.toml"))}
     far = replace(near, system=SystemData())
     assert "back-focus" in {finding.kind for finding in lenses.check(far)}
+
+
+def test_of_several_wavelengths_the_primary_one_is_named():
+    one, two = Wavelength(0.55), Wavelength(0.6)
+    ((_, alone),) = system_rows(SystemData(wavelengths=(one,)))
+    ((_, both),) = system_rows(SystemData(wavelengths=(one, two), primary=1))
+    assert alone == "550 nm" and both == "550, 600 nm, the primary one 600 nm"

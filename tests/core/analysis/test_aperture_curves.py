@@ -65,6 +65,27 @@ def test_the_magnification_is_that_of_a_small_object_in_the_plane_in_focus(name)
         assert -at[1] / tip[1] == pytest.approx(magnification, rel=1e-4)
 
 
+@pytest.mark.parametrize("name", ["lib-tronnier-1953", "lv-minolta-af-100mm-f28-macro"])
+def test_a_film_that_is_focused_for_another_colour_stays_where_that_lens_has_it(name):
+    """Groups and film are those of the lens of that colour; focal length and view those of this one."""
+    stack, film = lenses.load(name), lb.Film()
+    red = of_one_colour(stack, 0.9)
+    found = lb.analysis.breathing(stack, film, [inf, 900.0], lb.D_LINE, focusing=red)
+    for i, distance in enumerate(found.distances.tolist()):
+        there = lb.focused(red, distance)
+        away = lb.film_distance(there, distance)
+        moved = stack.at(close=there.positions.close) if stack.has_focus_groups else stack
+        assert found.focal_lengths[i] == pytest.approx(lb.first_order(moved).efl, rel=1e-12)
+        assert found.magnifications[i] == pytest.approx(lb.magnification(moved, away, distance), rel=1e-12)
+        chief = lb.chief_ray(moved, float(found.half_angles[i]))
+        at = chief.points[-1] + (moved.length + away - chief.points[-1, 2]) / chief.direction[2] * chief.direction
+        assert at[1] == pytest.approx(0.5 * film.diagonal, abs=1e-8)
+    if stack.has_focus_groups:
+        nearest = lb.analysis.breathing(stack, film, wavelength=lb.D_LINE, focusing=red).distances[-1]
+        assert nearest == pytest.approx(lb.nearest_focus(red), rel=1e-8)
+        assert nearest != pytest.approx(lb.nearest_focus(stack), rel=1e-6)
+
+
 def test_the_view_of_a_lens_with_cylinders_ends_at_the_corner_of_the_film():
     """A small film against the focal lengths of both sections, and Newton's equation for the section y–z."""
     stack = lenses.load("lentil-schneider-anamorphic-31-2001")

@@ -69,3 +69,21 @@ def test_what_a_value_gains_later_counts():
     grown(1).later = np.zeros(6000, np.uint8)
     grown(2)
     assert grown.held == 3000                           # 12 000 were too much
+
+
+def test_as_many_small_values_stay_as_allowed_and_names_have_no_order():
+    made = []
+
+    @byte_cache(10_000, 3)
+    def word(first, second=0):
+        made.append((first, second))
+        return f"{first} {second}"
+
+    for first in (1, 2, 3, 1, 2, 3):
+        word(first)
+    assert made == [(1, 0), (2, 0), (3, 0)] and word.held == 0
+    word(4)
+    word(2)
+    word(1)
+    assert made[3:] == [(4, 0), (1, 0)]
+    assert word(first=5, second=6) is word(second=6, first=5) and made[5:] == [(5, 6)]

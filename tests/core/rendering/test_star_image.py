@@ -106,6 +106,21 @@ def test_stars_of_one_wavelength_have_light_in_proportion_to_it():
         sums.append(picture.sum((0, 1)))
     np.testing.assert_allclose(sums[1], 2.0 * sums[0], rtol=1e-3)       # some more of a wider ray misses the film
     np.testing.assert_allclose(sums[0], sums[0][0], rtol=1e-5)          # white
+    assert sums[0][0] > 0.0
+
+
+def test_stars_are_the_same_in_any_strips_of_the_picture(monkeypatch):
+    scene = lb.Scene((), sun=lb.Sun((0.0, 0.0, -1.0), (1.0, 1.0, 1.0)))
+    image = StarImage(lb.LensCamera(GAUSS, FILM, f_number=8.0), scene, 1.0)
+    with ThreadPoolExecutor(1) as pool:
+        image.add(1, pool, 1, lambda: True)
+    whole, strips = (np.ones((16, 24, 3), np.float32) for _ in range(2))
+    image.add_to(whole)
+    assert np.ptp(whole) > 1e-6
+    monkeypatch.setattr("lensbench.rendering.star_image.LINES", 3)
+    for first, end in ((0, 8), (8, 9), (9, 16)):
+        image.add_to(strips[first:end], first)
+    np.testing.assert_array_equal(strips, whole)
 
 
 @pytest.mark.slow

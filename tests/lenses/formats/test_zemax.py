@@ -253,6 +253,12 @@ def test_what_changes_the_image_and_is_not_traced_is_said(tmp_path, old, new, to
     assert any(told in str(finding) for finding in sample(tmp_path, (old, new)).findings)
 
 
+def test_a_clear_aperture_without_an_inner_radius_obscures_nothing(tmp_path):
+    found = sample(tmp_path, ("  DIAM 11.25", "  CLAP 0.0 11.25 0"))
+    assert not any("obscuration" in str(finding) for finding in found.findings)
+    assert found.surfaces == sample(tmp_path).surfaces
+
+
 def test_indices_of_the_catalogues_need_no_remark(tmp_path):
     for air in ("ENVD -4.0E+1 0 0", "ENVD 22.0 1.0 1"):         # not applied; and near 20 °C, 1 atmosphere
         assert not any("°C" in str(finding) for finding in sample(tmp_path, ("ENVD 2.0E+1 1 0", air)).findings)
