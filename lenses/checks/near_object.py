@@ -119,7 +119,7 @@ def _beam(lens: Lens) -> _Beam | None:
     if not isfinite(focus):
         return _Beam(inf, inf, inf, inf)
     sine = abs(float(rays.directions[passed[-1], 1])) / float(SHARES[passed[-1]])
-    magnified = float(np.sin(np.arctan(slopes[-1]))) / sine
+    magnified = lens.front_index * float(np.sin(np.arctan(slopes[-1]))) / sine     # Abbe's sine condition
     f_number, blur = 0.5 / sine, float(np.sqrt(np.mean((height + focus * behind)**2)))
     return _Beam(focus, blur, abs(fo.efl) * (1.0 + magnified) * allowed_blur(lens, f_number), f_number)
 
