@@ -1,5 +1,6 @@
 """Focus shift, breathing and relative illumination, against third order, single rays and the falloff."""
 
+from dataclasses import replace
 from math import atan, inf
 
 import numpy as np
@@ -34,6 +35,16 @@ def test_the_mtf_and_the_blur_agree_about_the_focus_of_small_aberrations():
     stack = lb.stopped_down(lenses.load("lib-tronnier-1953"), 8.0)
     found = lb.analysis.focus_shift(stack, lb.film_distance(stack, inf), lb.analysis.conditions(stack), [8.0, 11.0])
     assert (np.abs(found.best_mtf - found.least_blur) < 0.15 * found.depth).all()
+
+
+def test_blades_shift_the_focus_as_a_round_stop_of_their_area():
+    """Corners of straight blades reach farther out: their mean of r⁴ over that of r² is 2 % above that of the disc."""
+    plain = biconvex(0.02, 4.0, 1.5, 5.0)
+    fo = lb.first_order(plain)
+    numbers = fo.f_number * np.array([1.05, 1.2, 1.6])
+    round_, bladed = (lb.analysis.focus_shift(replace(plain, blades=count), fo.bfl, AXIS, numbers) for count in (0, 7))
+    assert bladed.least_blur == pytest.approx(round_.least_blur, rel=0.03)
+    assert bladed.depth == pytest.approx(round_.depth, rel=0.03)
 
 
 def test_a_lens_focused_as_a_whole_breathes_with_its_extension():

@@ -10,6 +10,7 @@ from lensbench import lenses
 from lensbench.analysis import depth_over_field
 from lensbench.analysis.depth_over_field import _limits
 from lensbench.optics.depth_of_field import real_circle_of_confusion
+from tests.core.oracles import biconvex
 
 LENS = lenses.load("lib-tronnier-1953")
 
@@ -73,6 +74,25 @@ def test_a_least_blur_beyond_the_traced_distances_is_not_known(monkeypatch):
     found = curved_field()
     assert np.isnan(found.best[-1]) and any("the blur is least nearer or farther" in str(each)
                                             for each in found.findings)
+
+
+def test_behind_a_film_before_the_rear_focus_infinity_is_the_sharpest():
+    lens = lb.stopped_down(LENS, 8.0)
+    found = lb.analysis.field_depth(lens, lb.film_distance(lens, inf) - 0.5, lb.analysis.conditions(
+        lens, lb.Film(), 2, [lb.D_LINE]), 0.03)
+    assert found.best == pytest.approx([inf, inf])
+    assert not any("the blur is least nearer or farther" in str(each) for each in found.findings)
+
+
+def test_fields_that_are_sharpest_nearer_than_the_depth_of_the_axis_are_found():
+    """A single lens images the field on a bowl towards it: behind it the film has nearer objects in focus."""
+    lens, focus = biconvex(0.02, 4.0, 1.5, 4.0), 3000.0
+    away = lb.film_distance(lens, focus)
+    given = lb.analysis.conditions(lens, None, [0.0, 7.2], [lb.D_LINE], object_distance=focus - lens.length - away)
+    found = lb.analysis.field_depth(lens, away, given, 0.02)
+    lowest = found.blur[:, 1].argmin()
+    assert 0 < lowest < len(found.distances) - 1 and found.best[1] < 0.6 * found.best[0]
+    assert found.distances[lowest - 1] < found.best[1] < found.distances[lowest + 1]
 
 
 @pytest.mark.parametrize("vertex", [-0.1, 0.5, 1.2])

@@ -170,6 +170,7 @@ def test_what_has_no_tolerances_is_refused():
         sensitivities(lenses.load("lentil-schneider-anamorphic-31-2001"))
 
 
-def test_a_film_far_larger_than_the_image_is_judged_where_light_arrives():
-    run = production(TRIPLET, lb.Film(700.0, 700.0, 1, 1), copies=1)
+@pytest.mark.parametrize("side", [700.0, 7000.0])
+def test_a_film_far_larger_than_the_image_is_judged_where_light_arrives(side):
+    run = production(TRIPLET, lb.Film(side, side, 1, 1), copies=1)
     assert 15.0 < run.fields[3] < 40.0 and np.isfinite(run.nominal_spots).all()

@@ -11,6 +11,7 @@ from lensbench import lenses
 from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_steps
+from lensbench.optics.surface_pose import Frame, tilts_of
 from lensbench.pupils.region import axis_irradiance
 from tests.core.analysis.test_manufacture import DOUBLET, oracle
 
@@ -170,6 +171,28 @@ def test_signs_are_those_of_the_axes():
     flat = lb.trace(bent, [np.cos(np.pi / 6), np.sin(np.pi / 6), -9.0], [0.0, 0.0, 1.0]).points[0]  # +x rolled up
     assert flat[2] == pytest.approx(0.0, abs=1e-15)
     assert up[2] == pytest.approx(10.0 * np.tan(0.1)) and right[2] == pytest.approx(-10.0 * np.tan(0.1))
+
+
+POSES = [lb.SurfacePose(**BENT, pivot=1), lb.SurfacePose(roll=-2.9, tilt_x=-0.9), lb.SurfacePose(roll=1.2, tilt_y=0.6)]
+
+
+@pytest.mark.parametrize("pose", POSES)
+def test_mirrored_and_turned_poses_move_mirrored_and_turned_points(pose):
+    frame = Frame.of(pose, 5.0)
+    for across in (False, True):
+        for up in (False, True):
+            mirror = np.diag([-1.0 if across else 1.0, -1.0 if up else 1.0, 1.0])
+            found = Frame.of(pose.mirrored(across, up), 5.0)
+            np.testing.assert_allclose(found.rotation, mirror @ frame.rotation @ mirror, atol=1e-15)
+            np.testing.assert_allclose(found.shift, mirror @ frame.shift, atol=1e-15)
+    turn, found = np.diag([-1.0, 1.0, -1.0]), Frame.of(pose.turned(), -5.0)
+    np.testing.assert_allclose(found.rotation, turn @ frame.rotation @ turn, atol=1e-15)
+    np.testing.assert_allclose(found.shift, turn @ frame.shift, atol=1e-15)
+
+
+@pytest.mark.parametrize("pose", POSES)
+def test_the_tilts_of_the_axes_of_a_pose_are_its_own(pose):
+    assert tilts_of(Frame.of(pose, 0.0).rotation) == pytest.approx((pose.tilt_x, pose.tilt_y, pose.roll), abs=1e-15)
 
 
 def test_a_turned_lens_is_met_from_behind():

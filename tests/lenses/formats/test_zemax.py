@@ -253,6 +253,11 @@ def test_what_changes_the_image_and_is_not_traced_is_said(tmp_path, old, new, to
     assert any(told in str(finding) for finding in sample(tmp_path, (old, new)).findings)
 
 
+def test_the_shape_of_an_object_at_infinity_needs_no_remark(tmp_path):
+    found = sample(tmp_path, ("CURV 0.0 0 0 0 0 \"\"\n  DISZ INFINITY", "CURV 0.002 0 0 0 0 \"\"\n  DISZ INFINITY"))
+    assert not any("is curved" in str(finding) for finding in found.findings)
+
+
 def test_a_clear_aperture_without_an_inner_radius_obscures_nothing(tmp_path):
     found = sample(tmp_path, ("  DIAM 11.25", "  CLAP 0.0 11.25 0"))
     assert not any("obscuration" in str(finding) for finding in found.findings)
