@@ -329,3 +329,15 @@ def test_a_way_that_differs_by_rounding_is_no_varying_gap(suffix, first, pivot, 
     read = READERS[suffix](WRITERS[suffix](lens)[0], "x" + suffix)
     assert read.positions.gaps == lens.positions.gaps
     assert read.positions.thicknesses[-1][-1][-1] == pytest.approx(lens.positions.thicknesses[-1][-1][-1], abs=1e-9)
+
+
+@pytest.mark.parametrize("suffix", [".zmx", ".seq"])
+def test_near_objects_keep_their_distance_from_the_film_before_a_front_that_pivots_about_its_rear(suffix):
+    """The file has them from the vertex of the front, which the tilt moves back by 0.4 mm."""
+    lens, pose = zoom_lens(), lb.SurfacePose(tilt_x=0.6)
+    lens = replace(lens, surfaces=(replace(lens.surfaces[0], pose=replace(pose, pivot=-1)),
+                                   replace(lens.surfaces[1], pose=pose), *lens.surfaces[2:]))
+    found = READERS[suffix](WRITERS[suffix](lens)[0], "x" + suffix)
+    assert 1500.0 in lens.positions.distances[0]
+    for wanted, read in zip(lens.positions.distances, found.positions.distances, strict=True):
+        assert read == pytest.approx(wanted, rel=1e-12)
