@@ -12,7 +12,7 @@ from lensbench.analysis.ghost_ranking import light_place
 from lensbench.cameras.film_landing import landing_step
 from lensbench.kernels.block import lane_buffer
 from lensbench.optics.ghost_grid import entrance_grid, grid_rays, pair_box
-from lensbench.optics.ghost_pairs import ghost_pairs
+from lensbench.optics.ghost_pairs import DIRECT, ghost_pairs, no_such_pair
 from lensbench.optics.ghost_path import ghost_path
 from lensbench.optics.ghost_trace import GhostTracer
 
@@ -85,6 +85,12 @@ def _two_bounces(lens, pair, point, ray, n, bodies):
         across = (ray - (ray @ normal) * normal) * a / b
         ray = across + math.sqrt(1.0 - across @ across) * normal
     return point, ray
+
+
+def test_pairs_of_which_one_reflects_need_no_reason():
+    for pairs in ((), ((0, 1),), ((0, 9), (0, 1)), ((0, 9), DIRECT)):
+        assert no_such_pair(PLATE, pairs) == "", pairs
+    assert "no ghost of surfaces 0 and 9" in no_such_pair(PLATE, ((0, 9), (3, 4)))
 
 
 @pytest.mark.parametrize("pair", [(0, 1), (1, 9), (3, 8), (2, 4)])
