@@ -112,3 +112,42 @@ def test_near_and_far_planes_of_an_upright_film_are_the_limits_of_its_depth_of_f
     for plane, limit in ((found.near, near), (found.far, far)):
         assert plane.normal == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
         assert plane.offset + focus == pytest.approx(focus - limit, rel=2.0 * circle / diameter)
+
+
+@pytest.mark.parametrize("index", [1.0, 1.333])
+@pytest.mark.parametrize("method", ["paraxial", "real"])
+@pytest.mark.parametrize("pose", [FilmPose(), FilmPose(tilt=0.04, swing=-0.02)])
+def test_the_plane_of_an_immersed_lens_crosses_the_axis_where_it_is_focused(pose, method, index):
+    """Its wedge and its plane meet in the hinge line: the front focal plane at 1 / power times the index before it."""
+    lens = replace(lenses.load("lenshh-cooke-triplet-50"), front_index=index)
+    camera = lb.LensCamera(lens, lb.Film(), 1500.0, 5.6, focus_method=method, film_pose=pose)
+    found = sharp_focus(camera, 0.03)
+    assert found.plane.offset / found.plane.normal[2] == pytest.approx(-1500.0, rel=1e-9)
+    if pose.is_tilted:
+        on_line = found.hinge.point + np.array([[0.0], [100.0]]) * found.hinge.direction
+        for plane in (found.plane, found.near, found.far):
+            np.testing.assert_allclose(plane.distance(on_line), 0.0, atol=1e-9 * np.linalg.norm(found.hinge.point))
+
+
+def test_ideal_rays_are_in_focus_on_the_conjugate_of_the_film():
+    """The film is where real rays meet; those of the model thick meet it from another plane."""
+    camera = lb.LensCamera(lenses.load("lenshh-cooke-triplet-50"), lb.Film(), 1494.0, focus_method="real",
+                           model="thick")
+    expected = lb.focused_distance(camera.lens, camera.film_distance)
+    assert sharp_focus(camera, 0.03).plane.offset == pytest.approx(-expected, rel=1e-9)
+    assert expected != pytest.approx(1494.0, rel=1e-3)
+
+
+def test_beyond_a_window_the_hinge_of_a_lens_out_of_line_lies_in_its_wedge_nearest_to_the_axis():
+    lens = lenses.load("pbrt-dgauss-50mm")
+    lens = replace(lens, surfaces=tuple(replace(surface, pose=lb.SurfacePose(tilt_x=0.05, tilt_y=0.04, pivot=i))
+                                        for i, surface in enumerate(lens.surfaces)))
+    for medium in (None, lb.Medium.water(50_000.0)):
+        camera = lb.LensCamera(lens, lb.Film(), 1000.0, 4.0, film_pose=FilmPose(tilt=0.03), medium=medium)
+        found = sharp_focus(camera, 0.3)
+        on_line = found.hinge.point + np.array([[0.0], [100.0]]) * found.hinge.direction
+        for plane in (found.near, found.far):
+            np.testing.assert_allclose(plane.distance(on_line), 0.0, atol=1e-8 * np.linalg.norm(found.hinge.point))
+        assert abs(found.hinge.direction[2]) > 1e-4
+        aside = found.hinge.point[:2] @ found.hinge.direction[:2]
+        assert aside == pytest.approx(0.0, abs=1e-8 * np.linalg.norm(found.hinge.point))

@@ -118,3 +118,29 @@ def test_an_even_disk_of_rays_shows_no_grid(samples):
     total, reached = spread.density[0, 0].sum(dtype=float), 2e-4 * radius       # a hundredth of a cell of the pupil
     assert abs((spread.density[0, 0].sum(0, dtype=float) * x).sum() / total) < reached
     assert abs((spread.density[0, 0].sum(1, dtype=float) * x).sum() / total) < reached
+
+
+def test_a_shift_of_the_film_is_a_film_that_far_behind():
+    stack = lb.stopped_down(lenses.load("lib-tronnier-1953"), 4.0)
+    given, away = lb.analysis.conditions(stack, None, [0.0, 12.0], [lb.D_LINE]), lb.film_distance(stack, inf)
+    rms = []
+    for film, shift in ((away, 0.15), (away + 0.15, 0.0)):
+        spread = lb.analysis.psf(lb.analysis.ray_grid(stack, film, given, 64), 96, shift=shift, method="geometric",
+                                 window=0.2)
+        x, density = spread.offsets[:, None, :], spread.density[:, 0].astype(float)
+        across, up = density.sum(1), density.sum(2)
+        rms.append(np.sqrt(((across + up) * x[:, 0]**2).sum(1) / density.sum((1, 2))))
+    assert rms[0] == pytest.approx(rms[1], rel=0.01)
+    unshifted = lb.analysis.psf(lb.analysis.ray_grid(stack, away, given, 64), 96, method="geometric")
+    assert unshifted.captured[:, 0] == pytest.approx([1.0, 1.0], abs=1e-3)
+
+
+def test_where_waves_and_rays_share_the_light_none_is_lost():
+    stack = lenses.load("lib-tronnier-1953")
+    grid = lb.analysis.ray_grid(stack, lb.film_distance(stack, inf), lb.analysis.conditions(
+        stack, None, [0.0], [lb.D_LINE]), 64)
+    found = [lb.analysis.psf(grid, 64, shift=float(shift)) for shift in np.linspace(0.0, 0.6, 25)]
+    shared = [each for each in found if 0.2 < each.diffraction[0, 0] < 0.8]
+    assert shared
+    for each in shared:
+        assert each.captured[0, 0] == pytest.approx(1.0, abs=0.1)       # 64 samples add up to a few percent

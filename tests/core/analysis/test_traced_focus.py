@@ -31,3 +31,15 @@ def test_a_whole_beam_leaves_the_lens_evenly_over_the_disc_of_the_entrance_pupil
     radius = pupil.radius * before / (before + pupil.z)                 # of the cone where it crosses the first vertex
     assert found.across[0] == pytest.approx(np.diag([1.0, 1.0, 0.0]) * radius**2 / 4.0, abs=0.02 * radius**2 / 4.0)
     assert found.depth_nearness == pytest.approx(1.0 / distance, rel=0.1)
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_places_and_slopes_of_a_beam_lie_across_its_middle(whole):
+    stack = lenses.load("pbrt-dgauss-50mm")
+    found = beams(stack, lb.film_distance(stack, 1000.0), np.array([[4.0, -9.0, 0.0], [0.0, 12.0, 0.0]]), whole=whole)
+    for moments in (found.across, found.mixed, found.slopes):
+        for each, way in zip(moments, found.directions, strict=True):
+            size = np.abs(each).max()
+            assert size > 0.0
+            np.testing.assert_allclose(each @ way, 0.0, atol=1e-9 * size)
+            np.testing.assert_allclose(way @ each, 0.0, atol=1e-9 * size)

@@ -70,6 +70,13 @@ def test_a_beam_aslant_has_two_foci_whose_mean_a_port_stretches_to(slope, index)
     assert FlatPort(40.0, index).stretch(np.array([slope, 0.0]))[1] == pytest.approx(index, rel=1e-15)
 
 
+def test_what_a_camera_in_air_sees_beside_it_lies_at_the_critical_angle():
+    port = FlatPort(30.0, 1.333)
+    for angle in (0.5 * math.pi, 1.8, math.pi):
+        assert port.seen_angle(angle) == pytest.approx(math.asin(1.0 / 1.333))
+    assert port.seen_angle(0.3) == pytest.approx(math.asin(math.sin(0.3) / 1.333)) and FlatPort().seen_angle(1.8) == 1.8
+
+
 @pytest.mark.parametrize("name", ["perspective", "trace", "orthographic"])
 def test_projection_leads_through_the_window(name):
     camera = cameras(medium=WATER)[name]

@@ -9,6 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.imaging.exposure import RADIANCE
+from tests.core.oracles import of_one_colour
 
 FILM = lb.Film(36.0, 24.0, 48, 32)
 SKY = lb.Scene("sky", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3))
@@ -159,6 +160,20 @@ def test_distortion_is_that_of_the_chief_rays_from_far_objects(name):
         assert ideal == pytest.approx(fo.efl * math.tan(angle), rel=1e-12)
     assert found.percent[0] == 0.0 and found.angles[0] == pytest.approx(0.0, abs=1e-12)
     assert found.percent[-1] == pytest.approx(100.0 * (18.0 / found.ideal[-1] - 1.0))
+
+
+@pytest.mark.parametrize("wavelength", [lb.D_LINE, 0.4358])
+@pytest.mark.parametrize("focus", [math.inf, 9000.0])
+@pytest.mark.parametrize("index", [1.0, 1.333])
+def test_close_to_the_axis_no_lens_distorts_its_own_scale(index, focus, wavelength):
+    """In water, near and in blue light too: distortion begins with the square of the radius, here 1e-6 of it."""
+    lens = replace(lenses.load("lib-tronnier-1953"), front_index=index)
+    away = lb.film_distance(lens, focus)
+    found = lb.distortion(lens, away, [0.05, 0.1], wavelength=wavelength)
+    assert np.isfinite(found.ideal).all() and found.percent == pytest.approx([0.0, 0.0], abs=1e-3)
+    of_blue = lb.distortion(of_one_colour(lens, wavelength), away, [5.0, 15.0])
+    np.testing.assert_allclose(lb.distortion(lens, away, [5.0, 15.0], wavelength=wavelength).ideal, of_blue.ideal,
+                               rtol=1e-9)
 
 
 def test_lenses_distort_as_their_kinds_do():

@@ -12,9 +12,10 @@ from lensbench.analysis.ghost_ranking import light_place
 from lensbench.cameras.film_landing import landing_step
 from lensbench.kernels.block import lane_buffer
 from lensbench.optics.ghost_grid import entrance_grid, grid_rays, pair_box
-from lensbench.optics.ghost_pairs import DIRECT, ghost_pairs, no_such_pair
+from lensbench.optics.ghost_pairs import DIRECT, ghost_order, ghost_pairs, no_such_pair, pair_share
 from lensbench.optics.ghost_path import ghost_path
 from lensbench.optics.ghost_trace import GhostTracer
+from tests.core.oracles import of_one_colour
 
 N = 1.5
 PLATE = lb.Lens((lb.Surface(0.0, 4.0, 20.0, lb.Glass(N)), lb.Surface(0.0, 50.0, 20.0)), 0)
@@ -85,6 +86,22 @@ def _two_bounces(lens, pair, point, ray, n, bodies):
         across = (ray - (ray @ normal) * normal) * a / b
         ray = across + math.sqrt(1.0 - across @ across) * normal
     return point, ray
+
+
+@pytest.mark.parametrize("pair", [(0, 1), (2, 7)])
+def test_the_share_of_a_pair_is_that_of_fresnel_for_the_indices_of_its_colour(pair):
+    lens, wavelength = lenses.load("lib-tronnier-1953"), 0.4358
+    n = np.array(lens.indices(wavelength))
+    reflected = ((n[1:] - n[:-1]) / (n[1:] + n[:-1])) ** 2
+    mirrors = (i for i, _, mirror in ghost_order(len(lens.surfaces), pair) if mirror)
+    passed = np.prod([1.0 - reflected[i] for i, _, mirror in ghost_order(len(lens.surfaces), pair) if not mirror])
+    expected = passed * np.prod([reflected[i] for i in mirrors])
+    assert pair_share(lens, pair, wavelength) == pytest.approx(expected, rel=1e-12)
+    assert pair_share(lens, pair) != pytest.approx(expected, rel=1e-4)
+    one = of_one_colour(lens, wavelength)
+    assert pair_share(lens, pair, wavelength, "single-layer") == pytest.approx(
+        pair_share(one, pair, wavelength, "single-layer"), rel=1e-12)
+    assert pair_share(one, pair, wavelength, "single-layer") > 1.5 * pair_share(one, pair, lb.D_LINE, "single-layer")
 
 
 def test_pairs_of_which_one_reflects_need_no_reason():

@@ -422,3 +422,16 @@ def test_regions_behind_strong_aspheres_end_where_rays_found_by_small_steps_do(r
     ends = pupil.centres[0] + pupil.rims[0, [-1, 0], 0]
     assert np.abs(lit[[0, -1]] - traced[[0, -1]]).max() <= 1.01 * step
     assert np.abs(lit[[0, -1]] - ends).max() <= 1.01 * step
+
+
+def test_a_film_point_moved_along_its_ray_has_the_same_clearance():
+    lens, away = lenses.load("pbrt-dgauss-50mm"), 38.0
+    film, rear = np.array([[9.0, -4.0], [-2.0, 11.0], [0.0, 0.0]]), np.array([[2.0, 3.0], [-5.0, 1.0], [6.0, 0.0]])
+    found = []
+    for moved in (0.0, 3.0, -8.0):
+        x, y = np.ascontiguousarray((rear + (film - rear) * (away + moved) / away).T)
+        out = np.empty(3)
+        clearances(x, y, np.full(3, moved), *np.ascontiguousarray(rear.T), away, out, clearance_tracer(lens, away), 0.0)
+        found.append(out)
+    assert np.isfinite(found).all()
+    np.testing.assert_allclose(found[1:], [found[0]] * 2, rtol=1e-12)
