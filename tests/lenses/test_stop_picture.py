@@ -14,6 +14,7 @@ from lensbench.app.command.main import main
 from lensbench.lenses.editing.document import LensDocument
 from lensbench.lenses.editing.document_text import from_text, to_text
 from lensbench.lenses.editing.faults import faults
+from lensbench.lenses.stop_picture import read_picture
 
 LENS = lenses.load("pbrt-dgauss-50mm")
 LETTER = np.zeros((20, 14), np.uint8)                   # an F: no turn and no mirror leaves it as it is
@@ -114,3 +115,30 @@ def test_the_text_of_an_edited_lens_finds_its_picture_by_the_folder_of_the_lens(
     assert from_text(text, folder=Path(pictured).parent).lens == lens
     with pytest.raises(lenses.LensFileError, match="no file, in whose folder"):
         from_text(text)
+
+
+def test_clear_parts_of_a_picture_pass_no_light(tmp_path):
+    picture = np.full((20, 20, 4), 255, np.uint8)
+    picture[:10, :, 3], picture[10:, :10, 3] = 0, 51                    # clear above; a fifth at the lower left
+    Picture.fromarray(picture).save(tmp_path / "clear.png")
+    image = read_picture(tmp_path / "clear.png")
+    assert image.at(0.3, 0.3) == 0.0 and image.at(0.3, -0.3) == 1.0
+    assert image.at(-0.3, -0.3) == pytest.approx(0.2, abs=1e-6)
+
+
+def test_a_picture_of_too_many_pixels_is_refused(tmp_path, monkeypatch):
+    Picture.fromarray(LETTER).save(tmp_path / "f.png")
+    monkeypatch.setattr("lensbench.lenses.stop_picture.MOST_PIXELS", 20 * 14 - 1)
+    with pytest.raises(lb.StopImageError, match="make it smaller"):
+        read_picture(tmp_path / "f.png")
+    monkeypatch.setattr("lensbench.lenses.stop_picture.MOST_PIXELS", 20 * 14)
+    assert read_picture(tmp_path / "f.png").side == 20
+
+
+def test_a_picture_that_is_a_little_darker_is_another_one(pictured, tmp_path):
+    lens, other = lenses.load(pictured), tmp_path / "other"
+    other.mkdir()
+    Picture.fromarray(LETTER // 8 * 7).save(other / "f.png")
+    lenses.save(lens, other / "copy.toml")
+    assert lenses.load(other / "copy.toml").stop_image.name == "f-2.png"
+    assert lenses.load(other / "copy.toml") == lens

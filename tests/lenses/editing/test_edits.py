@@ -230,3 +230,45 @@ def test_a_document_reads_back_to_the_last_bit_and_a_lens_file_is_one_too():
 def test_damaged_rules_name_file_and_line(table):
     with pytest.raises(LensFileError, match="mine.toml"):
         from_text(to_text(TRIPLET) + "\n" + table + "\n", "mine.toml")
+
+
+@pytest.mark.parametrize("stop_index", [4, 5])
+def test_blades_turn_with_the_group_of_the_stop_alone(stop_index):
+    document = LensDocument(replace(TRIPLET.lens, stop_index=stop_index, blades=5, blade_rotation=0.2))
+    turned = elements.flipped(document, 4, 5).lens
+    assert (turned.stop_index, turned.blade_rotation) == (9 - stop_index, -0.2)
+    assert elements.flipped(document, 0, 1).lens.blade_rotation == 0.2
+
+
+def test_planes_before_a_lens_leave_its_object_where_it_is():
+    lens = TRIPLET.lens
+    planes = (Surface(0.0, 3.0, 9.0), Surface(0.0, 5.0, 9.0))
+    document = LensDocument(replace(lens, surfaces=(*planes, *lens.surfaces), stop_index=lens.stop_index + 2,
+                                    system=replace(lens.system, object_distances=(200.0,))))
+    assert structure.deleted(document, [0, 1]).lens.system.object_distances == (208.0,)
+    assert structure.deleted(document, [0]).lens.system.object_distances == (203.0,)
+
+
+@pytest.mark.parametrize("index", [1.0, 1.333])
+def test_a_stop_in_a_gap_lets_the_same_beam_pass_also_from_water(index):
+    document = LensDocument(replace(TRIPLET.lens, front_index=index))
+    for surface in (1, 3):
+        moved = stop.with_stop_in_gap(document, surface, 0.3 * document.surfaces[surface].thickness)
+        assert lb.first_order(moved.lens).f_number == pytest.approx(lb.first_order(document.lens).f_number, rel=1e-12)
+
+
+def test_places_tell_where_the_numbers_of_several_edits_are():
+    document = TRIPLET
+    for edit in (lambda it: structure.inserted_plane(it, 2), lambda it: elements.flipped(it, 0, 1),
+                 lambda it: structure.deleted(it, [5]), lambda it: structure.inserted_plane(it, 0)):
+        document = edit(document)
+    found = [document.places.of(i, "semi_diameter") for i in range(6)]
+    gaps = [document.places.of(i, "thickness") for i in range(6)]
+    assert found.count(None) == 1 and None in gaps and found != gaps
+    for old, new in enumerate(found):
+        if new is not None:
+            assert document.surfaces[new].semi_diameter == TRIPLET.surfaces[old].semi_diameter
+            assert document.places.undone().of(new, "semi_diameter") == old
+    for old, new in enumerate(gaps):
+        if new is not None:
+            assert document.surfaces[new].thickness == TRIPLET.surfaces[old].thickness

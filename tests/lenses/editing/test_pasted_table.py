@@ -94,3 +94,9 @@ def test_headings_of_another_line_unit_or_meaning_are_named():
     for unit in ("in", "inches", "cm"):
         with pytest.raises(EditError, match="line 1: the heading .*another unit than mm"):
             pasted(f"r ({unit})\td ({unit})\tnd\tvd\tSD\n50\t5" + body)
+
+
+@pytest.mark.parametrize("titles", [["Table 1"], ["Table 1", "Example of a triplet, lengths in mm"]])
+def test_titles_above_the_heading_are_passed_over(titles):
+    found = pasted("\n".join([*titles, TABLES["csv"]]))
+    assert [s.curvature for s in found.surfaces] == [s.curvature for s in pasted(TABLES["csv"]).surfaces]

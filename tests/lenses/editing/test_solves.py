@@ -163,3 +163,10 @@ def test_a_cemented_gap_takes_its_rules_with_it_and_a_separated_element_keeps_it
     closed = cemented(both, joint)
     assert closed.solves == ruled.solves and any("went with them" in str(f) for f in closed.findings)
     assert np.array(shapes(closed)) == pytest.approx(np.array(shapes(ruled)), rel=1e-13, abs=1e-15)
+
+
+def test_a_conic_that_follows_another_is_the_same_where_one_of_both_is_turned_round():
+    document = with_rule(with_value(TRIPLET, 0, "conic", -0.4), Pickup(5, "conic", 0))
+    for (first, last), (source, follower) in (((0, 1), (1, 5)), ((4, 5), (0, 4)), ((0, 5), (5, 0))):
+        turned = flipped(document, first, last)
+        assert turned.surfaces[source].conic == turned.surfaces[follower].conic == -0.4, (first, last)

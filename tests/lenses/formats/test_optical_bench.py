@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lensbench import AIR, Glass, lenses
-from lensbench.lenses import glass_catalogue
+from lensbench.lenses import READERS, WRITERS, glass_catalogue
 from lensbench.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData
 from tests.lenses.samples import DATA, changed_sample, plain_words, prescriptions, refusal
 
@@ -146,3 +146,10 @@ def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
                                   replace(lens.surfaces[-1], aspheric=((2, 1e-5), (3, 1e-6)))))
     remarks = lenses.save(rod, tmp_path / "c.txt")
     assert any("cylinder" in str(remark) for remark in remarks) and any("r^2" in str(remark) for remark in remarks)
+
+
+def test_the_f_number_that_a_file_states_is_written_before_that_of_the_design():
+    for stated, expected in ((2.0, 2.0), (None, 2.03)):
+        lens = replace(lenses.load("pbrt-dgauss-50mm"), stated_f_number=stated, system=SystemData(
+            aperture=Aperture(ApertureKind.F_NUMBER, (2.03,))))
+        assert READERS[".txt"](WRITERS[".txt"](lens)[0], "x.txt").stated_f_number == expected

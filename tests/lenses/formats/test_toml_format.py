@@ -292,3 +292,11 @@ def test_a_pose_is_read_in_radians_or_degrees_and_a_mistake_names_its_line():
         with pytest.raises(lenses.LensFileError, match=said) as caught:
             lenses.READERS[".toml"](POSED.replace("tilt_x_deg = 2.0", wrong), "x.toml")
         assert caught.value.line == POSED.split("\n").index("1 = { decentre_y = 0.5, tilt_x_deg = 2.0 }") + 1
+
+
+@pytest.mark.parametrize("stop", [{"blades": 7, "blade_reach": 1.05}, {"blades": 5, "blade_reach": 1.0}, {"blades": 5},
+                                  {"blade_reach": 1.2}])
+def test_the_reach_of_blades_loads_equal(stop, tmp_path):
+    lens = replace(lenses.load("pbrt-dgauss-50mm"), **stop)
+    lenses.save(lens, tmp_path / "a.toml")
+    assert lenses.load(tmp_path / "a.toml").iris == lens.iris
