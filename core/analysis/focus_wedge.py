@@ -163,7 +163,7 @@ def _before_window(camera: LensCamera, circle: float) -> SharpFocus:
         diameter = 2.0 * fo.exit_pupil.radius * lens.iris.equivalent_radius
         cone = diameter / abs(camera.film_distance + lens.length - fo.exit_pupil.z)
     else:
-        cone = 1.0 / (n * fo.f_number)
+        cone = 1.0 / fo.f_number                  # telecentric: the slope is the stop's radius over f
     depth = circle / cone if cone > 0.0 else math.inf
     if not lens.is_rotationally_symmetric:
         return _traced(camera, depth)

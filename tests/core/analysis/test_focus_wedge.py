@@ -151,3 +151,18 @@ def test_beyond_a_window_the_hinge_of_a_lens_out_of_line_lies_in_its_wedge_neare
         assert abs(found.hinge.direction[2]) > 1e-4
         aside = found.hinge.point[:2] @ found.hinge.direction[:2]
         assert aside == pytest.approx(0.0, abs=1e-8 * np.linalg.norm(found.hinge.point))
+
+
+@pytest.mark.parametrize("index", [1.0, 1.333])
+def test_the_wedge_of_a_lens_whose_stop_is_at_its_front_focus_is_its_depth_of_field(index):
+    """Its exit pupil is at infinity, in water too: δ is the circle times the focal length over the stop's diameter."""
+    water, glass = lb.Glass(index), lb.Glass(1.6)
+    rear = (lb.Surface(0.025, 4.0, 12.0, glass), lb.Surface(-0.025, 0.0, 12.0))
+    gap = -lb.first_order(lb.Lens(rear, 0, front_index=index)).ffl
+    lens = lb.Lens((lb.Surface(0.0, gap, 2.0, water), *rear), 0, front_index=index)
+    camera, circle = lb.LensCamera(lens, lb.Film(), 3000.0, focus_method="paraxial"), 0.001
+    assert np.isinf(lb.first_order(lens).exit_pupil.z)
+    found = sharp_focus(camera, circle)
+    near, far = lb.thick_depth_of_field(lens, camera.film_distance, 3000.0, circle)
+    for plane, limit in ((found.near, near), (found.far, far)):
+        assert -plane.offset - 3000.0 == pytest.approx(limit - 3000.0, rel=0.01)
