@@ -334,3 +334,25 @@ def test_a_pupil_sample_is_the_same_point_of_the_pupil_in_every_camera(name, f_n
         assert np.hypot(*(points / pupil.radius - lb.unit_disk(uv)).T).max() < 0.05
         middle = meet(camera.generate_rays(raster, np.full((500, 2), 0.5)), pupil.z - origin)
         assert np.hypot(*middle.T).max() < 0.05 * pupil.radius
+
+
+def test_the_foremost_point_of_a_concave_front_is_its_rim():
+    """A meniscus, hollow towards the scene: its rim lies before the vertex by the sagitta of the sphere."""
+    meniscus = lb.Lens((lb.Surface(-1.0 / 80.0, 4.0, 10.0, lb.Glass(1.6)), lb.Surface(-1.0 / 25.0, 0.0, 10.0)), 0)
+    camera = lb.LensCamera(meniscus, FILM, 3000.0)
+    vertex = -4.0 - camera.film_distance
+    assert camera.front == pytest.approx(vertex - (80.0 - math.sqrt(80.0**2 - 10.0**2)), rel=1e-12)
+    assert lb.LensCamera(dgauss(), FILM, 3000.0).front == pytest.approx(
+        -dgauss().length - lb.film_distance(dgauss(), 3000.0), rel=1e-12)
+
+
+@pytest.mark.parametrize("method", ["paraxial", "real"])
+def test_a_camera_focuses_down_to_its_nearest_focus_and_from_a_placed_film(method):
+    lens = lenses.load("lenshh-cooke-triplet-50")
+    placed = lb.LensCamera(lens, FILM, film_at=45.0, focus_method=method)
+    assert placed.nearest_focus == pytest.approx(lb.nearest_focus(lens, method), rel=1e-12)
+    for distance in (placed.nearest_focus, 1500.0):
+        camera = placed.refocused(distance)
+        assert camera.focus_distance == distance
+        assert camera.film_distance == pytest.approx(lb.film_distance(lens, distance, method), rel=1e-9)
+    assert lb.nearest_focus(lens, "real") != pytest.approx(lb.nearest_focus(lens), rel=1e-4)

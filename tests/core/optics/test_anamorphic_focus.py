@@ -1,6 +1,7 @@
 """Focusing lenses with cylinders: between their two foci, where the light of the whole pupil is spread least."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -111,3 +112,12 @@ def test_the_working_f_number_goes_with_the_light():
     far = lb.film_distance(lens, math.inf)
     for axis in "xy":           # the stop alone limits, and the group behind it has one power
         assert lb.working_f_number(lens, far) == pytest.approx(lb.working_f_number(lens.section(axis), far), rel=1e-6)
+
+
+@pytest.mark.parametrize("index", [1.0, 1.333])
+def test_the_paraxial_focus_is_that_of_a_narrow_real_beam_in_any_medium(index):
+    """Each section counts by its cone, as wide as the stop lets it be from there."""
+    lens = replace(anamorphic(0.05), front_index=index)
+    for distance in (math.inf, 3000.0):
+        film = lb.film_distance(lens, distance)
+        assert lb.film_distance(lens, distance, "real") == pytest.approx(film, abs=2e-4)

@@ -238,3 +238,11 @@ def test_a_limit_of_either_sign_is_rounded_up_to_four_digits(value):
     rounded = focus._rounded_up(value)
     assert value <= rounded * (1.0 + 1e-12 * (1 if rounded > 0.0 else -1)) + 1e-300
     assert rounded - value <= 1.001e-3 * abs(value)
+
+
+def test_groups_are_focused_alike_from_wherever_they_are():
+    lens = library.load("lv-minolta-af-100mm-f28-macro")
+    for distance in (700.0, 2000.0, inf):
+        expected = focused(lens.at(close=0.0), distance).positions.close
+        for close in (0.2, 0.7, 1.0, expected):
+            assert focused(lens.at(close=close), distance).positions.close == pytest.approx(expected, abs=1e-9)

@@ -63,6 +63,19 @@ def test_the_light_of_a_picture_of_ghosts_is_that_of_the_table():
     assert sums[0][..., 1].sum() == pytest.approx(row.share * direct.image()[..., 1].sum(), rel=0.06)
 
 
+def test_ghosts_are_the_same_in_any_strips_of_the_picture():
+    scene = lb.Scene((), sun=lb.Sun((0.1, 0.05, -1.0), (1.0, 1.0, 1.0)))
+    image = GhostImage(lb.LensCamera(GAUSS, FILM), scene, Flare(pairs=((0, 1), (2, 9))))
+    with ThreadPoolExecutor(1) as pool:
+        image.add(1, pool, 1, lambda: True)
+    whole, strips = (np.zeros((16, 24, 3), np.float32) for _ in range(2))
+    image.add_to(whole)
+    assert np.ptp(whole, axis=0).max() > 0.0
+    for first, end in ((0, 8), (8, 9), (9, 16)):
+        image.add_to(strips[first:end], first)
+    np.testing.assert_array_equal(strips, whole)
+
+
 def test_a_picture_that_can_have_no_ghosts_says_why():
     scene = lb.Scene((), sun=lb.Sun((0.0, 0.0, -1.0)))
     assert "surfaces" in GhostImage(lb.PerspectiveCamera(lb.Film(), 0.6), scene, Flare()).reason
