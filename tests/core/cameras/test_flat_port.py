@@ -70,6 +70,14 @@ def test_a_beam_aslant_has_two_foci_whose_mean_a_port_stretches_to(slope, index)
     assert FlatPort(40.0, index).stretch(np.array([slope, 0.0]))[1] == pytest.approx(index, rel=1e-15)
 
 
+@pytest.mark.parametrize("distance", [30.0, 200.0, 5000.0, math.inf])
+def test_what_lies_beyond_a_window_appears_nearer_to_it_by_the_index_and_back(distance):
+    port = FlatPort(30.0, 1.333)
+    assert port.apparent(distance) == pytest.approx(30.0 + (distance - 30.0) / 1.333)
+    assert port.true(port.apparent(distance)) == pytest.approx(distance)
+    assert FlatPort().apparent(distance) == FlatPort().true(distance) == distance
+
+
 def test_what_a_camera_in_air_sees_beside_it_lies_at_the_critical_angle():
     port = FlatPort(30.0, 1.333)
     for angle in (0.5 * math.pi, 1.8, math.pi):

@@ -159,6 +159,17 @@ def test_an_iris_upside_down_has_its_edge_opposite(shape, reach):
     assert np.ptp(iris.upside_down.radius(angles) - iris.radius(angles)) > 0.01
 
 
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+def test_samples_beside_the_first_corner_stay_beside_it(real):
+    """A turn just below 0 is 1 after rounding: the last chord, and none behind it."""
+    before = np.finfo(real).eps * np.array([-40.0, -1.0, -0.5, 0.0, 0.5, 1.0, 40.0])
+    for blades, u in ((3, 0.99), (7, 0.6)):
+        uv = np.column_stack([np.full(before.size, u), 0.5 + before]).astype(real)
+        camera = lb.PerspectiveCamera(FILM, lens_radius=4.0, focus_distance=900.0, blades=blades)
+        places = camera.generate_rays(np.tile([480.0, 320.0], (before.size, 1)), uv, dtype=real).origins[:, :2] / 4.0
+        np.testing.assert_allclose(places, [[0.0, 2.0 * u - 1.0]] * before.size, atol=1e-4)
+
+
 def test_an_iris_is_mirrored_where_its_edge_is():
     azimuth = np.linspace(0.0, 2.0 * math.pi, 721)
     for blades in (3, 4, 5, 8):
