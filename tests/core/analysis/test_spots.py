@@ -82,6 +82,16 @@ def test_each_beam_is_narrowest_at_its_line_foci():
             assert spread[1] < spread[0] == pytest.approx(spread[2], rel=1e-2)
 
 
+def test_the_white_spot_is_smallest_at_its_best_shift():
+    """Its mean square is a parabola of the shift: alike to both sides of its vertex, also between two line foci."""
+    stack, film = lens("dgauss"), REFERENCE["dgauss"]["film_z"]
+    given = lb.analysis.conditions(stack, None, (0.0, 8.0, 16.0), field_kind=lb.FieldKind.ANGLE)
+    grid = lb.analysis.ray_grid(stack, film - stack.length, given, 16)
+    for field, best in enumerate(lb.analysis.spots(grid).best_shifts.tolist()):
+        size = lb.analysis.spots(grid, "centroid", best + np.array([-0.05, 0.0, 0.05])).white_rms_radius[field]
+        assert size[1] < size[0] == pytest.approx(size[2], rel=1e-9)
+
+
 def test_a_dark_field_has_no_spot_and_a_shift_is_a_length():
     """At 80° no ray through the middle of the stop enters: a size of 0 would be the sharpest of all fields."""
     stack, film = lens("dgauss"), REFERENCE["dgauss"]["film_z"]

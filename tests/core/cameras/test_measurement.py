@@ -216,6 +216,7 @@ def test_a_grid_bulges_as_its_radii_do():
     distance = lb.film_distance(lens, 3000.0)
     ideal, real = lb.distortion_grid(lens, distance, film, 9)
     assert ideal.shape == real.shape == (9, 13, 2)
+    assert lb.distortion_grid(lens, distance, film, 2)[1].shape == (2, 3, 2)
     np.testing.assert_allclose(ideal[0, 0], [-18.0, -12.0])
     np.testing.assert_allclose(real[4, 6], 0.0, atol=1e-12)
     np.testing.assert_allclose(real[::-1, ::-1], -real, atol=1e-9)
