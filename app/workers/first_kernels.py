@@ -20,7 +20,7 @@ from lensbench.kernels.cache import is_compiled
 from lensbench.kernels.program import Code, stage_signature
 from lensbench.optics import axial_bundle, clearance, surfaces
 from lensbench.optics.block_trace import surface_steps
-from lensbench.pupils import disjoint_regions, equal_areas, radial_sampler, rim_solver
+from lensbench.pupils import equal_areas, irregular_regions, radial_sampler, rim_solver
 
 TRACED = ("auto", "trace", "polynomial")        # lens models whose first picture needs the pupil of the lens
 
@@ -59,7 +59,8 @@ def _wanted(settings: Settings) -> Iterator[tuple[Any, Any]]:
             yield step.kernel, single
             yield step.kernel, stage_signature(np.float64)
         yield rim_solver.project_rear_rim, (line, line, line, float64)
-        yield disjoint_regions._search_intervals, (line, line, boolean[::1])
+        yield irregular_regions._search_boxes, (line, float64[:, :, ::1], int64)
+        yield irregular_regions._contradictions, (table, table, boolean[:, :, ::1], line, float64[:, :, ::1])
         yield rim_solver._centroids, (line, table, line, line)
         yield film.film_from_raster, single
     scene = cached_scene(settings.scene)

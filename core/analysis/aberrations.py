@@ -20,7 +20,7 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.lens_surface import LensError, Surface
 from lensbench.optics.paraxial import first_order, ray_matrix
 from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import BACKWARD, PASSED, Fate, surface_table, trace_ray, trace_rays
+from lensbench.optics.scalar_trace import PASSED, Fate, surface_table, trace_ray, trace_rays
 
 _FIELD_STEP = 0.02              # rad in the scene, between the rays from the stop that bracket a field angle
 _LEAST_STEP = 1e-3              # rad at the stop, at the least
@@ -295,7 +295,7 @@ def _chief_ray(lens: Lens, field_angle: float, wavelength: float, clip: bool) ->
             continue
         trace_rays(table.part(first, last), clip, at, order * direction, np.empty((1, 3)), after, fate, surface,
                    points[max(order, 0)], order)
-        if fate[0] != PASSED and not (order < 0 and fate[0] == BACKWARD and surface[0] == 0):
+        if fate[0] != PASSED:
             return _end(int(fate[0]), int(surface[0]), order, first, last)
     path = np.concatenate([points[0, 0, 1:stop + 1][::-1], points[1, 0, 1:len(lens.surfaces) - stop + 1]])
     return ChiefRay(field_angle, z, path, after[0])
@@ -326,7 +326,7 @@ def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | 
             return 0.0, start, angle, ""
         _, y, z, _, dy, dz, fate, surface = trace_ray(table, False, 0.0, 0.0, start, 0.0, side * sin(angle),
                                                       -cos(angle), None, 0, -1)
-        if fate == PASSED or (fate == BACKWARD and surface == 0):       # beyond 90° it leaves running backwards
+        if fate == PASSED:
             return y, z, atan2(-dy, -dz), ""
         return nan, nan, nan, _end(fate, surface, -1, 0, stop)
 

@@ -3,8 +3,7 @@
 The irradiance of a film point under a scene of radiance 1 is E = (1/z²) ∫ cos⁴θ dA over its
 exit-pupil region, on the plane of the last vertex at the distance z: the mean of cos⁴θ over the
 region times the region's area. The mean falls off as for any opening (natural falloff); the area shows
-what rims cut off, and what pupil aberrations add or take (vignetting). mm; both sides in air. Light from beyond 90° is
-not counted.
+what rims cut off, and what pupil aberrations add or take (vignetting). mm; both sides in air.
 """
 
 from dataclasses import dataclass

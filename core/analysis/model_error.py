@@ -118,8 +118,8 @@ class ModelErrors:
             return "no light comes through this lens"
         if model == "polynomial" and self.table.coarseness > COARSE:
             return "the exit-pupil regions move too far between the film radii of their table"
-        if model == "polynomial" and self.table.splits:
-            return "the exit-pupil regions split near the edge of the light"
+        if model == "polynomial" and self.table.irregular:
+            return "some exit-pupil regions are split or bent, as near the edge of the light"
         if model != "polynomial" and self.table.dark_beyond < self.camera.film.diagonal / 2.0:
             return "the film's corners are dark, and this model lights them"
         return ""

@@ -139,7 +139,9 @@ def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE
         fields = {GAP: z - end, CURVATURE: c, RIM: numbers[UNIT],
                   SLOWNESS: before**-2, STEP: after**2 - before**2, BEND: before**2 * c, **run.columns(numbers, sign)}
         posed, axis = lens.frames[i], None
-        if posed is not None and posed.rotation[2, 2] < 1.0:        # tilted: N is not that along the axis of the lens
+        if sceneward and i == 0:                                    # a fisheye may see beyond 90°
+            fields[LEAST] = -np.inf
+        elif posed is not None and posed.rotation[2, 2] < 1.0:      # tilted: N is not that along the axis of the lens
             fields[LEAST], axis = -np.inf, sign * mirror * IN_LINE.into(posed).rotation[:, 2]
         found.append(SurfaceRecord(i, run.stage, pack(run.length, fields), move_to(posed or IN_LINE), axis))
         end = z

@@ -35,7 +35,8 @@ class Fate(IntEnum):
 
     PASSED: it leaves the lens. MISSED: it meets no point of the surface on the vertex's side of the equator,
     or none that Newton's method finds. CLIPPED: it meets the surface outside the rim.
-    TOTAL_REFLECTION: it does not enter the next medium. BACKWARD: a refraction turned it against its travel.
+    TOTAL_REFLECTION: it does not enter the next medium. BACKWARD: a refraction turned it against its travel, but for
+    the last one on the way to the scene: a fisheye may see beyond 90°.
     """
 
     PASSED = 0
@@ -277,7 +278,7 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
             p, q, r = _out_of(numbers, i, p, q, r)
 
     index = numbers[count - 1, AFTER] if forward else numbers[0, BEFORE]
-    return x, y, z, p / index, q / index, r / index, PASSED if r * sign > zero else BACKWARD, reached
+    return x, y, z, p / index, q / index, r / index, PASSED if r > zero or not forward else BACKWARD, reached
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -41,8 +41,8 @@ from lensbench.kernels.cache import njit
 from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.pupils.disjoint_regions import enclose_disjoint_regions
 from lensbench.pupils.equal_areas import equal_areas
+from lensbench.pupils.irregular_regions import enclose_irregular_regions
 from lensbench.pupils.rim_solver import (
     ROUGH,
     find_interior_points,
@@ -89,7 +89,7 @@ class PupilTable:
     (mm) beyond which no light falls. outline: (RINGS, SECTORS + 1, 2) corners in the upper half, in mm from the
     region's centre. The centre lies at x = (c₀ + c₁ t + c₂ t²) r + offset, t = (r / end)², with the numbers c of the
     `course` and the `offsets` (RINGS,) in mm. The course is 0 unless the regions of a small stop move by much of their
-    size from ring to ring. splits: whether some region has several pieces, around which the outline has dark parts.
+    size from ring to ring. irregular: whether the outline around some region has dark parts; see `irregular_regions`.
     """
 
     film_distance: float
@@ -99,7 +99,7 @@ class PupilTable:
     outline: np.ndarray
     course: np.ndarray
     offsets: np.ndarray
-    splits: bool = False
+    irregular: bool = False
 
     @classmethod
     def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE,
@@ -119,11 +119,10 @@ class PupilTable:
         radii = _ring_radii(film_radius, end)
         centres, rims = solve_rims(lens, film_distance, radii, POINTS, tolerance, wavelength,
                                    project_rear_rim(radii, *rim), by)
-        centres, rims, splits = enclose_disjoint_regions(lens, film_distance, radii, centres, rims, tolerance, by,
-                                                         wavelength)
+        centres, rims, irregular = enclose_irregular_regions(film_distance, radii, centres, rims, by)
         course, offsets = _course(radii, end, dark, centres, rims)
-        return cls(film_distance, film_radius, end, dark,
-                   equal_areas(_widened(offsets, rims), SECTORS) if widened else _filled(rims), course, offsets, splits)
+        outline = equal_areas(_widened(offsets, rims), SECTORS) if widened else _filled(rims)
+        return cls(film_distance, film_radius, end, dark, outline, course, offsets, irregular)
 
     def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Inner ring (n,), below RINGS − 1, of film radii (n,) in mm, and the share (n,) of the next ring."""

@@ -15,7 +15,7 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import Fate, trace
-from lensbench.pupils.disjoint_regions import SplitRegion, split_regions
+from lensbench.pupils.irregular_regions import IrregularRegion, irregular_regions
 from lensbench.pupils.outline_solver import solve_outlines
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.rim_solver import solve_rims
@@ -43,9 +43,9 @@ class ExitPupil:
     centres : (n,) array
         x (mm) of the points on the meridian from which the rims are measured.
     rims : (n, m, 2) array
-        Points (mm) on the upper half of each rim, from its centre; 0 where no light passes. A region of several pieces,
-        or with a hole, as at the edge of the light of some fisheyes, has the convex outline around all of it.
-    split : dict of int to SplitRegion
+        Points (mm) on the upper half of each rim, from its centre; 0 where no light passes. A region that is not
+        star-shaped, as at the edge of the light of some lenses, has the convex outline around all of it.
+    irregular : dict of int to IrregularRegion
         What such regions measure, by index; `area` and `cos4_area` are those of the light, not of the outline.
     """
 
@@ -54,7 +54,7 @@ class ExitPupil:
     film_radii: np.ndarray
     centres: np.ndarray
     rims: np.ndarray
-    split: dict[int, SplitRegion] = field(default_factory=dict)
+    irregular: dict[int, IrregularRegion] = field(default_factory=dict)
 
     def boundary(self, i: int) -> np.ndarray:
         """Rim of one region.
@@ -76,7 +76,7 @@ class ExitPupil:
     def area(self) -> np.ndarray:
         """Areas (n,) in mm²: ∫ r²/2 over all directions, by the trapezium rule."""
         total = _around((self.rims**2).sum(2), _turns(self.rims))
-        for k, region in self.split.items():
+        for k, region in self.irregular.items():
             total[k] = region.area
         return total
 
@@ -93,7 +93,7 @@ class ExitPupil:
         for t, w in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):
             cos2 = z2 / (z2 + ((t * self.rims + from_film)**2).sum(2))
             total += w * _around(2.0 * t * r2 * cos2**2, turns)
-        for k, region in self.split.items():
+        for k, region in self.irregular.items():
             total[k] = region.cos4_area
         return total
 
@@ -174,7 +174,7 @@ def _peak(values: np.ndarray) -> float:
 
 def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE,
                points: int = 257) -> ExitPupil:
-    """Exit-pupil regions of a rotationally symmetric lens, to 1e-10 of its rear semi-diameter; split ones to 1e-3.
+    """Exit-pupil regions of a rotationally symmetric lens, to 1e-10 of its rear semi-diameter; irregular ones to 1e-3.
 
     Parameters
     ----------
@@ -204,10 +204,10 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
     tolerance = 1e-10 * lens.surfaces[-1].semi_diameter
     by = clearance_tracer(lens, film_distance, wavelength)
     centres, rims = solve_rims(lens, film_distance, radii, points, tolerance, wavelength, by=by)
-    split = split_regions(lens, film_distance, radii, rims, by)
-    for k, region in split.items():
+    irregular = irregular_regions(lens, film_distance, radii, centres, rims, by)
+    for k, region in irregular.items():
         centres[k], rims[k] = region.centre, region.rim
-    return ExitPupil(lens, film_distance, radii, centres, rims, split)
+    return ExitPupil(lens, film_distance, radii, centres, rims, irregular)
 
 
 def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:

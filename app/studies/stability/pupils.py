@@ -30,7 +30,7 @@ ENOUGH = 9000           # cells that a region must have: its area is then exact 
 BUCKETS = 64            # film radii, for pbrt's boxes
 LIGHT, WASTE = 0.01, 0.5
 LENS = "pbrt-dgauss-50mm"
-SPLIT = "lib-miyamoto-fisheye-1964"
+BENT = "panasonic-lumix-g-asph-25-f17"
 CYLINDERS = "lentil-schneider-anamorphic-31-2001"
 FULL_FRAME = 0.5 * math.hypot(36.0, 24.0)
 
@@ -197,8 +197,8 @@ def turned(place: Place) -> Aim:
     return sampled(place, _table(place.lens.section("y"), place.film_distance, place.reach))
 
 
-def one_piece(place: Place) -> Aim:
-    """The outline around one centre of this very film point, and nothing beyond it."""
+def star(place: Place) -> Aim:
+    """What is seen from one centre of the region of this very film point, and nothing beyond it."""
     radius = math.hypot(*place.film)
     centre, rim = solve_rims(place.lens, place.film_distance, np.array([radius]), 129, 1e-6)
     corners = np.concatenate([rim[0], rim[0, -2::-1] * [1.0, -1.0]])
@@ -276,10 +276,10 @@ def _size() -> dict[str, list[Result]]:
     return _curves([_place(LENS, 0.9 * end, size * end) for size in SIZES], METHODS)
 
 
-def _split() -> dict[str, list[Result]]:
-    end = _end(SPLIT)
-    return _curves([_place(SPLIT, end * (1.0 - left), 1.0001 * end) for left in LAST],
-                   {**METHODS, "one piece": one_piece})
+def _bent() -> dict[str, list[Result]]:
+    end = _end(BENT)
+    return _curves([_place(BENT, end * (1.0 - left), 1.0001 * end) for left in LAST],
+                   {**METHODS, "star-shaped outline": star})
 
 
 def _cylinders() -> dict[str, list[Result]]:
@@ -299,8 +299,8 @@ SWEEPS: dict[str, Callable[[], Sweep]] = {
                 "whole rear opening.", _stop),
     **_sweeps("Film too large", "Half the film's diagonal, of the circle of light", "", SIZES,
                 "At nine tenths of the image circle. The 64 boxes of a larger film are wider.", _size),
-    **_sweeps("A region that falls in pieces", "Part of the field left to where the light ends", "", LAST,
-                "Miyamoto's fisheye: a hole opens in the region and divides it.", _split,
-                switch="in the last hundredth of the field the remaining light is up to a fiftieth off"),
+    **_sweeps("A region that bends round", "Part of the field left to where the light ends", "", LAST,
+                "Panasonic's 25 mm f/1.7, beyond the film that it is made for: it bends round its centre.", _bent,
+                switch="up to nine in ten samples are blocked; no light is lost"),
     **_sweeps("Cylinders", "Film point from the axis, diagonally", "mm", ACROSS,
                 "An anamorphic lens: no rotation about the axis maps its regions onto each other.", _cylinders, True)}

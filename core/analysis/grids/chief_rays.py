@@ -14,7 +14,7 @@ import numpy as np
 from lensbench.kernels.cache import njit
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import BACKWARD, PASSED, surface_table, trace_ray
+from lensbench.optics.scalar_trace import PASSED, surface_table, trace_ray
 from lensbench.optics.surfaces import SurfaceTable
 
 SAMPLES = 513           # directions at the stop, in which fields are bracketed
@@ -100,8 +100,7 @@ def _shoot(before, behind, place, film_z, at_stop, made):
             if before.kinds.size > 0:
                 x, y, z, dx, dy, dz, fate, surface = trace_ray(
                     before, False, place[0], place[1], place[2], -l, -m, -n, None, i, -1)
-                # Light that reaches the first surface from beyond 90° runs backwards in the scene
-                good = fate == PASSED or (fate == BACKWARD and surface == 0)
+                good = fate == PASSED
             u, v, w, du, dv, dw, fate, surface = trace_ray(
                 behind, False, place[0], place[1], place[2], l, m, n, None, i, 1)
             good = good and fate == PASSED

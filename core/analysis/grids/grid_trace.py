@@ -99,8 +99,9 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
         weight /= _mean(weight, weight > 0.0)[..., None, None]
         intensity /= _mean(intensity, coverage[:, conditions.primary, None] > 0.0)[..., None, None]
 
-    dark = np.isfinite(cells.grid).all((1, 2)) & ~coverage[:, conditions.primary].any((1, 2))
-    findings += _findings(conditions, incomplete, uneven, dark, beams.beyond_the_plane)
+    beyond = beams.beyond_the_plane
+    dark = (np.isfinite(cells.grid).all((1, 2)) | beyond) & ~coverage[:, conditions.primary].any((1, 2))
+    findings += _findings(conditions, incomplete, uneven, dark, beyond)
     made = RayGrid(
         lens, film_distance, conditions, chief.angles, chief.images, beams.axes, landed.chief, beams.chief_pupil,
         cells.grid, offset_s=rows[OFFSET_S], offset_t=rows[OFFSET_T], slope_s=rows[SLOPE_S], slope_t=rows[SLOPE_T],

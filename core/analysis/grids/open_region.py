@@ -5,7 +5,7 @@ edge. A region that few points of a scan meet, such as the sliver that rims leav
 by itself. Where none was found, scans close in on the ray that comes nearest to passing.
 """
 
-from math import inf, isinf, nan
+from math import inf, nan
 
 import numpy as np
 
@@ -35,14 +35,10 @@ def open_boxes(beams: FieldBeams, conditions: Conditions) -> tuple[np.ndarray, l
     dark = known[np.isnan(boxes[known, 0, 0])]
     found = _narrow(beams, dark, scans)
     _bound(beams, found, scans, boxes)
+    boxes[beams.beyond_the_plane] = nan
     findings = []
     dark, missed = ~np.isfinite(boxes).all((1, 2)), ~np.isfinite(half).all(1)
-    behind = dark & ~missed & (beams.chief.directions[:, 2] <= 0.0) & isinf(beams.object_distance)
-    if behind.any():
-        dark &= ~behind
-        findings.append(Finding(Kind.DARK, None, f"{field_names(conditions, np.flatnonzero(behind))} look beyond 90°: "
-                                "only light from before the first vertex is traced, and these fields are dark",
-                                figures={"fields": float(behind.sum())}))
+    dark &= ~beams.beyond_the_plane                     # `ray_grid` says so
     for what, which in (("ray through the middle of the stop", missed), ("light", dark & ~missed)):
         these = np.flatnonzero(which)
         if these.size:

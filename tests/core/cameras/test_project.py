@@ -65,6 +65,7 @@ def test_the_ray_of_the_film_point_of_a_near_point_meets_it(name):
     assert visible.mean() > 0.98
     assert passes(taken, back[visible], uv[visible], points[visible]).max() < 1e-13
     assert (np.hypot(*(back - raster)[visible].T) > 1.0).any() == ("fisheye" in name)
+    assert (directions[visible, 2] > 0.0).any() == ("fisheye" in name)
 
 
 @pytest.mark.parametrize("more", [{}, {"model": "polynomial"}, {"film_pose": lb.FilmPose(tilt=0.05)}],

@@ -163,7 +163,7 @@ def in_forty_digits(stack, origin, direction, forward):
             return lb.Fate.TOTAL_REFLECTION, reached, p, d, clear
         d = ratio * d + way * (mpmath.sqrt(left) - ratio * cosine) * normal
         clear = min(clear, abs(d[2]))
-    return (lb.Fate.PASSED if d[2] * way > 0 else lb.Fate.BACKWARD), reached, p, d, clear
+    return (lb.Fate.PASSED if way < 0 or d[2] > 0 else lb.Fate.BACKWARD), reached, p, d, clear
 
 
 @pytest.mark.slow

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from lensbench.pupils.disjoint_regions import _upper_hull
 from lensbench.pupils.equal_areas import equal_areas
+from lensbench.pupils.irregular_regions import _upper_hull
 from lensbench.pupils.outline_solver import _even_directions
 
 

@@ -179,14 +179,17 @@ def test_the_image_of_a_far_light_is_in_float32_where_it_is_in_float64(distance)
 @pytest.mark.parametrize("name", ["lentil-minolta-fisheye-1978", "lentil-meyer-primoplan-1936",
                                   "lenshh-laikin-fisheye160-f2", "pbrt-dgauss-50mm"])
 def test_no_ray_that_passes_a_lens_of_the_library_runs_so_flat_that_float32_loses_it(name):
-    """The flattest rays of the library; single precision is safe down to 0.1°, and to a hundred-thousandth."""
+    """The flattest rays of the library but for light from behind, which may graze the front of a fisheye.
+
+    Single precision is safe down to 0.1°, and to a hundred-thousandth.
+    """
     lens = lenses.load(name)
     rng, back = np.random.default_rng(1), lens.length + lb.first_order(lens).bfl
     rear = 1.1 * lens.surfaces[-1].semi_diameter
     origins = np.stack([*rng.uniform(-21.6, 21.6, (2, 4000)), np.full(4000, back)], 1)
     targets = np.stack([*rng.uniform(-rear, rear, (2, 4000)), np.full(4000, lens.length)], 1)
     found = lb.trace(lens, origins, targets - origins, record=True)
-    passed = found.fate == lb.Fate.PASSED
+    passed = (found.fate == lb.Fate.PASSED) & (found.directions[:, 2] < 0.0)
     assert passed.sum() > 100
     points = np.concatenate([found.paths[passed], (found.points + found.directions)[passed, None]], 1)
     ways = np.diff(points, axis=1)

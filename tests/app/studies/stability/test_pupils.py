@@ -51,12 +51,12 @@ def test_a_small_stop_is_found_by_the_solver_and_by_no_box():
     assert box.light > 0.5 and box.waste > 0.99
 
 
-def test_of_a_region_in_pieces_the_outline_about_all_loses_nothing_and_one_piece_does():
-    end = pupils._end(pupils.SPLIT)
-    lens = lenses.load(pupils.SPLIT)
-    where = Place(lens, lb.film_distance(lens, math.inf), (0.97 * end, 0.0), 1.0001 * end)
-    own, one = (pupils.result(where, method(where)) for method in (pupils.solved, pupils.one_piece))
-    # eight in ten of 4,096 samples fall between the pieces
+def test_of_a_bent_region_the_outline_around_all_loses_nothing_and_what_one_centre_sees_does():
+    end = pupils._end(pupils.BENT)
+    lens = lenses.load(pupils.BENT)
+    where = Place(lens, lb.film_distance(lens, math.inf), (0.98 * end, 0.0), 1.0001 * end)
+    own, one = (pupils.result(where, method(where)) for method in (pupils.solved, pupils.star))
+    # eight in ten of 4,096 samples fall beside the crescent
     assert own.light < 0.03 and 0.5 < own.waste < 0.95
     assert one.light > 0.3
 
