@@ -96,9 +96,9 @@ class Polynomial:
         if not lens.is_rotationally_symmetric:
             raise LensError(f"a polynomial is fitted in rotation invariants, and this lens has {lens.asymmetry}")
         if table.irregular:
-            raise LensError("no polynomial: some exit-pupil regions of this lens are split or bent, as near the edge of "
-                            "the light, and only the trace finds the dark beside them: choose the trace, or a smaller "
-                            "film")
+            raise LensError("no polynomial: some exit-pupil regions of this lens are split or bent, as near the edge "
+                            "of the light, and only the trace finds the dark beside them: choose the trace, or a "
+                            "smaller film")
         n, low = degree // 2, position_degree(degree // 2)
         places, shares = _sample_places(n)
         film, aim, drift = _aim_rays(table.outline, table.course, table.offsets, table.radius, table.end, table.scale,

@@ -34,6 +34,7 @@ from lensbench.optics.prescription import Lens
 
 UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
 MERCURY = 760.0         # mm, of one atmosphere
+ASIDE = {"AFI": "afocal image space", "TEL": "telecentric in the object's space"}
 
 
 def read(text: str, path: str) -> Lens:
@@ -152,8 +153,13 @@ class _Sequence:
             if unit not in UNITS:
                 raise RowError(f"{unit}: lengths must be in M (mm), C (cm) or I (inches)")
             self.design.unit = UNITS[unit]
+        elif key in ASIDE:
+            if (values or ["Y"])[0].upper() not in ("N", "NO"):
+                self.design.found(Kind.LEFT_OUT, f"{ASIDE[key]} ({key}) is left out")
         elif self.design.rows:
             self.surfaces.command(line, key, values)
+        elif key not in HARMLESS:
+            self.design.not_read(key, line)
         return None
 
     def system_data(self, key: str, values: list[str]) -> None:

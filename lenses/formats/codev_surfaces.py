@@ -48,6 +48,10 @@ class Surfaces:
     def complete(self) -> None:
         """Apply what later commands may still have changed: edges and tilts. LensFileError: a surface not traced."""
         design = self.design
+        defocus = design.unit * design.rows[-1].thickness
+        if defocus:
+            design.found(Kind.LEFT_OUT, f"the thickness of the image surface, a defocus of {significant(defocus)} mm, "
+                                        "is left out: the film stands where the lens is focused")
         for index, row in enumerate(design.rows):
             if row.semi_diameter is None and index in self.edges:
                 row.semi_diameter = self.edges[index]

@@ -52,6 +52,8 @@ def read(design: Design, header: Header) -> None:
     codes = [int(min(abs(number_in(design.path, type_line, "FTYP", kinds, i)), 1e6)) for i in range(len(kinds[:4]))]
     _read_fields(design, header, codes)
     _read_wavelengths(design, header, codes[3] if len(codes) > 3 else None)
+    if header.get("AFOC", (0, ["0"]))[1][:1] != ["0"]:
+        design.found(Kind.LEFT_OUT, "afocal image space (AFOC) is left out")
     line, air = header.get("ENVD", (None, []))
     if len(air) > 2 and number_in(design.path, line, "ENVD", air, 2):
         design.state_air(*(number_in(design.path, line, "ENVD", air, i) for i in (0, 1)))

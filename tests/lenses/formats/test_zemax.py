@@ -245,6 +245,7 @@ def test_tabs_part_words_as_spaces_do(tmp_path):
     ("CURV 0.0 0 0 0 0 \"\"\n  DISZ INFINITY", "CURV 0.002 0 0 0 0 \"\"\n  DISZ 800",
      "the object surface is curved, with a radius of 500 mm: a plane is taken for it"),
     ("ENVD 2.0E+1 1 0", "ENVD -4.0E+1 0 1", "designed for -40 °C and 0 atmospheres"),
+    ("ENVD 2.0E+1 1 0", "ENVD 2.0E+1 1 0\nAFOC 1", "afocal image space (AFOC) is left out"),
     ("  DIAM 11.25", "  CLAP 2.0 11.25 0\n  DIAM 11.25", "SURF 3: a central obscuration (CLAP) is left out"),
     ("1.62 36.3 0", "1.62 36.3 0.02", "partial dispersion, 0.02, is left out"),
 ])
