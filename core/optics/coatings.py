@@ -209,9 +209,16 @@ class Coating:
         -------
         Reflectance
             Of the shape of `cosine`; 1 where the light is totally reflected.
+
+        Raises
+        ------
+        CoatingError
+            A cosine outside 0 to 1 by more than rounding.
         """
         low, high = min(before, after), max(before, after)
         given = np.asarray(cosine, float)
+        if not ((given >= -1e-9) & (given <= 1.0 + 1e-9)).all():
+            raise CoatingError("the cosine of an angle of incidence must lie between 0 and 1")
         tangential = before * np.sqrt(np.maximum(1.0 - given * given, 0.0))         # n sin I, the same in every layer
         with np.errstate(invalid="ignore", divide="ignore"):
             total = tangential >= low

@@ -116,3 +116,9 @@ def test_a_coating_that_cannot_be_is_refused(wrong):
 def test_a_surface_keeps_its_coating_when_a_lens_is_reversed_or_scaled():
     own = lb.Surface(0.02, 3.0, 10.0, lb.Glass(1.6), coating=Coating.single_layer())
     assert own.scaled(2.0).coating == own.coating == own.reversed(1.0, lb.AIR).coating
+
+
+@pytest.mark.parametrize("cosine", [-0.5, 1.01, math.nan, [0.5, -1e-6]])
+def test_a_number_that_is_no_cosine_of_incidence_is_refused(cosine):
+    with pytest.raises(CoatingError, match="between 0 and 1"):
+        Coating().reflectance(1.0, 1.5, cosine)
