@@ -42,7 +42,8 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
              f"are then the most, {MOST_SAMPLES} by default")
     add("--resume", action="store_true",
         help="keep the samples beside the picture, in FILE.part.npz, while it is rendered and when Ctrl-C or a "
-             "termination stops it; go on from such a file. With --frames, leave out the frames that are there")
+             "termination stops it; go on from such a file. With --frames, leave out the frames "
+             "that are there, newer than the files of lens and scene")
     add("--frames", type=option(read_count), metavar="N",
         help="render so many frames, evenly spaced over --duration, to FILE-0001 and so on; camera or scene must move")
     add("--save-settings", metavar="FILE.toml",
@@ -147,9 +148,17 @@ def _show_part(show: Callable[[float], object], i: int, count: int, part: float)
 
 
 def _is_there(settings: "Settings", path: Path, any_samples: bool) -> bool:
-    """Whether a frame has been rendered: a picture of these settings, of any number of samples or of theirs."""
-    from lensbench.app.files.export import ExportError, read_settings
+    """Whether a frame has been rendered: a picture of these settings, of any number of samples or of theirs.
 
+    One that is older than a file that the settings name has to be rendered again.
+    """
+    from lensbench.app.files.export import ExportError, read_settings
+    from lensbench.app.state.build import own_picture
+    from lensbench.app.state.scene_file import scene_files
+
+    named = [*scene_files(settings.scene), *map(Path, (settings.lens, settings.stop_image, own_picture(settings)))]
+    if path.exists() and any(each.is_file() and each.stat().st_mtime_ns > path.stat().st_mtime_ns for each in named):
+        return False
     try:
         there = read_settings(path) if path.exists() else None
         return there is not None and (replace(there, samples=settings.samples) if any_samples else there) == settings

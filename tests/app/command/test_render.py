@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.files.export import read_settings
 
@@ -39,6 +40,20 @@ def test_frames_that_are_there_are_left_out(tmp_path, capsys):
     assert "2 of 3 frames were there already" in capsys.readouterr().out
     assert {name: (tmp_path / name).stat().st_mtime_ns for name in kept} == kept
     assert (tmp_path / "a-0002.png").exists()
+
+
+@pytest.mark.slow
+def test_frames_older_than_the_lens_file_are_rendered_again(tmp_path, capsys):
+    lens = tmp_path / "lens.toml"
+    lenses.save(lenses.load("pbrt-dgauss-50mm"), lens)
+    words = [MOVING[0], str(lens), *MOVING[2:], "--frames", "2", "--resume", "-o", str(tmp_path / "a.png")]
+    assert main(words) == 0
+    assert main(words) == 0
+    assert "2 of 2 frames were there already" in capsys.readouterr().out
+    later = max((tmp_path / f"a-000{i}.png").stat().st_mtime_ns for i in (1, 2)) + 10**9
+    os.utime(lens, ns=(later, later))
+    assert main(words) == 0
+    assert "were there already" not in capsys.readouterr().out
 
 
 @pytest.mark.slow
