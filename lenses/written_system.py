@@ -19,6 +19,7 @@ from lensbench.optics.system import Aperture, ApertureKind, FieldPoint, SystemDa
 
 AXIS = (FieldPoint(0.0, 0.0),)
 WHOLE = frozenset({"aperture", "fields", "wavelengths", "object distance"})
+LEAST_PUPIL, MOST_PUPIL = 1e-12, 1e12     # mm: a larger one is that of a telecentric lens, but for rounding
 LINES = (Wavelength(F_LINE), Wavelength(D_LINE), Wavelength(C_LINE))
 Holds = Callable[[ApertureKind, float], bool]       # kind of aperture, object distance → whether the format states it
 
@@ -85,7 +86,7 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
                                      for case, value in zip(cases, asked, strict=True)):
             return WrittenSystem(data, replace(stated, values=one_if_equal(asked)), ())
     diameters = [pupil_diameter(surfaces, lens.stop_index, radius, wavelength) for surfaces, radius, _ in cases]
-    has_pupil = all(1e-300 < diameter < 1e300 for diameter in diameters)
+    has_pupil = all(LEAST_PUPIL < diameter < MOST_PUPIL for diameter in diameters)
     findings = []
     if stated is not None:
         why = "it cannot be stated here" if not held else "the stop has another size"
