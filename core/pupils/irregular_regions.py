@@ -27,17 +27,20 @@ LOOKS = 10                      # at a region, to find the box of its light
 class _Grids(NamedTuple):
     """Numbers of rays across and up: of the search for irregular regions, of a look at one, of its measurement.
 
-    enough: number of rays that must contradict a rim.
+    enough: number of rays that must contradict a rim. accuracy: acceptable error of their clearances.
     """
 
     search: tuple[int, int]
     enough: int
     look: tuple[int, int]
     cells: tuple[int, int]
+    accuracy: float
 
 
-# Pieces are narrow across
-MEASURE, ENCLOSE = _Grids((64, 8), 1, (256, 40), (1024, 160)), _Grids((32, 8), 2, (64, 20), (128, 40))
+# Pieces are narrow across. A camera traces in float32, and loses what is lost there
+MEASURE = _Grids((64, 8), 1, (256, 40), (1024, 160), 0.0)
+ENCLOSE = _Grids((32, 8), 2, (64, 20), (128, 40), ROUGH)
+REAR = 96, 24                   # rays across and up in the search of the whole rear opening
 CLOSELY = ENCLOSE._replace(search=MEASURE.search, enough=MEASURE.enough)
 
 
@@ -60,13 +63,16 @@ def irregular_regions(lens: Lens, film_distance: float, radii: np.ndarray, centr
                       by: ClearanceTracer) -> dict[int, IrregularRegion]:
     """Those regions of film radii (n,) that the rims (n, points, 2) of `solve_rims` do not describe, by index.
 
-    Also those that pass light on the meridian where `solve_rims` found none: narrow ones. A grid of rays over the lit
-    part of the rear plane measures them; on its lines the edges are interpolated.
+    Also those that pass light where `solve_rims` found none: narrow ones, and those beside the meridian. A grid of rays
+    over the lit part of the rear plane measures them; on its lines the edges are interpolated.
     """
-    boxes = _search_boxes(centres, rims, 0)
-    dark = np.flatnonzero(~rims.any((1, 2)))
-    boxes[dark] = _boxes_on_meridian(lens, film_distance, radii[dark], by)
-    return _measured(film_distance, radii, centres, rims, by, boxes, MEASURE)
+    left, right = rear_interval(lens, film_distance, radii)
+    top = rear_interval(lens, film_distance, np.zeros(len(radii)))[1]
+    far, light = _searched(film_distance, radii, centres, rims, by, np.stack([left, right, top], 1), REAR, ROUGH)
+    boxes = _joined(_search_boxes(centres, rims, 0), light, _boxes_on_meridian(lens, film_distance, radii, by))
+    near, _ = _searched(film_distance, radii, centres, rims, by, boxes, MEASURE.search, MEASURE.accuracy)
+    which = np.flatnonzero(far + near >= MEASURE.enough)
+    return _measured(film_distance, radii, which, rims.shape[1], by, boxes, MEASURE)
 
 
 def enclose_irregular_regions(film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray,
@@ -79,7 +85,7 @@ def enclose_irregular_regions(film_distance: float, radii: np.ndarray, centres: 
     the radii loses no light. So do those of two radii between which the width jumps.
     """
     boxes = _search_boxes(centres, rims, NEIGHBOURS)
-    found = _measured(film_distance, radii, centres, rims, by, boxes, ENCLOSE)
+    found = _found(film_distance, radii, centres, rims, by, boxes, ENCLOSE)
     more, known = found, set(found)
     while more:                                 # as closely as may be beside those that are bent most
         near = {j for k, region in more.items() if region.dark_share > MUCH for j in range(k - 2, k + 3)} - known
@@ -87,7 +93,7 @@ def enclose_irregular_regions(film_distance: float, radii: np.ndarray, centres: 
         beside = np.full_like(boxes, np.nan)
         inside = [k for k in near if 0 <= k < len(radii)]
         beside[inside] = boxes[inside]
-        more = _measured(film_distance, radii, centres, rims, by, beside, CLOSELY)
+        more = _found(film_distance, radii, centres, rims, by, beside, CLOSELY)
         found |= more
     joined = _jumps(rims[:, 0, 0] - rims[:, -1, 0])
     dark = bool(joined.any()) or any(region.dark_share > DARK for region in found.values())
@@ -114,21 +120,41 @@ def _jumps(widths: np.ndarray) -> np.ndarray:
     return jumps
 
 
-def _measured(film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray, by: ClearanceTracer,
-              boxes: np.ndarray, grids: _Grids) -> dict[int, IrregularRegion]:
+def _found(film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray, by: ClearanceTracer,
+           boxes: np.ndarray, grids: _Grids) -> dict[int, IrregularRegion]:
     """The irregular ones among the regions, measured, by index. boxes: (n, 3), as `_search_boxes` returns them."""
-    across, up = grids.search
-    x = boxes[:, :1] + (boxes[:, 1:2] - boxes[:, :1]) * (np.arange(across) + 0.5) / across
-    y = boxes[:, 2:] * np.arange(up) / (up - 1)
+    against, _ = _searched(film_distance, radii, centres, rims, by, boxes, grids.search, grids.accuracy)
+    return _measured(film_distance, radii, np.flatnonzero(against >= grids.enough), rims.shape[1], by, boxes, grids)
+
+
+def _measured(film_distance: float, radii: np.ndarray, which: np.ndarray, points: int, by: ClearanceTracer,
+              boxes: np.ndarray, grids: _Grids) -> dict[int, IrregularRegion]:
+    """The regions of the radii `which`, those without light left out, with so many points on their rims."""
+    found = {int(k): _measure(film_distance, radii[k], boxes[k], grids, points, by) for k in which}
+    return {k: region for k, region in found.items() if region is not None}
+
+
+def _searched(film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray, by: ClearanceTracer,
+              boxes: np.ndarray, rays: tuple[int, int], accuracy: float) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (n,) of rays in boxes (n, 3) that contradict the rims, and boxes around the lit ones, NaN without any."""
+    across, up = rays
+    step = (boxes[:, 1:2] - boxes[:, :1]) / across
+    x, y = boxes[:, :1] + step * (np.arange(across) + 0.5), boxes[:, 2:] * np.arange(up) / (up - 1)
     searched = np.flatnonzero(np.isfinite(boxes[:, 0]))
     lit = np.zeros((len(radii), up, across), bool)
-    lit[searched] = _levels(radii[searched], x[searched], y[searched], film_distance, by) <= 1.0
-    found = {}
-    for k in np.flatnonzero(_contradictions(x, y, lit, centres, rims) >= grids.enough):
-        region = _measure(film_distance, radii[k], boxes[k], grids, rims.shape[1], by)
-        if region is not None:
-            found[int(k)] = region
-    return found
+    lit[searched] = _levels(radii[searched], x[searched], y[searched], film_distance, by, accuracy) <= 1.0
+    columns, rows = np.asarray(lit.any(1)), np.asarray(lit.any(2))
+    k, last = np.arange(len(radii)), up - 1 - rows[:, ::-1].argmax(1)
+    light = np.stack([x[k, columns.argmax(1)] - step[:, 0], x[k, across - 1 - columns[:, ::-1].argmax(1)] + step[:, 0],
+                      y[k, last] + y[:, 1]], 1)
+    light[~columns.any(1)] = np.nan
+    return _contradictions(x, y, lit, centres, rims), light
+
+
+def _joined(*boxes: np.ndarray) -> np.ndarray:
+    """The box (n, 3) around several (n, 3), of which NaN are none."""
+    low, high, top = np.moveaxis(np.stack(boxes), 2, 0)
+    return np.stack([np.fmin.reduce(low), np.fmax.reduce(high), np.fmax.reduce(top)], 1)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -160,7 +186,7 @@ def _boxes_on_meridian(lens: Lens, film_distance: float, radii: np.ndarray, by: 
     for _ in range(2):                          # over all of it, then closer about what is lit
         step = (right - left) / SCAN_CLOSELY
         along = left[:, None] + step[:, None] * (np.arange(SCAN_CLOSELY) + 0.5)
-        lit = _levels(radii[k], along, np.zeros((len(k), 1)), film_distance, by)[:, 0] <= 1.0
+        lit = _levels(radii[k], along, np.zeros((len(k), 1)), film_distance, by, ROUGH)[:, 0] <= 1.0
         any_lit = lit.any(1)
         k, lit, step, start = k[any_lit], lit[any_lit], step[any_lit], left[any_lit]
         first, last = lit.argmax(1), SCAN_CLOSELY - 1 - lit[:, ::-1].argmax(1)
@@ -211,19 +237,20 @@ def _measure(film_distance: float, radius: float, box: np.ndarray, grids: _Grids
         """Corners x and middles y of cells in the box, and the clearances there."""
         x = np.linspace(left, right, cells[0] + 1)
         y = high * (np.arange(cells[1]) + 0.5) / cells[1]
-        return x, y, _levels(np.array([radius]), x[None], y[None], film_distance, by)[0]
+        return x, y, _levels(np.array([radius]), x[None], y[None], film_distance, by, grids.accuracy)[0]
 
-    for _ in range(LOOKS):                      # the box of the light: wider where it ends in light, else closer
+    for _ in range(LOOKS):                      # the box of the light: wider while it ends in light, then closer
         x, y, level = grid(grids.look)
         rows, columns = (np.flatnonzero((level <= 1.0).any(axis)) for axis in (1, 0))
         if not len(rows):
             return None
         width, top, dx, dy = right - left, high, x[1] - x[0], y[1] - y[0]
         cut = columns[0] == 0, columns[-1] == len(x) - 1, rows[-1] == len(y) - 1
-        left = left - 0.5 * width if cut[0] else x[columns[0]] - 2.0 * dx
-        right = right + 0.5 * width if cut[1] else x[columns[-1]] + 2.0 * dx
-        high = 2.0 * high if cut[2] else y[rows[-1]] + 2.0 * dy
-        if not any(cut) and right - left > 0.8 * width and high > 0.8 * top:
+        if any(cut):
+            left, right, high = left - 0.5 * width * cut[0], right + 0.5 * width * cut[1], high * (1.0 + cut[2])
+            continue
+        left, right, high = x[columns[0]] - 2.0 * dx, x[columns[-1]] + 2.0 * dx, y[rows[-1]] + 2.0 * dy
+        if right - left > 0.8 * width and high > 0.8 * top:
             break
     x, y, level = grid(grids.cells)
     dx, dy = x[1] - x[0], y[1] - y[0]
@@ -246,13 +273,14 @@ def _measure(film_distance: float, radius: float, box: np.ndarray, grids: _Grids
     return IrregularRegion(2.0 * dx * dy * float(lit.sum()), 2.0 * dx * dy * float((lit * cos2**2).sum()), centre, rim)
 
 
-def _levels(radii: np.ndarray, x: np.ndarray, y: np.ndarray, film_distance: float, by: ClearanceTracer) -> np.ndarray:
+def _levels(radii: np.ndarray, x: np.ndarray, y: np.ndarray, film_distance: float, by: ClearanceTracer,
+            accuracy: float) -> np.ndarray:
     """Clearances (n, rows, columns) of rays from film points to x (n, columns), y (n, rows) on the rear plane."""
     shape = (len(radii), y.shape[1], x.shape[1])
     film, px, py = (np.broadcast_to(values, shape).flatten() for values in
                     (radii[:, None, None], x[:, None], y[:, :, None]))
     out, zero = np.empty(film.size), np.zeros(film.size)
-    clearances(film, zero, zero, px, py, film_distance, out, by, ROUGH)
+    clearances(film, zero, zero, px, py, film_distance, out, by, accuracy)
     return out.reshape(shape)
 
 

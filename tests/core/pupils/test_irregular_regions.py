@@ -1,5 +1,7 @@
 """Regions of several pieces at the edge of the light of a fisheye, against counted rays."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -57,3 +59,25 @@ def test_no_polynomial_is_fitted_to_split_regions(camera):
     with pytest.raises(lb.LensError, match="no polynomial: some exit-pupil regions of this lens are split or bent"):
         lb.LensCamera(camera.lens, lb.Film(side, side, 100, 100), model="polynomial").generate_rays(
             [[20.0, 50.0]], [[0.5, 0.5]])
+
+
+@pytest.mark.parametrize(("name", "stop", "r", "box"), [
+    ("fisheye-16-f28", 1.0, 21.8813, (-2.2, 13.6, 6.2)),                        # a sickle far beside the rest
+    ("nikon-af-fisheye-nikkor-d-16-f28", 1.0, 23.3272, (8.7, 11.4, 7.2)),       # a piece far above it
+    ("apple-phone-6-elements-4-f18", 0.3, 3.22, (2.8, 3.05, 0.08)),             # two beside each other, small
+    ("konica-hexanon-38-f28", 1.0, 35.35, (2.5, 5.1, 4.4)),                     # nothing on the meridian
+    ("panasonic-lumix-g-asph-25-f17", 1.0, 14.7579, (11.3, 12.0, 3.4)),         # a long bow, of which an end is seen
+    ("fujifilm-fujinon-gf-t-s-30-f56", 1.0, 46.3, (18.9, 20.7, 4.1))])          # float32 loses a quarter of it
+def test_light_counts_wherever_it_lies(name, stop, r, box):
+    lens = lenses.load(name)
+    z = lb.film_distance(lens, math.inf)
+    lens = lens.with_stop_radius(stop * lens.stop.semi_diameter)
+    left, right, top = box
+    x, y = (a.ravel() for a in np.meshgrid(left + (right - left) * (np.arange(1500) + 0.5) / 1500,
+                                           top * (np.arange(400) + 0.5) / 400))
+    passed = lb.trace(lens, [r, 0.0, lens.length + z],
+                      np.column_stack([x - r, y, np.full(x.size, -z)])).fate == lb.Fate.PASSED
+    counted_area = 2.0 * (right - left) * top * passed.mean()
+    # Alone, or as one of many in any order
+    assert lb.exit_pupil(lens, z, r).area[0] == pytest.approx(counted_area, rel=0.005)
+    assert lb.exit_pupil(lens, z, [0.9 * r, r, 0.0]).area[1] == pytest.approx(counted_area, rel=0.005)
