@@ -15,7 +15,7 @@ from lensbench.optics.coatings import Coating
 from lensbench.optics.ghost_pairs import Pair, check_pair, ghost_order
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import CLIPPED, PASSED, TOTAL_REFLECTION, surface_table, trace_ray
+from lensbench.optics.scalar_trace import BACKWARD, CLIPPED, PASSED, TOTAL_REFLECTION, surface_table, trace_ray
 from lensbench.optics.surfaces import AFTER, BEFORE
 from lensbench.optics.transmission import surface_coatings
 
@@ -139,4 +139,6 @@ def ghost_path(lens: Lens, pair: Pair, origin, direction, wavelength: float = D_
             return GhostPath(np.array(points), np.array(ray), 0.0, TOTAL_REFLECTION if met.fate == PASSED else met.fate)
         weight *= met.reflectance if mirror else 1.0 - met.reflectance
         ray = after
+        if (ray[2] > 0.0) != (forward != mirror):       # turned against its travel: it meets no next surface in order
+            return GhostPath(np.array(points), np.array(ray), 0.0, BACKWARD)
     return GhostPath(np.array(points), np.array(ray), weight, PASSED)

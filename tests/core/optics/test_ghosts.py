@@ -154,6 +154,24 @@ def test_block_and_scalar_agree(lens, blades, real):
     assert met > 20
 
 
+def test_a_ghost_ray_that_a_surface_within_turns_against_its_travel_ends_there():
+    """Light on its way back leaves the flank of a ball beside its equator, away from the normal: see the tracer's test.
+
+    A mirror of 45° in the ball sends it there.
+    """
+    edge, way = math.radians(3.0), np.array([0.0, math.cos(math.radians(0.5)), -math.sin(math.radians(0.5))])
+    flank = np.array([0.0, 10.0 * math.cos(edge), 35.0 - 10.0 * math.sin(edge)])
+    mirror = flank - 5.0 * way
+    tilt = math.atan2(way[1], 1.0 - way[2])
+    gap = mirror[2] - mirror[1] * math.tan(tilt) - 25.0
+    lens = lb.Lens((lb.Surface(0.0, 25.0, 99.0, lb.Glass(1.3)), lb.Surface(0.1, gap, 9.9999, lb.Glass(1.9)),
+                    lb.Surface(0.0, 10.0, 30.0, pose=lb.SurfacePose(tilt_x=tilt)), lb.Surface(0.0, 5.0, 30.0)), 3)
+    back = lb.trace(lb.Lens(lens.surfaces[:2], 0), mirror, [0.0, 0.0, -1.0])
+    path = ghost_path(lens, (0, 2), back.points[0] + 5.0 * back.directions[0], -back.directions[0])
+    assert (path.fate, path.weight) == (lb.Fate.BACKWARD, 0.0)
+    assert np.allclose(path.points[-1], flank, atol=1e-9)
+
+
 @pytest.mark.parametrize("towards", [(0.3, -0.5, -1.0), (-0.95, 0.2, -0.2), (0.0, 0.0, -1.0)])
 @pytest.mark.parametrize("near", [False, True])
 def test_the_rays_of_a_grid_carry_the_light_of_its_rectangle_across_the_beam(towards, near):
