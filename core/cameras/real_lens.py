@@ -32,7 +32,6 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid_sampler import PupilGrid
-from lensbench.pupils.posed_sampler import PosedPupil
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.region import axis_irradiance
 
@@ -260,12 +259,16 @@ class LensCamera(Camera):
         table, normaliser = self._sampled(wavelength)
         if self.is_traced or isinstance(table, PupilGrid):
             return [table.step(normaliser), *self.lens_steps(wavelength)]
-        if isinstance(table, PosedPupil):               # its rays start at z = 0, where the polynomial is fitted
-            fitted = PupilTable.of(self.lens, self.film_distance, self._regions.reach, wavelength, widened=False)
-        else:
-            fitted = table
+        # The D line decides for a picture of all colours: near the limit, the regions of some only are irregular
+        fitted = replace(self._fitted(table, wavelength), irregular=self._fitted(self.pupil, D_LINE).irregular)
         fit = Polynomial.fit(self.lens, self.film_distance, fitted, self.degree, wavelength, self.focus_distance)
         return [table.step(normaliser), fit.step]
+
+    def _fitted(self, regions: Regions, wavelength: float) -> PupilTable:
+        """The regions that a polynomial is fitted to: those of rays that start at z = 0, as of a film in line."""
+        if isinstance(regions, PupilTable):
+            return regions
+        return PupilTable.of(self.lens, self.film_distance, self._regions.reach, wavelength, widened=False)
 
     def lens_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """Steps of the full trace from an aimed ray to the ray in front of the lens; see `Camera.lens_steps`."""

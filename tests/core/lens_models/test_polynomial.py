@@ -12,6 +12,7 @@ from lensbench.kernels.block import U0, U1, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.lens_models import polynomial_stage
 from lensbench.lens_models.polynomial import DEGREES, Polynomial, _errors
+from lensbench.optics.glass import D_LINE
 from lensbench.pupils.radial_sampler import PupilTable
 
 PIXEL = 0.004                   # mm: of 24 million on full frame
@@ -214,3 +215,14 @@ def test_rays_that_point_the_true_way_have_no_error_however_long_their_direction
         there = coordinates(size * turned + nearness * points)
         rms, worst = _errors(film, lines, v, 21.6, there, coordinates(points), nearness, 0)
         assert (rms, worst) == pytest.approx((2.0 * np.sin(0.5 * wrong),) * 2, abs=1e-12)
+
+
+def test_the_d_line_decides_whether_the_regions_of_a_picture_can_be_fitted():
+    """Of some colours the regions are irregular, of others not: a picture that has begun must not end in an error."""
+    lens = lenses.load("nikon-af-s-nikkor-g-ed-18-35-f35")
+    lens = lens.with_stop_radius(0.7 * lens.stop.semi_diameter)
+    camera = lb.LensCamera(lens, lb.Film(36.0, 24.0, 60, 40), model="polynomial")
+    irregular = [PupilTable.of(lens, camera.film_distance, camera.film.diagonal / 2.0, colour, widened=False).irregular
+                 for colour in (D_LINE, 0.46)]
+    assert irregular == [False, True]
+    assert np.isfinite(camera.generate_rays([[20.0, 20.0]], [[0.5, 0.5]], wavelength=0.46)[0]).all()
