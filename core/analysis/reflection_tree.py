@@ -113,7 +113,7 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
         for after, share, ahead, more in ((met.refracted, on, forward, 0), (met.reflected, back, not forward, 1)):
             if share <= 0.0 or after is None:
                 continue
-            if (after[2] > 0.0) != ahead:
+            if (after[2] > 0.0) != ahead and (i > 0 or ahead):      # a fisheye may send light behind it
                 lost += share                       # turned sideways: it meets no next surface in order
             else:
                 work.append((i + (step if not more else -step), ahead, met.point, after, share, reflections + more))

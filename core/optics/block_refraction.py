@@ -39,7 +39,7 @@ EVEN_RECORD, ASPHERE_RECORD = COEFFICIENTS + HIGHEST_POWER // 2, COEFFICIENTS + 
 DISTANCE, LAST_STEP, SLOPE_X, SLOPE_Y, SUM, SUM_SLOPE = A0, A1, A2, A3, A4, A5
 
 STEPS = (3, 6)          # of Newton's method from the conic, in float32 and in float64
-MORE_STEPS = 5          # further ones in a block with a ray that has not converged
+MORE_STEPS = 10         # further ones in a block with a ray that has not converged
 CONVERGED = 1e-8        # greatest (last step / h)²; the step after it would be about the square
 NEAR_EQUATOR = 1e-4     # least 1 − (1 + k) c² r² that Newton's method evaluates
 

@@ -49,6 +49,17 @@ def test_every_order_of_a_singlet_adds_up_to_one():
     assert direct == pytest.approx(lb.transmission(one), rel=1e-12)
 
 
+def test_light_that_grazes_a_steep_front_leaves_for_the_scene():
+    """Light along the axis that meets a front of radius 10 at a height of 8 mm is reflected on, by Fresnel's formulas."""
+    steep = lb.Lens((lb.Surface(0.1, 8.0, 9.0, lb.Glass(N)), lb.Surface(0.0, 50.0, 20.0)), 1)
+    found = light_budget(steep, (0.0, 8.0, -5.0), (0.0, 0.0, 1.0), least=1e-9)
+    angle, inside = math.asin(0.8), math.asin(0.8 / N)
+    s, p = ((math.sin(angle - inside) / math.sin(angle + inside))**2,
+            (math.tan(angle - inside) / math.tan(angle + inside))**2)
+    assert found.to_scene[1] == pytest.approx(0.5 * (s + p), rel=1e-12)
+    assert found.total == pytest.approx(1.0, abs=1e-9)
+
+
 @pytest.mark.slow
 def test_a_lens_of_eleven_surfaces_has_a_budget_by_default():
     found = light_budget(lenses.load("pbrt-dgauss-50mm"), (0.0, 5.0, -10.0), (0.0, 0.0, 1.0))

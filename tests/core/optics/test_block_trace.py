@@ -164,6 +164,18 @@ def test_strong_aspheres_lose_no_light_at_the_films_edge_in_single_precision():
     assert (single != double).sum() <= 5
 
 
+def test_aspheres_that_take_many_steps_lose_no_light_in_single_precision():
+    """At 46 mm from the axis of the shift lens, nine steps lost a quarter of the rays."""
+    lens = lenses.load("fujifilm-fujinon-gf-t-s-30-f56")
+    z, r = lb.film_distance(lens, np.inf), 46.3
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(19.0, 20.6, 200), np.linspace(0.0, 4.0, 200)))
+    way = np.column_stack([x - r, y, np.full(x.size, -z)])
+    directions, origins = way / np.linalg.norm(way, axis=1)[:, None], np.tile([r, 0.0, lens.length + z], (x.size, 1))
+    single, double = (block(lens, z, origins, directions, real=real)[6] > 0.0 for real in (np.float32, np.float64))
+    assert double.sum() > 10_000 and (single != double).sum() <= 0.002 * double.sum()
+    assert (double != (lb.trace(lens, origins, directions).fate == lb.Fate.PASSED)).sum() == 0
+
+
 @pytest.mark.parametrize(("curvature", "conic"), [(0.1, 0.0), (0.1, 0.5), (0.08, -0.4)])
 @pytest.mark.parametrize("terms", [(), ((4, 1e-30),)], ids=["conic", "asphere"])
 def test_no_ray_that_meets_a_surface_behind_its_equator_alone_passes(curvature, conic, terms):
