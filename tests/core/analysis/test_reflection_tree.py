@@ -50,7 +50,7 @@ def test_every_order_of_a_singlet_adds_up_to_one():
 
 
 def test_light_that_grazes_a_steep_front_leaves_for_the_scene():
-    """Light along the axis that meets a front of radius 10 at a height of 8 mm is reflected on, by Fresnel's formulas."""
+    """Light along the axis that meets a front of radius 10 at a height of 8 mm: Fresnel's formulas."""
     steep = lb.Lens((lb.Surface(0.1, 8.0, 9.0, lb.Glass(N)), lb.Surface(0.0, 50.0, 20.0)), 1)
     found = light_budget(steep, (0.0, 8.0, -5.0), (0.0, 0.0, 1.0), least=1e-9)
     angle, inside = math.asin(0.8), math.asin(0.8 / N)
