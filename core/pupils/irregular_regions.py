@@ -1,8 +1,9 @@
 """Irregular exit-pupil regions: those that are not star-shaped, and the convex outline around each.
 
-Seen from a point inside, a region is star-shaped, except at the edge of the light of some fisheyes, where a hole opens
-in it, a piece comes off, or it bends round. A camera then samples the convex outline around all of it: every ray is
-traced, so the dark part costs samples but no light. Lens frame, mm.
+Seen from a point inside, a region is star-shaped, except at the edge of the light of some lenses, where a hole opens in
+it, a piece comes off, or it bends round, and where a steep asphere lets light through beside a rim. A camera then
+samples the convex outline around all of it: every ray is traced, so the dark part costs samples but no light. Lens
+frame, mm.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Regions of several pieces at the edge of the light of a fisheye, against counted rays."""
+"""Regions that are not star-shaped, at the edge of the light of some lenses, against counted rays."""
 
 import math
 
