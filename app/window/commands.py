@@ -18,6 +18,7 @@ from lensbench.app.state.request import Request
 from lensbench.app.state.setting_table import VIEWS
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.trials import TRIALS, Trial, tried
+from lensbench.app.widgets.chord import chord
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.state import WindowState
 
@@ -180,23 +181,24 @@ COMMANDS: tuple[Command, ...] = (
     Command("Lock the dials of A to those of B", _lock, "K", (KEY.k,), COMPARE),
     Command("Pause or go on rendering", _asks(Request.PAUSE), "Space", (KEY.space,), RENDER),
     Command("Restart the render", _asks(Request.RESTART), "R", (KEY.r,), RENDER),
-    Command("Undo", undo, "Ctrl + Z", (CTRL | KEY.z,), RENDER),
-    Command("Redo", redo, "Ctrl + Shift + Z", (CTRL | SHIFT | KEY.z, CTRL | KEY.y), RENDER),
-    Command("Command palette", _asks(Request.SHOW_PALETTE), "Ctrl + K", (CTRL | KEY.k,), FILES),
+    Command("Undo", undo, "Ctrl + Z", (chord(CTRL, KEY.z),), RENDER),
+    Command("Redo", redo, "Ctrl + Shift + Z", (chord(CTRL, SHIFT, KEY.z), chord(CTRL, KEY.y)), RENDER),
+    Command("Command palette", _asks(Request.SHOW_PALETTE), "Ctrl + K", (chord(CTRL, KEY.k),), FILES),
     Command("Keys and mouse", _asks(Request.SHOW_HELP), "F1 · ?", (KEY.f1,), FILES),
     Command("What the terms mean", _asks(Request.SHOW_TERMS)),
     *(Command(f"Try this: {trial.title}", _tries(trial)) for trial in TRIALS),
     Command("Lens browser", _asks(Request.BROWSE_LENSES), "L", (KEY.l,), FILES),
-    Command("Open a lens", _asks(Request.OPEN_LENS), "Ctrl + O", (CTRL | KEY.o,), FILES),
-    Command("Save the edits of the lens", _asks(Request.SAVE_EDITED), "Ctrl + Shift + S", (CTRL | SHIFT | KEY.s,),
+    Command("Open a lens", _asks(Request.OPEN_LENS), "Ctrl + O", (chord(CTRL, KEY.o),), FILES),
+    Command("Save the edits of the lens", _asks(Request.SAVE_EDITED), "Ctrl + Shift + S", (chord(CTRL, SHIFT, KEY.s),),
             FILES),
-    Command("Export", _asks(Request.EXPORT), "Ctrl + E", (CTRL | KEY.e,), FILES),
-    Command("Save the picture as it is now", _asks(Request.SAVE_RENDER), "Ctrl + S", (CTRL | KEY.s,), FILES),
+    Command("Export", _asks(Request.EXPORT), "Ctrl + E", (chord(CTRL, KEY.e),), FILES),
+    Command("Save the picture as it is now", _asks(Request.SAVE_RENDER), "Ctrl + S", (chord(CTRL, KEY.s),), FILES),
     Command("Keep this moment", _asks(Request.KEEP_MOMENT), "B", (KEY.b,), FILES),
-    Command("Copy the picture", _asks(Request.COPY_PICTURE), "Ctrl + C", (CTRL | KEY.c,), FILES),
-    Command("Copy the state as text", _asks(Request.COPY_STATE), "Ctrl + Shift + C", (CTRL | SHIFT | KEY.c,), FILES),
-    Command("Paste the state of a text", _asks(Request.PASTE), "Ctrl + V", (CTRL | KEY.v,), FILES),
-    Command("Quit", quit_window, "Ctrl + Q", (CTRL | KEY.q,), FILES),
+    Command("Copy the picture", _asks(Request.COPY_PICTURE), "Ctrl + C", (chord(CTRL, KEY.c),), FILES),
+    Command("Copy the state as text", _asks(Request.COPY_STATE), "Ctrl + Shift + C", (chord(CTRL, SHIFT, KEY.c),),
+            FILES),
+    Command("Paste the state of a text", _asks(Request.PASTE), "Ctrl + V", (chord(CTRL, KEY.v),), FILES),
+    Command("Quit", quit_window, "Ctrl + Q", (chord(CTRL, KEY.q),), FILES),
     Command("Open a scene", _asks(Request.OPEN_SCENE)),
     Command("Open the settings of a picture", _asks(Request.OPEN_PICTURE)),
     Command("Open settings", _asks(Request.OPEN_SETTINGS)),

@@ -14,6 +14,7 @@ from lensbench.app.state.lens_edit.editing import can_save_in_place, reverted
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.chord import chord
 from lensbench.kernels.figures import significant
 from lensbench.lenses.editing import attachments, elements, stop, structure
 from lensbench.lenses.editing.cells import with_rule, without_rule
@@ -150,12 +151,13 @@ def keys(settings: Settings, document: LensDocument, state: LensTableState) -> S
     if not state.keyed:
         return settings
     key = imgui.Key
-    chords = {"Insert": key.insert, "Delete": key.delete, "Split": key.mod_ctrl | key.d, "Flip": key.mod_ctrl | key.f,
-              "Move up": key.mod_alt | key.up_arrow, "Move down": key.mod_alt | key.down_arrow}
+    chords = {"Insert": key.insert, "Delete": key.delete, "Split": chord(key.mod_ctrl, key.d),
+              "Flip": chord(key.mod_ctrl, key.f), "Move up": chord(key.mod_alt, key.up_arrow),
+              "Move down": chord(key.mod_alt, key.down_arrow)}
     for _, title, _, _, edit in row_edits(document, state.first, state.last):
         if title in chords and edit is not None and imgui.is_key_chord_pressed(chords[title]):
             return _do(settings, title, edit, document, state)
-    if imgui.is_key_chord_pressed(key.mod_ctrl | key.v):
+    if imgui.is_key_chord_pressed(chord(key.mod_ctrl, key.v)):
         state.pasting = imgui.get_clipboard_text() or ""
     return settings
 

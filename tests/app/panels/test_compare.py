@@ -14,6 +14,7 @@ from lensbench.app.panels.image.compare import differences, plate_lines
 from lensbench.app.state.picture import tone
 from lensbench.app.state.picture.statistics import Difference, round_above
 from lensbench.app.state.settings import Settings
+from lensbench.app.widgets.chord import chord
 from tests.app.conftest import SMALL
 
 
@@ -102,7 +103,7 @@ def test_a_picture_is_pinned_and_compared_by_keys_and_mouse(drive):
         before = hand.settings
         hand.drag(hand.at("**/Wipe", 0.5, 0.3), hand.at("**/Picture", 0.7, 0.3))
         assert 0.55 < hand.settings.wipe < 0.85 and hand.settings.yaw == 0.0
-        hand.press(key.mod_ctrl | key.z)
+        hand.press(chord(key.mod_ctrl, key.z))
         assert hand.settings == before
         hand.press(key.d)
         assert hand.settings.compare == "difference"

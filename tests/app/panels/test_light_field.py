@@ -25,6 +25,7 @@ from lensbench.app.state.light_field_query import (
 from lensbench.app.state.picture.false_colours import depth_codes, depth_picture, ends
 from lensbench.app.state.picture.statistics import decibels
 from lensbench.app.state.picture.tone import develop
+from lensbench.app.widgets.chord import chord
 from lensbench.kernels.srgb import linear
 from tests.app.conftest import SMALL
 
@@ -120,7 +121,7 @@ def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it
         hand.drag(hand.at("**/Aperture", 0.5, 0.5), hand.at("**/Aperture", 0.7, 0.5))
         hand.picture()
         assert controller.field_picture is None and hand.settings.f_number != START.f_number
-        hand.press(imgui.Key.mod_ctrl | imgui.Key.z)
+        hand.press(chord(imgui.Key.mod_ctrl, imgui.Key.z))
         assert hand.settings == START and controller.worker.recording is not None
         hand.ctx.item_click("//Light field/**/Show view")
         hand.ctx.mouse_move_to_pos(hand.at("**/Pupil grid", 0.5, 0.3))

@@ -17,6 +17,7 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.geometry.plan import extent, plan, things
 from lensbench.app.state.pixel.beam import thing_at
 from lensbench.app.state.settings import Settings
+from lensbench.app.widgets.chord import chord
 from tests.app.conftest import SMALL
 from tests.app.kinds import of_kind
 
@@ -142,7 +143,7 @@ def test_the_panels_are_opened_and_the_focus_is_dragged_in_the_plan(drive, tmp_p
         hand.drag(start, ImVec2(start.x, start.y - 25.0))
         assert hand.settings == replace(SMALL, focus_distance=hand.settings.focus_distance)
         assert hand.settings.focus_distance > SMALL.focus_distance + 100.0
-        hand.press(imgui.Key.mod_ctrl | imgui.Key.z)
+        hand.press(chord(imgui.Key.mod_ctrl, imgui.Key.z))
         assert hand.settings == SMALL
         hand.ctx.item_click("**/Distortion grid")
         hand.ctx.item_click("**/Save intrinsics")

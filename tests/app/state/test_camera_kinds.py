@@ -18,6 +18,7 @@ from lensbench.app.state.pose import dollied, orbited
 from lensbench.app.state.scales import Scale
 from lensbench.app.state.settings import Settings, SettingsError
 from lensbench.app.state.text_values import format_duration, format_time, read_time
+from lensbench.app.widgets.chord import chord
 from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
 from tests.app.conftest import SMALL
 from tests.app.kinds import KINDS, of_kind
@@ -198,7 +199,7 @@ def test_the_camera_is_keyframed_scrubbed_and_stilled_by_hand(drive):
         hand.picture()
         assert not hand.settings.keyframed
         hand.press(imgui.Key.escape)
-        hand.press(imgui.Key.mod_ctrl | imgui.Key.z)
+        hand.press(chord(imgui.Key.mod_ctrl, imgui.Key.z))
         assert hand.settings.keyframed
 
     assert drive(use).view.messages == []

@@ -12,6 +12,7 @@ from lensbench.app.state.figures import dark_corners, lit
 from lensbench.app.state.geometry.exit_pupil import region
 from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
+from lensbench.app.widgets.chord import chord
 from tests.app.kinds import of_kind
 
 CTRL = imgui.Key.mod_ctrl
@@ -55,7 +56,7 @@ def test_the_film_point_stays_at_its_part_of_the_field(drive):
         hand.picture()
         hand.drag(hand.at("**/Field of view", 0.9, 0.5), hand.at("**/Field of view", 0.4, 0.5))
         assert hand.settings.crop < 0.5
-        hand.press(CTRL | imgui.Key.z)
+        hand.press(chord(CTRL, imgui.Key.z))
         assert hand.session.panels._field == 0.7
         hand.drag(hand.at("**/Film radius", 0.69, 0.5), hand.at("**/Film radius", 0.4, 0.5))
         assert 0.3 < hand.session.panels._field < 0.5

@@ -8,6 +8,7 @@ from itertools import product
 import pytest
 from imgui_bundle import ImVec2, imgui
 
+from lensbench.app.widgets.chord import chord
 from lensbench.app.window.analyses import PANELS
 from lensbench.app.window.layouts import BENCH, LAYOUTS
 from tests.app.conftest import SMALL
@@ -144,7 +145,7 @@ def test_the_film_dragged_through_the_map_moves_the_focus_dial(drive):
         hand.drag(middle, ImVec2(middle.x + 0.2 * window.size.x, middle.y))
         assert hand.settings.focus_distance < before.focus_distance         # the film is farther from the lens
         settle(hand)
-        hand.ctx.key_press(imgui.Key.mod_ctrl | imgui.Key.z)
+        hand.ctx.key_press(chord(imgui.Key.mod_ctrl, imgui.Key.z))
         hand.ctx.yield_(3)
         assert hand.settings == before                                      # the whole drag is one step
 
@@ -293,7 +294,7 @@ def test_a_copy_of_a_run_is_taken_and_undone(drive, tmp_path):
         hand.picture()
         assert ", copy " in hand.session.history.present.edited
         hand.photograph(tmp_path / "taken.png")
-        hand.ctx.key_press(imgui.Key.mod_ctrl | imgui.Key.z)
+        hand.ctx.key_press(chord(imgui.Key.mod_ctrl, imgui.Key.z))
         hand.picture()
         assert hand.session.history.present.edited == ""
 

@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 
 from lensbench.app.panels.readouts import Status, paired_rows
 from lensbench.app.state.settings import Settings
+from lensbench.app.widgets.chord import chord
 from tests.app.conftest import SMALL
 
 KEY = imgui.Key
@@ -55,7 +56,7 @@ def test_a_locked_to_b_follows_its_dials_and_keeps_its_lens(drive):
         a = presenter.pinned.settings
         assert a == view.pinned and a.lens == ENOUGH.lens and a.f_number == hand.settings.f_number > 4.5
         assert hand.session.panels.kept.section.view is not None
-        hand.press(KEY.mod_ctrl | KEY.z)                        # undo turns the dial back, in both
+        hand.press(chord(KEY.mod_ctrl, KEY.z))                        # undo turns the dial back, in both
         hand.ctx.yield_(2)
         assert view.pinned.f_number == hand.settings.f_number == 4.0
         hand.ctx.item_click("**/Compare")

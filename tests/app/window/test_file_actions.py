@@ -14,6 +14,7 @@ from lensbench.app.files.settings_file import save_settings
 from lensbench.app.files.state_text import state_text
 from lensbench.app.state.build import design
 from lensbench.app.state.request import Request
+from lensbench.app.widgets.chord import chord
 from lensbench.app.window import dialogs
 from lensbench.app.window.file_actions import QUESTIONS
 from lensbench.lenses.stop_picture import read_picture
@@ -49,7 +50,7 @@ def test_a_dropped_lens_is_opened_and_a_broken_one_is_said_and_changes_nothing(d
             hand.ctx.item_click("**/Dismiss")
             hand.ctx.yield_(2)
             assert hand.session.view.messages == []
-        hand.press(CTRL | imgui.Key.z)
+        hand.press(chord(CTRL, imgui.Key.z))
         assert hand.settings == SMALL
 
     drive(use)
@@ -115,7 +116,7 @@ def test_the_picture_is_saved_and_opened_again_with_its_settings(drive, tmp_path
 
     def use(hand):
         hand.picture()
-        hand.press(CTRL | imgui.Key.s)
+        hand.press(chord(CTRL, imgui.Key.s))
         hand.ctx.item_input_value("//$FOCUSED/##Name", str(path))
         hand.wait(path.exists, "the saved picture")
         hand.session.dropped(None, [str(path)])

@@ -6,6 +6,7 @@ import pytest
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.state.trials import TRIALS
+from lensbench.app.widgets.chord import chord
 from tests.app.conftest import SMALL
 
 
@@ -30,7 +31,7 @@ def test_a_picture_is_tried_and_undone_and_the_offer_dismissed(drive, size):
         hand.ctx.yield_(4)
         assert (hand.settings.lens, hand.settings.scene, hand.settings.blades) == (trial.lens, trial.scene, 6)
         assert view.messages == [trial.about]
-        hand.press(imgui.Key.mod_ctrl | imgui.Key.z)
+        hand.press(chord(imgui.Key.mod_ctrl, imgui.Key.z))
         assert hand.settings == before
         hand.ctx.yield_(2)
         assert view.messages == []                                  # what was said of the lens goes with it

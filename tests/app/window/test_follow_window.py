@@ -7,6 +7,7 @@ from imgui_bundle import hello_imgui, imgui
 
 from lensbench.app.state.constraints import coarser, longer_side_within, with_longer_side
 from lensbench.app.state.settings import Settings
+from lensbench.app.widgets.chord import chord
 from lensbench.app.window import state
 from tests.app.conftest import SMALL
 
@@ -47,7 +48,7 @@ def test_the_picture_takes_the_pixels_of_the_window_and_a_drag_a_coarse_one(driv
         hand.picture()
         assert hand.settings.pixels_x < full
         assert max(hand.settings.pixels_x, hand.settings.pixels_y) == longer_side_within(hand.settings, view.room)
-        hand.press(imgui.Key.mod_ctrl | imgui.Key.z)            # takes back the aperture, not the size
+        hand.press(chord(imgui.Key.mod_ctrl, imgui.Key.z))            # takes back the aperture, not the size
         hand.picture()
         assert hand.settings.f_number == SMALL.f_number
         hello_imgui.change_window_size((1280, 720))

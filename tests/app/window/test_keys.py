@@ -15,6 +15,7 @@ from lensbench.app.panels.image.overlays import Mark
 from lensbench.app.state.lens_choice import with_scene
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.undo import History
+from lensbench.app.widgets.chord import chord
 from lensbench.app.window.commands import reset_all, reset_camera
 from lensbench.app.workers.render_update import RenderUpdate
 from tests.app.conftest import SMALL
@@ -48,7 +49,7 @@ def test_home_brings_the_camera_back_and_leaves_the_rest(drive):
         hand.picture()
         hand.press(imgui.Key.home)
         assert hand.settings == replace(moved, position=(0.0, 0.0, 0.0), yaw=0.0, pitch=0.0)
-        hand.press(imgui.Key.mod_ctrl | imgui.Key.z)
+        hand.press(chord(imgui.Key.mod_ctrl, imgui.Key.z))
         assert hand.settings == moved
 
     assert drive(use, moved).view.messages == []

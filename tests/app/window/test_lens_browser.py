@@ -10,6 +10,7 @@ from PIL import Image
 
 from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.request import Request
+from lensbench.app.widgets.chord import chord
 from lensbench.app.window import lens_browsing
 from tests.app.conftest import SMALL
 
@@ -39,12 +40,12 @@ def test_a_lens_is_searched_tried_and_kept_as_one_step_of_undo(drive):
         hand.picture()
         assert hand.settings == with_lens(SMALL, TESSAR) and hand.session.browsing.is_open
         hand.ctx.item_click(f"{BROWSER}/**/##Search lenses")
-        hand.press(Key.mod_ctrl | Key.a)
+        hand.press(chord(Key.mod_ctrl, Key.a))
         typed(hand, "biogon")
         hand.press(Key.enter)
         assert hand.settings == with_lens(SMALL, BIOGON) and not hand.session.browsing.is_open
         assert hand.session.browsing.state.recent[0] == BIOGON
-        hand.press(Key.mod_ctrl | Key.z)
+        hand.press(chord(Key.mod_ctrl, Key.z))
         assert hand.settings == SMALL
 
     assert drive(use).view.messages == []
@@ -76,7 +77,7 @@ def test_what_is_typed_is_searched_after_a_click_and_after_enter_without_a_match
         typed(hand, "biogon")
         state = hand.session.browsing.state
         assert state.shelf.search == "biogon" and state.selected == BIOGON and hand.settings.lens == TESSAR
-        hand.press(Key.mod_ctrl | Key.a)
+        hand.press(chord(Key.mod_ctrl, Key.a))
         typed(hand, "qqqq")
         hand.press(Key.enter)
         hand.ctx.yield_(2)

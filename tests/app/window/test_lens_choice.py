@@ -6,10 +6,11 @@ import pytest
 from imgui_bundle import imgui
 
 from lensbench.app.state.lens_choice import with_lens
+from lensbench.app.widgets.chord import chord
 from lensbench.lenses import catalogue
 from tests.app.conftest import SMALL
 
-UNDO = imgui.Key.mod_ctrl | imgui.Key.z
+UNDO = chord(imgui.Key.mod_ctrl, imgui.Key.z)
 FILE = str(catalogue.path_of("pbrt-telephoto-250mm"))
 
 

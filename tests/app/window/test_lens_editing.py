@@ -21,6 +21,7 @@ from lensbench.app.state.lens_edit import cells
 from lensbench.app.state.lens_edit.editing import document_of, original
 from lensbench.app.state.lens_edit.handles import HandleKind, pose_handles
 from lensbench.app.studies.improvement import substitution
+from lensbench.app.widgets.chord import chord
 from lensbench.app.window.lens_editing import LensEditing
 from lensbench.lenses.editing.document import Solve
 from tests.app.conftest import SMALL
@@ -71,12 +72,12 @@ def test_numbers_are_dragged_and_typed_and_each_gesture_is_one_undo(drive):
         assert changed(hand, start) == [(0, "curvature")] and 0.0 < surfaces(hand)[0].curvature < start[0].curvature
         coarse = surfaces(hand)[0].curvature
         assert design(hand.settings).surfaces == surfaces(hand)
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings == settings and surfaces(hand) == start        # to the last bit
         scrub(hand, "0 curvature", 40, shift=True)
         fine = surfaces(hand)[0].curvature
         assert (start[0].curvature - fine) / (start[0].curvature - coarse) == pytest.approx(0.1)
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
 
         hand.ctx.item_click("**/1 thickness")
         enter(hand, "6,5")
@@ -91,13 +92,13 @@ def test_numbers_are_dragged_and_typed_and_each_gesture_is_one_undo(drive):
         assert state.entry is not None and "must be positive" in state.entry.error
         hand.press(KEY.escape)
         assert changed(hand, start) == [(1, "curvature"), (1, "thickness")]
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert changed(hand, start) == [(1, "thickness")]
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings == settings
-        hand.press(KEY.mod_ctrl | KEY.z)                                     # past the start
+        hand.press(chord(KEY.mod_ctrl, KEY.z))                                     # past the start
         assert hand.settings == settings
-        hand.press(KEY.mod_ctrl | KEY.mod_shift | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.mod_shift, KEY.z))
         assert changed(hand, start) == [(1, "thickness")]
 
     assert drive(use, TRIPLET).view.messages == []
@@ -141,9 +142,9 @@ def test_tab_takes_the_typed_number_and_goes_to_the_next_cell(drive):
         hand.ctx.yield_(2)
         assert state.entry is not None and "type a thickness" in state.entry.error and state.at == (0, "thickness")
         hand.press(KEY.escape)
-        hand.press(KEY.mod_shift | KEY.tab)
+        hand.press(chord(KEY.mod_shift, KEY.tab))
         assert state.at == (0, "curvature") and changed(hand, start) == [(0, "curvature")]
-        hand.press(KEY.mod_ctrl | KEY.z)                                     # one step of undo
+        hand.press(chord(KEY.mod_ctrl, KEY.z))                                     # one step of undo
         assert surfaces(hand) == start
 
     drive(use, TRIPLET)
@@ -160,7 +161,7 @@ def test_an_element_is_decentred_and_tilted_as_one_body_by_its_cell(drive):
         assert poses[2].decentre_y > 0.0 and poses[3] == replace(poses[2], pivot=1)
         assert poses[:2] + poses[4:] == [None] * (len(poses) - 2)
         hand.press(KEY.escape)
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings == settings and surfaces(hand) == start
         hand.ctx.item_click("**/2 pose")
         hand.ctx.yield_(3)
@@ -209,16 +210,16 @@ def test_keys_walk_and_step_and_edit_rows(drive):
         assert len(surfaces(hand)) == 7 and surfaces(hand)[2].curvature == 0.0
         hand.press(KEY.delete)
         assert surfaces(hand) == start
-        hand.press(KEY.mod_ctrl | KEY.d)
+        hand.press(chord(KEY.mod_ctrl, KEY.d))
         assert len(surfaces(hand)) == 7 and surfaces(hand)[2].thickness == 0.5 * start[2].thickness
-        hand.press(KEY.mod_ctrl | KEY.z)
-        hand.press(KEY.mod_ctrl | KEY.f)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
+        hand.press(chord(KEY.mod_ctrl, KEY.f))
         assert surfaces(hand)[2].curvature == -start[3].curvature
-        hand.press(KEY.mod_ctrl | KEY.z)
-        hand.press(KEY.mod_alt | KEY.down_arrow)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
+        hand.press(chord(KEY.mod_alt, KEY.down_arrow))
         assert surfaces(hand)[4:] == start[2:4] and (state.first, state.last) == (4, 4)
         hand.wait(lambda: any("no room for a film" in text for text in hand.session.view.messages), "the reason")
-        hand.press(KEY.mod_alt | KEY.up_arrow)
+        hand.press(chord(KEY.mod_alt, KEY.up_arrow))
         assert surfaces(hand) == start
         hand.picture()
         assert hand.session.view.messages == []
@@ -227,10 +228,10 @@ def test_keys_walk_and_step_and_edit_rows(drive):
         assert state.entry is None
         hand.ctx.item_click("**/0 conic")
         enter(hand, "-0.5")
-        hand.press(KEY.mod_ctrl | KEY.up_arrow)
+        hand.press(chord(KEY.mod_ctrl, KEY.up_arrow))
         assert surfaces(hand)[0].conic == pytest.approx(-0.45)
         hand.press(KEY.down_arrow)
-        hand.press(KEY.mod_ctrl | KEY.up_arrow)
+        hand.press(chord(KEY.mod_ctrl, KEY.up_arrow))
         assert surfaces(hand)[1].conic == pytest.approx(0.05)
 
     assert drive(use, TRIPLET).view.messages == []
@@ -243,7 +244,7 @@ def test_what_was_said_of_an_edit_goes_with_its_undo(drive):
         hand.ctx.item_click(f"**/{stop} row")
         hand.press(KEY.delete)
         assert any("the stop was deleted" in text for text in hand.session.view.messages)
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
 
     session = drive(use, TRIPLET)
     assert session.history.present.edited == "" and session.view.messages == []
@@ -259,10 +260,10 @@ def test_numbers_that_may_change_go_with_their_surfaces(drive):
         hand.press(KEY.insert)
         hand.ctx.yield_(2)
         assert state.ticked == {(1, "curvature"), (4, "thickness"), (5, "curvature")}
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         hand.ctx.yield_(2)
         assert state.ticked == start
-        hand.press(KEY.mod_ctrl | KEY.y)
+        hand.press(chord(KEY.mod_ctrl, KEY.y))
         hand.ctx.yield_(2)
         assert state.ticked == {(1, "curvature"), (4, "thickness"), (5, "curvature")}
         hand.ctx.item_click("**/1 row")
@@ -285,9 +286,9 @@ def test_a_glass_is_searched_and_clicked(drive):
         hand.ctx.yield_(3)
         hand.ctx.item_click("**/###no glass")
         assert surfaces(hand)[2].glass == lb.AIR
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert surfaces(hand)[2].glass == original(hand.settings).surfaces[2].glass
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings.edited == ""
 
     assert drive(use, TRIPLET).view.messages == []
@@ -310,7 +311,7 @@ def test_solves_and_pickups_are_set_by_the_menu_of_a_cell(drive):
         before = hand.settings
         scrub(hand, "5 curvature", 30)
         assert hand.settings == before and "remove it first" in state.problem
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings != before and state.problem == ""              # the line speaks of the lens as it is
 
     assert drive(use, TRIPLET).view.messages == []
@@ -332,7 +333,7 @@ def test_a_lens_that_cannot_be_is_marked_and_edited_on(drive, tmp_path):
         hand.ctx.yield_(30)
         assert hand.settings == edited and state.problem == ""
         for _ in range(3):
-            hand.press(KEY.mod_ctrl | KEY.z)
+            hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings == TRIPLET
         hand.picture()
 
@@ -381,13 +382,13 @@ def test_edits_are_saved_in_their_file_and_in_others_with_what_is_lost(drive, tm
         assert hand.settings.edited and hand.settings.lens == str(path)
         assert any("left out: comments" in message for message in session.view.messages)
         assert lenses.load(zemax).surfaces[1].thickness == 6.5
-        hand.press(KEY.mod_ctrl | KEY.mod_shift | KEY.s)
+        hand.press(chord(KEY.mod_ctrl, KEY.mod_shift, KEY.s))
         hand.ctx.yield_(3)
         assert hand.settings == replace(TRIPLET, lens=str(path))
         assert document_of(hand.settings).comment(0) == "front" and surfaces(hand)[1].thickness == 6.5
         assert design(hand.settings).surfaces[1].thickness == 6.5
         hand.picture()
-        hand.press(KEY.mod_ctrl | KEY.z)                        # the file stays, the edit is marked again
+        hand.press(chord(KEY.mod_ctrl, KEY.z))                        # the file stays, the edit is marked again
         assert surfaces(hand)[1].thickness == 6.5
 
     drive(use, TRIPLET)
@@ -420,7 +421,7 @@ def test_a_file_that_changes_meanwhile_never_replaces_edits_without_a_question(d
         hand.ctx.item_click("**/Load the file")
         hand.ctx.yield_(3)
         assert hand.settings.edited == "" and surfaces(hand)[1].thickness == pytest.approx(3.0 * 6.00755)
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert surfaces(hand)[1].thickness == 6.5
 
     drive(use, TRIPLET)
@@ -450,7 +451,7 @@ def test_unsaved_edits_are_offered_at_the_next_start(drive, tmp_path, monkeypatc
         hand.wait(lambda: len(list(tmp_path.glob("*.toml"))) == 1, "the autosave")
         assert LensEditing(hand.session, tmp_path).offers == 0          # edits that are open are not offered
         hand.session.editing = LensEditing(hand.session, tmp_path)
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         hand.wait(lambda: not list(tmp_path.glob("*.toml")), "the end of the autosave")
 
     drive(use, SMALL)
@@ -543,7 +544,7 @@ def test_it_is_said_that_edits_are_not_saved_where_another_lens_comes(drive, tmp
         hand.session.take(with_lens(hand.settings, "pbrt-dgauss-50mm"))
         hand.wait(lambda: hand.session.view.messages, "the notice")
         assert "are not saved: Ctrl + Z brings them back" in hand.session.view.messages[-1]
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert surfaces(hand)[1].thickness == 6.5 and editing is hand.session.editing
         hand.ctx.yield_(3)
         assert len(list(tmp_path.glob("*.toml"))) == 1
@@ -577,14 +578,14 @@ def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(dr
             assert set(changed(hand, start)) == numbers
             if at is drags[0][0]:
                 assert state.view == view                       # it edits, and does not pan
-            hand.press(KEY.mod_ctrl | KEY.z)
+            hand.press(chord(KEY.mod_ctrl, KEY.z))
             assert hand.settings == TRIPLET and surfaces(hand) == start
         for _ in range(2):                                      # two quick drags are two steps
             hand.drag(drags[0][0], ImVec2(drags[0][0].x + 1, drags[0][0].y))
         once = hand.settings
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings not in (once, TRIPLET)
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings == TRIPLET
         hand.ctx.item_click("**/Edit section")
         state.view = view
@@ -598,7 +599,7 @@ def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(dr
         enter(hand, "-20")
         hand.ctx.yield_(20)
         assert lb.first_order(design(hand.settings)).efl < 0.0 and not hand.session.panels.docking._failed
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         hand.picture()
 
     assert drive(use, TRIPLET).view.messages == []
@@ -619,7 +620,7 @@ def test_improve_tries_other_glasses_until_it_is_stopped(drive, monkeypatch):
         assert state.worker.running and state.worker.last < state.worker.first
         hand.ctx.item_click("**/###Improve")
         hand.wait(lambda: not state.worker.running, "the stop")
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert surfaces(hand) == start
 
     assert drive(use, TRIPLET).view.messages == []
@@ -639,7 +640,7 @@ def test_improve_runs_step_by_step_is_stopped_and_is_one_undo(drive):
         assert state.worker.message == "" and state.worker.last < state.worker.first
         assert {name for _, name in changed(hand, start)} == {"curvature"}
         assert progress(hand.settings, state).startswith("Spot ")
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings == spoiled and progress(hand.settings, state) == ""
         state.ticked.add((1, "thickness"))
         hand.ctx.item_click("**/###Improve")
@@ -702,7 +703,7 @@ def test_a_lens_of_the_library_is_attached_reversed_and_taken_off_again(drive, t
         added = lenses.load("pbrt-dgauss-50mm").surfaces
         assert len(surfaces(hand)) == len(start) + len(added)
         assert surfaces(hand)[0].curvature == -added[-1].curvature
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert surfaces(hand) == start
 
     drive(use, TRIPLET)
@@ -743,12 +744,12 @@ def test_handles_of_the_section_decentre_and_tilt_a_body_from_both_sides(drive):
                 poses = pull(kind, dx, dy)
                 wanted = lb.SurfacePose(**{quantity: getattr(poses[0], quantity)})
                 assert poses == [wanted, replace(wanted, pivot=1), *[None] * (len(poses) - 2)]
-                hand.press(KEY.mod_ctrl | KEY.z)                # one gesture, one undo
+                hand.press(chord(KEY.mod_ctrl, KEY.z))                # one gesture, one undo
                 assert hand.settings == TRIPLET and surfaces(hand) == start
                 if not above:
                     fine = pull(kind, dx, dy, shift=True)[0]
                     assert getattr(fine, quantity) == pytest.approx(0.1 * getattr(wanted, quantity), rel=1e-6)
-                    hand.press(KEY.mod_ctrl | KEY.z)
+                    hand.press(chord(KEY.mod_ctrl, KEY.z))
                 if kind is HandleKind.DECENTRE:
                     assert getattr(wanted, quantity) == pytest.approx(12.0 / view.scale)
             if not above:

@@ -6,6 +6,7 @@ import pytest
 from imgui_bundle import imgui
 
 from lensbench.app.state.constraints import with_camera
+from lensbench.app.widgets.chord import chord
 from tests.app.conftest import SMALL
 
 
@@ -33,7 +34,7 @@ def test_a_drag_turns_inside_the_panorama_and_leaves_its_camera(drive):
         hand.ctx.item_click("**/Look around")
         hand.ctx.yield_(3)
         assert view.look is None
-        hand.press(imgui.Key.mod_ctrl | imgui.Key.z)
+        hand.press(chord(imgui.Key.mod_ctrl, imgui.Key.z))
         assert hand.settings.camera == "lens"
 
     assert drive(use, replace(SMALL, samples=1)).view.messages == []

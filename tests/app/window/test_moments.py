@@ -9,6 +9,7 @@ from PIL import Image
 
 from lensbench.app.files.moment_card import WIDTH, words, write_card
 from lensbench.app.files.state_text import settings_of_text, state_text
+from lensbench.app.widgets.chord import chord
 from lensbench.app.window import moments as window_moments
 from tests.app.conftest import SMALL
 
@@ -50,7 +51,7 @@ def test_a_moment_is_kept_named_opened_compared_and_removed(drive):
         hand.ctx.item_click("**/Moment open wide")
         hand.ctx.yield_(3)
         assert hand.settings == SMALL
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings.f_number == 8.0
         hand.ctx.item_click("**/Moment open wide", 1)
         hand.ctx.item_click("//$FOCUSED/Remove")
@@ -66,14 +67,14 @@ def test_states_are_copied_and_pasted_as_text_and_other_text_is_no_state(drive):
 
     def use(hand):
         hand.picture()
-        hand.press(KEY.mod_ctrl | KEY.mod_shift | KEY.c)
+        hand.press(chord(KEY.mod_ctrl, KEY.mod_shift, KEY.c))
         hand.ctx.yield_(2)
         assert settings_of_text(imgui.get_clipboard_text()) == SMALL
         imgui.set_clipboard_text(state_text(other))
-        hand.press(KEY.mod_ctrl | KEY.v)
+        hand.press(chord(KEY.mod_ctrl, KEY.v))
         hand.ctx.yield_(2)
         assert hand.settings == other
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         imgui.set_clipboard_text("hello")
         hand.ctx.window_focus("//Moments")
         hand.ctx.yield_(3)
@@ -92,12 +93,12 @@ def test_a_picture_is_copied_or_it_is_said_what_is_missing(drive, monkeypatch):
         hand.picture()
         with monkeypatch.context() as patch:
             patch.setattr(window_moments, "copy_picture", lambda path: copied.append(path.read_bytes()[:8]))
-            hand.press(KEY.mod_ctrl | KEY.c)
+            hand.press(chord(KEY.mod_ctrl, KEY.c))
             hand.wait(lambda: hand.session.view.messages, "word of it")
         assert hand.session.view.messages == ["The picture was copied"] and copied == [b"\x89PNG\r\n\x1a\n"]
         monkeypatch.delenv("DISPLAY", raising=False)
         monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-        hand.press(KEY.mod_ctrl | KEY.c)
+        hand.press(chord(KEY.mod_ctrl, KEY.c))
         hand.wait(lambda: len(hand.session.view.messages) > 1, "what is missing")
         assert "xclip" in hand.session.view.messages[-1]
 

@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 from lensbench.app.state.notices import Notice, NoticeKind, Notices
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.undo import DEPTH, History
+from lensbench.app.widgets.chord import chord
 from tests.app.conftest import SMALL
 
 KEY = imgui.Key
@@ -159,7 +160,7 @@ def test_undo_takes_back_what_was_said_of_the_change(drive):
         hand.session.take(hand.session.showable(replace(hand.settings, pixels_x=20000, pixels_y=13333)))
         hand.ctx.yield_(2)
         assert len(view.messages) == 2
-        hand.press(KEY.mod_ctrl | KEY.z)
+        hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings == SMALL and view.messages == ["the disk is full"]
 
     drive(use)

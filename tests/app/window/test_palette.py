@@ -9,6 +9,7 @@ from lensbench.app.state.build import design
 from lensbench.app.state.constraints import field_of_view
 from lensbench.app.state.text_values import format_angle
 from lensbench.app.state.zoom import focal_length
+from lensbench.app.widgets.chord import chord
 from lensbench.app.window import palette
 from lensbench.app.window.commands import COMMANDS
 from tests.app.conftest import SMALL
@@ -17,7 +18,7 @@ KEY = imgui.Key
 
 
 def ask(hand, text):
-    hand.press(KEY.mod_ctrl | KEY.k)
+    hand.press(chord(KEY.mod_ctrl, KEY.k))
     hand.ctx.yield_(2)
     hand.ctx.key_chars(text)
     hand.ctx.yield_(2)
@@ -148,14 +149,14 @@ def test_arrows_choose_a_name_is_filled_in_a_wrong_value_is_said_and_escape_chan
         before = hand.settings
         wrong = palette.answers("iso 4e", hand.session)[0]
         assert "ISO" in wrong.text and wrong.run is None
-        hand.press(KEY.mod_ctrl | KEY.k)
+        hand.press(chord(KEY.mod_ctrl, KEY.k))
         hand.ctx.key_chars("theme")
         hand.ctx.yield_(2)
         hand.press(KEY.down_arrow)
         rows = [entry.text for entry in palette.answers("theme", hand.session)[:2]]
         hand.press(KEY.enter)
         assert hand.session.dark is (rows[1] == "Dark theme")
-        hand.press(KEY.mod_ctrl | KEY.k)
+        hand.press(chord(KEY.mod_ctrl, KEY.k))
         hand.ctx.key_chars("reset all")
         hand.ctx.yield_(2)
         hand.press(KEY.escape)
@@ -172,7 +173,7 @@ def test_enter_without_an_answer_or_on_a_wrong_value_lets_one_go_on_typing(drive
         for text, value in (("qqqzzz", "iso 400"), ("iso 4e", "iso 640")):
             ask(hand, text)
             assert imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
-            hand.press(KEY.mod_ctrl | KEY.a)
+            hand.press(chord(KEY.mod_ctrl, KEY.a))
             hand.ctx.key_chars(value)
             hand.ctx.yield_(2)
             hand.press(KEY.enter)

@@ -14,6 +14,7 @@ from lensbench.app.panels.image import camera_strip
 from lensbench.app.panels.lens_section import panel as section_panel
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.settings import Settings
+from lensbench.app.widgets.chord import chord
 from lensbench.app.window import window
 from lensbench.kernels.cache import NotCompiledError
 from lensbench.lenses import catalogue
@@ -36,9 +37,9 @@ def test_a_drag_turns_a_dial_and_is_one_step_of_undo(drive, dial, field):
         after = hand.settings
         assert getattr(after, field) != getattr(before, field)
         hand.picture()
-        hand.press(CTRL | imgui.Key.z)
+        hand.press(chord(CTRL, imgui.Key.z))
         assert hand.settings == before
-        hand.press(CTRL | SHIFT | imgui.Key.z)
+        hand.press(chord(CTRL, SHIFT, imgui.Key.z))
         assert hand.settings == after
 
     assert drive(use).view.messages == []
@@ -98,7 +99,7 @@ def test_a_click_focuses_on_what_is_under_it(drive):
         depth = hand.session.worker.newest().depth
         assert np.nanmin(np.abs(depth - hand.settings.focus_distance)) < 1.0      # the lens breathes a little
         assert hand.session.view.mark.distance == hand.settings.focus_distance
-        hand.press(CTRL | imgui.Key.z)
+        hand.press(chord(CTRL, imgui.Key.z))
         assert hand.settings.focus_distance == 2000.0
 
     drive(use, replace(SMALL, focus_distance=2000.0))
@@ -114,12 +115,12 @@ def test_drags_orbit_and_pan_and_the_wheel_dollies_and_none_of_them_focuses(driv
         pivot = np.array([0.0, 0.0, -SMALL.focus_distance])
         assert orbited.yaw < 0.0 and orbited.focus_distance == SMALL.focus_distance
         assert math.isclose(np.linalg.norm(pivot - orbited.position), SMALL.focus_distance, rel_tol=1e-9)
-        hand.press(CTRL | imgui.Key.z)
+        hand.press(chord(CTRL, imgui.Key.z))
         assert hand.settings == SMALL
 
         hand.drag(start, end, button=1)
         assert hand.settings.position[0] < 0.0 == hand.settings.position[2] and hand.settings.yaw == 0.0
-        hand.press(CTRL | imgui.Key.z)
+        hand.press(chord(CTRL, imgui.Key.z))
         hand.ctx.mouse_move_to_pos(start)
         hand.ctx.mouse_wheel_y(1.0)
         hand.ctx.yield_(2)
@@ -305,7 +306,7 @@ def test_a_lens_is_opened_by_its_path_and_a_wrong_path_is_said_where_it_was_type
 
     def use(hand):
         hand.picture()
-        hand.press(CTRL | imgui.Key.o)
+        hand.press(chord(CTRL, imgui.Key.o))
         hand.ctx.item_input_value("//$FOCUSED/##Name", str(tmp_path / "nothing.toml"))
         hand.ctx.yield_(2)
         assert hand.settings == SMALL
