@@ -20,7 +20,7 @@ NEIGHBOURS = 4                  # film radii to either side, in the rings of a t
 SCAN_CLOSELY = 256              # points of the meridian in the search for narrow regions, twice
 WIDER, HIGHER = 0.5, 1.25       # the search beyond the solved rim: × its width on either side, and × its height
 MARGIN = 1.0                    # × the mean chord of a rim: distance from it at which light or its absence counts
-JUMP, STEEPER = 0.15, 2.5      # least change of width between radii, × the width, and × the changes beside it
+JUMP, STEEPER = 0.15, 2.5       # least change of width between radii, × the width, and × the changes beside it
 DARK, MUCH = 0.05, 0.3          # shares of an outline without light
 LOOKS = 10                      # at a region, to find the box of its light
 
@@ -28,19 +28,17 @@ LOOKS = 10                      # at a region, to find the box of its light
 class _Grids(NamedTuple):
     """Numbers of rays across and up: of the search for irregular regions, of a look at one, of its measurement.
 
-    enough: number of rays that must contradict a rim. accuracy: acceptable error of their clearances.
+    enough: number of rays that must contradict a rim.
     """
 
     search: tuple[int, int]
     enough: int
     look: tuple[int, int]
     cells: tuple[int, int]
-    accuracy: float
 
 
-# Pieces are narrow across. A camera traces in float32, and loses what is lost there
-MEASURE = _Grids((64, 8), 1, (256, 40), (1024, 160), 0.0)
-ENCLOSE = _Grids((32, 8), 2, (64, 20), (128, 40), ROUGH)
+# Pieces are narrow across
+MEASURE, ENCLOSE = _Grids((64, 8), 1, (256, 40), (1024, 160)), _Grids((32, 8), 2, (64, 20), (128, 40))
 REAR = 96, 24                   # rays across and up in the search of the whole rear opening
 CLOSELY = ENCLOSE._replace(search=MEASURE.search, enough=MEASURE.enough)
 
@@ -69,9 +67,9 @@ def irregular_regions(lens: Lens, film_distance: float, radii: np.ndarray, centr
     """
     left, right = rear_interval(lens, film_distance, radii)
     top = rear_interval(lens, film_distance, np.zeros(len(radii)))[1]
-    far, light = _searched(film_distance, radii, centres, rims, by, np.stack([left, right, top], 1), REAR, ROUGH)
+    far, light = _searched(film_distance, radii, centres, rims, by, np.stack([left, right, top], 1), REAR)
     boxes = _joined(_search_boxes(centres, rims, 0), light, _boxes_on_meridian(lens, film_distance, radii, by))
-    near, _ = _searched(film_distance, radii, centres, rims, by, boxes, MEASURE.search, MEASURE.accuracy)
+    near, _ = _searched(film_distance, radii, centres, rims, by, boxes, MEASURE.search)
     which = np.flatnonzero(far + near >= MEASURE.enough)
     return _measured(film_distance, radii, which, rims.shape[1], by, boxes, MEASURE)
 
@@ -124,7 +122,7 @@ def _jumps(widths: np.ndarray) -> np.ndarray:
 def _found(film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray, by: ClearanceTracer,
            boxes: np.ndarray, grids: _Grids) -> dict[int, IrregularRegion]:
     """The irregular ones among the regions, measured, by index. boxes: (n, 3), as `_search_boxes` returns them."""
-    against, _ = _searched(film_distance, radii, centres, rims, by, boxes, grids.search, grids.accuracy)
+    against, _ = _searched(film_distance, radii, centres, rims, by, boxes, grids.search)
     return _measured(film_distance, radii, np.flatnonzero(against >= grids.enough), rims.shape[1], by, boxes, grids)
 
 
@@ -136,14 +134,14 @@ def _measured(film_distance: float, radii: np.ndarray, which: np.ndarray, points
 
 
 def _searched(film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray, by: ClearanceTracer,
-              boxes: np.ndarray, rays: tuple[int, int], accuracy: float) -> tuple[np.ndarray, np.ndarray]:
+              boxes: np.ndarray, rays: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
     """Numbers (n,) of rays in boxes (n, 3) that contradict the rims, and boxes around the lit ones, NaN without any."""
     across, up = rays
     step = (boxes[:, 1:2] - boxes[:, :1]) / across
     x, y = boxes[:, :1] + step * (np.arange(across) + 0.5), boxes[:, 2:] * np.arange(up) / (up - 1)
     searched = np.flatnonzero(np.isfinite(boxes[:, 0]))
     lit = np.zeros((len(radii), up, across), bool)
-    lit[searched] = _levels(radii[searched], x[searched], y[searched], film_distance, by, accuracy) <= 1.0
+    lit[searched] = _levels(radii[searched], x[searched], y[searched], film_distance, by) <= 1.0
     columns, rows = np.asarray(lit.any(1)), np.asarray(lit.any(2))
     k, last = np.arange(len(radii)), up - 1 - rows[:, ::-1].argmax(1)
     light = np.stack([x[k, columns.argmax(1)] - step[:, 0], x[k, across - 1 - columns[:, ::-1].argmax(1)] + step[:, 0],
@@ -187,7 +185,7 @@ def _boxes_on_meridian(lens: Lens, film_distance: float, radii: np.ndarray, by: 
     for _ in range(2):                          # over all of it, then closer about what is lit
         step = (right - left) / SCAN_CLOSELY
         along = left[:, None] + step[:, None] * (np.arange(SCAN_CLOSELY) + 0.5)
-        lit = _levels(radii[k], along, np.zeros((len(k), 1)), film_distance, by, ROUGH)[:, 0] <= 1.0
+        lit = _levels(radii[k], along, np.zeros((len(k), 1)), film_distance, by)[:, 0] <= 1.0
         any_lit = lit.any(1)
         k, lit, step, start = k[any_lit], lit[any_lit], step[any_lit], left[any_lit]
         first, last = lit.argmax(1), SCAN_CLOSELY - 1 - lit[:, ::-1].argmax(1)
@@ -238,7 +236,7 @@ def _measure(film_distance: float, radius: float, box: np.ndarray, grids: _Grids
         """Corners x and middles y of cells in the box, and the clearances there."""
         x = np.linspace(left, right, cells[0] + 1)
         y = high * (np.arange(cells[1]) + 0.5) / cells[1]
-        return x, y, _levels(np.array([radius]), x[None], y[None], film_distance, by, grids.accuracy)[0]
+        return x, y, _levels(np.array([radius]), x[None], y[None], film_distance, by)[0]
 
     for _ in range(LOOKS):                      # the box of the light: wider while it ends in light, then closer
         x, y, level = grid(grids.look)
@@ -274,14 +272,13 @@ def _measure(film_distance: float, radius: float, box: np.ndarray, grids: _Grids
     return IrregularRegion(2.0 * dx * dy * float(lit.sum()), 2.0 * dx * dy * float((lit * cos2**2).sum()), centre, rim)
 
 
-def _levels(radii: np.ndarray, x: np.ndarray, y: np.ndarray, film_distance: float, by: ClearanceTracer,
-            accuracy: float) -> np.ndarray:
+def _levels(radii: np.ndarray, x: np.ndarray, y: np.ndarray, film_distance: float, by: ClearanceTracer) -> np.ndarray:
     """Clearances (n, rows, columns) of rays from film points to x (n, columns), y (n, rows) on the rear plane."""
     shape = (len(radii), y.shape[1], x.shape[1])
     film, px, py = (np.broadcast_to(values, shape).flatten() for values in
                     (radii[:, None, None], x[:, None], y[:, :, None]))
     out, zero = np.empty(film.size), np.zeros(film.size)
-    clearances(film, zero, zero, px, py, film_distance, out, by, accuracy)
+    clearances(film, zero, zero, px, py, film_distance, out, by, ROUGH)
     return out.reshape(shape)
 
 
