@@ -6,9 +6,9 @@ fills in only after many rays. A ray that is traced from the light falls into th
 part of a light as black, so that no light is counted twice.
 
 The first passes of a picture trace a number of whole blocks of every such light, and later only one pass in
-some does; the light image therefore counts its own passes. Threads trace tasks to lists of rays, and then each
-thread adds all lists, in their order, to its own rows of the film: the sums are the same, bit for bit, for any number
-of threads.
+some does (`light_period`); the light image therefore counts its own passes. Threads trace tasks to lists of rays, and
+then each thread adds all lists, in their order, to its own rows of the film: the sums are the same, bit for bit, for
+any number of threads.
 
 One ray can represent rays from many points of its light through the same point of the lens, whose places on
 the film differ by the image of the light. The image is found to first order, and used where it holds to a tenth
@@ -20,7 +20,7 @@ import mmap
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import suppress
-from itertools import count, islice
+from itertools import count, islice, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -64,6 +64,7 @@ from lensbench.rendering.light_layer import (
     LightLayer,
     add_rays,
 )
+from lensbench.rendering.light_period import DECIDED, FIRST_PASSES, LightPeriod
 from lensbench.rendering.light_rays import (
     LIGHT_MARK,
     LIGHT_SIZE,
@@ -75,16 +76,13 @@ from lensbench.rendering.light_rays import (
     trace_to_light,
 )
 from lensbench.rendering.light_selection import BALL, STRAIGHT, SelectedLight, ray_budget, select_lights
+from lensbench.rendering.sample_programs import SamplePrograms
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.shading.illumination import begin_path, gather_emission
 from lensbench.scenery.shading.specular_bounce import specular_bounce
 from lensbench.scenery.small_lights import ExcludedLight, SmallLight, split_light, with_unit_radiance
 
 TASK = 8                # blocks that a thread takes at a time
-FIRST_PASSES = 4        # passes of a picture that all trace lights
-PERIOD = 4              # of later passes one in so many does, at the most,
-LONGEST = 8             # and one in PERIOD times so many at the least
-FULL_COVER = 0.1        # share of the film that light images cover where they deserve the time of the camera's samples
 HIDDEN_PERIOD = 8       # passes with lights of which one traces a light that seems hidden
 CHECKED = 8             # lights that a thread checks for being hidden at a time
 LISTS = 128             # tasks whose rays are listed before they are added to the film
@@ -105,11 +103,13 @@ class LightImage:
     """Contribution of small lights to a picture: sums of radiance over the passes so far.
 
     Parameters: the camera, whose model is resolved; the scene; the sampler seed; the real type of the kernels; the
-    number of passes that trace lights at the most, None: as many as repay their time.
+    programs of the camera's rays; the number of passes that trace lights at the most, None: as many as repay their
+    time.
     """
 
-    def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real=np.float32, most: int | None = None):
-        self._most = most
+    def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real: type, programs: SamplePrograms,
+                 most: int | None = None):
+        self._camera_programs, self._most = programs, most
         self._camera, self._scene, self._seed, self._real = camera, scene, seed, real
         self._programs: dict[tuple[float, int, bool, int], Program] = {}
         self._selected, mirrored = select_lights(camera, scene, real)
@@ -124,7 +124,7 @@ class LightImage:
         self._passes = self._next = 0               # passes with lights, and the number of the next pass
         self._kept: list[tuple[int, np.ndarray]] | None = []     # lights and rays of the first pass
         self._layer: LightLayer | None = None
-        self._is_prepared, self._period = not self._selected, PERIOD
+        self._is_prepared, self._period = not self._selected, LightPeriod((self._down, self._across), seed)
 
     @property
     def is_empty(self) -> bool:
@@ -153,13 +153,14 @@ class LightImage:
     @property
     def state(self) -> dict[str, np.ndarray]:
         """The sums so far, by name, for `restore`."""
-        return {"light_passes": np.array(self._passes, np.int64), "light_sums": self._sums}
+        return {"light_passes": np.array(self._passes, np.int64), "light_sums": self._sums} | self._period.state
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from such sums."""
         self._passes = int(state["light_passes"])
         if self._sums is not state["light_sums"]:
             self._sums[:] = state["light_sums"]
+        self._period.restore(state)
 
     def layer(self) -> LightLayer | None:
         """Rays of the first pass, for another picture; None if several passes were added at once, or for too many."""
@@ -184,15 +185,27 @@ class LightImage:
         if afresh:
             self._sums = _sparse_zeros(len(self._sums))
             self._passes = self._next = 0
-        is_first = self._next == 0
-        if is_first:
+            self._period.clear()
+        if self._next == 0:
             self._kept, self._layer = [] if len(passes) == 1 else None, None
-        own = [(self._own_number(number), place) for number, place in passes if number >= self._next
-               and (number < FIRST_PASSES or number % self._period == 0)]
-        self._next = max(self._next, passes[-1][0] + 1)
+        # Stop where the period needs the sums so far
+        for begin, end in pairwise((0, FIRST_PASSES // 2, FIRST_PASSES, DECIDED, passes[-1][0] + 1)):
+            piece = [(number, place) for number, place in passes if max(begin, self._next) <= number < end]
+            if piece and not self._add_piece(piece, pool, threads, wanted):
+                return False
+        return True
+
+    def _add_piece(self, passes: list[tuple[int, int | None]], pool: Executor, threads: int,
+                   wanted: Callable[[], bool]) -> bool:
+        """Add successive passes, of which the first alone may need to decide the period; see `add`."""
+        is_first, period = self._next == 0, self._period
+        is_due = passes[0][0] >= DECIDED and self._most is None and not period.is_decided
+        if is_due and not period.decide(self._camera_programs.plain(self.excluded), pool, threads, wanted):
+            return False
+        self._next = passes[-1][0] + 1
+        own = [(period.before(number), place) for number, place in passes if period.traces(number)]
         if self._most is not None:
             own = [(number, place) for number, place in own if number < self._most]
-        self._passes += len(own)
         tasks = self._tasks([(number, None if place is None else spectral_part(number, self._seed))
                              for number, place in own])
         lists = np.empty((LISTS, LIST_SIZE, TASK * B), np.float32)
@@ -224,6 +237,9 @@ class LightImage:
                 self._kept += [(task.light, lists[k, :, :counts[k]].copy()) for k, task in enumerate(listed)]
                 if sum(found.shape[1] for _, found in self._kept) > MOST_KEPT:
                     self._kept = None
+        self._passes += len(own)
+        if self._next <= FIRST_PASSES:
+            period.note(self._next, self._sums)
         return True
 
     def _list_rays(self, found: np.ndarray, lanes: np.ndarray, task: _Task) -> int:
@@ -233,12 +249,6 @@ class LightImage:
                        light.image if light.shared > 0 else NO_IMAGE, light.is_round)
         raise_pending()
         return n
-
-    def _own_number(self, number: int) -> int:
-        """The number of passes with lights before this one."""
-        period = self._period
-        return number if number < FIRST_PASSES else (
-            FIRST_PASSES + (number - 1) // period - (FIRST_PASSES - 1) // period)
 
     def _tasks(self, passes: list[tuple[int, int | None]]) -> Iterator[_Task]:
         for number, place in passes:
@@ -291,18 +301,9 @@ class LightImage:
         checked = [_adapted(light, rays, period) for light, rays in zip(self._selected, hidden, strict=True)]
         share = min(1.0, ray_budget(self._camera) / B / max(sum(light.blocks for light in checked), 1))
         self._selected = [light.with_rays(max(1, round(light.blocks * share)), light.period) for light in checked]
-        self._period = PERIOD * self._period_factor()
+        self._period.set_early(sum(light.blocks / light.period for light in self._selected) * B,
+                               sum(light.covered for light in self._selected if light.period == 1))
         self._is_prepared = True
-
-    def _period_factor(self) -> int:
-        """By what the period grows where lights take long or cover little.
-
-        The best share of the time grows with the square root of both the cost and the variance.
-        """
-        pixels = self._across * self._down
-        cost = sum(light.blocks / light.period for light in self._selected) * B / pixels
-        covered = sum(light.covered for light in self._selected if light.period == 1) / pixels
-        return round(min(max(math.sqrt(cost * FULL_COVER / max(covered, 1e-9)), 1.0), LONGEST))
 
     def _hidden_rays(self, pool: Executor, threads: int) -> np.ndarray:
         """(lights,) how many of B rays to each selected light something hides."""

@@ -103,7 +103,7 @@ class Rendering:
         self._borrowed = layer if light_tracing and not view and layer is not None and layer.suits(camera) else None
         self._borrowed_image: np.ndarray | None = None      # with the first sample
         if light_tracing and not view and self._borrowed is None:
-            self._light_image = LightImage(camera, scene, self.seed, real, light_passes)
+            self._light_image = LightImage(camera, scene, self.seed, real, self._programs, light_passes)
         self._light_passes = light_passes
         self._flare = None if flare is None or view else FlareImage(camera, scene, flare)
         self._programs.compose(self.excluded)
@@ -178,7 +178,8 @@ class Rendering:
         LightImage or None
             None if it was cancelled.
         """
-        light_image = LightImage(self._camera, self._scene, self.seed, self._real, self._light_passes)
+        light_image = LightImage(self._camera, self._scene, self.seed, self._real, self._programs,
+                                 self._light_passes)
         if not light_image.is_empty:
             for number in self._programs.numbers_so_far(self.samples):
                 if not light_image.add([number], False, pool, threads, wanted):

@@ -58,13 +58,21 @@ class SamplePrograms:
 
     def compose(self, excluded: ExcludedLight | None) -> None:
         """Put the stages together. excluded: light that the camera's rays leave out."""
-        camera = self._camera
-        self._after = [*self._pupil_part,
-                       *self._scene.steps(self._shadows, camera.shutter_open, excluded, camera.medium)]
-        steps = aov_steps(camera, self._scene, self._view) if self._view else [*camera.steps(timed=self._timed),
-                                                                               *self._after]
-        self._program = Program([*self.before, *steps], self._real)
+        self._after = self._after_camera(excluded)
+        self._program = self.plain(excluded)
         self._channel_programs: dict[int, list[Program]] = {}   # of each part of the spectrum, one for each channel
+
+    def plain(self, excluded: ExcludedLight | None) -> Program:
+        """The program of the samples of the d line, where the camera's rays leave out this light."""
+        camera = self._camera
+        steps = aov_steps(camera, self._scene, self._view) if self._view else [
+            *camera.steps(timed=self._timed), *self._after_camera(excluded)]
+        return Program([*self.before, *steps], self._real)
+
+    def _after_camera(self, excluded: ExcludedLight | None) -> list[Step]:
+        """The stages that follow a ray into the scene."""
+        return [*self._pupil_part,
+                *self._scene.steps(self._shadows, self._camera.shutter_open, excluded, self._camera.medium)]
 
     def passes(self, samples: np.ndarray, counts: np.ndarray, is_first: bool, wanted: Callable[[], bool]
                ) -> list[tuple[Program, np.ndarray, np.ndarray]] | None:
