@@ -44,6 +44,7 @@ CELLS = 16              # cells across and down the film, each with its pupil
 PUPIL_SAMPLES = 16      # rays through the pupil for each cell
 FEWEST = 8              # rays of a cell that must pass; otherwise its neighbours define its pupil
 STEADY = 0.2            # largest shift of the pupil's centre between neighbouring cells, in pupil radii
+FARTHEST = 1000.0       # distances to the focus, of the pupil's plane: farther, single precision loses the pupil's size
 FULL_PUPIL_SAMPLES = 4  # first samples of a pixel, each of which covers the whole pupil
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -116,23 +117,32 @@ def _measured_pupil(camera: Camera, real) -> _Pupil | None:
         slopes = rays[3:5] / rays[5]
         plane = float(rays[2][seen].mean())
         points = rays[:2] + slopes * (plane - rays[2])
-        # The pupil's plane: where the mean rays of the cells cross
-        centres, mean_slopes = mean(points)[:, known], mean(slopes)[:, known]
+        slope_offsets = slopes - mean(slopes)[..., None]
+
+        def meeting(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+            """Middles and variances of the cells' points on a plane, and how far from it the rays of a cell meet."""
+            centres = mean(points)
+            offsets = points - centres[..., None]
+            spread = mean((offsets**2).sum(0)) / 2.0
+            return centres, spread, -float(spread[known].sum() / (
+                mean((offsets * slope_offsets).sum(0))[known].sum() / 2.0))
+
+        # The pupil's plane: where the mean rays of the cells cross, at infinity for parallel ones
+        centres, _, focus = meeting(points)
+        mean_slopes = mean(slopes)[:, known]
         mean_slopes = mean_slopes - mean_slopes.mean(1)[:, None]
-        shift = -float((centres * mean_slopes).sum() / max((mean_slopes**2).sum(), 1e-30))
+        shift = -(centres[:, known] * mean_slopes).sum() / (mean_slopes**2).sum()
+        shift = float(np.clip(shift if np.isfinite(shift) else math.inf, -FARTHEST * abs(focus), FARTHEST * abs(focus)))
         plane, points = plane + shift, points + slopes * shift
-        centres = mean(points)
         # The focus: where the rays of a cell meet
-        offsets, slope_offsets = points - centres[..., None], slopes - mean(slopes)[..., None]
-        spread = mean((offsets**2).sum(0)) / 2.0
-        focus = -spread[known].sum() / (mean((offsets * slope_offsets).sum(0))[known].sum() / 2.0)
+        centres, spread, focus = meeting(points)
     if not spread[known].min() > 0.0:
         return None
     radius, *centre = (fill_gaps(np.where(known, values, math.nan).reshape(CELLS, CELLS))
                        for values in (2.0 * np.sqrt(spread), *centres))
     if max(np.abs(np.diff(table, axis=axis)).max() for table in centre for axis in (0, 1)) > STEADY * radius.min():
         return None
-    return _Pupil(plane, float(focus), radius, *centre)
+    return _Pupil(plane, focus, radius, *centre)
 
 
 @stage
