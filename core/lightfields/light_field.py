@@ -337,9 +337,7 @@ class LightField:
         float
             Pixels, of the axis on which it is larger.
         """
-        film, (across, down) = self.camera.film, self.views
-        shear = abs(self.shear(distance)[1]) * 2.0 * self.reach
-        return max(shear / across * film.pixels_x / film.width, shear / down * film.pixels_y / film.height)
+        return float(np.abs(self._step(self.shear(distance)[1])).max())
 
     @cached_property
     def clear_range(self) -> tuple[float, float]:

@@ -1,0 +1,28 @@
+"""Light fields of a part of the screen: a crop, or the rise of a view camera."""
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench.lightfields.light_field import LightField
+
+
+def camera(window, pixels=(120, 80)):
+    return lb.PerspectiveCamera(lb.Film(36.0, 24.0, *pixels), 1.2, lens_radius=8.0, focus_distance=1500.0,
+                                window=window)
+
+
+@pytest.mark.parametrize("distance", [700.0, 4000.0])
+def test_views_of_a_crop_lie_as_many_pixels_apart_as_the_same_pixels_of_the_whole(distance):
+    """A tenth of the screen, across and down, has the pixels of ten times as many on the whole."""
+    def apart(view):
+        shape = (view.film.pixels_y, view.film.pixels_x)
+        return LightField(view, 1.0, np.zeros((9, 9, 3, *shape), np.float16), np.ones((9, 9, *shape), np.float16)
+                          ).apart(distance)
+
+    part = apart(camera((-0.15, 0.15, -0.1, 0.1)))
+    assert part == pytest.approx(apart(camera(None, (1200, 800))), rel=1e-9)
+    # the image of a point at the distance d, on a film b behind the lens, moves by b (1/d − 1/focus) for each mm
+    behind = camera(None).film_distance
+    step = 2.0 * 8.0 / 9.0 * behind * abs(1.0 / distance - 1.0 / 1500.0)
+    assert part == pytest.approx(step / (0.1 * 36.0 / 120.0), rel=1e-9)
