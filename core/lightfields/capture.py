@@ -13,14 +13,16 @@ import numpy as np
 from lensbench.cameras.base import Camera
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import Step
+from lensbench.kernels.concentric_map import unit_disk
 from lensbench.kernels.figures import fixed
-from lensbench.lightfields.light_field import LightField, LightFieldError, centre_coverage, spread_offsets
+from lensbench.lightfields.light_field import SPREAD, LightField, LightFieldError, axis_coverage, spread_offsets
 from lensbench.lightfields.pupil_cells import Cell, cell_steps, lit_cell, pupil_reach, sample_disk
 from lensbench.lightfields.recorder import Recorder, in_parallel
 from lensbench.scenery.scene import Scene
 
 HIGHEST = 60000.0       # radiance, at the most: half floats end at 65504
 FILL = 0.5              # side of the part of a pixel that the samples of a view fill
+PUPIL_POINTS = 256      # over which cos⁴θ is averaged where a window puts the film beside the axis
 MEMORY_SHARE = 0.9      # of the free memory that a capture may take
 
 
@@ -153,7 +155,7 @@ def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], ra
     Returns
     -------
     ndarray
-        float32 (h, w, 3), linear RGB, 1 where the film's centre sees radiance 1.
+        float32 (h, w, 3), linear RGB, 1 where the axis sees radiance 1.
 
     Raises
     ------
@@ -175,7 +177,10 @@ def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], ra
         planes[:, :, left:left + recorder.width] = strip[..., :w - left]
 
     in_parallel(record, range(0, w, recorder.width), progress, "picture")
-    return np.ascontiguousarray(planes[:3].transpose(1, 2, 0) / max(float(centre_coverage(planes[3])), 1e-30))
+    n = np.arange(PUPIL_POINTS)
+    points = unit_disk(np.stack([(n + 0.5) / PUPIL_POINTS, n * SPREAD[0] % 1.0], 1))
+    white = float(axis_coverage(camera, planes[3], np.array(place) + radius * points))
+    return np.ascontiguousarray(planes[:3].transpose(1, 2, 0) / max(white, 1e-30))
 
 
 def checked_views(film: Film, views: tuple[int, int], samples: int, dtype, moments: int = 1) -> tuple[int, int]:

@@ -244,7 +244,7 @@ class LightField:
         return np.array([middle / across, low / down])
 
     def _white(self, used: np.ndarray, weights: np.ndarray) -> float:
-        """The sum of these views where the film's centre sees radiance 1 everywhere."""
+        """The sum of these views on the axis where it sees radiance 1 everywhere."""
         return max(float(self._on_axis[used[:, 0], used[:, 1]] @ weights), 1e-30)
 
     def shear(self, distance: float) -> tuple[float, float]:
@@ -365,8 +365,10 @@ class LightField:
 
     @cached_property
     def _on_axis(self) -> np.ndarray:
-        """(views down, views across) coverage near the film's centre."""
-        return centre_coverage(self.coverage)
+        """(views down, views across) coverage on the axis."""
+        fine = (np.stack(np.meshgrid(*2 * [np.arange(SUBCELLS) + 0.5]), -1).reshape(-1, 2) / SUBCELLS - 0.5)
+        return axis_coverage(self.camera, self.coverage,
+                             self.places[:, :, None] + fine * (2.0 * self.reach / np.array(self.views)))
 
 
 def centre_coverage(coverage: np.ndarray) -> np.ndarray:
@@ -375,6 +377,23 @@ def centre_coverage(coverage: np.ndarray) -> np.ndarray:
     y, x = max(h // CENTRE_PART, 1), max(w // CENTRE_PART, 1)
     near = coverage[..., (h - y) // 2:(h + y + 1) // 2, (w - x) // 2:(w + x + 1) // 2]
     return np.asarray(near.astype(float).mean((-2, -1)))
+
+
+def axis_coverage(camera: Camera, coverage: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Coverages (…) on the axis, from those (…, h, w) of the film.
+
+    They are the means near the film's centre, times the cos⁴θ of the axis over that of the centre where a window puts
+    it beside the axis. places: (…, n, 2) where light comes through the pupil, in its radii.
+    """
+    near = centre_coverage(coverage)
+    if camera.window is None:
+        return near
+    (across, middle, down, low), lens = camera.film_step.parameters, camera.gaussian
+    centre = np.array([middle - 0.5 * camera.film.pixels_x * across, 0.5 * camera.film.pixels_y * down - low])
+    lit = (places**2).sum(-1) <= 1.0
+    of_axis, of_centre = (((1.0 + ((lens.approach_film * film + lens.approach_pupil * places) ** 2).sum(-1)) ** -2.0
+                           * lit).sum(-1) for film in (0.0, centre))
+    return near * np.divide(of_axis, of_centre, np.ones_like(of_axis), where=of_centre > 0.0)
 
 
 def spread_offsets(across: int, down: int) -> np.ndarray:
