@@ -68,8 +68,9 @@ class Lumigraph:
     distance
         Distance from the pinholes to the plane (s, t), mm.
     texels
-        (down, across, h, w, 4) float16, the lowest row of pinholes first, the top row of pixels first: linear RGB
-        radiance, and nearness, 1 / depth (1/m) before the pinholes' plane, 0 where only sky is seen.
+        (down, across, h, w, 4) float16, the lowest row of pinholes first, the top row of pixels first: linear RGB,
+        radiance × cos⁴θ from the array's axis, and nearness, 1 / depth (1/m) before the pinholes' plane, 0 where only
+        sky is seen.
     """
 
     camera: PerspectiveCamera
@@ -84,7 +85,7 @@ class Lumigraph:
 
     @property
     def pictures(self) -> np.ndarray:
-        """(down, across, 3, h, w) radiance of the texels."""
+        """(down, across, 3, h, w) light of the texels."""
         return self.texels[..., :3].transpose(0, 1, 4, 2, 3)
 
     @property
@@ -116,7 +117,8 @@ class Lumigraph:
 
         A ray is covered where it crosses the array, points to what the array's pinholes saw, and its light was free
         to reach them: the camera lies behind the array, or before the array with nothing between. A pixel takes one
-        ray, or several where it is coarser than those recorded.
+        ray, or several where it is coarser than those recorded. Its light falls off as cos⁴θ on the film's side of the
+        camera's own axis, and not at all with weights="radiance".
 
         Parameters
         ----------
@@ -147,6 +149,7 @@ class Lumigraph:
         known, by = self._surface(surface)
         lines = self._lines(camera)
         given = NO_RAYS if lines is not None else self._traced(camera, many)
+        falloff = self._falloff(camera, lines)
         lines = np.zeros((6, 3)) if lines is None else lines
         picture, covered = np.zeros((h, w, 3), np.float32), np.zeros((h, w), np.bool_)
         texels = as_bits(self.texels).reshape(-1)
@@ -157,7 +160,24 @@ class Lumigraph:
 
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             list(pool.map(see, range(0, h, BAND)))
+        picture *= np.where(covered, falloff, np.float32(0.0))[..., None]
         return NovelView(picture, covered)
+
+    def _falloff(self, camera: Camera, lines: np.ndarray | None) -> np.ndarray:
+        """(h, w) float32 cos⁴θ of a camera's pixels over that with which the array recorded their rays.
+
+        lines: of `_lines`.
+        """
+        h, w = camera.film.pixels_y, camera.film.pixels_x
+        x, y = np.arange(w) + 0.5, np.arange(h)[:, None] + 0.5
+        ways = (self._traced(camera, 1)[:, 3:].T.reshape(3, h, w) if lines is None else
+                [a * x + b * y + c for a, b, c in lines[3:]])
+        across, middle, down, low = camera.film_step.parameters
+        slope = 0.0 if camera.weights == "radiance" else camera.gaussian.approach_film
+        own = 1.0 + (slope * (x * across - middle)) ** 2 + (slope * (y * down - low)) ** 2      # 1 / cos²θ
+        with np.errstate(divide="ignore", invalid="ignore"):
+            recorded = 1.0 + (ways[0] / ways[2]) ** 2 + (ways[1] / ways[2]) ** 2
+        return ((recorded / own) ** 2).astype(np.float32)
 
     def _rays(self, camera: Camera) -> int:
         """Rays per pixel, across and down: several where the camera's pixels are coarser than those recorded."""

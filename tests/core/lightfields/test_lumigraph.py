@@ -186,3 +186,20 @@ def test_traced_rays_are_the_same_in_the_arrays_frame_wherever_both_cameras_are_
     np.testing.assert_allclose(found[0][:, :3], np.broadcast_to(pose[:3, 3], (24, 3)), atol=1e-3)
     np.testing.assert_allclose(found[0][:, 3:].mean(0) / np.linalg.norm(found[0][:, 3:].mean(0)), -pose[:3, 2],
                                atol=1e-5)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, -0.2])
+@pytest.mark.parametrize("maker", [
+    lambda pose: lb.PerspectiveCamera(lb.Film(36.0, 24.0, 60, 40), 0.4, world_from_camera=pose),
+    lambda pose: lb.PerspectiveCamera(lb.Film(36.0, 24.0, 60, 40), 0.4, world_from_camera=pose, weights="radiance"),
+    lambda pose: lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), lb.Film(18.0, 12.0, 60, 40), 1500.0, 16.0, model="thin",
+                               world_from_camera=pose)], ids=["pinhole", "radiance", "lens"])
+def test_a_view_falls_off_from_its_own_axis_and_not_from_that_of_the_array(maker, turn):
+    """Of a scene of radiance 1 everywhere, as its own picture does."""
+    white = lb.Scene("white", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3))
+    array = lb.PerspectiveCamera(lb.Film(36.0, 24.0, 120, 80), 1.2, focus_distance=1500.0)
+    made = lb.capture_lumigraph(array, white, (9, 5), 20.0, samples=4)
+    camera = maker(pinhole(turn=turn).world_from_camera)
+    view = made.seen_by(camera)
+    assert view.covered.all()
+    np.testing.assert_allclose(view.picture, lb.render(camera, white, samples=16), atol=0.012)
