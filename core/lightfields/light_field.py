@@ -42,6 +42,12 @@ def require_focus(camera: Camera) -> None:
         raise LightFieldError("this camera has no lens that focuses: record a light field through a lens")
 
 
+def require_film_in_line(camera: Camera) -> None:
+    """LightFieldError for a camera whose film is out of line."""
+    if not camera.film_pose.is_upright:
+        raise LightFieldError("light fields are recorded on a flat film in line: set tilt, swing, rise and shift to 0")
+
+
 @dataclass(frozen=True, eq=False)
 class LightField:
     """A light field, from `capture_light_field` or `RawPicture.decoded`.

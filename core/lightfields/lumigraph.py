@@ -29,7 +29,7 @@ from lensbench.imaging.coordinate_spaces import film_window, transform_points
 from lensbench.kernels.figures import significant
 from lensbench.kernels.half_float import as_bits, scale_of
 from lensbench.lightfields.capture import HIGHEST, checked_views
-from lensbench.lightfields.light_field import LightFieldError, spread_offsets
+from lensbench.lightfields.light_field import LightFieldError, require_film_in_line, spread_offsets
 from lensbench.lightfields.novel_view_kernel import Pinholes, Surface, render_rows
 from lensbench.rendering.pixel_depth import depth_map
 from lensbench.rendering.progressive import Rendering
@@ -266,11 +266,12 @@ def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
     Raises
     ------
     LightFieldError
-        For cameras that move, look through a flat window into water, or have no one point of view.
+        For cameras that move, look through a flat window into water, have no one point of view, or a film out of line.
     CameraError
         For a camera that is not projective.
     """
     lens, film = camera.gaussian, camera.film
+    require_film_in_line(camera)
     if camera.moves:
         raise LightFieldError("the camera moves while the shutter is open, so that its array has no single position: "
                               "hold it still, or record a light field by the lens")

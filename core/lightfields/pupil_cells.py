@@ -12,7 +12,7 @@ from lensbench.cameras.base import Camera
 from lensbench.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program
-from lensbench.lightfields.light_field import LightFieldError, require_focus
+from lensbench.lightfields.light_field import LightFieldError, require_film_in_line, require_focus
 from lensbench.pupils.film_grid import SECTORS
 from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.posed_sampler import PosedPupil
@@ -57,8 +57,7 @@ def pupil_reach(camera: Camera) -> float:
     pupil.
     """
     lens = camera.gaussian
-    if not camera.film_pose.is_upright:
-        raise LightFieldError("light fields are recorded on a flat film in line: set tilt, swing, rise and shift to 0")
+    require_film_in_line(camera)
     if camera.weights == "radiance":
         raise LightFieldError("light fields know the weights relative and physical: leave out weights=\"radiance\"")
     if lens.is_hole:
