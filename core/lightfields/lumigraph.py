@@ -173,8 +173,13 @@ class Lumigraph:
         ways = (self._traced(camera, 1)[:, 3:].T.reshape(3, h, w) if lines is None else
                 [a * x + b * y + c for a, b, c in lines[3:]])
         across, middle, down, low = camera.film_step.parameters
+        film_x, film_y, film_z = middle - x * across, y * down - low, 0.0
+        if not camera.film_pose.is_upright:
+            film_x, film_y, film_z = np.moveaxis(
+                camera.film_pose.points(np.stack(np.broadcast_arrays(film_x, film_y), -1)), -1, 0)
         slope = 0.0 if camera.weights == "radiance" else camera.gaussian.approach_film
-        own = 1.0 + (slope * (x * across - middle)) ** 2 + (slope * (y * down - low)) ** 2      # 1 / cos²θ
+        slope = slope / (1.0 - slope * film_z)
+        own = 1.0 + (slope * film_x) ** 2 + (slope * film_y) ** 2       # 1 / cos²θ
         with np.errstate(divide="ignore", invalid="ignore"):
             recorded = 1.0 + (ways[0] / ways[2]) ** 2 + (ways[1] / ways[2]) ** 2
         return ((recorded / own) ** 2).astype(np.float32)
@@ -192,7 +197,7 @@ class Lumigraph:
         None for a camera whose rays are not.
         """
         lens = camera.gaussian
-        if camera.moves or camera.has_port or camera.follows_rays:
+        if camera.moves or camera.has_port or camera.follows_rays or not camera.film_pose.is_upright:
             return None
         across, middle, down, low = camera.film_step.parameters
         film = np.array([[-across, 0.0, middle], [0.0, down, -low]])

@@ -206,3 +206,13 @@ def test_a_view_falls_off_from_its_own_axis_and_not_from_that_of_the_array(maker
     view = made.seen_by(camera)
     assert view.covered.all()
     np.testing.assert_allclose(view.picture, lb.render(camera, white, samples=16), atol=0.012)
+
+
+def test_a_view_by_a_lens_above_the_middle_of_its_film_is_a_part_of_that_of_a_higher_film():
+    lens = lenses.load("pbrt-dgauss-50mm")
+    made = replace(waving(1200.0), camera=lumigraph_pinhole(pinhole(film=replace(FILM, width=36.0, height=24.0))))
+    high = lb.LensCamera(lens, lb.Film(6.0, 8.0, 60, 80), 1200.0, model="thin")
+    raised = replace(high, film=lb.Film(6.0, 4.0, 60, 40), film_pose=lb.FilmPose(rise=2.0))
+    whole, part = made.seen_by(high), made.seen_by(raised)
+    assert part.covered.all() and np.ptp(part.picture) > 0.1
+    np.testing.assert_allclose(part.picture, whole.picture[:40], atol=1e-5)
