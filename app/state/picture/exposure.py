@@ -16,15 +16,20 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings
 from lensbench.imaging.exposure import SATURATION
 from lensbench.kernels.figures import fixed, significant, true_minus
+from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
 
 @dataclass(frozen=True)
 class AppliedExposure:
-    """The gain of the light, the ISO, and the exposure triangle; None for a camera without an f-number."""
+    """The gain of the light, the ISO, and the exposure triangle; None for a camera without an f-number.
+
+    share: of the triangle's light that falls on the film; see `light_share`.
+    """
 
     gain: float
     iso: float
     triangle: lb.Exposure | None
+    share: float = 1.0
 
 
 def has_triangle(settings: Settings) -> bool:
@@ -38,19 +43,30 @@ def _f_number(settings: Settings) -> float | None:
     return got.working_f_number or got.f_number
 
 
+def light_share(settings: Settings) -> float:
+    """Light that falls on the film over that of f-number and time, as pictures of physical weights have it.
+
+    A shutter with ramps passes the light of its effective time, and radiance falls by the squared index when light
+    leaves water for air, before the lens or in it.
+    """
+    index = WATER_INDEX if settings.medium == "water" else 1.0
+    return (1.0 - settings.shutter_ramp) / index**2
+
+
 def applied_exposure(settings: Settings, image: NDArray[np.float32]) -> AppliedExposure:
     """The exposure of a linear picture (h, w, 3) of these settings."""
     f_number = _f_number(settings)
     triangle = None if f_number is None else lb.Exposure(f_number, settings.shutter, settings.iso)
+    share = light_share(settings)
     if settings.exposing == "automatic":
         gain = 2.0 ** lb.metered_stops(image, settings.metering)
         if triangle is None:
             return AppliedExposure(gain, settings.iso, None)
-        iso = settings.iso * gain / triangle.brightness
-        return AppliedExposure(gain, iso, lb.Exposure(triangle.f_number, triangle.time, iso))
+        iso = settings.iso * gain / (triangle.brightness * share)
+        return AppliedExposure(gain, iso, lb.Exposure(triangle.f_number, triangle.time, iso), share)
     if settings.exposing == "triangle" and triangle is not None:
-        return AppliedExposure(triangle.brightness, settings.iso, triangle)
-    return AppliedExposure(1.0, settings.iso, triangle)
+        return AppliedExposure(triangle.brightness * share, settings.iso, triangle, share)
+    return AppliedExposure(1.0, settings.iso, triangle, share)
 
 
 def exposed(settings: Settings, image: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -76,7 +92,7 @@ def look(settings: Settings) -> tuple:
         return ()
     return (settings.exposing, settings.metering, settings.iso, settings.shutter, settings.noise, settings.full_well,
             settings.quantum_efficiency, settings.read_noise, settings.bits, settings.seed,
-            readings(settings).working_f_number)
+            light_share(settings), readings(settings).working_f_number)
 
 
 def exposure_text(found: AppliedExposure) -> str:
@@ -85,4 +101,5 @@ def exposure_text(found: AppliedExposure) -> str:
         return "No f-number, no exposure value"
     exposure = found.triangle
     return (true_minus(f"EV {fixed(exposure.ev, 1)}   at ISO 100 {fixed(exposure.ev100, 1)}\n")
-            + f"H {significant(exposure.lux_seconds, 3)} lx s = {significant(1e3 * exposure.joules, 3)} mJ/m²")
+            + f"H {significant(found.share * exposure.lux_seconds, 3)} lx s = "
+              f"{significant(1e3 * found.share * exposure.joules, 3)} mJ/m²")

@@ -12,6 +12,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench.app.files.export import save_picture
+from lensbench.app.state.build import camera
 from lensbench.app.state.dial_scales import ISOS, iso_scale
 from lensbench.app.state.picture.exposure import applied_exposure, exposed, exposure_text, look
 from lensbench.app.state.settings import Settings
@@ -50,6 +51,26 @@ def test_automatic_iso_exposes_a_meters_grey_and_says_the_iso_that_does():
     bright = replace(automatic, metering="highlights")
     peak = exposed(bright, PICTURE).max(-1)
     assert np.mean(peak > 1.0) <= 0.001 and peak.max() >= 1.0
+
+
+@pytest.mark.parametrize("change", [
+    {}, {"shutter_ramp": 0.5}, {"shutter_ramp": 0.2, "shutter": 1.0 / 30.0}, {"medium": "water"},
+    {"medium": "water", "immersed": True, "shutter_ramp": 0.3}], ids=["", "ramps", "slower", "window", "immersed"])
+def test_the_triangle_gives_the_film_the_light_of_physical_weights(change):
+    """On the axis, of radiance 1 or 1000 cd/m²: behind a window, in water, with a shutter that takes time to open."""
+    settings = replace(TRIANGLE, focus_distance=1500.0, f_number=4.0, **change)
+    view = replace(camera(settings), weights="physical")
+    n = 4096
+    k = np.arange(n)
+    rays = view.generate_rays(np.tile([settings.pixels_x / 2.0, settings.pixels_y / 2.0], (n, 1)),
+                              np.stack([(k + 0.5) / n, k * 0.6180339887 % 1.0], 1))
+    lux_seconds = 1000.0 * rays.weights.mean()
+    assert gain(settings) == pytest.approx(lux_seconds * settings.iso / 78.0, rel=2e-3)
+    applied = applied_exposure(settings, PICTURE)
+    assert applied.share * applied.triangle.lux_seconds == pytest.approx(lux_seconds, rel=2e-3)
+    automatic = applied_exposure(replace(settings, exposing="automatic"), PICTURE)
+    assert automatic.gain == pytest.approx(lux_seconds * automatic.iso / 78.0, rel=2e-3)
+    assert look(settings) != look(replace(settings, shutter_ramp=0.1))
 
 
 def test_the_noise_of_an_even_light_is_that_of_its_photons():
