@@ -226,6 +226,9 @@ class LensDocument:
             if each.quantity == THICKNESS and varies(self.lens, each.surface):
                 raise EditError(f"the gap behind surface {each.surface} varies with zoom or focus: it cannot follow "
                                 "from others")
+            if each.quantity == SEMI_DIAMETER and each.surface == self.lens.stop_index \
+                    and self.lens.positions is not None and self.lens.positions.stops:
+                raise EditError("the stop varies with zoom or focus: its semi-diameter cannot follow from others")
         cells = [(each.surface, each.quantity) for each in self.rules]
         twice = next((cell for cell in cells if cells.count(cell) > 1), None)
         if twice is not None:

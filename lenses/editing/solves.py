@@ -25,7 +25,8 @@ def settled(document: LensDocument) -> LensDocument:
     """The document with every number that follows from others in its place.
 
     Pickups come first, then solves from the scene to the film; they are repeated until nothing changes. A solve
-    without a solution leaves its number, and becomes a finding; so do rules that contradict each other.
+    without a solution leaves its number, and becomes a finding; so do rules that contradict each other. The rules of
+    a lens whose gaps vary hold at its wide end, focused at infinity, wherever it is set.
 
     Parameters
     ----------
@@ -38,6 +39,10 @@ def settled(document: LensDocument) -> LensDocument:
     """
     if not document.rules:
         return document
+    positions = document.lens.positions
+    if positions is not None and (positions.zoom or positions.close):
+        wide = settled(replace(document, lens=document.lens.at(zoom=0.0, close=0.0)))
+        return replace(wide, lens=wide.lens.at(zoom=positions.zoom, close=positions.close))
     lens, unsolved = document.lens, dict[tuple[int, str], Finding]()
     for _ in range(PASSES):
         before = lens

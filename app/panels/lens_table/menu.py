@@ -214,7 +214,8 @@ def cell_menu(settings: Settings, document: LensDocument, quantity: str, state: 
         if imgui.begin_menu(f"Solve: {SOLVE_TITLES[kind]}###solve {kind}"):
             if imgui.is_window_appearing():
                 state.number = _present(document, surface, kind)
-            imgui.text_disabled(TARGETS[kind][0].upper() + TARGETS[kind][1:])
+            zooms = document.lens.zooms and kind != "edge"
+            imgui.text_disabled(TARGETS[kind][0].upper() + TARGETS[kind][1:] + (", at the wide end" if zooms else ""))
             imgui.set_next_item_width(theme.em(8.0))
             if kind != "image":
                 _, state.number = imgui.input_double("##Target", state.number, 0.0, 0.0, "%.8g")
@@ -251,7 +252,7 @@ def _present(document: LensDocument, surface: int, kind: str) -> float:
     """The present value of what a solve keeps: its first proposal."""
     from lensbench.lenses.paraxial import f_number, focal_length
 
-    lens = document.lens
+    lens = document.lens.at(zoom=0.0, close=0.0)
     if kind == "efl":
         return _rounded(focal_length(lens.surfaces, front_index=lens.front_index), 6)
     if kind == "f-number":

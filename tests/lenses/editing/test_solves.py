@@ -170,3 +170,20 @@ def test_a_conic_that_follows_another_is_the_same_where_one_of_both_is_turned_ro
     for (first, last), (source, follower) in (((0, 1), (1, 5)), ((4, 5), (0, 4)), ((0, 5), (5, 0))):
         turned = flipped(document, first, last)
         assert turned.surfaces[source].conic == turned.surfaces[follower].conic == -0.4, (first, last)
+
+
+@pytest.mark.parametrize("rule", [Solve(10, "efl", 30.0), Solve(16, "marginal slope", -0.1), Solve(14, "image", 20.0),
+                                  Pickup(15, "thickness", 13, 2.0), Pickup(10, "semi_diameter", 9, 1.1)], ids=str)
+def test_rules_of_a_zoom_lens_hold_at_its_wide_end_wherever_it_is_set(rule):
+    lens = lenses.load("canon-ef-28-105-f4")
+    wide = with_rule(LensDocument(lens.at(zoom=0.0, close=0.0)), rule).lens
+    for zoom in (0.3, 1.0):
+        tele = with_rule(LensDocument(lens.at(zoom=zoom, close=0.0)), rule).lens
+        assert tele == wide.at(zoom=zoom) != wide
+
+
+def test_a_stop_that_varies_cannot_follow_from_others():
+    zoom = LensDocument(lenses.load("canon-ef-28-105-f4").at(zoom=0.0, close=0.0))
+    for rule in (Solve(9, "f-number", 5.0), Pickup(9, "semi_diameter", 8)):
+        with pytest.raises(EditError, match="the stop varies with zoom or focus"):
+            with_rule(zoom, rule)

@@ -14,7 +14,7 @@ from lensbench.app.state.lens_edit.editing import document_of, edited, original,
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.undo import History
 from lensbench.lenses.editing.cells import with_comment, with_rule, with_value
-from lensbench.lenses.editing.document import CURVATURE, EditError, Solve
+from lensbench.lenses.editing.document import CURVATURE, EditError, Pickup, Solve
 from tests.lenses.samples import DATA
 
 TRIPLET = replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=None)
@@ -56,6 +56,15 @@ def test_rules_are_kept_by_the_settings_and_findings_with_them():
     assert document_of(solved).solves == (Solve(5, "efl", 50.0),)
     again = with_document(solved, document_of(solved))
     assert again == solved                                  # settling a settled lens changes no bit
+
+
+@pytest.mark.parametrize("zoom", [0.0, 0.5, 1.0])
+def test_the_table_and_the_picture_of_a_zoom_lens_with_a_solve_agree(zoom):
+    """The table was solved for the wide end, the picture for the zoom that was set: two radii of one surface."""
+    settings = replace(Settings(), lens="canon-ef-28-105-f4", f_number=None, zoom=zoom)
+    for rule in (Solve(10, "efl", 30.0), Pickup(15, "thickness", 13, 2.0)):
+        solved = edited(settings, lambda d, rule=rule: with_rule(d, rule))[0]
+        assert design(solved).surfaces == document_of(solved).surfaces != design(settings).surfaces
 
 
 def test_a_saved_document_is_the_lens_and_a_format_that_loses_something_is_not(tmp_path):
