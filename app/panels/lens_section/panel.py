@@ -25,7 +25,7 @@ from lensbench.app.panels.lens_section.links import (
     surfaces_at,
 )
 from lensbench.app.panels.lens_section.posed_film import draw_posed
-from lensbench.app.panels.lens_section.switches import dead_ray_switch, edit_switch, view_switch
+from lensbench.app.panels.lens_section.switches import dead_ray_switch, edit_switch, place_of_text, view_switch
 from lensbench.app.panels.lens_section.viewport import View, fitted
 from lensbench.app.state.analysis import film_drag
 from lensbench.app.state.build import design, setup
@@ -194,7 +194,9 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
         draw.add_text(at, theme.packed(theme.colours().dim), shown.unmarked)
     drawing.draw_scale_bar(draw, shown, canvas, signs)
     if shown.reason:
-        _reason(draw, canvas.corner, ImVec2(canvas.width, 2.0 * imgui.get_text_line_height()), shown.reason)
+        has_view = has_two_sections(settings, shown.lens) or state.edit.active
+        room = place_of_text(shown.reason, canvas.corner, canvas.width, not shown.ideal, has_view)
+        _reason(draw, *room, shown.reason)
 
 
 def _faults(settings: Settings) -> tuple[Finding, ...]:
@@ -218,9 +220,11 @@ def _pixel_fan(settings: Settings, links: Pointed, above: bool) -> Fan | None:
 
 def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> None:
     """The reason why there is nothing to draw, or why it differs from the settings."""
-    wrap = max(size.x - theme.em(1.5), 1.0)
+    wrap, pad = max(size.x - theme.em(1.5), 1.0), theme.em(0.3)
     extent = imgui.calc_text_size(text, False, wrap)
     at = ImVec2(corner.x + 0.5 * (size.x - extent.x), corner.y + 0.5 * (size.y - extent.y))
+    draw.add_rect_filled(ImVec2(at.x - pad, at.y), ImVec2(at.x + extent.x + pad, at.y + extent.y),
+                         theme.packed(theme.colours().well, 0.8), 2.0 * theme.scale())
     draw.add_text(imgui.get_font(), imgui.get_font_size(), at, theme.packed(theme.colours().dim), text, wrap)
 
 

@@ -1,4 +1,4 @@
-"""The switches over the section: dead rays, editing, and the view from the side or from above."""
+"""The switches over the section: dead rays, editing, and the view from the side or from above; a text beside them."""
 
 from imgui_bundle import ImVec2, imgui
 from imgui_bundle import icons_fontawesome_6 as fa
@@ -39,6 +39,19 @@ def view_switch(corner: ImVec2, width: float, above: bool) -> tuple[bool, bool]:
                                "From above: right of the camera is up\nClick: from the side" if above else
                                "From the side: up in the scene is up\nClick: from above")
     return above != pressed, hovered
+
+
+def place_of_text(text: str, corner: ImVec2, width: float, has_switches: bool, has_view: bool) -> tuple[ImVec2, ImVec2]:
+    """Corner and size of the room for a text over the drawing: beside the switches, or below them."""
+    height = 2.0 * imgui.get_text_line_height()
+    if not has_switches:
+        return corner, ImVec2(width, height)
+    left = theme.em(12.0)
+    room = width - left - (theme.em(9.0) if has_view else 0.0)
+    if imgui.calc_text_size(text).x < room - theme.em(1.5):
+        return ImVec2(corner.x + left, corner.y), ImVec2(room, height)
+    lines = imgui.calc_text_size(text, False, max(width - theme.em(1.5), 1.0)).y
+    return ImVec2(corner.x, corner.y + theme.em(1.6)), ImVec2(width, max(height, lines))
 
 
 def _switch(name: str, text: str, at: ImVec2, is_on: bool, framed: bool, hint: str) -> tuple[bool, bool]:

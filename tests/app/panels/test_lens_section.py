@@ -17,7 +17,9 @@ from lensbench.app.state.build import design, setup
 from lensbench.app.state.geometry.elements import elements, sag
 from lensbench.app.state.geometry.ray_fans import Ray
 from lensbench.app.state.geometry.section import sketch
+from lensbench.app.state.lens_edit.editing import edited
 from lensbench.app.state.settings import Settings
+from lensbench.lenses.editing.structure import deleted
 from tests.app.kinds import of_kind
 from tests.app.stand import centre, drive
 from tests.core.optics.test_surface_pose import posed
@@ -243,6 +245,31 @@ def test_the_name_of_the_stop_touches_no_sign_of_the_row_below_the_lens(monkeypa
     for sign in {"P", "P'", "E", "E'"} & set(words):
         x0, y0, x1, y1 = words[sign]
         assert right <= x0 or x1 <= left or bottom <= y0 or y1 <= top, sign
+
+
+@pytest.mark.parametrize("is_edited", [False, True])
+@pytest.mark.parametrize("width", [200, 330, 520, 700, 1000])
+def test_the_reason_why_a_lens_forms_no_image_leaves_the_switches_free(monkeypatch, width, is_edited):
+    """In the layout Editor it lay over them."""
+    boxes, add = {}, imgui.ImDrawList.add_text
+
+    def noted(draw, *given):
+        at, text, wrap = (given[0], given[2], 0.0) if len(given) == 3 else (given[2], given[4], given[5])
+        extent = imgui.calc_text_size(text, False, wrap or -1.0)
+        boxes[text] = at.x, at.y, at.x + extent.x, at.y + extent.y
+        add(draw, *given)
+
+    monkeypatch.setattr(imgui.ImDrawList, "add_text", noted)
+    triplet = replace(START, lens="lenshh-cooke-triplet-50", f_number=None)
+    shown = Panel(edited(triplet, lambda document: deleted(document, [0]))[0])
+    shown.state.edit.active = is_edited
+    drive(shown.show, lambda ctx: ctx.yield_(4), (width, 200))
+    [(left, top, right, bottom)] = [boxes.pop(text) for text in list(boxes) if "does not converge" in text]
+    assert 0.0 <= left and right <= width
+    switches = [box for text, box in boxes.items() if text.endswith(("Dead rays", "Edit", "y–z"))]
+    assert switches
+    for x0, y0, x1, y1 in switches:
+        assert right <= x0 or x1 <= left or bottom <= y0 or y1 <= top
 
 
 def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
