@@ -19,6 +19,7 @@ from lensbench.imaging.film_pose import UPRIGHT
 from lensbench.kernels.figures import true_minus
 
 POINTS = 33                             # along a curved film in the section
+LEAST_LEAN = math.radians(0.005)        # of the plane of sharp focus: less is 0.00°, by the rounding of traced beams
 Place = tuple[float, float]
 
 
@@ -125,12 +126,12 @@ def sentence(settings: Settings) -> str:
         found = sharp_focus(settings)
     except (ValueError, OSError) as error:
         return str(error)
-    if found is None or found.hinge is None:
+    lean = 0.0 if found is None or found.plane is None else math.acos(min(abs(float(found.plane.normal[2])), 1.0))
+    if found is None or found.hinge is None or found.plane is not None and lean < LEAST_LEAN:
         shifted = "The film is shifted: what" if settings.rise or settings.shift else "What"
         return f"{shifted} is in focus is a plane across the axis"
     if found.plane is None:
         return "The plane of sharp focus lies at infinity"
-    lean = math.acos(min(abs(float(found.plane.normal[2])), 1.0))
     across = abs(float(found.plane.normal[2])) > 1e-6
     away = -found.plane.offset / float(found.plane.normal[2]) if across else math.inf
     crosses = f"crosses the axis at {format_distance(away)}" if 0.0 < away < 1e8 else "does not cross the axis ahead"

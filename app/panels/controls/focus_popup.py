@@ -25,10 +25,7 @@ def focus_popup(settings: Settings) -> Settings:
         except (ValueError, OSError) as error:
             small_note(str(error))
     try:
-        asymmetry = design(settings).asymmetry
+        design(settings)
     except (ValueError, OSError):               # a notice says why
-        return settings
-    if asymmetry:
-        small_note(f"Behind a lens with {asymmetry} the film stays in line")
         return settings
     return film_dials(settings)

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import pytest
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
@@ -10,6 +11,7 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.lens_edit.editing import edited
 from lensbench.app.state.settings import Settings
 from lensbench.lenses.editing.cells import with_radius
+from lensbench.lenses.editing.poses import with_pose
 from tests.app.stand import drive
 
 
@@ -33,6 +35,28 @@ def test_all_of_the_popup_focus_is_seen_in_a_window_of_720_pixels():
     chooser = Chooser()
     drive(gui, test, size=(270, 720))
     assert seen["top"] >= 0.0
+
+
+@pytest.mark.parametrize("lens", ["out of line", "lentil-schneider-anamorphic-31-2001"])
+def test_the_film_behind_a_lens_without_symmetry_is_set_in_line_again(lens):
+    """The popup said that it stays in line, and had no dials: an element that was tilted left it tilted."""
+    settings = replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=None, tilt=0.09, rise=4.0)
+    settings = edited(settings, lambda document: with_pose(document, 2, 3, "tilt_x", 0.05))[0] \
+        if lens == "out of line" else replace(settings, lens=lens)
+    seen = {"shown": settings}
+
+    def gui():
+        seen["shown"] = controls_panel(seen["shown"], chooser)
+
+    def test(ctx):
+        ctx.item_click("**/###Focus")
+        ctx.yield_(4)
+        ctx.item_click("//$FOCUSED/In line")
+        ctx.yield_(2)
+
+    chooser = Chooser()
+    drive(gui, test, size=(270, 720))
+    assert not settings.film_pose.is_upright and seen["shown"] == replace(settings, tilt=0.0, rise=0.0)
 
 
 def test_the_focus_dial_of_a_lens_that_focuses_on_nothing_turns():

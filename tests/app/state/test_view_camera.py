@@ -192,6 +192,8 @@ def test_section_and_plan_show_the_plane_and_its_lines():
     assert abs(np.diff(straight.focus[:, 1])[0]) < 1e-9 < 0.05 < swung.focus[1, 1] - swung.focus[0, 1]
     assert swung.band.shape == (4, 2)
     assert "hinge" in sentence(POSED) and "in line" in sentence(Settings())
+    raised = Settings(lens="lentil-schneider-anamorphic-31-2001", focus_distance=3000.0, rise=4.0)
+    assert sentence(raised) == "The film is shifted: what is in focus is a plane across the axis"   # beams are rounded
 
 
 @pytest.mark.slow
