@@ -207,7 +207,8 @@ def with_film(settings: Settings, width: float, height: float) -> Settings:
 def with_equivalent_film(settings: Settings, width: float, height: float) -> Settings:
     """The settings with another film, and the focal length and f-number that keep field of view and depth of field.
 
-    The aperture is as wide as the lens opens at most.
+    The aperture is as wide as the lens opens at most. A film out of line keeps what it shows and its plane of sharp
+    focus: what is `ratio` times as large as before lies ratio² times as deep behind the lens.
     """
     ratio = math.hypot(width, height) / math.hypot(settings.film_width, settings.film_height)
     got = readings(replace(settings, zoom=0.0))
@@ -217,7 +218,9 @@ def with_equivalent_film(settings: Settings, width: float, height: float) -> Set
         changed = replace(changed, f_number=f_number * ratio)
     changed = replace(changed, **{name: getattr(settings, name) * ratio for name in settings.kind.film_lengths})
     if settings.has_lens and got.efl is not None:
-        changed = replace(changed, focal_length=got.efl * ratio)
+        tilt, swing = (math.atan(ratio * math.tan(angle)) for angle in (settings.tilt, settings.swing))
+        changed = replace(changed, focal_length=got.efl * ratio, rise=settings.rise * ratio,
+                          shift=settings.shift * ratio, tilt=tilt, swing=swing)
     return constrained(changed)
 
 

@@ -14,7 +14,7 @@ from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.build import camera, setup
 from lensbench.app.state.click_focus import focused_at
-from lensbench.app.state.constraints import constrained
+from lensbench.app.state.constraints import constrained, with_equivalent_film
 from lensbench.app.state.dial_scales import curvature_scale
 from lensbench.app.state.geometry.blur import Blur
 from lensbench.app.state.geometry.plan import plan
@@ -230,3 +230,13 @@ def test_the_plane_of_sharp_focus_of_a_design_for_another_line_crosses_the_axis_
         settings = replace(Settings(), lens=str(path), f_number=None, tilt=0.03, focus_distance=1494.0)
         plane = sharp_focus(settings).plane
         assert plane.offset / plane.normal[2] == pytest.approx(-1494.0, rel=1e-6), line
+
+
+def test_keep_the_picture_keeps_what_a_film_out_of_line_shows_and_brings_into_focus():
+    """Rise, shift, tilt and swing stayed as they were: a smaller film showed another part of the scene."""
+    for width, height in ((24.0, 16.0), (54.0, 36.0)):
+        other = with_equivalent_film(replace(POSED, shift=-2.0), width, height)
+        assert (other.rise, other.shift) == pytest.approx((3.0 * width / 36.0, -2.0 * width / 36.0))
+        hinges = [sharp_focus(settings).hinge for settings in (POSED, other)]
+        np.testing.assert_allclose(*(hinge.point[:2] for hinge in hinges), rtol=5e-3)
+        np.testing.assert_allclose(*(np.abs(hinge.direction) for hinge in hinges), atol=5e-3)
