@@ -16,6 +16,7 @@ from lensbench.lenses.paraxial import reference_wavelength
 
 SAMPLES = 33            # of the focal length along the dial, to find it again
 ROUNDING = 1e-13        # of a focal length
+ENGRAVED = 1e-3         # of a focal length: one that is so near to that of a station names the station
 
 
 def positioned(lens: lb.Lens, arguments: argparse.Namespace) -> lb.Lens:
@@ -74,7 +75,7 @@ def asked_zoom(lens: lb.Lens, asked: tuple[str, float] | None) -> float | None:
     if not shortest * (1.0 - 5e-3) <= value <= longest * (1.0 + 5e-3):      # engraved ends are rounded
         raise lb.LensError(f"zoom to {significant(value)} mm: this lens zooms from {significant(shortest, 4)} to "
                            f"{significant(longest, 4)} mm")
-    return zoom_of(lens, value)
+    return engraved_zoom(lens, value)
 
 
 @lru_cache(maxsize=256)
@@ -106,6 +107,13 @@ def zoom_of(lens: lb.Lens, length: float) -> float:
     sign = 1.0 if rising else -1.0
     return find_root(lambda zoom: sign * (focal_length(lens, zoom) - length), low, high,
                 ROUNDING * length)
+
+
+def engraved_zoom(lens: lb.Lens, length: float) -> float:
+    """As `zoom_of`, but the station itself for its focal length as people read it: its gaps are edited there."""
+    assert lens.positions is not None
+    near = min(lens.positions.zoom_stations, key=lambda place: abs(focal_length(lens, place) - length))
+    return near if abs(focal_length(lens, near) - length) <= ENGRAVED * length else zoom_of(lens, length)
 
 
 @lru_cache(maxsize=16)

@@ -117,7 +117,7 @@ def station(positions: Positions) -> tuple[int, int]:
         Between two stations.
     """
     if positions.zoom not in positions.zoom_stations or positions.close not in positions.focus_stations:
-        names = ", ".join(positions.label(i) for i in range(len(positions.zoom_stations)))
+        names = "; ".join(positions.label(i) for i in range(len(positions.zoom_stations)))
         raise EditError(f"this gap varies with the zoom: set the zoom to a station of the lens to edit it ({names})")
     return positions.zoom_stations.index(positions.zoom), positions.focus_stations.index(positions.close)
 

@@ -21,7 +21,7 @@ from lensbench.app.state.figures import SOFT, readings
 from lensbench.app.state.lens_choice import APERTURE, FOCUS, LOCKS
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_length
-from lensbench.app.state.zoom import focal_length, is_engraved, zoom_of
+from lensbench.app.state.zoom import engraved_zoom, focal_length, is_engraved
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.padlock import padlock
@@ -201,7 +201,7 @@ def _zoom(settings: Settings) -> Settings:
                   "Focal length f at infinity: the groups move along the zoom positions of the lens")
     if turned == length:
         return settings
-    return constrained(replace(settings, zoom=zoom_of(lens, turned)))
+    return constrained(replace(settings, zoom=engraved_zoom(lens, turned)))
 
 
 DIALS: dict[str, Callable[[Settings], Settings]] = {

@@ -20,8 +20,8 @@ from lensbench.app.state.lens_edit.editing import edited
 from lensbench.app.state.lens_shelf import short_title
 from lensbench.app.state.settings import Settings, SettingsError
 from lensbench.app.state.text_values import read_close, read_zoom
-from lensbench.app.state.zoom import asked_zoom, focal_length, is_engraved, zoom_of
-from lensbench.lenses.editing.cells import with_radius
+from lensbench.app.state.zoom import asked_zoom, engraved_zoom, focal_length, is_engraved, zoom_of
+from lensbench.lenses.editing.cells import with_radius, with_value
 from tests.app.stand import drive
 
 NIKKOR = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"
@@ -37,6 +37,20 @@ def test_a_zoom_setting_is_found_again_by_its_focal_length(name, place):
     # to 1e-11 of the dial, whose focal lengths differ by a factor of 3
     assert zoom_of(lens, focal_length(lens, place)) == pytest.approx(place, abs=1e-10)
     assert zoom_of(lens, 1.0) == 0.0 and zoom_of(lens, 1000.0) == 1.0
+
+
+@pytest.mark.parametrize("name", [NIKKOR, "canon-ef-28-105-f4", "canon-ef-ii-28-80-f35"])
+def test_a_station_between_the_ends_is_set_by_its_focal_length_and_its_gaps_are_edited_there(name):
+    """The zoom came as near as the focal length that was typed, and the gap was refused as one between two stations."""
+    lens = lenses.load(name)
+    gap, place = lens.positions.gaps[0], lens.positions.zoom_stations[1]
+    length = lens.positions.focal_lengths[1]
+    assert asked_zoom(lens, ("focal length", length)) == engraved_zoom(lens, round(length, 1)) == place
+    there = replace(ZOOM, lens=name, zoom=place)
+    wider = edited(there, lambda document: with_value(document, gap, "thickness", 9.0))[0]
+    assert design(wider).surfaces[gap].thickness == 9.0
+    beside = focal_length(lens, place) * 1.002
+    assert focal_length(lens, engraved_zoom(lens, beside)) == pytest.approx(beside, rel=1e-12)
 
 
 @limits(max_examples=25)
