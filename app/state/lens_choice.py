@@ -244,7 +244,9 @@ def _place(settings: Settings) -> _Place | None:
     back = placed((0.0, 0.0, 0.0), settings.yaw, settings.pitch)[:3, 2]
     point = np.array([0.0, 0.0, -subject])
     wanted, nearest = max(framed, NEAREST), nearest * MARGIN
-    distance = max(min(wanted, _free(settings.scene, point, back)), nearest)
+    stated = _stated_subject(settings.scene)
+    own = max(0.5 * stated[1], 1.0) if stated is not None else 1.0      # mm: a stated place may lie within the subject
+    distance = max(min(wanted, _free(settings.scene, point, back, own)), nearest)
     x, y, z = (float(value) for value in point + distance * back)
     return _Place((x, y, z), distance, wanted)
 
@@ -254,15 +256,18 @@ def _framed(fo: lb.FirstOrder, length: float, magnification: float) -> float:
     return fo.efl * (2.0 + magnification + 1.0 / magnification) + length + fo.rear_principal - fo.front_principal
 
 
-def _free(scene: str, point: np.ndarray, back: np.ndarray) -> float:
-    """Distance (mm) that a camera can stand back from a point without something between them; inf for any."""
+def _free(scene: str, point: np.ndarray, back: np.ndarray, own: float) -> float:
+    """Distance (mm) that a camera can stand back from a point without something between them; inf for any.
+
+    own: how far (mm) what lies there reaches.
+    """
     try:
-        return max(_wall(cached_scene(scene), tuple(point), tuple(back)) - ROOM, NEAREST)
+        return max(_wall(cached_scene(scene), tuple(point), tuple(back), own) - ROOM, NEAREST)
     except (SceneFileError, OSError):
         return math.inf
 
 
 @lru_cache(maxsize=8)
-def _wall(scene: lb.Scene, point: tuple[float, ...], back: tuple[float, ...]) -> float:
-    """Distance (mm) from 1 mm behind a point to the next object along a unit vector; the same for every lens."""
-    return float(scene.distance([np.add(point, back)], [back])[0])
+def _wall(scene: lb.Scene, point: tuple[float, ...], back: tuple[float, ...], own: float) -> float:
+    """Distance (mm) from a point to the next object along a unit vector, beyond `own`; the same for every lens."""
+    return own + float(scene.distance([np.add(point, own * np.array(back))], [back])[0])

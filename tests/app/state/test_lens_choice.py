@@ -121,6 +121,18 @@ def test_the_subject_of_a_scene_file_is_what_stands_in_the_middle(tmp_path):
     assert subject_distance(str(beside)) == 1200.0
 
 
+def test_a_subject_that_is_stated_at_the_middle_of_a_body_is_not_in_its_own_way(tmp_path):
+    """The camera stood within 25 cm of the middle of the box, which this lens frames from 1.4 m."""
+    path = tmp_path / "box.toml"
+    front = 'subject = ["1.5 m", "60 cm"]\n[[disk]]\ncentre = [0, 0, -1350]\nnormal = [0, 0, 1]\nradius = 150\n'
+    path.write_text(front)
+    settings = with_lens(replace(Settings(), scene=str(path)), "pbrt-dgauss-50mm")
+    assert settings.focus_distance > 1300.0 and in_the_way(settings) == ""
+    path.write_text(f"{front}[[sphere]]\ncentre = [0, 0, -800]\nradius = 100\n")
+    held = with_lens(replace(Settings(), scene=str(path)), "pbrt-dgauss-50mm")
+    assert held.focus_distance < 600.0 and "stands in the way" in in_the_way(held)
+
+
 def test_a_scene_that_states_its_subject_is_framed_on_it(tmp_path):
     path = tmp_path / "two.toml"
     path.write_text('subject = ["4 m", "2 m"]\n[[sphere]]\ncentre = [900, 0, -3000]\nradius = 100\n')
