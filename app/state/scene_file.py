@@ -194,6 +194,8 @@ def _depth_range(value: Any, name: str) -> tuple[float, ...]:
 
 
 def _subject(value: Any, name: str) -> tuple[float, ...]:
+    if not (isinstance(value, list) and len(value) == 2):
+        raise lb.SceneError(f"{name}: write its distance and its height, such as {name} = [\"1.5 m\", \"60 cm\"]")
     return numbers(value, name, 2, length)
 
 

@@ -118,6 +118,7 @@ MISTAKES = {
     "no normal": ("[[disk]]\ncentre=[0,0,-9]\nnormal=[0,0,0]\nradius=1\n", r"normal of a disk cannot be zero"),
     "a sun from nowhere": (BALL + "[sun]\ndirection = [0, 0, 0]\n", r"direction of the sun"),
     "depths the wrong way": ("depth_range = [5, 1]\n" + BALL, r"depth_range"),
+    "a subject by its names": ('subject = { distance = "1 m" }\n' + BALL, r"write its distance and its height"),
     "nothing at all": ("", r"shows nothing"),
     "broken text": ("[[sphere]\n", r"not TOML: .*line 1"),
     "diffuse_bounce = 1": ("diffuse_bounce = 1\n" + BALL, r"diffuse_bounce must be true or false"),

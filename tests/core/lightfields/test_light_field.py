@@ -396,3 +396,9 @@ def test_a_picture_through_the_pupil_has_three_colours_and_is_white_but_for_the_
     r2 = sum(((at + 0.5 - middle) * size) ** 2 for at, middle in zip(np.mgrid[:16, :24], (8.0, 12.0), strict=True))
     np.testing.assert_allclose(seen, np.broadcast_to((1.0 + r2)[..., None] ** -2.0, seen.shape), atol=0.04)
     assert seen.mean() == pytest.approx(((1.0 + r2) ** -2.0).mean(), rel=5e-3)
+
+
+def test_what_has_to_be_set_for_a_light_field_is_said_of_a_curved_film_too():
+    curved = replace(real(1200.0), film_pose=lb.FilmPose(radius=-90.0))
+    with pytest.raises(lb.LightFieldError, match="rise and shift to 0, and leave out the curvature"):
+        lb.capture_light_field(curved, lb.builtin_scene(STILL), (2, 2))
