@@ -114,6 +114,8 @@ def render(arguments: argparse.Namespace) -> int:
             done.append(_figures(path, found, arguments.until_noise, perf_counter() - started))
             if not arguments.json:
                 print(_summary(done[-1], found))
+    if len(done) < len(pictures) and (arguments.until_noise is not None or arguments.bits is not None):
+        say("--resume: frames that were there keep the noise and the bits with which they were rendered")
     if arguments.json:
         print_json(done[0] if arguments.frames is None else done)
     elif len(done) < len(pictures):

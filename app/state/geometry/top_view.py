@@ -17,11 +17,15 @@ from lensbench.optics.surface_pose import Frame, SurfacePose, tilts_of
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])     # +x becomes +y
 
 
-@lru_cache(maxsize=16)
 def quarter_turned(lens: lb.Lens) -> lb.Lens:
     """The lens turned so that +x becomes +y; itself where it is rotationally symmetric."""
     if lens.is_rotationally_symmetric and lens.stop_image is None and not lens.blades:
         return lens
+    return _quarter_turned(lens)
+
+
+@lru_cache(maxsize=16)
+def _quarter_turned(lens: lb.Lens) -> lb.Lens:
     image = lens.stop_image
     return replace(lens, surfaces=tuple(_turned(surface) for surface in lens.surfaces),
                    blade_rotation=lens.blade_rotation + 0.5 * math.pi if lens.blades else lens.blade_rotation,
