@@ -114,10 +114,12 @@ class LightPeriod:
         if camera is None:
             return False
         halves = self._halves / np.float32(FIRST_PASSES / 2)
-        mean = float(camera.mean() + 0.5 * halves[1].mean())
-        noisy = _variance(camera[0], camera[1], mean) * TRIAL_SAMPLES
-        light = _variance(halves[0], halves[1] - halves[0], mean) * FIRST_PASSES
-        best = math.sqrt(RAY_TIME * self._cost * noisy / light) if light > 0.0 else RAREST
+        with np.errstate(invalid="ignore", over="ignore"):
+            mean = float(camera.mean() + 0.5 * halves[1].mean())
+            noisy = _variance(camera[0], camera[1], mean) * TRIAL_SAMPLES
+            light = _variance(halves[0], halves[1] - halves[0], mean) * FIRST_PASSES
+        ratio = noisy / light if light > 0.0 else math.inf      # NaN where any sample is no number
+        best = math.sqrt(RAY_TIME * self._cost * ratio) if ratio < math.inf else RAREST
         self._decided[...] = 2 ** round(math.log2(min(max(best, DENSEST), RAREST)))
         return True
 

@@ -57,6 +57,7 @@ def test_the_period_makes_the_error_in_a_given_time_least(of_samples, of_light, 
 def test_a_period_stays_within_its_bounds():
     assert decided(0.5, 0.0, PIXELS) == RAREST
     assert decided(0.0, 0.1, PIXELS) == DENSEST
+    assert decided(np.nan, 0.1, PIXELS) == decided(0.5, np.nan, PIXELS) == decided(np.inf, 0.1, PIXELS) == RAREST
 
 
 @pytest.mark.parametrize("late", [2, 7, 32])
