@@ -8,6 +8,7 @@ from lensbench.lightfields.light_field import LightField
 
 WHITE = lb.Scene("white", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3))
 
+
 def camera(window, pixels=(120, 80)):
     return lb.PerspectiveCamera(lb.Film(36.0, 24.0, *pixels), 1.2, lens_radius=8.0, focus_distance=1500.0,
                                 window=window)
