@@ -91,12 +91,13 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
     Raises
     ------
     LensFileError
-        No format with this suffix can be written, or the place cannot.
+        No format with this suffix can be written, or the place cannot; or the file would not open again.
     """
     path = Path(path)
     writer = writer_of(path)
     lens, placed = with_picture_beside(lens, path) if path.suffix.lower() == ".toml" else (lens.with_round_stop, [])
     text, remarks = writer(lens)
+    _check_opens(text, path)
     beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
     try:
         with open(beside, "w", encoding="utf-8", errors="replace", newline="\n") as file:
@@ -111,6 +112,18 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
         with suppress(OSError, ValueError):
             beside.unlink()
     return (*remarks, *placed)
+
+
+def _check_opens(text: str, path: Path) -> None:
+    """Raise LensFileError for a text that `load` would refuse: it is not written."""
+    size = len(text.encode(errors="replace"))
+    try:
+        if size > LARGEST_FILE:
+            raise LensFileError(path, None, f"{fixed(size / 1e6, 1)} MB are more than the "
+                                            f"{significant(LARGEST_FILE / 1e6)} MB of a lens file")
+        READERS[path.suffix.lower()](text, str(path))
+    except LensFileError as error:
+        raise LensFileError(path, None, f"is not written, as it would not open again: {error.reason}") from None
 
 
 def _is_path(text: str) -> bool:

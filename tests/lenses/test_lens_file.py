@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from lensbench import lenses
+from lensbench import Glass, Lens, Surface, lenses
 
 NAME = "pbrt-dgauss-50mm"
 
@@ -105,3 +105,16 @@ def test_a_failed_save_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatc
 def test_a_saved_file_stands_alone(tmp_path):
     lenses.save(lenses.load(NAME), tmp_path / "lens.toml")
     assert os.listdir(tmp_path) == ["lens.toml"]
+
+
+@pytest.mark.parametrize("suffix", [".toml", ".zmx", ".json"])
+@pytest.mark.parametrize(("surfaces", "told"), [
+    ((Surface(0.02, 2e9, 9.0), Surface(0.0, 1.0, 9.0)), "gaps of more than"),
+    ((Surface(1e7, 1.0, 1e-9), Surface(0.0, 1.0, 9.0)), "radius is"),
+    ((Surface(0.0123456789012345, 1.2345678901234567, 9.123456789012345, Glass(1.5, 60.0, "X" * 190)),) * 5000,
+     "would not open again")])
+def test_a_lens_that_would_not_open_again_is_not_saved(tmp_path, suffix, surfaces, told):
+    path = tmp_path / f"a{suffix}"
+    with pytest.raises(lenses.LensFileError) as caught:
+        lenses.save(Lens(surfaces, 0), path)
+    assert told in str(caught.value) and not list(tmp_path.iterdir())
