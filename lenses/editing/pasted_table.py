@@ -42,6 +42,7 @@ HEADINGS = (
     (COMMENT, r"comment|remark|note|type|label|name"),
     (SURFACE, r"#|n[o°r]\.?|s(urf(ace|\.)?)?( ?(no|number|nr|#)\.?)?|fläche|i|surf:type|number"),
 )
+TERM = re.compile(r"A_?\d{1,2}|α_?\d{0,2}|r\^\d{1,2}")          # a heading of aspheric coefficients
 ORDER = (RADIUS, THICKNESS, INDEX, ABBE, SEMI)
 STOPS = {"stop", "sto", "as", "a.s.", "aperture stop", "aperture", "(stop)", "diaphragm", "blende", "diaphragme", "s"}
 PLANES = {"inf", "infinity", "∞", "plano", "plane", "flat", "plan", "-", "–", "—", "inf.", "infinite", "1e+18", "1e18",
@@ -168,7 +169,7 @@ def _headings(cells: Sequence[str]) -> list[str]:
 
 
 def _heading_remarks(line: int, cells: Sequence[str], columns: Sequence[str]) -> list[Finding]:
-    """What is assumed of headings, and those that are not read; EditError for a unit other than mm."""
+    """What is assumed of headings, and those that are not read; EditError: a unit other than mm, aspheric terms."""
     for cell in cells:
         if re.search(r"[\[(]\s*(in|inch(es)?|″|cm|m)\.?\s*[\])]", cell.lower()):
             raise EditError(f"line {line}: the heading {excerpt(cell)} has another unit than mm: convert the lengths "
@@ -180,9 +181,13 @@ def _heading_remarks(line: int, cells: Sequence[str], columns: Sequence[str]) ->
         found.append(Finding(Kind.GLASS, None, f"the numbers of {' and '.join(map(excerpt, e_line))}, of the e line, "
                                                "are taken as n_d and V_d", severity=Severity.WARNING))
     unread = [cell for cell, name in zip(cells, columns, strict=True) if cell and not name]
+    terms = [cell for cell in unread if TERM.fullmatch(cell.strip())]
+    if terms:
+        raise EditError(f"line {line}: {excerpt(terms[0])} seems to be a column of aspheric terms, which are not read: "
+                        "paste the table without them, and enter them afterwards")
     if unread:
-        found.append(note(Kind.NOT_READ, f"not read: the column{'s' if len(unread) > 1 else ''} "
-                                         f"{', '.join(map(excerpt, unread))}"))
+        found.append(Finding(Kind.NOT_READ, None, f"not read: the column{'s' if len(unread) > 1 else ''} "
+                                                  f"{', '.join(map(excerpt, unread))}", severity=Severity.WARNING))
     return found
 
 

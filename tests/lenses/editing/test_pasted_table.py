@@ -78,6 +78,7 @@ def test_glass_names_diameters_planes_and_comments():
     ("r\td\tglass\tdia\n10\t2\tN-BK77\t8\n-10\t9\t\t8", "line 2, column “glass”: .*did you mean"),
     ("r\td\tnd\tdia\n10\t2\t1.5\t-8\n-10\t9\t\t8", "line 2, column “semi-diameter”"),
     ("r1 = 10 d1 = 2 n1 = 1.5\nr1 = 12 d2 = 3", "line 2: r1 is given twice"),
+    ("r\td\tnd\tA4\n10\t2\t1.5\t1e-5\n-10\t9\t\t", "'A4' seems to be a column of aspheric terms"),
     ("r\td\tnd\n10\t2\t1\n-10\t9\t1", "afocal")])
 def test_a_cell_that_cannot_be_read_is_named(text, words):
     with pytest.raises(EditError, match=words):
