@@ -14,7 +14,7 @@ from typing import Any
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses.paraxial import FAR, index_of, ray
-from lensbench.lenses.rows import RowError, check_sizes
+from lensbench.lenses.rows import WIDEST_STOP, RowError, check_sizes, widest_other
 from lensbench.lenses.stations import Station, with_gaps
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import D_LINE
@@ -157,6 +157,8 @@ def with_stated_aperture(lens: Lens, stations: list[Station],
         if aperture.kind is ApertureKind.STOP_SIZE and not value:
             return rim
         asked = stop_radius(surfaces, stop, aperture.kind, value, distance, wavelength)
+        if asked is not None and asked > WIDEST_STOP * widest_other(surfaces, stop):
+            asked = None
         stated = f"the stated {aperture.kind}, {significant(value, 6)},"
         try:
             if asked is not None:

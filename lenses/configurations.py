@@ -5,10 +5,11 @@ them. Of every other quantity that differs it takes the value of the first confi
 says so.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from math import inf
 
+from lensbench.lenses.numbers import RowError
 from lensbench.lenses.paraxial import FAR
 from lensbench.lenses.stations import MOST_STATIONS, Station
 from lensbench.optics.finding import Finding, Kind, note
@@ -24,6 +25,7 @@ class Configurations:
     values: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict)
     other: dict[str, set[str]] = field(default_factory=dict)        # quantities that are not read, with their values
     names: dict[int, str] = field(default_factory=dict)
+    current: int = 1                        # the configuration whose values stand in the table of surfaces
 
     def put(self, quantity: str, surface: int, configuration: int, value: float) -> None:
         """Store a quantity of a surface in a configuration; further configurations are left out."""
@@ -66,11 +68,27 @@ class Configurations:
             found.append(station)
         return found
 
+    @property
+    def differing(self) -> str:
+        """Names of the quantities that differ between configurations and are not kept."""
+        return ", ".join(sorted(what for what, values in self.other.items() if len(values) > 1))
+
+    def check(self, harmless: Collection[str] = ()) -> None:
+        """Raise RowError where the table of surfaces has such quantities from another configuration than the first.
+
+        harmless: first words of those that change no surface.
+        """
+        differing = [what for what, values in self.other.items()
+                     if len(values) > 1 and what.partition(" ")[0] not in harmless]
+        if differing and self.current != 1:
+            raise RowError(f"the table of surfaces is that of configuration {self.current}, and {', '.join(differing)} "
+                           "differ in the first: save the file in its first configuration")
+
     def findings(self) -> list[Finding]:
         """Findings about quantities that differ between configurations and are not kept."""
-        differing = [what for what, values in self.other.items() if len(values) > 1]
-        found = [note(Kind.POSITION, f"{', '.join(sorted(differing))}: of what differs between the configurations, "
-                                     "that of the first is taken")] if differing else []
+        taken = "that of the first" if self.current == 1 else f"that of configuration {self.current}"
+        found = [note(Kind.POSITION, f"{self.differing}: of what differs between the configurations, {taken} is taken"
+                      )] if self.differing else []
         if self.count > MOST_STATIONS:
             found.append(note(Kind.POSITION, f"the first {MOST_STATIONS} of {self.count} configurations were read",
                               configurations=self.count))

@@ -16,6 +16,7 @@ from lensbench.lenses.axes import START, AxesError, Break, alike, in_one_line
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.paraxial import FAR, focal_length, reference_wavelength
 from lensbench.lenses.rims import estimate_rims
+from lensbench.lenses.row_solves import RowSolve, doubts
 from lensbench.lenses.rows import RowError, check_sizes, stop_of
 from lensbench.lenses.stations import Solve, Station, solved, with_stations
 from lensbench.optics.finding import Finding, Kind, Severity
@@ -35,7 +36,6 @@ from lensbench.optics.system import (
 )
 
 MOST_SURFACES = 1000
-MOST_UNKNOWN = 12       # keywords that are listed as not read
 CATALOGUE_AIR = (15.0, 25.0), (0.9, 1.1)        # °C and atmospheres: the index of air changes by less than 4e-5
 
 
@@ -84,7 +84,7 @@ class Design:
     stations: list[Station] = field(default_factory=list)
     solves: list[Solve] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
-    unknown: dict[str, int] = field(default_factory=dict)      # keywords that were not read, and their first lines
+    checked: list[RowSolve] = field(default_factory=list)       # solves whose values the file states
 
     def found(self, kind: Kind, message: str, surface: int | None = None,
               severity: Severity = Severity.NOTE, **figures: float) -> None:
@@ -140,11 +140,6 @@ class Design:
         if assumed:
             self.found(Kind.GLASS, assumed)
 
-    def not_read(self, keyword: str, line: int) -> None:
-        """Store a keyword unknown to the reader, with its first line."""
-        if len(self.unknown) <= MOST_UNKNOWN:
-            self.unknown.setdefault(keyword[:20], line)
-
     def add(self, row: Row) -> None:
         """Append a row; LensFileError if there are too many."""
         if len(self.rows) > MOST_SURFACES:
@@ -161,6 +156,9 @@ class Design:
             raise self.refuse(None, "there is no lens: a design needs an object, at least one surface and an image")
         self._straighten()
         self._flatten_ends()
+        stop = next((i for i, row in enumerate(self.rows[:-1]) if row.is_stop and i), 1)
+        self.findings += doubts(self.rows, self.checked, self.system, stop,
+                                reference_wavelength(self.rows[1:-1], self.system))
         covered = self._lay_cover_glass()
         surfaces = self.rows[1:-1]
         self._check_conjugates(surfaces, covered)
@@ -193,10 +191,6 @@ class Design:
         if self.unit != 1.0:
             self.found(Kind.UNIT, f"lengths were converted to mm: one unit of the file is {significant(self.unit)} mm",
                        unit=self.unit)
-        if self.unknown:
-            keywords = [f"{key} (line {line})" for key, line in self.unknown.items()]
-            self.found(Kind.NOT_READ, f"not read: {', '.join(keywords[:MOST_UNKNOWN])}"
-                                      f"{' …' if len(keywords) > MOST_UNKNOWN else ''}")
         try:
             stop_index, assumed = stop_of(tuple(made), marked)
             scaled_efl = None if self.stated_efl is None else self.stated_efl * self.unit
@@ -207,7 +201,7 @@ class Design:
             lens, stations, sized = with_stated_aperture(lens, stations, wavelength)
             lens, arranged = with_stations(lens, stations)
             return replace(lens, findings=tuple(dict.fromkeys([*self.findings, *sized, *arranged, *assumed])))
-        except (LensError, ArithmeticError) as error:
+        except (LensError, SystemDataError, ArithmeticError) as error:
             raise self.refuse(None, str(error)) from None
 
     def _flatten_ends(self) -> None:
@@ -223,6 +217,7 @@ class Design:
         if not any(row.breaks or row.aside or row.behind for row in self.rows):
             return
         lead, thicknesses, poses, line = self._in_one_line(Station())
+        self.checked = [solve for solve in self.checked if solve.quantity != "thickness"]
         followed, rounding = {solve.surface for solve in self.solves}, 1e-9 * sum(map(abs, thicknesses[:-1]))
         if any(solve.kind != "image" for solve in self.solves):
             self.found(Kind.POSITION, "gaps that follow from others are those of the first position: the axis breaks",

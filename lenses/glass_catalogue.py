@@ -27,7 +27,8 @@ MAKERS = ("SCHOTT", "OHARA", "HOYA", "CDGM", "SUMITA", "HIKARI", "MISC")      # 
 FILE = Path(__file__).parent / "glasses.csv"
 PREFIXES = ("N", "S", "H", "E", "K", "D", "P", "L", "M", "J", "Q")    # of newer kinds of a glass: N-BK7 followed BK7
 RENAMED = {"E-": "J-"}                                        # Hikari's former and present names of a glass
-MOULDED = re.compile(r"[_-]MOLD(ED)?$", re.IGNORECASE)        # moulding lowers the index by some thousandths
+MOULDED = re.compile(r"[_-]MOLD(ED)?$", re.IGNORECASE)
+MOULDING = "moulding lowers the index by 0.001 to 0.006"      # as makers' sheets of moulded glasses give it
 TOLERANCE_N, TOLERANCE_V = 5e-4, 5e-3                         # of one melt: n_d, and V_d as a share of it
 
 
@@ -194,7 +195,8 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
     if MOULDED.search(glass):
         unmoulded = resolve(MOULDED.sub("", glass), wanted)
         return unmoulded._replace(note=f"{glass.strip()}, a moulded glass, is taken as unmoulded "
-                                       f"{unmoulded.maker} {unmoulded.glass.name}")
+                                       f"{unmoulded.maker} {unmoulded.glass.name}, n_d "
+                                       f"{fixed(unmoulded.glass.n_d, 5)}: {MOULDING}")
     for former, present in RENAMED.items():
         if glass.strip().upper().startswith(former) and (
                 same := table.get(key(present + glass.strip()[len(former):]))):

@@ -6,11 +6,13 @@ keep all digits in both directions.
 
 import json
 import re
+from collections.abc import Collection
 from decimal import Context, Decimal
 from typing import Any
 
+from lensbench.kernels.quotation import cut, excerpt
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.rows import RowError, number
+from lensbench.lenses.numbers import RowError, not_understood, number
 
 BETWEEN = re.compile(r"[\s,]*")
 MOST_ITEMS = 2000
@@ -54,20 +56,25 @@ def item_lines(text: str, key: str) -> list[int]:
 
 
 def table(data: Any, *keys: str) -> dict[str, Any]:
-    """The object at a path of keys, {} if there is none; unwraps the objects of rayoptics."""
+    """The object at a path of keys, {} if there is none; unwraps the objects of rayoptics. RowError: another type."""
     for key in ("", *keys):
-        if key:
-            data = data.get(key) if isinstance(data, dict) else None
-        if isinstance(data, dict) and isinstance(data.get("attributes"), dict):
+        data = data.get(key) if key else data
+        if data is None:
+            return {}
+        if not isinstance(data, dict):
+            raise RowError(f"{key or 'an entry'} is {excerpt(data)}: it must be an object in braces")
+        if isinstance(data.get("attributes"), dict):
             data = data["attributes"]
-    return data if isinstance(data, dict) else {}
+    return dict(data)
 
 
 def items(data: Any) -> list[Any]:
-    """Items of a list, also of one written by numpy; [] for anything else."""
-    if isinstance(data, dict):
-        data = data.get("__ndarray__")
-    return data if isinstance(data, list) else []
+    """Items of a list, also of one written by numpy; [] where there is none. RowError: another type."""
+    if isinstance(data, dict) and "__ndarray__" in data:
+        data = data["__ndarray__"]
+    if data is not None and not isinstance(data, list):
+        raise RowError(f"{excerpt(data)} must be a list in brackets")
+    return data or []
 
 
 def value(data: dict[str, Any], key: str, default: float | None = None, infinite: bool = False) -> float:
@@ -81,9 +88,26 @@ def value(data: dict[str, Any], key: str, default: float | None = None, infinite
 
 
 def text_value(data: dict[str, Any], key: str) -> str:
-    """A text of an object; "" if it is missing or no text."""
+    """A text of an object; "" if it is missing. RowError: another type."""
     found = data.get(key)
-    return found if isinstance(found, str) else ""
+    if found is not None and not isinstance(found, str):
+        raise RowError(f"{key} is {excerpt(found)}: it must be a text in quotes")
+    return found or ""
+
+
+def flag(data: dict[str, Any], key: str) -> bool:
+    """A yes or no of an object; no if it is missing. RowError: another type."""
+    found = data.get(key)
+    if found is not None and not isinstance(found, bool):
+        raise RowError(f"{key} is {excerpt(found)}: it must be true or false")
+    return bool(found)
+
+
+def check_keys(data: dict[str, Any], known: Collection[str], of: str = "") -> None:
+    """Raise RowError for an entry that is neither known nor empty (null, false, "", [], {}): it may change the lens."""
+    for key, found in data.items():
+        if key not in known and not (found is None or found is False or found == "" or found == [] or found == {}):
+            raise RowError(not_understood(f"{cut(key)}{of}"))
 
 
 def exact(number: float | Decimal) -> Decimal:

@@ -3,7 +3,7 @@
 from decimal import Decimal
 from math import inf, isinf, isnan
 
-from lensbench.kernels.quotation import excerpt
+from lensbench.kernels.quotation import cut, excerpt
 
 
 class RowError(ValueError):
@@ -23,3 +23,8 @@ def number(value: object, name: str, infinite: bool = False) -> float:
     if isnan(result) or (isinf(result) and not infinite):
         raise RowError(f"{name} is {result}: it must be a finite number")
     return result
+
+
+def not_understood(what: str) -> str:
+    """The reason for which a file with an unknown command or entry is refused."""
+    return f"{cut(what)} is not understood, and may change the lens: if it does not, remove it"

@@ -53,7 +53,7 @@ def object_distance(surfaces: Sequence[Surface]) -> float:
     return -on_film[1] / on_film[0] if on_film[0] else inf
 
 
-def f_number(surfaces: Sequence[Surface], stop_index: int, wavelength: float = D_LINE,
+def f_number(surfaces: Sequence[Any], stop_index: int, wavelength: float = D_LINE,
              front_index: float = 1.0) -> float:
     """Focal length over the entrance-pupil diameter given by the stop alone; inf for an afocal system."""
     height = ray(surfaces, wavelength=wavelength, front_index=front_index)[0][stop_index]

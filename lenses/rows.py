@@ -3,8 +3,9 @@
 Lengths in mm. Every reader uses these functions, so that the same mistake gives the same message in every format.
 """
 
+from collections.abc import Sequence
 from decimal import Context, Decimal
-from math import isinf
+from math import inf, isinf
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses.numbers import RowError, number
@@ -16,6 +17,7 @@ from lensbench.optics.lens_surface import Surface
 SMALLEST_RADIUS = 1e-6      # mm
 SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: largest length in a lens, so that its powers stay finite
 HIGHEST_INDEX = 6.0         # germanium has 4
+WIDEST_STOP = 20.0          # × the largest other rim: a stop that limits light is never so wide
 HIGHEST_TERM = 1e200         # mm: largest aspheric term at the rim
 
 
@@ -81,7 +83,31 @@ def check_sizes(surface: Surface) -> None:
 
 
 def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[Finding, ...]]:
-    """Index of the aperture stop, from the surfaces marked as stops, and the assumption made."""
+    """Index of the aperture stop, from the surfaces marked as stops, and the assumption made.
+
+    Findings also name a stop that cannot limit the light, and thicknesses that only a mirror explains.
+    """
+    index, assumed = _stop_of(surfaces, marked)
+    rim, widest = surfaces[index].semi_diameter, widest_other(surfaces, index)
+    if rim > WIDEST_STOP * widest:
+        assumed += (Finding(Kind.RIM, index, f"the stop's semi-diameter, {significant(rim)} mm, is that of no stop: "
+                                             f"the widest other rim has {significant(widest)} mm. Correct the "
+                                             "diameter of the stop", figures={"semi_diameter": rim, "widest": widest}),)
+    folded = next((i for i, s in enumerate(surfaces[:-1]) if s.thickness < 0.0 and (s.glass.n_d > 1.0 or (
+        i > 0 and surfaces[i - 1].glass.n_d > 1.0 and surfaces[i + 1].glass.n_d > 1.0))), None)
+    if folded is not None:
+        assumed += (Finding(Kind.THICKNESS, folded, f"the thickness behind surface {folded}, "
+                                                    f"{significant(surfaces[folded].thickness)} mm, is negative, as "
+                                                    "behind a mirror: tables with mirrors are not traced"),)
+    return index, assumed
+
+
+def widest_other(surfaces: Sequence[Surface], index: int) -> float:
+    """The largest semi-diameter (mm) of all surfaces but one; inf where there are no others."""
+    return max((s.semi_diameter for i, s in enumerate(surfaces) if i != index), default=inf)
+
+
+def _stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[Finding, ...]]:
     if len(marked) == 1:
         return marked[0], ()
     if not marked:

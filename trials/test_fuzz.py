@@ -22,6 +22,7 @@ from tests.app.state.test_scene_file import DOCUMENT
 from tests.lenses.damage import lenses_outlive
 from tests.lenses.samples import DATA
 from tests.lenses.test_glass_catalogue import BK7
+from tests.lenses.wrong_types import outlived, rng_of, texts
 from tests.mishaps import by_bytes, by_lines, outlive
 
 TIMES = int(os.environ.get("LENSBENCH_FUZZ_TIMES", "2000"))
@@ -46,6 +47,12 @@ def test_a_damaged_file_of_our_own_is_a_lens_or_one_clear_line(tmp_path, name, s
     whole = (tmp_path / f"whole{suffix}").read_bytes()
     found = lenses_outlive(tmp_path / f"damaged{suffix}", whole, mutate, TIMES, name)
     _can_be_used(found, tmp_path)
+
+
+@pytest.mark.parametrize("source", FILES, ids=lambda path: path.name)
+def test_a_value_of_another_type_is_one_clear_line(tmp_path, source):
+    assert any([outlived(tmp_path / f"damaged{source.suffix}", text)
+                for text in texts(source, rng_of(source.name), TIMES)])
 
 
 @pytest.mark.parametrize(("name", "way"), WAYS, ids=lambda part: getattr(part, "__name__", part))

@@ -6,7 +6,7 @@ be written again: lengths in mm, angles in degrees, wavelengths in µm.
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import inf, isfinite
+from math import hypot, inf, isfinite
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE
@@ -36,6 +36,7 @@ class FieldKind(StrEnum):
     REAL_IMAGE_HEIGHT = "real image height"
 
 
+LARGEST_FIELD = 1e21    # mm: design programs give heights at an object "at infinity", 1e20 away
 LENGTHS = {ApertureKind.PUPIL_DIAMETER, ApertureKind.STOP_SIZE}
 
 
@@ -82,7 +83,7 @@ class FieldPoint:
     Raises
     ------
     SystemDataError
-        For a number that is not finite, or a negative weight.
+        For a number that is not finite, a place beyond LARGEST_FIELD, or a negative weight.
     """
 
     x: float
@@ -94,6 +95,9 @@ class FieldPoint:
         if not all(map(isfinite, (self.x, self.y, self.weight, *self.vignetting))) or self.weight < 0.0:
             raise SystemDataError("field point: its place, weight and vignetting must be finite, its weight not "
                                   "negative")
+        if not max(abs(self.x), abs(self.y)) <= LARGEST_FIELD:
+            raise SystemDataError(f"field point ({significant(self.x)}, {significant(self.y)}): it must lie within "
+                                  f"{significant(LARGEST_FIELD)}")
 
 
 @dataclass(frozen=True)
@@ -170,7 +174,7 @@ class SystemData:
     @property
     def largest_field(self) -> float:
         """Greatest distance of a field point from the axis, in the unit of `field_kind`; 0 without fields."""
-        return max(((point.x**2 + point.y**2)**0.5 for point in self.fields), default=0.0)
+        return max((hypot(point.x, point.y) for point in self.fields), default=0.0)
 
     def scaled(self, factor: float) -> "SystemData":
         """The data of a scaled lens; angles, ratios and wavelengths stay.

@@ -27,6 +27,7 @@ from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats import codev_system
 from lensbench.lenses.formats.codev_surfaces import HARMLESS, Surfaces
 from lensbench.lenses.formats.codev_system import SYSTEM
+from lensbench.lenses.numbers import not_understood
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Solve
 from lensbench.optics.finding import Kind, Severity, note
@@ -122,6 +123,8 @@ class _Sequence:
         design.stations = self.zoom.stations(lambda index: index if index < len(design.rows) else None, stop,
                                              design.rows[0].thickness)
         design.findings += self.zoom.findings()
+        if self.surfaces.image_is_solved and len(design.rows) > 2:
+            self.surfaces.keep(len(design.rows) - 2, "thickness", "axial height", 0.0, "PIM")
         if design.stations and self.surfaces.image_is_solved:
             design.solves.append(Solve(len(design.rows) - 2, "image"))
             design.found(Kind.POSITION, "PIM: the back focus of each position is that of its paraxial image")
@@ -132,6 +135,8 @@ class _Sequence:
         key, values = words[0], words[1:]
         if self.surfaces.glasses.is_open:
             return self.surfaces.glasses.define(key, words, values)
+        if key == "PIK":
+            return self.surfaces.pick_up(values)
         if key == "ZOO":
             return self.zoomed(line, values)
         place = next((i for i, word in enumerate(values[:3]) if re.fullmatch(r"(?ai)z[1-9]\d{0,3}", word)), None)
@@ -159,7 +164,7 @@ class _Sequence:
         elif self.design.rows:
             self.surfaces.command(line, key, values)
         elif key not in HARMLESS:
-            self.design.not_read(key, line)
+            raise RowError(not_understood(key))
         return None
 
     def system_data(self, key: str, values: list[str]) -> None:

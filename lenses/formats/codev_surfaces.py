@@ -9,6 +9,8 @@ from lensbench.lenses.encoding import file_curvature, file_number, first_number,
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats import codev_tilts
 from lensbench.lenses.formats.codev_glass import Glasses
+from lensbench.lenses.numbers import not_understood
+from lensbench.lenses.row_solves import RowSolve
 from lensbench.lenses.rows import RowError
 from lensbench.optics.finding import Kind
 
@@ -19,13 +21,20 @@ REFUSED = {
     "GRO": "a grating", "HOE": "a hologram", "NSS": "a non-sequential group", "SPS": "a special surface",
     "SPL": "a spline", "USR": "a surface of the user", "FRN": "a Fresnel surface",
     "LMO": "an ideal lens", "MOD": "an ideal lens", "GRN": "a gradient index", "IMG": "an ideal lens",
+    "MFL": "an ideal lens",
 }
-# Solves and controls of an optimisation, labels, colours, and what the program is to show
+# Controls of an optimisation; labels, colours, what the program is to show; substrates of mirrors, Fresnel bases;
+# kinds of surfaces that their coefficients tell; tolerances
 HARMLESS = frozenset("""
-    CCY CCX THC GLC GLN GLD KC AC BC CC DC EC FC GC HC JC ADC BDC CDC XDC YDC ZDC CUM CUF PIM PIK RFP SLB
-    CLS COM INI GO LEN RDM THM DER CA POL MIR CIN CNS
-    ASP CON SPH DDM UID CUN
+    CCY CCX THC GLC GLN GLD KC AC BC CC DC EC FC GC HC JC ADC BDC CDC XDC YDC ZDC CIN CNS CUN
+    SLB CLS COM INI GO END LEN RDM CA CWL WID POL DDM UID DER MIR CUM THM CUF RFP ASP CON SPH
+    DLF DLS DLR DLC DLT DLN DLV DLA DLB DLG DLM DLX DLY DLZ DLP DLQ DLK DLH TRX TRY TRZ TIL BTX BTY BTI TIR DIS DSX DSY
+    DSZ ROL IRR HOM CYD CYN INV
 """.split())
+COATINGS = ("MLT", "COA")
+SOLVES = {"HMY": "axial height", "HCY": "chief height", "UMY": "axial slope", "UCY": "chief slope"}
+QUANTITIES = {"RDY": "curvature", "CUY": "curvature", "THI": "thickness", "K": "conic"}     # of solves and pickups
+REFRACTED = ("REFR", "REFRACT")
 HARMLESS_ALONE = ("BEN", "RET")       # commands without a value
 SIDED = {"REX": "a rectangular aperture", "REY": "a rectangular aperture", "ELX": "an elliptical aperture",
          "ELY": "an elliptical aperture", "ADX": "a decentred aperture", "ADY": "a decentred aperture"}
@@ -82,6 +91,32 @@ class Surfaces:
             row.thickness = file_number(values[1], "thickness", infinite=True)
         if len(values) > 2:
             row.glass = self.glasses.medium(values[2:])
+        for word in values[3:]:
+            self.refracts(word)
+
+    def refracts(self, word: str) -> None:
+        """Raise RowError unless a mode of refraction is the usual one."""
+        if word.upper() not in REFRACTED:
+            raise RowError(f"S{len(self.design.rows) - 1}: {excerpt(word)} is no refraction: only lenses are traced")
+
+    def pick_up(self, words: list[str]) -> None:
+        """Process PIK: quantity, surface, quantity, surface, factor and offset; keep it for a check."""
+        words = [word for word in words if not re.fullmatch(r"(?ai)z\d+", word)]
+        numbers = [file_number(word, "PIK") for word in words[4:]]
+        row, source = (self.qualified(word) for word in (words[1:2] + words[3:4] + ["", ""])[:2])
+        if row is None or source is None or max(row, source) >= len(self.design.rows):
+            raise RowError(not_understood(f"PIK {' '.join(words)}"))
+        quantity, factor, offset = QUANTITIES.get(words[0].upper(), ""), *(numbers + [1.0, 0.0][len(numbers):])[:2]
+        is_radius = words[0].upper() == "RDY"
+        known = quantity and words[0].upper() == words[2].upper() and (not is_radius or factor and not offset)
+        self.keep(row, quantity or "thickness", "pickup" if known else "other", offset, f"PIK {words[0]}", source,
+                  1.0 / factor if known and is_radius else factor)
+
+    def keep(self, row: int, quantity: str, rule: str, value: float, name: str, source: int = 0,
+             factor: float = 1.0) -> None:
+        """Keep a solve, whose value the file states, for a check."""
+        if row:
+            self.design.checked.append(RowSolve(row, quantity, rule, value, name, source, factor))
 
     def command(self, line: int, key: str, values: list[str]) -> None:
         """Process a command for the current surface, or for the surface of its qualifier."""
@@ -104,13 +139,16 @@ class Surfaces:
                 raise RowError(f"there is no surface {index}")
             return
         row = rows[index]
-        if key == "RDY":
+        if key in ("RDY", "CUY", "THI") and values and values[0][:1].isalpha() and values[0].upper() != "INFINITY":
+            number = file_number(values[1], key) if len(values) > 1 and is_number(values[1]) else 0.0
+            rule = SOLVES.get(values[0].upper(), "other")       # the S line has the value
+            self.keep(index, QUANTITIES[key], rule, number, f"{key} {values[0]}")
+        elif key == "RDY":
             row.curvature = file_curvature(first_word(values))
         elif key == "CUY":
             row.curvature = first_number(values)
         elif key == "THI":
-            if values and values[0].upper() not in ("HMY", "PUY", "UMY"):       # solves: the S line has the value
-                row.thickness = first_number(values, infinite=True)
+            row.thickness = first_number(values, infinite=True)
         elif key == "GLA":
             row.glass = self.glasses.medium(values)
         elif key in ("STO", "STOP"):
@@ -145,8 +183,12 @@ class Surfaces:
             self.design.found(Kind.LEFT_OUT, f"S{index}: {SIDED[key]} ({key}) is left out", index - 1)
         elif key in ("KX", "KY", "AR", "BR", "AP", "BP") and any(map(is_number, values)) and first_number(values):
             raise RowError(f"S{index} has a biconic asphere, which is not traced")
+        elif key in COATINGS:
+            self.design.found(Kind.LEFT_OUT, f"coatings ({key}) are left out")
+        elif key == "RMD":
+            self.refracts(first_word(values))
         elif key not in HARMLESS and key not in ("KX", "KY", "AR", "BR", "AP", "BP"):
-            self.design.not_read(key, line)
+            raise RowError(not_understood(key))
 
     def refuse_unless_zero(self, index: int, key: str, values: list[str]) -> None:
         """Raise RowError for a feature that is not traced, unless its value is 0."""

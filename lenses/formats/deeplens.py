@@ -7,7 +7,7 @@
 
 Lengths in mm. r is the rim, roc the radius, or c its reciprocal; mat2 is the medium behind: a name, or n_d/V_d. d_next
 is the gap behind, else it follows from the places d and from d_sensor. An Aspheric has the conic k and ai, the
-coefficients of r², r⁴, r⁶ …, from r⁴ where use_ai2 is false.
+coefficients of r², r⁴, r⁶ …, from r⁴ where use_ai2 is false; ai2, ai4 … repeat them. Names in brackets repeat others.
 """
 
 import re
@@ -17,18 +17,23 @@ from typing import Any
 
 from lensbench.kernels.quotation import cut
 from lensbench.lenses import media
-from lensbench.lenses.design import MOST_UNKNOWN, Design, Row
+from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import item_lines, items, parse, table, text_value, value
+from lensbench.lenses.json_text import check_keys, flag, item_lines, items, parse, table, text_value, value
 from lensbench.lenses.rows import RowError, curvature, number
-from lensbench.optics.finding import Kind
+from lensbench.optics.finding import Kind, Severity
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.prescription import Lens
 
-READ = frozenset({"info", "foclen", "fnum", "r_sensor", "d_sensor", "sensor_size", "surfaces"})
+READ = frozenset({"info", "foclen", "fnum", "d_sensor", "sensor_size", "surfaces"})
 READ_OF_SURFACES = frozenset({"type", "r", "c", "roc", "d", "d_next", "mat1", "mat2", "k", "ai", "use_ai2",
                               "is_square"})
+# Half the diagonal of the sensor, rim of the last surface, pixels; numbers, sides of squares, a flag of wave optics
+HARMLESS = frozenset({"r_sensor", "r_last", "sensor_res"})
+HARMLESS_OF_SURFACES = frozenset({"idx", "l", "diffraction"})
+UNMOVED = {"pos_xy": [0, 0], "vec_local": [0, 0, 1]}       # decentre and direction of a surface on the axis
+TERM = re.compile(r"ai([1-9]\d?)")                         # a coefficient by its power, which repeats the list ai
 AIRS = ("air", "vacuum", "occluder")
 STOPS, SHAPES = ("Aperture", "Stop"), ("Spheric", "Aspheric", "Plane")
 MODEL = re.compile(r"([\d.]+)/([\d.]+)")
@@ -42,6 +47,12 @@ def is_one(text: str) -> bool:
 def read(text: str, path: str) -> Lens:
     """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     data, lines = parse(text, path), item_lines(text, "surfaces")
+    try:
+        if data.get("DOE"):
+            raise RowError("a diffractive element (DOE) is not traced")
+        check_keys(data, READ | HARMLESS | {key for key in data if key[:1] == "("})
+    except RowError as error:
+        raise LensFileError(path, None, str(error)) from None
     surfaces = [table(surface) for surface in items(data.get("surfaces"))]
     design = Design(path, [Row(None, thickness=inf)], name=text_value(data, "info"))
     for i, surface in enumerate(surfaces):
@@ -57,7 +68,10 @@ def read(text: str, path: str) -> Lens:
             raise LensFileError(path, row.line, f"surface {i}: {error}") from None
         design.add(row)
     design.add(Row(None))
-    _say_unread(design, data, surfaces)
+    before = text_value(surfaces[0], "mat1") if surfaces else ""
+    if before and before.lower() not in AIRS:
+        design.found(Kind.LEFT_OUT, f"the medium {cut(before)} in front of the lens (mat1) is left out, air taken", 0,
+                     severity=Severity.WARNING)
     try:
         design.stated_efl = value(data, "foclen", 0.0) or None
         design.stated_f_number = value(data, "fnum", 0.0) or None
@@ -67,38 +81,27 @@ def read(text: str, path: str) -> Lens:
         raise LensFileError(path, None, str(error)) from None
 
 
-def _say_unread(design: Design, data: dict[str, Any], surfaces: list[dict[str, Any]]) -> None:
-    """Name what is left out: keys unknown here, but for those in brackets, which repeat others; a medium in front."""
-    known = READ if data.get("sensor_size") else READ - {"r_sensor"}       # half its diagonal
-    named = [(key, "") for key in data.keys() - known] + [
-        (key, f" of surface {i}") for i, surface in enumerate(surfaces) for key in surface.keys() - READ_OF_SURFACES]
-    unread = [cut(key) + of for key, of in sorted(named, key=lambda each: (each[1], each[0])) if key[:1] != "("]
-    if unread:
-        design.found(Kind.NOT_READ, f"not read: {', '.join(unread[:MOST_UNKNOWN])}"
-                                    f"{' …' if len(unread) > MOST_UNKNOWN else ''}")
-    before = text_value(surfaces[0], "mat1") if surfaces else ""
-    if before and before.lower() not in AIRS:
-        design.found(Kind.LEFT_OUT, f"the medium {cut(before)} in front of the lens (mat1) is left out, air taken", 0)
-
-
 def _fill(design: Design, row: Row, data: dict[str, Any], index: int) -> None:
     """Fill the row from a surface. RowError: invalid, or not traced."""
     kind = text_value(data, "type")
     if kind not in (*STOPS, *SHAPES):
         raise RowError(f"the type {kind[:30] or 'is missing, or'} is not traced: it must be one of "
                        f"{', '.join((*STOPS, *SHAPES))}")
+    check_keys(data, READ_OF_SURFACES | HARMLESS_OF_SURFACES | {
+        key for key, found in data.items() if key[:1] == "(" or TERM.fullmatch(key) or UNMOVED.get(key) == found})
     row.is_stop = kind in STOPS
     row.semi_diameter = value(data, "r")
-    if data.get("is_square") is True:
+    if flag(data, "is_square"):
         design.found(Kind.LEFT_OUT, f"surface {index}: its square rim is left out, the round one taken", index)
     row.glass = _medium(design, data) if "mat2" in data or not row.is_stop else design.rows[-1].glass
     if kind in ("Spheric", "Aspheric"):
         row.curvature = curvature(data["roc"]) if data.get("roc") is not None else value(data, "c")
     if kind == "Aspheric":
         row.conic = value(data, "k", 0.0)
-        first = 4 if data.get("use_ai2") is False else 2
-        terms = [number(a, f"ai[{i}]") for i, a in enumerate(items(data.get("ai")))]
-        row.aspheric = {first + 2 * i: a for i, a in enumerate(terms) if a}
+        first = 4 if "use_ai2" in data and not flag(data, "use_ai2") else 2
+        terms = {first + 2 * i: number(a, f"ai[{i}]") for i, a in enumerate(items(data.get("ai")))} or {
+            int(found[1]): number(a, key) for key, a in data.items() if (found := TERM.fullmatch(key))}
+        row.aspheric = {power: a for power, a in terms.items() if a}
         if max(row.aspheric, default=0) > 20:
             raise RowError(f"a term in r^{max(row.aspheric)} is not traced: powers go to 20")
 

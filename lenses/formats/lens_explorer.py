@@ -25,7 +25,7 @@ from lensbench.kernels.quotation import excerpt
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import item_lines, items, parse, table, text_value, value
+from lensbench.lenses.json_text import check_keys, item_lines, items, parse, table, text_value, value
 from lensbench.lenses.rows import RowError, curvature, number
 from lensbench.lenses.stations import Station
 from lensbench.optics.finding import Kind
@@ -34,6 +34,13 @@ from lensbench.optics.prescription import Lens
 from lensbench.optics.system import ApertureKind, FieldKind
 
 SCHEMA = "lens-explorer"
+READ = frozenset({"name", "units", "stop_index", "efl_stated", "fno_stated", "half_fov_deg", "variable", "source",
+                  "patent", "year", "type", "projection", "aperture_blades", "format", "semi_diameters", "surfaces"})
+READ_OF_SURFACES = frozenset({"R", "t", "nd", "vd", "glass", "geometry", "semi_ap", "k", "A"})
+READ_OF_GAPS = frozenset({"zoom_positions_mm", "close_focus_m", "f_numbers", "gaps"})
+# Identity, conventions, figures and verdicts of a check
+HARMLESS = frozenset({"schema", "id", "conventions", "check", "quality", "quality_notes", "efl_checked", "bfd_checked"})
+HARMLESS_OF_SURFACES = frozenset({"label", "stop"})         # stop_index says which surface
 GEOMETRIES = ("sphere", "asphere", "cyl_x", "cyl_y")
 FEWEST_BLADES = 3                           # of an iris that lensbench draws
 FILM_SIZES = {                              # mm, by the names of the files
@@ -54,6 +61,11 @@ def read(text: str, path: str) -> Lens:
     """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     data, lines = parse(text, path), item_lines(text, "surfaces")
     design = Design(path, [Row(None, thickness=inf)], name=text_value(data, "name"))
+    try:
+        check_keys(data, READ | HARMLESS)
+        check_keys(table(data, "variable"), READ_OF_GAPS | {"pair_order"}, " of the varying gaps")
+    except RowError as error:
+        raise LensFileError(path, None, str(error)) from None
     for i, surface in enumerate(items(data.get("surfaces"))):
         row = Row(lines[i] if i < len(lines) else None)
         try:
@@ -127,6 +139,7 @@ def _film_size(film: Any, design: Design) -> tuple[float, float] | None:
 
 def _fill(row: Row, data: dict[str, Any]) -> None:
     """Fill the row from a surface. RowError: invalid, or not traced."""
+    check_keys(data, READ_OF_SURFACES | HARMLESS_OF_SURFACES)
     c = 0.0 if data.get("R") is None else curvature(data["R"])
     kind = data.get("geometry", "sphere")
     if kind not in GEOMETRIES:

@@ -9,6 +9,7 @@ Lengths in mm. An EvenAsphere has AsphericCoefficients of r², r⁴, r⁶ …; a
 configurations of ConfigurationEditor are zoom positions: thicknesses are read, of other values those of the first.
 """
 
+import re
 from dataclasses import replace
 from math import inf
 from typing import Any
@@ -17,8 +18,19 @@ from lensbench.lenses import media
 from lensbench.lenses.configurations import Configurations
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import coefficients, item_lines, items, parse, table, text_value, value
+from lensbench.lenses.json_text import (
+    check_keys,
+    coefficients,
+    flag,
+    item_lines,
+    items,
+    parse,
+    table,
+    text_value,
+    value,
+)
 from lensbench.lenses.paraxial import FAR
+from lensbench.lenses.row_solves import RowSolve
 from lensbench.lenses.rows import RowError, curvature, number
 from lensbench.optics.finding import Kind, Severity
 from lensbench.optics.glass import AIR, Glass
@@ -31,6 +43,19 @@ FIELDS = {"objectangle": FieldKind.ANGLE, "objectheight": FieldKind.OBJECT_HEIGH
           "paraxialimageheight": FieldKind.IMAGE_HEIGHT, "imageheight": FieldKind.IMAGE_HEIGHT,
           "realimageheight": FieldKind.REAL_IMAGE_HEIGHT}
 POWERS = list(range(2, 21, 2))
+PARAMETERS = {"curvature": "curvature", "thickness": "thickness", "conic": "conic"}         # of pickups
+READ = frozenset({"Title", "Notes", "Designer", "Aperture", "FieldType", "Fields", "GlassCatalogs", "Wavelengths",
+                  "Surfaces", "Pickups", "ConfigurationEditor", "IsAfocal", "TelecentricObjectSpace"})
+READ_OF_SURFACES = frozenset({
+    "Type", "Radius", "Thickness", "Material", "SemiDiameter", "ClearAperturePercent", "Conic", "IsStop", "InnerRadius",
+    "ObscurationRadius", "FloatingApertureRadius", "AsphericCoefficients", "HasMarginalRaySolve", "ModelIndexEnabled",
+    "ModelNd", "ModelVd", "ModelDPgF"})
+# Version, aiming of rays, optimisation; labels, how a rim was found, the focal length of an ideal lens
+HARMLESS = frozenset({"FormatVersion", "RayAiming", "PenalizeVignetting", "UseAutomaticVignettingFactors",
+                      "MeritFunction", "GlassSubstitutions"})
+HARMLESS_OF_SURFACES = frozenset({"Index", "Comment", "SemiDiameterMode", "FocalLength"})
+VARIABLE = re.compile(r"\w*(Variable|Min|Max)")         # of an optimisation
+ASIDE = {"IsAfocal": "afocal image space", "TelecentricObjectSpace": "telecentric in the object's space"}
 
 
 def read(text: str, path: str) -> Lens:
@@ -39,6 +64,10 @@ def read(text: str, path: str) -> Lens:
     design = Design(path, name=text_value(data, "Title"), notes=text_value(data, "Notes"))
     makers = [str(name).upper() for name in items(data.get("GlassCatalogs"))]
     surfaces = [table(surface) for surface in items(data.get("Surfaces"))]
+    try:
+        check_keys(data, READ | HARMLESS)
+    except RowError as error:
+        raise LensFileError(path, None, str(error)) from None
     for i, surface in enumerate(surfaces):
         row = Row(lines[i] if i < len(lines) else None)
         try:
@@ -48,25 +77,38 @@ def read(text: str, path: str) -> Lens:
         design.add(row)
     try:
         _system(design, data)
+        _pickups(design, [table(pickup) for pickup in items(data.get("Pickups"))])
         _configurations(design, table(data, "ConfigurationEditor"))
     except RowError as error:
         raise LensFileError(path, None, str(error)) from None
-    if items(data.get("Pickups")):
-        design.found(Kind.LEFT_OUT, "its pickups are left out: the present values are read")
+    for key, what in ASIDE.items():
+        if flag(data, key):
+            design.found(Kind.LEFT_OUT, f"{what} ({key}) is left out")
     return replace(design.lens(), designer=text_value(data, "Designer"))
 
 
 def _fill(design: Design, row: Row, data: dict[str, Any], makers: list[str], traced: bool) -> None:
     """Fill the row from a surface. traced: it is neither the object nor the image. RowError: not traced."""
     kind = text_value(data, "Type") or "Standard"
+    check_keys(data, READ_OF_SURFACES | HARMLESS_OF_SURFACES | set(filter(VARIABLE.fullmatch, data)))
     if traced and kind not in ("Standard", "EvenAsphere"):
         raise RowError(f"the type {kind[:30]} is not traced: it must be Standard or EvenAsphere")
     row.curvature = curvature(data.get("Radius", inf))
     row.conic = value(data, "Conic", 0.0)
     row.thickness = value(data, "Thickness", 0.0, infinite=True)
-    row.semi_diameter = value(data, "SemiDiameter", 0.0) or None
-    row.is_stop = data.get("IsStop") is True
-    row.glass = _medium(design, text_value(data, "Material"), makers)
+    floating = value(data, "FloatingApertureRadius", 0.0, infinite=True)
+    row.semi_diameter = (floating if 0.0 < floating < inf else value(data, "SemiDiameter", 0.0) *
+                         value(data, "ClearAperturePercent", 100.0) / 100.0) or None
+    if flag(data, "HasMarginalRaySolve"):
+        design.checked.append(RowSolve(len(design.rows), "thickness", "axial height", 0.0, "HasMarginalRaySolve"))
+    row.is_stop = flag(data, "IsStop")
+    if flag(data, "ModelIndexEnabled"):
+        row.glass = media.stated(text_value(data, "Material"), value(data, "ModelNd"), value(data, "ModelVd", 0.0))
+        if value(data, "ModelDPgF", 0.0):
+            design.found(Kind.GLASS, "the deviation of a model glass from the normal line of partial dispersion "
+                                     "(ModelDPgF) is left out", len(design.rows) - 1)
+    else:
+        row.glass = _medium(design, text_value(data, "Material"), makers)
     if kind == "EvenAsphere":
         row.aspheric = coefficients(data, "AsphericCoefficients", POWERS)
     if value(data, "InnerRadius", 0.0) or value(data, "ObscurationRadius", 0.0):
@@ -88,24 +130,43 @@ def _medium(design: Design, name: str, makers: list[str]) -> Glass:
     return glass
 
 
+def _pickups(design: Design, pickups: list[dict[str, Any]]) -> None:
+    """Keep the pickups, whose values the file states, for a check. RowError: a surface that does not exist."""
+    for pickup in pickups:
+        kind = text_value(pickup, "Parameter")
+        row, source = (int(value(pickup, f"{side}SurfaceIndex", 0.0)) for side in ("Target", "Source"))
+        if not 0 <= source < row < len(design.rows):
+            raise RowError(f"a pickup of surface {row} from surface {source}, which does not come before")
+        if row < len(design.rows) - 1:
+            quantity = PARAMETERS.get(kind.lower())
+            design.checked.append(RowSolve(row, quantity or "thickness", "pickup" if quantity else "other",
+                                           value(pickup, "Offset", 0.0), f"pickup of {kind[:30]}", source,
+                                           value(pickup, "ScaleFactor", 1.0)))
+
+
 def _system(design: Design, data: dict[str, Any]) -> None:
     """Aperture, fields and wavelengths."""
     aperture = table(data, "Aperture")
-    kind, size = text_value(aperture, "Type"), value(aperture, "Value", 0.0)
-    if kind.lower() in APERTURES:
+    check_keys(aperture, ("Type", "Value"), " of the Aperture")
+    kind, size = text_value(aperture, "Type") or "EPD", value(aperture, "Value", 0.0)     # what is usual is left out
+    if aperture and kind.lower() in APERTURES:
         design.state_aperture(APERTURES[kind.lower()], size)
     elif aperture:
         design.found(Kind.LEFT_OUT, f"an aperture of the type {kind[:30] or 'unknown'} is left out")
-    kind = text_value(data, "FieldType")
+    kind = text_value(data, "FieldType") or "ObjectAngle"
     points = [table(point) for point in items(data.get("Fields"))]
-    if kind.lower() in FIELDS:
+    for point in points:
+        check_keys(point, {"X", "Y", "Weight", *filter(VARIABLE.fullmatch, point)}, " of a field")
+    if points and kind.lower() in FIELDS:
         design.state_fields(FIELDS[kind.lower()], [made for point in points for made in design.field_point(
-            0.0, value(point, "Y", 0.0), value(point, "Weight", 1.0))])
+            value(point, "X", 0.0), value(point, "Y", 0.0), value(point, "Weight", 1.0))])
     elif points:
         design.found(Kind.LEFT_OUT, f"fields of the type {kind[:30] or 'unknown'} are left out")
     waves = [table(wave) for wave in items(data.get("Wavelengths"))]
+    for wave in waves:
+        check_keys(wave, ("Value", "Weight", "IsPrimary"), " of a wavelength")
     design.state_wavelengths([(value(wave, "Value"), value(wave, "Weight", 1.0)) for wave in waves],
-                             next((i for i, wave in enumerate(waves) if wave.get("IsPrimary") is True), 0))
+                             next((i for i, wave in enumerate(waves) if flag(wave, "IsPrimary")), 0))
 
 
 def _configurations(design: Design, editor: dict[str, Any]) -> None:
@@ -114,7 +175,7 @@ def _configurations(design: Design, editor: dict[str, Any]) -> None:
     columns = [items(table(column).get("Values")) for column in items(editor.get("Configurations"))]
     if len(columns) < 2 or not operands:
         return
-    listed = Configurations(len(columns))
+    listed = Configurations(len(columns), current=int(value(editor, "ActiveConfiguration", 0.0)) + 1)
     for i, operand in enumerate(operands):
         kind, surface = text_value(operand, "Type"), int(value(operand, "SurfaceIndex", 0.0))
         for k, column in enumerate(columns, start=1):
@@ -125,6 +186,7 @@ def _configurations(design: Design, editor: dict[str, Any]) -> None:
                 listed.put("gap", surface, k, found)
             else:
                 listed.differs(kind[:30], str(found))
+    listed.check()
     design.findings += listed.findings()
     distance = design.rows[0].thickness if design.rows else inf
     design.stations = listed.stations(lambda surface: surface if 0 < surface < len(design.rows) - 1 else None, None,

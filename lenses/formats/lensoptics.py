@@ -22,6 +22,7 @@ from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import check_lines, file_curvature, file_number
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.numbers import not_understood
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Station
 from lensbench.optics.finding import Kind
@@ -42,13 +43,15 @@ def read(text: str, path: str) -> Lens:
             if found := re.match(r"\s*#!scale\s+(\S+)", content):
                 scale = file_number(found[1], "#!scale")
                 continue
+            if content.lstrip().startswith("#!"):
+                raise RowError(not_understood(content.split()[0]))
             plain = re.sub(r"//.*|#(?!!).*", "", content).strip()
             if not plain or plain.startswith("#"):
                 if not design.name and len(design.rows) == 1:
                     design.name = content.strip(" \t#/")[:200]
                 continue
             row, thicknesses = _row(design, line, plain, scale)
-        except RowError as error:
+        except (RowError, ArithmeticError) as error:
             raise LensFileError(path, line, f"surface {len(design.rows) - 1}: {error}") from None
         if len(set(thicknesses)) > 1:
             gaps[len(design.rows)] = thicknesses
@@ -90,7 +93,7 @@ def _row(design: Design, line: int, content: str, scale: float) -> tuple[Row, li
     if not row.semi_diameter > 0.0:
         raise RowError(f"the housing radius is {values[0][:20]}: it must be positive")
     if len(values) > 1:
-        design.not_read(values[1], line)
+        raise RowError(not_understood(values[1]))
     radius = file_number(words[0], "radius", infinite=True)
     if abs(radius) < LARGEST_PLANE and not row.is_stop:
         c = file_curvature(words[0]) / scale
@@ -100,8 +103,10 @@ def _row(design: Design, line: int, content: str, scale: float) -> tuple[Row, li
         numbers = [file_number(word.strip(), "#!aspheric") for word in found[1].split(",")]
         row.conic = numbers[0]
         row.aspheric = {4 + 2 * i: a * scale ** (-3 - 2 * i) for i, a in enumerate(numbers[1:]) if a}
+        if len(numbers) > 5:
+            raise RowError(f"#!aspheric has {len(numbers)} values: a conic and four coefficients are read")
     elif options:
-        design.not_read(options.split("=")[0], line)
+        raise RowError(not_understood(f"#!{options.split('=')[0]}"))
     return row, thicknesses * 3 if len(thicknesses) == 1 else thicknesses
 
 

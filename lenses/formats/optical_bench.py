@@ -26,9 +26,10 @@ from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number, is_number
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.numbers import not_understood
 from lensbench.lenses.rows import RowError, radius_text
 from lensbench.lenses.stations import MOST_STATIONS, Station, stations_of
-from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.finding import Finding, Kind, Severity, note
 from lensbench.optics.glass import AIR
 from lensbench.optics.prescription import Lens
 from lensbench.optics.system import ApertureKind, FieldKind, FieldPoint
@@ -39,6 +40,7 @@ STOP = "aperture diameter"
 FIELDS = {"Angle of View": FieldKind.ANGLE, "Image Height": FieldKind.REAL_IMAGE_HEIGHT}    # twice the field
 FIGURES = ("focal length", "f-number", STOP, "angle of view", "image height", "magnification", "lens length", "d0",
            "bf")
+CONSTANTS = ("asphericaloddcount", "asphericala2")
 SAME_STOP = 0.02        # share of its diameter by which [lens data] may differ from the row of the stop
 
 
@@ -66,7 +68,10 @@ def read(text: str, path: str) -> Lens:
             raise LensFileError(path, line, f"surface {cells[0].strip()}: {error}") from None
         design.add(row)
         rows[re.sub(r"(?i)as$", "", cells[0].strip()) or cells[0].strip()] = row
-    powers = _powers(sections)
+    try:
+        powers = _powers(sections)
+    except RowError as error:
+        raise LensFileError(path, None, str(error)) from None
     for line, cells in sections.get("aspherical data", []):
         name = re.sub(r"(?i)as$", "", cells[0].strip())
         if name not in rows:
@@ -76,9 +81,12 @@ def read(text: str, path: str) -> Lens:
             _bend(rows[name], [cell.strip() for cell in cells], powers)
         except RowError as error:
             raise LensFileError(path, line, f"surface {name}: {error}") from None
-    for name in sections:
+    for name, lines in sections.items():
         if name not in KNOWN:
-            design.found(Kind.NOT_READ, f"the section [{name}] is left out")
+            raise LensFileError(path, lines[0][0] - 1 if lines else None, not_understood(f"the section [{name}]"))
+    for line, (name, *_) in sections.get("constants", []):
+        if name.strip().lower() not in CONSTANTS:
+            raise LensFileError(path, line, not_understood(f"the constant {name.strip()}"))
     design.add(Row(None))
     _size_stop(design, distances)
     _state_field(design, distances)
@@ -86,7 +94,7 @@ def read(text: str, path: str) -> Lens:
             if len(cells) > 2 and cells[2].strip().lower() in distances}
     for line, (name, *_) in sections.get("variable distances", []):
         if name.strip().lower() not in (*FIGURES, *gaps.values()):
-            design.not_read(name.strip(), line)
+            raise LensFileError(path, line, not_understood(f"the distance {name.strip()}, of no surface,"))
     design.stations = _stations(distances, gaps, path)
     return design.lens()
 
@@ -98,7 +106,8 @@ def _size_stop(design: Design, distances: dict) -> None:
     if size is None:
         return
     if len(stops) != 1:
-        design.not_read(STOP, distances[STOP][0])
+        design.found(Kind.LEFT_OUT, f"Aperture Diameter {significant(size)} mm is left out: {len(stops)} surfaces are "
+                                    "marked as the stop", severity=Severity.WARNING)
         distances.pop(STOP)
         return
     if not 0.0 < size < inf:
@@ -198,6 +207,8 @@ def _number(path: str, line: int, text: str, name: str, infinite: bool = False) 
 def _row(design: Design, line: int, cells: list[str], distances: dict) -> Row:
     """The surface of a line of [lens data]."""
     name, radius, thickness, n_d, diameter, v_d, glass, maker = cells[:8]
+    if beyond := next(filter(None, cells[8:]), ""):
+        raise RowError(not_understood(f"the value {beyond} in a ninth column"))
     row = Row(line, is_stop=radius.upper() == "AS" or name.upper().endswith("AS"))
     if radius.upper() not in (*PLANES, "AS"):
         row.curvature = file_curvature(radius)
@@ -230,8 +241,8 @@ def _powers(sections: dict) -> list[int]:
     """The powers of r of the aspheric columns."""
     constants = {cells[0].strip().lower(): (cells + [""])[1].strip() for _, cells in sections.get("constants", [])}
     count = constants.get("asphericaloddcount", "0")
-    if not is_number(count) or file_number(count, "AsphericalOddCount") > 0:
-        odd = int(min(float(count), LONGEST)) if is_number(count) else LONGEST
+    odd = int(max(min(file_number(count, "AsphericalOddCount"), LONGEST), 0)) if is_number(count) else LONGEST
+    if odd:
         between = [3 + i for i in range(2 * odd)]
         return (between + list(range(between[-1] + 2, between[-1] + 2 * LONGEST, 2)))[:LONGEST]
     first = 2 if "asphericala2" in constants else 4

@@ -19,9 +19,11 @@ from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.json_text import (
     EXACT,
+    check_keys,
     coefficients,
     exact,
     exact_value,
+    flag,
     item_lines,
     items,
     parse,
@@ -30,9 +32,10 @@ from lensbench.lenses.json_text import (
     text_value,
     value,
 )
+from lensbench.lenses.row_solves import RowSolve
 from lensbench.lenses.rows import RowError, curvature, number, radius_text
 from lensbench.lenses.written_system import WrittenSystem, written_system
-from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.finding import Finding, Kind, Severity, note
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.lens_surface import Surface
 from lensbench.optics.prescription import Lens
@@ -44,7 +47,31 @@ FIELDS = {"angle": FieldKind.ANGLE, "object_height": FieldKind.OBJECT_HEIGHT,
           "paraxial_image_height": FieldKind.IMAGE_HEIGHT, "real_image_height": FieldKind.REAL_IMAGE_HEIGHT,
           "AngleField": FieldKind.ANGLE, "ObjectHeightField": FieldKind.OBJECT_HEIGHT,
           "ParaxialImageHeightField": FieldKind.IMAGE_HEIGHT, "RealImageHeightField": FieldKind.REAL_IMAGE_HEIGHT}
+TELECENTRIC = ("telecentric", "object_space_telecentric")
 UNITS = {"nm": -3, "um": 0, "mm": 3, "cm": 4, "m": 6}          # powers of ten, in µm
+FRAME = frozenset({"x", "y", "z", "rx", "ry", "rz"})
+MATERIAL = frozenset({"type", "name", "index", "abbe", "catalog", "reference", "filename", "propagation_model"})
+# By object: versions and drawing; what repeats the neighbours; numerics of rays; how a name is looked up
+READ = {
+    "": ({"name", "aperture", "fields", "wavelengths", "pickups", "solves", "surface_group"},
+         {"version", "ray_tracer"}),
+    "surface": ({"type", "surface_type", "geometry", "material_post", "is_stop", "aperture", "is_reflective",
+                 "interaction_model", "coating", "bsdf"}, {"thickness", "material_pre", "comment"}),
+    "interaction_model": ({"type", "interaction_type", "is_reflective", "coating", "bsdf"}, set()),
+    "geometry": ({"type", "cs", "radius", "conic", "coefficients", "radius_x", "radius_y", "conic_x", "conic_y",
+                  "conic_yz", "coeffs_poly_y"}, {"tol", "max_iter", "geometry_type"}),
+    "cs": (FRAME, set()),
+    "material": (MATERIAL, {"absorp", "model", "match_policy", "robust_search", "min_wavelength", "max_wavelength",
+                            "bounds"}),
+    "aperture": ({"type", "value", "object_space_telecentric"}, set()),
+    "fields": ({"fields", "field_type", "field_definition", "telecentric", "object_space_telecentric"}, set()),
+    "field": ({"x", "y", "vx", "vy", "weight", "field_type"}, set()),
+    "wavelengths": ({"wavelengths"}, {"polarization"}),
+    "wavelength": ({"value", "unit", "weight", "is_primary"}, set()),
+}
+SOLVES = {"MarginalRayHeight": ("thickness", "axial height", -1), "ChiefRayHeight": ("thickness", "chief height", -1),
+          "MarginalRayAngle": ("curvature", "axial slope", 0), "ChiefRayAngle": ("curvature", "chief slope", 0)}
+OTHER = ("thickness", "other", -1)
 PLAIN_INTERACTION = ("", "RefractiveReflectiveModel")
 
 
@@ -54,6 +81,10 @@ def read(text: str, path: str) -> Lens:
     surfaces = items(table(data, "surface_group").get("surfaces"))
     if not surfaces:
         raise LensFileError(path, None, "there is no surface_group with surfaces: this is no Optiland lens")
+    try:
+        _check(data, "")
+    except RowError as error:
+        raise LensFileError(path, None, str(error)) from None
     lines = item_lines(text, "surfaces")
     design = Design(path, name=text_value(data, "name"))
     places: list[Decimal] = []
@@ -70,20 +101,53 @@ def read(text: str, path: str) -> Lens:
         row.thickness = float(EXACT.subtract(after, z)) if z.is_finite() and after.is_finite() else inf
     try:
         _system(design, data)
+        _solves(design, data)
     except RowError as error:
         raise LensFileError(path, None, str(error)) from None
     return design.lens()
 
 
+def _check(data: dict[str, Any], name: str) -> None:
+    """Raise RowError for an entry of an object that is neither read nor harmless. name: of the object in READ."""
+    check_keys(data, set().union(*READ[name]), f" of the {name}" if name else "")
+
+
+def _solves(design: Design, data: dict[str, Any]) -> None:
+    """Keep the pickups and solves, whose values the file states, for a check."""
+    last = len(design.rows) - 2
+    for each in map(table, items(data.get("pickups"))):
+        kind = text_value(each, "attr_type")
+        row, source = (int(value(each, f"{side}_surface_idx", -1.0)) for side in ("target", "source"))
+        factor, offset = value(each, "scale", 1.0), value(each, "offset", 0.0)
+        known = kind in ("thickness", "conic") or (kind == "radius" and factor and not offset)
+        if 0 < row <= last and 0 <= source <= last:
+            quantity = "curvature" if kind == "radius" else kind if known else "thickness"
+            design.checked.append(RowSolve(
+                row, quantity, "pickup" if known else "other", offset, f"pickup of {kind[:30]}", source,
+                1.0 / factor if kind == "radius" and known else factor))
+    for each in map(table, items(table(data, "solves").get("solves"))):
+        kind = text_value(each, "type")
+        quantity, rule, shift = next((SOLVES[name] for name in SOLVES if kind.startswith(name)), OTHER)
+        row = int(value(each, "surface_idx", last + 1.0)) + shift
+        if 0 < row <= last:
+            design.checked.append(RowSolve(row, quantity, rule, value(each, "height", value(each, "angle", 0.0)),
+                                           kind[:40] or "solve"))
+
+
 def _system(design: Design, data: dict[str, Any]) -> None:
     """Aperture, fields and wavelengths."""
-    aperture = table(data, "aperture")
-    kind = aperture.get("type")
+    aperture, kind = table(data, "aperture"), text_value(table(data, "aperture"), "type")
+    _check(aperture, "aperture")
+    _check(table(data, "wavelengths"), "wavelengths")
+    _check(table(data, "fields"), "fields")
     if kind in APERTURES:
         size = value(aperture, "value")
         design.state_aperture(APERTURES[kind], size / 2.0 if kind == "float_by_stop_size" else size)
-    elif kind is not None:
-        design.found(Kind.LEFT_OUT, f"the aperture {str(kind)[:40]} is left out")
+    elif aperture:
+        design.found(Kind.LEFT_OUT, f"the aperture {excerpt(aperture.get('type'), 40)} is left out",
+                     severity=Severity.WARNING)
+    if any(flag(table(data, place), key) for place in ("aperture", "fields") for key in TELECENTRIC):
+        design.found(Kind.LEFT_OUT, "telecentric in the object's space: left out")
     fields = table(data, "fields")
     points = [table(point) for point in items(fields.get("fields"))]
     named = fields.get("field_type") or table(fields, "field_definition").get("field_type") or next(
@@ -91,6 +155,7 @@ def _system(design: Design, data: dict[str, Any]) -> None:
     if isinstance(named, str) and named in FIELDS:
         made = []
         for point in points:
+            _check(point, "field")
             vx, vy = (value(point, name, 0.0) for name in ("vx", "vy"))
             made += design.field_point(value(point, "x", 0.0), value(point, "y", 0.0), value(point, "weight", 1.0),
                                        (vx, vx, vy, vy))
@@ -100,24 +165,28 @@ def _system(design: Design, data: dict[str, Any]) -> None:
     waves = [table(wave) for wave in items(table(data, "wavelengths").get("wavelengths"))]
     pairs = []
     for wave in waves:
+        _check(wave, "wavelength")
         unit = str(wave.get("unit") or "um")
         if unit not in UNITS:
             raise RowError(f"a wavelength in {excerpt(unit)}: it must be in {', '.join(UNITS)}")
         micrometres = float(exact_value(wave, "value").scaleb(UNITS[unit], EXACT))
         pairs.append((micrometres, value(wave, "weight", 1.0)))
     if pairs:
-        design.state_wavelengths(pairs, next((i for i, wave in enumerate(waves) if wave.get("is_primary")), 0))
+        design.state_wavelengths(pairs, next((i for i, wave in enumerate(waves) if flag(wave, "is_primary")), 0))
 
 
 def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end: bool) -> Decimal:
     """Fill the row from a surface and return its place on the axis. RowError: not traced."""
     geometry, frame = table(surface, "geometry"), table(surface, "geometry", "cs")
+    interaction = table(surface, "interaction_model")
     for key in ("x", "y", "rx", "ry", "rz"):
         if value(frame, key, 0.0):
             raise RowError(f"a {'tilt' if 'r' in key else 'decentre'} (cs.{key}) is not read from this format")
     z = exact_value(frame, "z", 0.0, infinite=True)
-    interaction = table(surface, "interaction_model")
-    if surface.get("is_reflective") or interaction.get("is_reflective"):
+    for key in ("coating", "bsdf"):
+        if surface.get(key) or interaction.get(key):
+            design.found(Kind.LEFT_OUT, f"surface {index}: its {key} is left out", index - 1)
+    if flag(surface, "is_reflective") or flag(interaction, "is_reflective"):
         raise RowError("a mirror (is_reflective) is not traced")
     if is_end:
         row.curvature = curvature(geometry.get("radius", inf))
@@ -126,8 +195,10 @@ def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end:
         effect = str(interaction.get("type") or interaction.get("interaction_type") or "")
         if "araxial" in kind or "iffract" in kind or effect not in PLAIN_INTERACTION:
             raise RowError(f"{kind} {effect} is not traced".replace("  ", " "))
+        for name, part in (("surface", surface), ("cs", frame), ("interaction_model", interaction)):
+            _check(part, name)
         _shape(row, geometry)
-        row.is_stop = bool(surface.get("is_stop"))
+        row.is_stop = flag(surface, "is_stop")
         aperture = surface.get("aperture")
         if isinstance(aperture, dict) and aperture.get("r_max") is not None:
             size = value(aperture, "r_max", infinite=True)
@@ -144,7 +215,10 @@ def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end:
 
 def _shape(row: Row, geometry: dict[str, Any]) -> None:
     """Curvature, conic and aspheric terms of a geometry."""
-    kind = geometry.get("type")
+    kind = text_value(geometry, "type")
+    if kind not in ("Plane", "StandardGeometry", "EvenAsphere", "OddAsphere", "BiconicGeometry", "ToroidalGeometry"):
+        raise RowError(f"the geometry {kind or 'is missing, or'} is not traced")
+    _check(geometry, "geometry")
     if kind in ("BiconicGeometry", "ToroidalGeometry"):
         if any(value(geometry, key, 0.0) for key in ("conic_x", "conic_y", "conic_yz")) or any(
                 number(a, "coeffs_poly_y") for a in items(geometry.get("coeffs_poly_y"))):
@@ -153,8 +227,6 @@ def _shape(row: Row, geometry: dict[str, Any]) -> None:
         row.curvature_x = curvature(geometry.get("radius_x"))
         row.toroid = "arcs" if kind == "BiconicGeometry" else "torus"
         return
-    if kind not in ("Plane", "StandardGeometry", "EvenAsphere", "OddAsphere"):
-        raise RowError(f"the geometry {kind} is not traced")
     row.curvature = curvature(geometry.get("radius", inf))
     row.conic = value(geometry, "conic", 0.0)
     if kind in ("EvenAsphere", "OddAsphere"):
@@ -164,6 +236,10 @@ def _shape(row: Row, geometry: dict[str, Any]) -> None:
 
 def _glass(design: Design, material: dict[str, Any]) -> Glass:
     """The medium of a material."""
+    _check(material, "material")
+    way = text_value(table(material, "propagation_model"), "class")
+    if way not in ("", "HomogeneousPropagation"):
+        raise RowError(f"a gradient index ({way[:40]}) is not traced")
     kind = material.get("type")
     if kind in ("IdealMaterial", "AbbeMaterial"):
         v_d = value(material, "abbe") if kind == "AbbeMaterial" else 0.0

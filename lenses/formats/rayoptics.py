@@ -12,6 +12,7 @@ from decimal import Decimal
 from math import isinf
 from typing import Any
 
+from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
 from lensbench.lenses import media
 from lensbench.lenses.aperture import f_number_kind
@@ -19,9 +20,11 @@ from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.json_text import (
     EXACT,
+    check_keys,
     coefficients,
     exact,
     exact_value,
+    flag,
     item_lines,
     items,
     parse,
@@ -46,6 +49,26 @@ APERTURES = {                   # an f-number is at work, which for an object at
     ("image", "NA"): ApertureKind.IMAGE_NA}
 FIELDS = {("object", "angle"): FieldKind.ANGLE, ("object", "height"): FieldKind.OBJECT_HEIGHT,
           ("image", "height"): FieldKind.IMAGE_HEIGHT, ("image", "real height"): FieldKind.REAL_IMAGE_HEIGHT}
+# By object: what is read, and what is harmless: drawing, other views of the same model, what the program recomputes
+READ = {
+    "optical_model": ({"system_spec", "seq_model", "optical_spec", "profile_dict"},
+                      {"ro_version", "radius_mode", "specsheet", "parts_dict", "ele_model", "part_tree", "parax_model",
+                       "name", "note", "analysis_results"}),
+    "system_spec": ({"title", "_dimensions", "dimensions", "temperature", "pressure"}, {"initials"}),
+    "seq_model": ({"ifcs", "gaps", "stop_surface"}, {"z_dir", "do_apertures", "cur_surface"}),
+    "surface": ({"interact_mode", "refract_mode", "decenter", "phase_element", "max_aperture", "clear_apertures",
+                 "profile", "profile_id"}, {"delta_n", "label", "edge_apertures", "z_type"}),
+    "gap": ({"thi", "medium"}, set()),
+    "profile": ({"cv", "cc", "ec", "coefs", "cR", *(f"coef{power}" for power in range(1, 31))}, {"max_nonzero_coef"}),
+    "optical_spec": ({"spectral_region", "pupil", "field_of_view", "defocus"}, {"do_aiming"}),
+    "spectral_region": ({"wavelengths", "spectral_wts", "reference_wvl"}, {"render_colors", "coating_wvl"}),
+    "pupil": ({"key", "_key", "value"}, {"pupil_rays", "ray_labels"}),
+    "field_of_view": ({"key", "_key", "value", "_value", "is_relative", "fields"},
+                      {"index_labels", "index_label_type", "is_wide_angle"}),
+    "field": ({"x", "y", "_x", "_y", "vux", "vlx", "vuy", "vly", "wt"}, {
+        "aim_pt", "aim_info", "z_enp", "chief_ray", "ref_sphere", "vcx", "vcy", "vdx", "vdy", "van"}),
+}
+MERCURY = 760.0             # mm, of one atmosphere
 COLOURS = ("#268bd2", "#859900", "#dc322f")
 VIGNETTING = ("vux", "vlx", "vuy", "vly")
 MISSING_RIM = 1.0           # the rim that rayoptics writes if none was computed
@@ -67,9 +90,15 @@ def read(text: str, path: str) -> Lens:
     surfaces, gaps = items(sequence.get("ifcs")), items(sequence.get("gaps"))
     if not surfaces:
         raise LensFileError(path, None, "there is no seq_model with ifcs: this is no rayoptics lens")
+    try:
+        for name, part in (("optical_model", model), ("seq_model", sequence), (
+                "system_spec", table(model, "system_spec")), ("optical_spec", table(model, "optical_spec"))):
+            _check(part, name)
+    except RowError as error:
+        raise LensFileError(path, None, str(error)) from None
     system = table(model, "system_spec")
-    design = Design(path, name=str(system.get("title") or ""))
-    dimensions = str(system.get("_dimensions") or system.get("dimensions") or "mm").lower()
+    design = Design(path, name=text_value(system, "title"))
+    dimensions = (text_value(system, "_dimensions") or text_value(system, "dimensions") or "mm").lower()
     if dimensions not in UNITS:
         raise LensFileError(path, None, f"dimensions {excerpt(dimensions)}: lengths must be in {', '.join(UNITS)}")
     design.unit = UNITS[dimensions]
@@ -85,6 +114,7 @@ def read(text: str, path: str) -> Lens:
                 row.curvature = value(table(_profile_of(table(surface), profiles)), "cv", 0.0)
             if i < len(gaps):
                 gap = table(gaps[i])
+                _check(gap, "gap")
                 row.thickness = value(gap, "thi", infinite=True)
                 row.glass = _glass(design, gap.get("medium"))
         except RowError as error:
@@ -97,13 +127,25 @@ def read(text: str, path: str) -> Lens:
             row.semi_diameter = None
     try:
         _system(design, table(model, "optical_spec"))
+        design.state_air(value(system, "temperature", 20.0), value(system, "pressure", MERCURY) / MERCURY)
     except RowError as error:
         raise LensFileError(path, None, str(error)) from None
     return design.lens()
 
 
+def _check(data: dict[str, Any], name: str) -> None:
+    """Raise RowError for an entry of an object that is neither read nor harmless. name: of the object in READ."""
+    check_keys(data, set().union(*READ[name]), f" of the {name}")
+
+
 def _system(design: Design, spec: dict[str, Any]) -> None:
     """Aperture, fields and wavelengths."""
+    for name in ("pupil", "spectral_region", "field_of_view"):
+        _check(table(spec, name), name)
+    shift = value(table(spec, "defocus"), "focus_shift", 0.0)
+    if shift:
+        design.found(Kind.LEFT_OUT, f"a defocus (focus_shift) of {significant(shift * design.unit)} mm is left out: "
+                                    "the film stands where the lens is focused")
     pupil = table(spec, "pupil")
     kind = APERTURES.get(_key(pupil))
     if kind is ApertureKind.F_NUMBER:
@@ -126,9 +168,10 @@ def _system(design: Design, spec: dict[str, Any]) -> None:
             design.found(Kind.LEFT_OUT, f"the fields by {' '.join(_key(field))} are left out")
         return
     largest = value(field, "_value" if "_value" in field else "value", 0.0)
-    scale = exact(largest) if field.get("is_relative") else Decimal(1)
+    scale = exact(largest) if flag(field, "is_relative") else Decimal(1)
     made = []
     for point in points:
+        _check(point, "field")
         x, y = (float(EXACT.multiply(exact_value(point, f"_{axis}" if f"_{axis}" in point else axis, 0.0), scale))
                 for axis in "xy")
         vux, vlx, vuy, vly = (value(point, name, 0.0) for name in VIGNETTING)
@@ -158,7 +201,8 @@ def _fill(design: Design, row: Row, wrapped: Any, profiles: dict[str, Any], inde
     kind, surface = _class_of(wrapped), table(wrapped)
     if kind != "Surface":
         raise RowError(f"an interface of the class {kind or 'unknown'} is not traced")
-    mode = surface.get("interact_mode", "transmit")
+    _check(surface, "surface")
+    mode = "reflect" if surface.get("refract_mode") == "REFL" else surface.get("interact_mode", "transmit")
     if mode not in ("transmit", "dummy"):
         raise RowError("a mirror (interact_mode reflect) is not traced" if mode == "reflect" else
                        f"interact_mode {mode} is not traced")
@@ -170,7 +214,7 @@ def _fill(design: Design, row: Row, wrapped: Any, profiles: dict[str, Any], inde
         row.semi_diameter = value(surface, "max_aperture", MISSING_RIM)
     for wrapped_aperture in items(surface.get("clear_apertures")):
         aperture = table(wrapped_aperture)
-        if _class_of(wrapped_aperture) != "Circular" or aperture.get("is_obscuration") or any(
+        if _class_of(wrapped_aperture) != "Circular" or flag(aperture, "is_obscuration") or any(
                 value(aperture, key, 0.0) for key in ("x_offset", "y_offset")):
             design.found(Kind.LEFT_OUT, f"surface {index}: an aperture that is not round and centred is left out",
                          index - 1)
@@ -180,6 +224,7 @@ def _fill(design: Design, row: Row, wrapped: Any, profiles: dict[str, Any], inde
     shape, kind = table(wrapped_profile), _class_of(wrapped_profile)
     if kind not in ("Spherical", "Conic", "EvenPolynomial", "RadialPolynomial", "YToroid", "XToroid"):
         raise RowError(f"the profile {kind or 'is missing, or'} is not traced")
+    _check(shape, "profile")
     row.curvature = value(shape, "cv")
     if kind == "RadialPolynomial":
         row.conic = float(EXACT.subtract(exact_value(shape, "ec", 1.0), Decimal(1)))

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats import (
     codev,
     codev_writer,
@@ -21,6 +22,7 @@ from lensbench.lenses.formats import (
     zemax,
     zemax_writer,
 )
+from lensbench.lenses.numbers import RowError
 from lensbench.lenses.shapes import COMMON, ROTATIONAL, lost_poses, lost_shapes
 from lensbench.lenses.written_system import WHOLE, lost_system
 from lensbench.optics.finding import Finding, Kind, note
@@ -121,7 +123,14 @@ FORMATS = (
 
 def _reader(suffix: str) -> Reader:
     rows = [row for row in FORMATS if row.suffix == suffix]
-    return lambda text, path: next(row for row in rows if row.recognises(text)).read(text, path)
+
+    def read(text: str, path: str) -> Lens:
+        try:
+            return next(row for row in rows if row.recognises(text)).read(text, path)
+        except RowError as error:                   # of a value without a line, such as the name
+            raise LensFileError(path, None, str(error)) from None
+
+    return read
 
 
 READERS: dict[str, Reader] = {row.suffix: _reader(row.suffix) for row in FORMATS}

@@ -25,6 +25,7 @@ do not return before the image are refused.
 """
 
 import re
+from collections.abc import Sequence
 from math import inf, radians
 
 from lensbench.kernels.figures import significant
@@ -35,6 +36,8 @@ from lensbench.lenses.encoding import file_curvature, file_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats import zemax_system
 from lensbench.lenses.formats.zemax_system import number_in
+from lensbench.lenses.numbers import not_understood
+from lensbench.lenses.row_solves import RowSolve
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Solve
 from lensbench.optics.finding import Kind, Severity
@@ -49,14 +52,37 @@ REFUSED = {"COORDBRK": "a coordinate break of object or image", "DGRATING": "a d
            "TILTSURF": "a tilted surface", "FZERNSAG": "a Zernike surface", "SZERNSAG": "a Zernike surface"}
 LEFTOVERS = {(0.0, 0.0), (1.0, 0.0), (1.5, 40.0), (1.55, 55.0)}     # meaningless beside a catalogue name
 GLASS_COMMENT = "glass "                             # before the name of a model glass, which Zemax has none for
-READ = ("SURF", "TYPE", "CURV", "DISZ", "CONI", "STOP", "DIAM", "CLAP", "SQAP", "ELAP", "OBSC", "UDAP", "OBDC", "GLAS",
-        "SCBD")
+APERTURES = {
+    "SQAP": "a rectangular aperture", "ELAP": "an elliptical aperture", "OBSC": "a central obscuration",
+    "SQOB": "a rectangular obscuration", "ELOB": "an elliptical obscuration", "SPID": "a spider",
+    **dict.fromkeys(("UDAP", "UDAD", "USAP"), "an aperture of free form"), "OBDC": "an aperture's decentre",
+    "CLAP": "a central obscuration"}
+# Of a quantity: keyword, rule, places of its value, source and factor among the words
+SOLVES = {"MAZH": ("thickness", "axial height", 0, None, None), "CHZH": ("thickness", "chief height", 0, None, None),
+          "MAZA": ("curvature", "axial slope", 0, None, None), "CHZA": ("curvature", "chief slope", 0, None, None),
+          "PZUP": ("thickness", "pickup", 2, 0, 1), "CPUP": ("curvature", "pickup", 2, 0, 1),
+          "CNUP": ("conic", "pickup", 2, 0, 1), "TOLE": ("thickness", "sum", 1, 0, None),
+          "TCOM": ("thickness", "pair", 1, 0, None), "PPAR": ("curvature", "parameter", None, None, None),
+          "PKUP": ("curvature", "other", None, None, None), "EDGE": ("thickness", "other", None, None, None)}
+FREE = ("0", "1")                       # flags behind CURV: fixed, variable
+READ = ("SURF", "TYPE", "CURV", "DISZ", "CONI", "STOP", "DIAM", "GLAS", "SCBD", "COAT", *APERTURES, *SOLVES)
+# Comments and labels, drawing, mechanical rims, physical optics, scatter, coatings of mirrors, thermal data, variables
 HARMLESS = frozenset("""
-    COMM HIDE MIRR POPS FIMP SLAB SSID MEMA OEMA FLAP COAT SCOL OPDX RSCE PPAR PZUP CPUP CNUP MAZH MAZA CHZA TCOM TOLE
-    VDSZ VPAR VCON VCUR VDIA VGLA
+    COMM HIDE MIRR POPS FIMP SLAB SSID MEMA OEMA FLAP SCOL OPDX RSCE GLCZ TCED TCMM VDSZ VPAR VCON VCUR VDIA VGLA
 """.split())
+# Versions and authors, glass and coating files, ray aiming, polarisation, reference of the OPD, non-sequential
+# settings, language, margins of rims, thermal scaling, stock numbers
+HARMLESS_HEADER = frozenset("""
+    VERS AUTH NAME NOTE LANG PFIL GFAC GSTD NSCD COFN RAIM PUSH SDMA OMMA ROPD HYPR PICB POLS GLRS DBDT EERA IWDP LUID
+    STUD TOL DMFS
+""".split())
+HEADER = frozenset("MODE UNIT GCAT PWAV WAVM WAVL WAVN WWGT WWGN FTYP AFOC ENVD VANN ZVAN".split())
 FIRST = {"THIC": "DISZ", "CRVT": "CURV", "CONN": "CONI", "SDIA": "DIAM"}    # of the first configuration
-CONFIGURED = ("MNUM", "LTTL", *FIRST, "APER", "GLSS", "PRAM", "STPS", "IGNR", "XFIE", "YFIE", "WAVE", "PRWV", "FLTP")
+# Quantities of configurations that change no surface: fields, wavelengths, weights, air
+ASIDE = frozenset("WAVE WLWT PRWV XFIE YFIE FLWT FLTP FVDX FVDY FVCX FVCY FVAN TEMP PRES CWGT".split())
+OPERAND = re.compile(r"[A-Z][A-Z0-9_]{3}( +-?[\d.]+([eE][+-]?\d+)?){7,}\s*")       # of the merit function
+PARAMETERS = {"EVENASPH": range(1, 9), "ODDASPHE": range(1, 9), "TOROIDAL": range(1, 9), "BICONICX": range(1, 3)}
+Values = dict[tuple[str, int], float]       # of PARM and XDAT, by their numbers
 EVEN_POWERS = range(2, 17, 2)
 ODD_POWERS = range(1, 9)
 
@@ -68,14 +94,21 @@ def read(text: str, path: str) -> Lens:
     numbered: list[dict[tuple[str, int], tuple[int, str]]] = []
     header: dict[str, tuple[int, list[str]]] = {}
     notes, listed = [], configurations.Configurations()
+    in_table, indented = True, re.search(r"(?m)^\s+CURV\b", text) is not None
     for line, content in enumerate(text.split("\n"), start=1):
         key, rest = (*content.split(None, 1), "", "")[:2]
         key, words = key.upper(), rest.split()
         if key == "SURF":
             surfaces.append({"SURF": (line, words)})
             numbered.append({})
-        elif not content[:1].isspace() and key in CONFIGURED and surfaces:
+        elif surfaces and key == "MNUM":
+            in_table = False
+            listed.count = int(number_in(path, line, key, words, 0))
+            listed.current = int(number_in(path, line, key, words, 1)) if len(words) > 1 else 1
+        elif surfaces and not in_table:
             _configure(listed, path, line, key, words, surfaces)
+        elif surfaces and (key in ("TOL", "BLNK") or (indented and OPERAND.fullmatch(content))):
+            continue                                # tolerances, the merit function
         elif key == "NOTE":
             notes.append(rest.partition(" ")[2].strip())
         elif surfaces and key in ("PARM", "XDAT"):
@@ -84,13 +117,16 @@ def read(text: str, path: str) -> Lens:
                 numbered[-1][key, int(index)] = (line, words[1])
         elif surfaces and key:
             surfaces[-1].setdefault(key, (line, words))
-        elif key in ("WAVM", "WAVL"):
-            header.setdefault(f"{key} {words[0] if key == 'WAVM' and words else ''}", (line, words))
+        elif key == "WAVM" and words:
+            header.setdefault(f"WAVM {words[0]}", (line, words))
         elif key:
             header.setdefault(key, (line, words if key != "NAME" else [rest]))
     if not surfaces:
         raise LensFileError(path, None, "there are no surfaces (SURF): this is no Zemax lens")
 
+    for key, (line, _) in header.items():
+        if key.split()[0] not in HARMLESS_HEADER | HEADER | zemax_system.KEYS:
+            raise LensFileError(path, line, not_understood(key))
     _read_header(design, header)
     design.name = header.get("NAME", (0, [""]))[1][0].strip().strip('"')
     design.notes = " ".join(" ".join(notes).split())
@@ -129,7 +165,15 @@ def read(text: str, path: str) -> Lens:
     if design.stations:
         for i, keys in enumerate(surfaces[:-1]):
             design.solves += _solves(design, i, keys, row_of, i == len(surfaces) - 2)
+    try:
+        listed.check(ASIDE | FIRST.keys())
+    except RowError as error:
+        raise LensFileError(path, None, str(error)) from None
     design.findings += listed.findings()
+    for i, keys in enumerate(surfaces[:-1]):
+        _keep_solves(design, i, keys, surfaces, row_of)
+    if listed.current != 1:                 # their thicknesses are those of another configuration
+        design.checked = [solve for solve in design.checked if solve.quantity != "thickness"]
     return design.lens()
 
 
@@ -168,6 +212,42 @@ def _solves(design: Design, index: int, keys: dict, row_of: dict[int, int], is_l
     return []
 
 
+def _keep_solves(design: Design, index: int, keys: dict, surfaces: list[dict], row_of: dict[int, int]) -> None:
+    """Keep the solves and pickups of a surface, whose values the file states, for a check."""
+    path, row = design.path, row_of.get(index)
+    if not row:
+        return
+    line, words = keys.get("CURV", (None, []))
+    if len(words) > 1 and words[1] not in FREE:
+        rules = {"2": ("axial slope", 2, None, None), "3": ("chief slope", 2, None, None), "4": ("pickup", 4, 2, 3)}
+        rule, *places = rules.get(words[1], ("other", None, None, None))
+        _keep(design, row, "curvature", rule, "CURV", (line, words), places, row_of)
+    for key, (quantity, rule, *places) in SOLVES.items():
+        if key in keys:
+            zone = len(keys[key][1]) > 1 and key == "MAZH" and _value(path, keys, key, 1)      # of a real ray
+            _keep(design, row, quantity, "other" if zone else rule, key, keys[key], places, row_of)
+    line, words = keys.get("GLAS", (None, []))
+    if words[1:2] == ["2"] and len(words) > 2:
+        source = int(min(abs(number_in(path, line, "GLAS", words, 2)), 1e6))
+        other = surfaces[source].get("GLAS", (0, ["air"]))[1] if source < len(surfaces) else ["no surface"]
+        if other[:1] != words[:1]:
+            design.found(Kind.UNSOLVED, f"SURF {index}: its glass {words[0]} is picked up from surface {source}, which "
+                                        f"has {' '.join(other[:1])}: {words[0]} is read", severity=Severity.WARNING)
+
+
+def _keep(design: Design, row: int, quantity: str, rule: str, key: str, entry: tuple[int | None, list[str]],
+          places: Sequence[int | None], row_of: dict[int, int]) -> None:
+    """Keep one solve; places: of its value, source and factor among the words."""
+    line, words = entry
+
+    def at(place: int | None, default: float) -> float:
+        return default if place is None or place >= len(words) else number_in(design.path, line, key, words, place)
+
+    source = row_of.get(int(min(max(at(places[1], 0.0), -1.0), 1e6))) if places[1] is not None else 0
+    design.checked.append(RowSolve(row, quantity, rule if source is not None else "other", at(places[0], 0.0), key,
+                                   source or 0, at(places[2], 1.0)))
+
+
 def _read_header(design: Design, header: dict) -> None:
     """Unit, aperture, fields and wavelengths."""
     path = design.path
@@ -184,9 +264,6 @@ def _read_header(design: Design, header: dict) -> None:
 def _configure(listed: configurations.Configurations, path: str, line: int, key: str, words: list[str],
                surfaces: list[dict]) -> None:
     """Process a line of the configurations; values of the first one replace those of the current one."""
-    if key == "MNUM":
-        listed.count = int(number_in(path, line, key, words, 0))
-        return
     if len(words) < 3 or not words[0].isdecimal() or not words[1].isdecimal() or len(words[0] + words[1]) > 12:
         return
     index, number = int(words[0]), int(words[1])
@@ -198,7 +275,8 @@ def _configure(listed: configurations.Configurations, path: str, line: int, key:
         listed.put("aperture", 0, number, number_in(path, line, key, words, 2))
         return
     if key not in FIRST:
-        listed.differs(f"{key} {index}", words[2])
+        if key != "MOFF":
+            listed.differs(f"{key} {index}", words[2])
         return
     if key == "THIC" and index < len(surfaces) - 1:
         listed.put("gap", index, number, number_in(path, line, key, words, 2, infinite=index == 0))
@@ -231,9 +309,9 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool,
             size = _value(path, keys, key, place)
             if size > 0.0:
                 row.semi_diameter = size
-    for key, what in (("SQAP", "a rectangular aperture"), ("ELAP", "an elliptical aperture"),
-                      ("OBSC", "a central obscuration"), ("UDAP", "an aperture of free form"),
-                      ("OBDC", "an aperture's decentre"), ("CLAP", "a central obscuration")):
+    if "COAT" in keys:
+        design.found(Kind.LEFT_OUT, "coatings (COAT) are left out")
+    for key, what in APERTURES.items():
         if key in keys and not is_image and (key != "CLAP" or keys[key][1] and _value(path, keys, key) > 0.0):
             design.found(Kind.LEFT_OUT, f"SURF {index}: {what} ({key}) is left out, its round rim taken",
                          len(design.rows) - 1)
@@ -242,11 +320,11 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool,
         raise LensFileError(path, keys["SCBD"][0], f"SURF {index}: a tilt or decentre among the properties of a "
                                                    "surface (SCBD) is not read: give it as coordinate breaks")
     for key in keys:
-        if key not in READ and key not in HARMLESS and not is_image:
-            design.not_read(key, keys[key][0])
+        if key not in READ and key not in HARMLESS:
+            raise LensFileError(path, keys[key][0], f"SURF {index}: {not_understood(key)}")
     if not is_image:
         try:
-            _shape(row, kind, numbered, path)
+            _shape(design, row, kind, numbered, path)
         except RowError as error:
             raise LensFileError(path, kind_line, f"SURF {index}, TYPE {kind}: {error}") from None
     if "GLAS" in keys and keys["GLAS"][1] and not is_image:
@@ -254,7 +332,7 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool,
     return row
 
 
-def _shape(row: Row, kind: str, numbered: dict, path: str) -> None:
+def _shape(design: Design, row: Row, kind: str, numbered: dict, path: str) -> None:
     """Aspheric terms and the second curvature of a surface, from its PARM and XDAT. RowError: not traced."""
     values = {}
     for (key, index), (line, word) in numbered.items():
@@ -267,6 +345,7 @@ def _shape(row: Row, kind: str, numbered: dict, path: str) -> None:
             row.aspheric[power] = values.get(("PARM", index), 0.0)
     elif kind in ("XASPHERE", "XODDASPH"):
         step = 2 if kind == "XASPHERE" else 1
+        values = _extra_data(design, kind, step, values)
         radius = values.get(("XDAT", 2), 1.0)
         if radius <= 0.0:
             raise RowError(f"XDAT 2, the radius of normalisation, is {significant(radius)}: it must be positive")
@@ -283,11 +362,34 @@ def _shape(row: Row, kind: str, numbered: dict, path: str) -> None:
         if row.conic or values.get(("PARM", 2)):
             raise RowError("a biconic surface with conics is not traced")
         row.curvature_x = file_curvature(numbered.get(("PARM", 1), (0, "0"))[1])
+    for (key, index), value in values.items():
+        if key == "PARM" and value and kind in PARAMETERS and index not in PARAMETERS[kind]:
+            raise RowError(not_understood(f"PARM {index}"))
     row.aspheric = {power: a for power, a in row.aspheric.items() if a}
     if 1 in row.aspheric:
         raise RowError("a term in r¹ makes a cone, which is not traced")
     if max(row.aspheric, default=0) > 20:
         raise RowError(f"a term in r^{max(row.aspheric)} is not traced: powers go to 20")
+
+
+def _extra_data(design: Design, kind: str, step: int, values: Values) -> Values:
+    """The XDAT of an extended asphere; of a file without, its PARM: XDAT n is PARM n + 12 in newer files.
+
+    Where only the first twelve are given, they are read as those of the plain asphere. RowError: PARM beside XDAT.
+    """
+    given = {index: value for (key, index), value in values.items() if key == "PARM" and value}
+    if not given:
+        return values
+    index = len(design.rows) - 1
+    if any(key == "XDAT" for key, _ in values):
+        raise RowError(not_understood(f"PARM {min(given)} beside XDAT"))
+    if min(given) > 12:
+        design.found(Kind.CONVENTION, f"surface {index}: {kind} has its coefficients as PARM 13, 14 …, which are read "
+                                      "as XDAT 1, 2 …", index)
+        return {("XDAT", number - 12): value for number, value in given.items()}
+    design.found(Kind.CONVENTION, f"surface {index}: {kind} has no XDAT: its PARM n is read as the coefficient of r^"
+                                  f"{'2n' if step == 2 else 'n'}", index, severity=Severity.WARNING)
+    return {("XDAT", 1): float(max(given)), **{("XDAT", number + 2): value for number, value in given.items()}}
 
 
 def _glass(design: Design, index: int, entry: tuple[int, list[str]], comment: str, catalogues: list[str]) -> Glass:
@@ -303,6 +405,8 @@ def _glass(design: Design, index: int, entry: tuple[int, list[str]], comment: st
     if not shown and comment.startswith(GLASS_COMMENT):
         shown = comment.removeprefix(GLASS_COMMENT)
     try:
+        if flag not in ("0", "1", "2", "3"):            # catalogue, model, pick-up, substitute
+            raise RowError(not_understood(f"the flag {flag} of a glass"))
         if flag == "1" or not shown:
             deviation = number_in(path, line, "GLAS", words, 5) if len(words) > 5 else 0.0
             if deviation:

@@ -21,7 +21,7 @@ from lensbench.lenses.encoding import file_number, plain_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.json_text import EXACT, exact
 from lensbench.lenses.rows import RowError
-from lensbench.optics.finding import Kind
+from lensbench.optics.finding import Kind, Severity
 from lensbench.optics.system import Aperture, ApertureKind, FieldKind, SystemData
 
 FIELD_KINDS = (FieldKind.ANGLE, FieldKind.OBJECT_HEIGHT, FieldKind.IMAGE_HEIGHT, FieldKind.REAL_IMAGE_HEIGHT)
@@ -29,6 +29,10 @@ APERTURES = {"ENPD": (ApertureKind.PUPIL_DIAMETER,), "FNUM": (ApertureKind.F_NUM
              "OBNA": (ApertureKind.OBJECT_NA,), "FLOA": (ApertureKind.STOP_SIZE,)}     # without and with the flag 1
 HELD = frozenset(kind for kinds in APERTURES.values() for kind in kinds)
 VIGNETTING = ("VCXN", "VDXN", "VCYN", "VDYN")
+# Of the fields: first the present keyword, then those of older files
+FIELD_KEYS = {"x": ("XFLN", "XFLD"), "y": ("YFLN", "YFLD"), "weight": ("FWGN", "FWGT"),
+              **{key: (key, f"Z{key[:3]}") for key in VIGNETTING}}
+KEYS = frozenset((*APERTURES, *(key for keys in FIELD_KEYS.values() for key in keys)))
 Header = dict[str, tuple[int, list[str]]]
 
 
@@ -74,8 +78,9 @@ def _read_fields(design: Design, header: Header, codes: list[int]) -> None:
     if len(codes) > 1 and codes[1]:
         design.found(Kind.LEFT_OUT, "telecentric in the object's space (FTYP): left out")
     kind = codes[0] if codes else 0
-    names = {"x": ("XFLN", "XFLD"), "y": ("YFLN", "YFLD"), "weight": ("FWGN", "FWGT"), **{k: (k,) for k in VIGNETTING}}
-    columns = {key: _numbers(design.path, header, *named) for key, named in names.items()}
+    columns = {key: _numbers(design.path, header, *named) for key, named in FIELD_KEYS.items()}
+    if any(_numbers(design.path, header, "VANN", "ZVAN")):
+        design.found(Kind.LEFT_OUT, "the rotation of vignetted pupils (VANN) is left out", severity=Severity.WARNING)
     count = max(len(columns["x"]), len(columns["y"]))
     if not count:
         return
@@ -95,8 +100,8 @@ def _read_fields(design: Design, header: Header, codes: list[int]) -> None:
 
 
 def _read_wavelengths(design: Design, header: Header, count: int | None) -> None:
-    values = [float(w) for w in _numbers(design.path, header, "WAVL")]
-    weights = [float(w) for w in _numbers(design.path, header, "WWGT")]
+    values = [float(w) for w in _numbers(design.path, header, "WAVL", "WAVN")]
+    weights = [float(w) for w in _numbers(design.path, header, "WWGT", "WWGN")]
     pairs = [(w, weights[i] if i < len(weights) else 1.0) for i, w in enumerate(values)]
     listed = sorted((int(key[5:]), place) for key, place in header.items()
                     if key.startswith("WAVM ") and key[5:].isdecimal() and len(key) < 12)

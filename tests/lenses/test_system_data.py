@@ -407,3 +407,41 @@ def test_of_several_wavelengths_the_primary_one_is_named():
     ((_, alone),) = system_rows(SystemData(wavelengths=(one,)))
     ((_, both),) = system_rows(SystemData(wavelengths=(one, two), primary=1))
     assert alone == "550 nm" and both == "550, 600 nm, the primary one 600 nm"
+
+
+@pytest.mark.parametrize("suffix", FULL)
+def test_infrared_wavelengths_weights_and_vignetted_fields_survive(suffix):
+    """850 and 940 nm, of which the second is the primary one; OSLO has it first, and one field."""
+    system = SystemData(Aperture(ApertureKind.STOP_SIZE, (0.0,)), FieldKind.ANGLE,
+                        (FieldPoint(0.0, 0.0), FieldPoint(0.0, 14.0, 2.0, (0.1, 0.1, 0.3, 0.3))),
+                        (Wavelength(0.85, 2.0), Wavelength(0.94, 0.5)), 1)
+    lens = Lens((Surface(0.02, 5.0, 9.0, GLASS), Surface(-0.02, 3.0, 9.0), Surface(0.0, 46.0, 4.0)), 2, system=system)
+    read = READERS[suffix](WRITERS[suffix](lens)[0], f"a{suffix}").system
+    assert sorted(read.wavelengths, key=lambda wave: wave.micrometres) == list(system.wavelengths)
+    assert read.primary_wavelength == 0.94
+    assert read.fields == (system.fields if suffix != ".len" else (FieldPoint(0.0, 14.0),))
+
+
+@pytest.mark.parametrize(("suffix", "aperture"), [(".zmx", "FNUM 0.00001 0"), (".seq", "EPD 1000000"),
+                                                  (".len", "EBR 500000")])
+def test_a_stop_wider_than_everything_is_not_believed(tmp_path, suffix, aperture):
+    lens = loaded(tmp_path, f"a{suffix}", NEAR[suffix].format(aperture=aperture, distance=1e20))
+    rims = [surface.semi_diameter for surface in lens.surfaces]
+    assert lens.stop.semi_diameter <= 9.0 or suffix == ".seq"          # there all other rims are estimated from it
+    assert suffix == ".seq" or any("fits no stop" in str(finding) for finding in lens.findings)
+    assert max(rims) == rims[0] or suffix != ".seq"
+
+
+def test_a_stop_that_is_none_and_a_thickness_behind_a_mirror_are_named():
+    def found(*surfaces, stop=1):
+        text, _ = WRITERS[".txt"](Lens(surfaces, stop))
+        return {finding.kind: str(finding) for finding in READERS[".txt"](text, "a.txt").findings}
+
+    front, back = Surface(0.02, 5.0, 9.0, GLASS), Surface(-0.02, 3.0, 9.0)
+    assert not {Kind.RIM, Kind.THICKNESS} & set(found(front, back))
+    assert "1000000 mm, is that of no stop" in found(front, replace(back, semi_diameter=1e6))[Kind.RIM]
+    assert "mirrors are not traced" in found(replace(front, thickness=-5.0), back)[Kind.THICKNESS]
+    assert "mirrors are not traced" in found(front, replace(back, thickness=-3.0), front, back)[Kind.THICKNESS]
+    # A stop inside the bulge is no mirror
+    stop = Surface(0.0, 2.0, 5.0)
+    assert Kind.THICKNESS not in found(front, replace(back, thickness=-1.0), stop, front, back, stop=2)

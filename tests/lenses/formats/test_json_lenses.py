@@ -9,7 +9,7 @@ from hypothesis import given, settings
 
 import lensbench as lb
 from lensbench import AIR, Glass, Lens, Surface, lenses
-from lensbench.lenses import Kind, glass_catalogue, media
+from lensbench.lenses import WRITERS, Kind, glass_catalogue, media
 from tests.lenses.samples import DATA, bare, changed_json, loaded, plain_words, prescriptions, refusal
 
 OPTILAND = json.loads((DATA / "four.json").read_text())
@@ -247,3 +247,10 @@ def test_a_curved_image_is_said(tmp_path):
     keys = ["optical_model", "attributes", "profile_dict", str(profile), "attributes", "cv"]
     lens = loaded(tmp_path, "lens.roa", changed_json(RAYOPTICS, keys, -1.0 / 80.0))
     assert any(told in str(finding) for finding in lens.findings)
+
+
+def test_an_old_mirror_of_rayoptics_is_refused(tmp_path):
+    """Before 0.4.5 the mode stood in refract_mode."""
+    text, _ = WRITERS[".roa"](lenses.load("lenshh-cooke-triplet-50"))
+    old = text.replace('"delta_n"', '"refract_mode": "REFL", "delta_n"', 2)
+    assert "mirror" in refusal(tmp_path, "a.roa", old).reason

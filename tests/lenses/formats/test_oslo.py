@@ -59,7 +59,7 @@ def test_aspheres_of_any_power_and_cylinders(tmp_path):
     ("GLA N-BK7", "RFL", "mirror"), ("GLA N-BK7", "GLA N-BK77", "N-BK7"), ("RD   45.0", "TLA 5", "tilt"),
     ("RD   45.0", "DCY 1.0", "decentre"), ("RD   45.0", "PFL 50", "ideal lens"), ("RD   45.0", "RD nan", "RD"),
     ("RD   45.0", "ASP ZRN 3", "ZRN"), ("RD   45.0", "AS5 1e-9", "ASP"), ("AP   8.0", "AP -8", "AP"),
-    ("UNI  1.0", "UNI 0", "UNI"), ("RD   45.0", "PK CV 0", "pick-up")])
+    ("UNI  1.0", "UNI 0", "UNI"), ("RD   45.0", "PK CV 3", "pick-up")])
 def test_untraceable_features_are_refused_with_line_and_keyword(tmp_path, old, new, told):
     error = refusal(tmp_path, "lens.len", SAMPLE.replace(old, new, 1))
     assert error.line == SAMPLE.count("\n", 0, SAMPLE.index(old)) + 1 and told in error.reason

@@ -1,5 +1,6 @@
 """Zemax files: encodings, units, surface types, glasses, configurations, refusals, and round trips."""
 
+import re
 from dataclasses import replace
 from functools import partial
 
@@ -181,12 +182,6 @@ def test_an_ideal_lens_before_the_image_is_left_out_and_one_before_the_lens_refu
     assert "PARAXIAL" in refusal(tmp_path, "c.zmx", _with_a_surface(SAMPLE, 1, "PARAXIAL", ideal)).reason
 
 
-def test_keywords_that_are_not_read_are_listed_with_their_lines(tmp_path):
-    lens = sample(tmp_path, ("SURF 2", "SURF 2\n  WOBB 1\n  COMM harmless"))
-    line = SAMPLE.split("\n").index("SURF 2") + 2
-    assert any(f"not read: WOBB (line {line})" == str(finding) for finding in lens.findings)
-
-
 def test_a_torus_of_revolution_is_a_biconic_toroid_and_the_finding_says_how_far(tmp_path):
     lens = sample(tmp_path, ("COMM front\n  TYPE STANDARD", "COMM front\n  TYPE TOROIDAL\n  PARM 1 80"))
     surface = lens.surfaces[0]
@@ -222,7 +217,7 @@ def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
 
 def test_the_catalogues_of_the_file_say_whose_glass_a_name_is(tmp_path):
     """Zemax takes the first catalogue of GCAT that has the name."""
-    plain = SAMPLE.replace("GLAS N-BK7", "GLAS F2").replace("GCAT ", "XCAT ")
+    plain = SAMPLE.replace("GLAS N-BK7", "GLAS F2").replace("GCAT SCHOTT\n", "")
     for catalogues, maker in (("SUMITA SCHOTT", "SUMITA"), ("SCHOTT SUMITA", "SCHOTT"), ("SUMITA_AUG2011", "SUMITA"),
                               ("OHARA SUMITA", "SUMITA")):
         lens = loaded(tmp_path, "a.zmx", f"GCAT {catalogues}\n{plain}")
@@ -268,3 +263,46 @@ def test_a_clear_aperture_without_an_inner_radius_obscures_nothing(tmp_path):
 def test_indices_of_the_catalogues_need_no_remark(tmp_path):
     for air in ("ENVD -4.0E+1 0 0", "ENVD 22.0 1.0 1"):         # not applied; and near 20 °C, 1 atmosphere
         assert not any("°C" in str(finding) for finding in sample(tmp_path, ("ENVD 2.0E+1 1 0", air)).findings)
+
+
+def test_an_extended_asphere_without_extra_data_is_read_from_its_parameters(tmp_path):
+    def asphere(kind, lines):
+        lens = sample(tmp_path, ("TYPE EVENASPH", f"TYPE {kind}"),
+                      ("  PARM 1 0\n  PARM 2 1.25E-7\n  PARM 3 -2.0E-11\n  PARM 4 0", lines))
+        return dict(lens.surfaces[2].aspheric), [finding for finding in lens.findings
+                                                 if finding.kind is Kind.CONVENTION]
+
+    extra = "  XDAT 1 3\n  XDAT 2 10\n  XDAT 3 0\n  XDAT 4 1.25E-3"
+    newer = "  PARM 13 3\n  PARM 14 10\n  PARM 15 0\n  PARM 16 1.25E-3"
+    assert asphere("XASPHERE", extra) == ({4: pytest.approx(1.25e-7)}, [])
+    terms, (found,) = asphere("XASPHERE", newer)
+    assert terms == {4: pytest.approx(1.25e-7)} and "PARM 13" in str(found)
+    for kind, powers in (("XASPHERE", (4, 6)), ("XODDASPH", (2, 3))):
+        terms, (found,) = asphere(kind, "  PARM 2 1.25E-7\n  PARM 3 -2.0E-11")
+        assert terms == dict(zip(powers, (1.25e-7, -2e-11), strict=True)) and found.severity == "warning"
+    text = SAMPLE.replace("TYPE EVENASPH", "TYPE XASPHERE").replace("  PARM 1 0", extra)
+    assert "PARM 2 beside XDAT" in refusal(tmp_path, "a.zmx", text).reason
+    assert "PARM 9 is not understood" in refusal(tmp_path, "a.zmx", SAMPLE.replace("PARM 1 0", "PARM 9 1e-30")).reason
+
+
+@pytest.mark.parametrize("key", ["WAVL", "WAVN"])
+def test_wavelengths_of_older_files_are_read(tmp_path, key):
+    waves = re.sub("(?m)^WAVM.*\n", "", SAMPLE).replace("PWAV 2", f"{key} 0.85 0.94 1.06\nWWGT 1 0.5 2\nPWAV 2")
+    system = loaded(tmp_path, "a.zmx", waves).system
+    assert [(wave.micrometres, wave.weight) for wave in system.wavelengths] == [(0.85, 1.0), (0.94, 0.5), (1.06, 2.0)]
+    assert system.primary_wavelength == 0.94
+
+
+def test_values_of_a_later_configuration_in_the_table_are_not_taken_for_the_first(tmp_path):
+    """MNUM 2 2: the table of surfaces is that of configuration 2; its conic follows, but a glass is not known."""
+    listed = "MNUM 2 2\nCONN 3 1 -0.75\nCONN 3 2 -0.5"
+    assert sample(tmp_path, ("MNUM 1 1", listed)).surfaces[2].conic == -0.75
+    error = refusal(tmp_path, "a.zmx", SAMPLE.replace("MNUM 1 1", "MNUM 2 2\nGLSS 1 1 F2\nGLSS 1 2 N-BK7"))
+    assert "GLSS 1 differ in the first" in error.reason
+
+
+def test_a_moulded_glass_says_how_far_off_it_is(tmp_path):
+    lens = sample(tmp_path, ("GLAS N-BK7 0 0 1.5 4.0E+1", "GLAS L-TIM28_MOLD 0 0 1.5 4.0E+1"))
+    n_d = glass_catalogue.find("L-TIM28").n_d
+    told = f"n_d {n_d:.5f}: moulding lowers the index by 0.001 to 0.006"
+    assert any(told in str(finding) for finding in lens.findings)
