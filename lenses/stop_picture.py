@@ -17,12 +17,12 @@ import numpy as np
 from lensbench.kernels.quotation import excerpt
 from lensbench.kernels.srgb import linear, srgb
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens
 from lensbench.optics.stop_image import StopImage, StopImageError
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp")
-FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP")
 MOST_PIXELS = 4096 * 4096               # of the file; known from its header
 SHARES = np.array([0.2126, 0.7152, 0.0722])     # of red, green and blue in the luminance (Rec. 709)
 MOST_NAMES = 1000                       # tried beside a lens file
@@ -30,20 +30,11 @@ MOST_NAMES = 1000                       # tried beside a lens file
 
 def read_picture(path: str | os.PathLike[str]) -> StopImage:
     """The picture of a file, with its path; StopImageError where it cannot be read, or passes no light."""
-    from PIL import Image as Picture
-
     say = partial("picture in the stop {}: {}".format, excerpt(Path(path).name))
     try:
-        with Picture.open(path, formats=FORMATS) as picture:
-            if picture.width * picture.height > MOST_PIXELS:
-                raise StopImageError(say(f"more than {MOST_PIXELS // 1_000_000} million pixels: make it smaller"))
-            light = transmission(picture)
-    except StopImageError:
-        raise
-    except OSError as error:
-        raise StopImageError(say(error.strerror or f"it is none that can be read ({', '.join(FORMATS)})")) from error
-    except (SyntaxError, ValueError, MemoryError, Picture.DecompressionBombError) as error:
-        raise StopImageError(say(f"it is none that can be read ({', '.join(FORMATS)})")) from error
+        light = transmission(read_picture_file(path, MOST_PIXELS))
+    except PictureFileError as error:
+        raise StopImageError(say(str(error))) from error
     try:
         return replace(StopImage.of(light), file=str(Path(path).resolve()))
     except StopImageError as error:

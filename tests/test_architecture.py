@@ -257,7 +257,7 @@ def test_lenses_know_the_prescription_and_the_glass_and_their_check_what_it_trac
         allowed |= {"optics.stop_image", "kernels.srgb"}
     assert {part(name) for name in imports(path)} - {None} <= allowed
     assert not {name for name in imports(path) if name.startswith("lensbench.app")}
-    pictures = {"PIL"} if path.name == "stop_picture.py" else set()
+    pictures = {"PIL"} if path.name in ("stop_picture.py", "picture_file.py") else set()
     assert packages(path) <= {"lensbench", "numpy"} | pictures | set(sys.stdlib_module_names)
 
 

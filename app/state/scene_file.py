@@ -21,6 +21,7 @@ from lensbench.app.state.scene_assets.sky_picture import read_sky
 from lensbench.app.state.scene_assets.table_values import (
     MOTION,
     Reader,
+    Say,
     Table,
     angle,
     as_table,
@@ -42,6 +43,7 @@ from lensbench.app.state.scene_assets.table_values import (
 )
 from lensbench.app.state.scene_assets.texture import read_texture
 from lensbench.kernels.quotation import LONGEST_PATH, cut, escaped, excerpt
+from lensbench.lenses.regular_file import open_regular
 from lensbench.scenery.families import by_field
 
 MOST_BYTES = 1 << 20                    # of a scene file
@@ -103,7 +105,7 @@ def scene_files(name_or_path: str) -> tuple[Path, ...]:
 def _textures(path: str, stamp: Stamp) -> tuple[Path, ...]:
     """The files that a scene file names, as far as it can be read."""
     try:
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             table = tomllib.loads(file.read(MOST_BYTES).decode("utf-8"))
     except (OSError, ValueError, RecursionError):
         return ()
@@ -121,15 +123,11 @@ def load_scene(path: str | Path) -> lb.Scene:
     """Read a scene file (TOML, at most 1 MB); SceneFileError describes the fault in one line."""
     path = Path(path)
     try:
-        if path.exists() and not path.is_file():
-            raise SceneFileError(path, "is not a file")
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             raw = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise SceneFileError(path, f"cannot be read: {error.strerror or error}") from error
     except ValueError as error:
-        if isinstance(error, SceneFileError):
-            raise
         raise SceneFileError(path, "is no name of a file") from error
     if len(raw) > MOST_BYTES:
         raise SceneFileError(path, "is larger than 1 MB: that is no scene file")
@@ -148,7 +146,7 @@ def load_scene(path: str | Path) -> lb.Scene:
 # The whole
 
 def _scene(table: Table, path: Path) -> lb.Scene:
-    folder = path.resolve().parent
+    folder, notes = path.resolve().parent, list[str]()
     names = ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "subject", "material", "mesh",
              "photograph", *_SURROUNDINGS, *_SHAPES)
     for name, what in (("surfaces", "a lens file"), ("version", "a settings file")):
@@ -158,7 +156,8 @@ def _scene(table: Table, path: Path) -> lb.Scene:
     materials = {name: within(f"material {cut(name)}", _material, as_table(value, f"material {cut(name)}"), folder)
                  for name, value in as_table(table.get("material", {}), "material").items()}
     if "photograph" in table:
-        return within("photograph", _photograph, {"name": path.stem, **table}, folder)
+        scene = within("photograph", _photograph, {"name": path.stem, **table}, folder, notes.append)
+        return replace(scene, notes=tuple(notes))
     lists = {kind: as_tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) > MOST_OBJECTS:
         raise lb.SceneError(f"has more than {MOST_OBJECTS} objects")
@@ -179,11 +178,11 @@ def _scene(table: Table, path: Path) -> lb.Scene:
               for mesh in within(f"mesh {k + 1}", _mesh, value, material, folder)]
     shapes = [within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
               for kind, entries in lists.items() for k, value in enumerate(entries)]
-    values = {kind: within(kind, read, as_table(table[kind], kind), folder)
+    values = {kind: within(kind, read, as_table(table[kind], kind), folder, notes.append)
               for kind, read in _SURROUNDINGS.items() if kind in table}
     values |= given(table, {"name": text, "ambient": light, "enclosed": truth, "depth_range": _depth_range,
                             "diffuse_bounce": truth, "subject": _subject})
-    return lb.Scene(**{"name": path.stem, **by_field([*shapes, *meshes]), **values})
+    return lb.Scene(**{"name": path.stem, **by_field([*shapes, *meshes]), **values}, notes=tuple(notes))
 
 
 def _depth_range(value: Any, name: str) -> tuple[float, ...]:
@@ -199,22 +198,22 @@ def _subject(value: Any, name: str) -> tuple[float, ...]:
     return numbers(value, name, 2, length)
 
 
-def _sky(t: Table, folder: Path) -> lb.Sky | lb.ImageSky:
+def _sky(t: Table, folder: Path, say: Say) -> lb.Sky | lb.ImageSky:
     if "image" not in t:
         return lb.Sky(**fields_of(t, "sky", {"zenith": light, "horizon": light, "ground": light, "up": vector}))
 
     def picture(value: Any, name: str) -> lb.Image:
-        return read_sky(text(value, name), folder)
+        return read_sky(text(value, name), folder, say)
 
     return lb.ImageSky(**fields_of(t, "a sky with an image", {"image": picture, "turn": angle, "brightness": number}))
 
 
-def _sun(t: Table, folder: Path) -> lb.Sun:
+def _sun(t: Table, folder: Path, say: Say) -> lb.Sun:
     return lb.Sun(**fields_of(t, "sun", {"direction": vector, "colour": light, "angular_radius": angle},
                               ("direction",)))
 
 
-def _floor(t: Table, folder: Path) -> lb.Floor:
+def _floor(t: Table, folder: Path, say: Say) -> lb.Floor:
     def picture(value: Any, name: str) -> lb.Image:
         return read_texture(text(value, name), folder)
 
@@ -274,7 +273,7 @@ def _mesh(t: Table, material: Reader, folder: Path) -> list[lb.Mesh]:
     return read_mesh(found["file"], folder, pose, found.get("material"), found.get("smooth", False))
 
 
-def _photograph(table: Table, folder: Path) -> lb.Scene:
+def _photograph(table: Table, folder: Path, say: Say) -> lb.Scene:
     """The scene of a photograph, which has no other objects."""
     others = sorted(set(table) - {"photograph", "name", "depth_range"})
     if others:
@@ -282,9 +281,9 @@ def _photograph(table: Table, folder: Path) -> lb.Scene:
     found: Table = {"fill": "plain"}
     found |= fields_of(as_table(table["photograph"], "photograph"), "a photograph", {
         "image": text, "depth": text, "fov": angle, "depth_is": text, "near": length, "far": length,
-        "fill": text}, ("image",))
+        "fill": text, "holes": truth}, ("image",))
     if "depth" not in found:
-        beside = [name for name in ("depth_is", "near", "far") if name in found]
+        beside = [name for name in ("depth_is", "near", "far", "holes") if name in found]
         if beside:
             raise lb.SceneError(f"{beside[0]} belongs to a depth map of its own: name it as depth")
         scene = own_depth_scene(found["image"], folder, found.get("fov"), found["fill"])
@@ -292,12 +291,13 @@ def _photograph(table: Table, folder: Path) -> lb.Scene:
         raise lb.SceneError("a photograph with a depth map of its own needs fov, the angle across it")
     else:
         scene = read_photograph(found["image"], found["depth"], folder, found["fov"],
-                                found.get("depth_is", "distance"), found.get("near"), found.get("far"), found["fill"])
+                                found.get("depth_is", "distance"), found.get("near"), found.get("far"), found["fill"],
+                                found.get("holes", True), say)
     return replace(scene, **given(table, {"name": text, "depth_range": _depth_range}))
 
 
 # The reader of each table that a scene file may hold. A new shape is one row
-_SURROUNDINGS: dict[str, Callable[[Table, Path], Any]] = {"sky": _sky, "sun": _sun, "floor": _floor}
+_SURROUNDINGS: dict[str, Callable[[Table, Path, Say], Any]] = {"sky": _sky, "sun": _sun, "floor": _floor}
 _SHAPES: dict[str, Callable[..., Any]] = {"sphere": _sphere, "rectangle": _rectangle, "disk": _disk}
 
 

@@ -71,6 +71,7 @@ class Kind(StrEnum):
     SAMPLING = "sampling"                   # too few samples, or an approximation beyond its range
 
     # Of a picture
+    SCENE = "scene"                         # what the reader of its scene assumed or changed
     NO_GHOSTS = "no-ghosts"                 # they are wanted, and cannot be traced
     DIM_LIGHTS = "dim-lights"               # lights that have no ghosts, beyond the brightest ones
 

@@ -9,7 +9,7 @@ import numpy as np
 from lensbench.analysis.model_choice import resolved
 from lensbench.cameras.base import Camera
 from lensbench.kernels.tile_order import BAND_LINES
-from lensbench.optics.finding import Finding
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.rendering.film_sums import FilmSums
 from lensbench.rendering.flare_image import FlareImage
 from lensbench.rendering.ghost_image import Flare
@@ -226,8 +226,11 @@ class Rendering:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What the picture leaves out: why it has no ghosts, or which lights have none, known with the first sample."""
-        return () if self._flare is None else self._flare.findings
+        """What the scene's reader changed, and what the picture leaves out: why it has no ghosts, or which lights have
+        none, known with the first sample.
+        """
+        return (*(note(Kind.SCENE, text) for text in self._scene.notes),
+                *(() if self._flare is None else self._flare.findings))
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from the sums of a rendering of the same arguments.

@@ -73,7 +73,7 @@ def photograph_scene(photograph: ArrayLike, depth: ArrayLike, fov: float, *, fil
     if not 0.9 < away.shape[0] / away.shape[1] / shape < 1.1:
         raise SceneError(f"the depth map of {away.shape[1]} × {away.shape[0]} has another shape than the photograph of "
                          f"{picture.shape[1]} × {picture.shape[0]}")
-    away = _reduced(away)
+    away = reduced(away)
     half = math.tan(fov / 2.0)
     whole = Material((1.0, 1.0, 1.0), "light", pattern=Pattern("image", image=Image.of(picture)))
     corners, faces, uv = _surface(away, np.ones(away.shape, bool), half, shape)
@@ -92,8 +92,8 @@ def photograph_scene(photograph: ArrayLike, depth: ArrayLike, fov: float, *, fil
                  depth_range=(float(0.8 * near), float(max(1.2 * far, 1.6 * near))))
 
 
-def _reduced(away: np.ndarray) -> np.ndarray:
-    """A map of at most CELLS: one of the distances of each part, so that no edge gets a distance between both sides."""
+def reduced(away: np.ndarray) -> np.ndarray:
+    """A map (h, w) of at most CELLS: one value of each part, so that no edge gets a distance between both sides."""
     step = math.ceil(math.sqrt(away.size / CELLS))
     return away[step // 2::step, step // 2::step] if step > 1 else away
 

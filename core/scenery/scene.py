@@ -7,7 +7,7 @@ relative, with 1 the radiance of a white surface under a uniform sky of 1.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -58,6 +58,8 @@ class Scene:
     subject : (distance, height), optional
         What a camera is framed and focused on: its distance from the origin along −z, and the height that fills the
         shorter side of the film, mm.
+    notes : tuple of str
+        What its reader assumed or changed, a sentence each; not compared.
 
     Raises
     ------
@@ -77,6 +79,7 @@ class Scene:
     meshes: tuple[Mesh, ...] = ()
     diffuse_bounce: bool = False
     subject: tuple[float, float] | None = None
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self):
         for family in FAMILIES.values():

@@ -2,49 +2,84 @@
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.state.scene_assets.depth_levels import (
+    ENDLESS,
+    HALF_END,
+    check_equal,
+    filled,
+    grey_levels,
+    unmeasured,
+)
 from lensbench.app.state.scene_assets.phone_depth import read_phone_photograph
 from lensbench.app.state.scene_assets.place import asset_path
 from lensbench.app.state.scene_assets.radiance_hdr import HdrError
 from lensbench.app.state.scene_assets.sky_picture import EXR, read_exr
-from lensbench.app.state.scene_assets.texture import FORMATS, read_texture
+from lensbench.app.state.scene_assets.table_values import Say, within
+from lensbench.app.state.scene_assets.texture import MOST_BYTES, read_texture
+from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
-from lensbench.scenery.photograph import photograph_scene
+from lensbench.lenses.picture_file import PictureFileError, read_picture_file
+from lensbench.lenses.regular_file import open_regular
+from lensbench.scenery.photograph import photograph_scene, reduced
 
-MOST_BYTES = 512 << 20
 MEANINGS = ("distance", "disparity")
 
 
 def read_photograph(image: str, depth: str, folder: Path, fov: float, meaning: str, near: float | None,
-                    far: float | None, fill: str) -> lb.Scene:
+                    far: float | None, fill: str, holes: bool, say: Say) -> lb.Scene:
     """The scene of a photograph and its depth map, in the folder of the scene file; SceneError in one line.
 
     meaning: "distance", the map grows with the distance, or "disparity", with its inverse, as phones store it. near,
-    far (mm): the least and the greatest distance of the map; None: an EXR map in metres. fov: radians, across.
+    far (mm): the least and the greatest distance of the map; None: an EXR map in metres. fov: radians, across. holes:
+    whether pixels without a distance are looked for. say receives a sentence for each kind that was replaced.
     """
     if meaning not in MEANINGS:
         raise lb.SceneError(f"depth_is {excerpt(meaning)}: choose one of {', '.join(MEANINGS)}")
     levels = _levels(depth, folder)
-    if near is None or far is None:
-        if meaning == "disparity" or levels.dtype.kind != "f":
-            raise lb.SceneError("near and far are missing: the distances of the least and greatest distance of the map")
+    metric = near is None or far is None
+    if metric and (meaning == "disparity" or levels.dtype.kind != "f"):
+        raise lb.SceneError("near and far are missing: the distances of the least and greatest distance of the map")
+    if near is not None and far is not None and not 0.0 < near < far:
+        raise lb.SceneError("near must be positive and less than far")
+    away = within(f"depth map {excerpt(depth)}", _distances, levels, meaning, None if metric else (near, far), holes,
+                  lambda text: say(f"depth map {excerpt(depth)}: {text}"))
+    return photograph_scene(read_texture(image, folder).values, away, fov, fill=fill, name=Path(image).stem)
+
+
+def _distances(levels: np.ndarray, meaning: str, ends: tuple[float, float] | None, holes: bool, say: Say
+               ) -> np.ndarray:
+    """Distances (mm) of the levels of a map, reduced. ends: the least and the greatest of them; None: levels in m."""
+    disparity = meaning == "disparity"
+    hole = unmeasured(levels, disparity) if holes or levels.dtype.kind == "f" else np.zeros(levels.shape, bool)
+    endless = np.zeros(levels.shape, bool)
+    if levels.dtype.kind == "f" and not disparity:
+        with np.errstate(invalid="ignore"):
+            endless = (levels >= ENDLESS / 1000.0) | (levels == HALF_END)
+    known = ~(hole | endless)
+    if not known.any():
+        raise lb.SceneError("no pixel of it holds a distance")
+    low, high = (float(f(where=known, initial=levels[known][0])) for f in (levels.min, levels.max))
+    shares = [100.0 * float(part.mean()) for part in (hole, endless)]
+    levels, hole, endless = reduced(levels), reduced(hole), reduced(endless)
+    if ends is None:
         away = levels.astype(np.float64) * 1000.0
+    elif not (math.isfinite(high) and high > low):
+        raise lb.SceneError("it has one value only")
     else:
-        if not 0.0 < near < far:
-            raise lb.SceneError("near must be positive and less than far")
-        low, high = float(np.nanmin(levels)), float(np.nanmax(levels))
-        if not (math.isfinite(low) and math.isfinite(high) and high > low):
-            raise lb.SceneError(f"depth map {excerpt(depth)} has one value only")
-        part = (levels.astype(np.float64) - low) / (high - low)
-        away = near + part * (far - near)
-        if meaning == "disparity":
-            away = 1.0 / (1.0 / far + part * (1.0 / near - 1.0 / far))
-    picture = read_texture(image, folder).values
-    return photograph_scene(picture, away, fov, fill=fill, name=Path(image).stem)
+        near, far = ends
+        part = np.clip((levels.astype(np.float64) - low) / (high - low), 0.0, 1.0)
+        away = 1.0 / (1.0 / far + part * (1.0 / near - 1.0 / far)) if disparity else near + part * (far - near)
+    if shares[0]:
+        say(f"{significant(shares[0], 2)} % of the pixels hold no distance (0, negative or NaN) and take the one of a "
+            "neighbour; if 0 is a distance, write holes = false")
+    if shares[1]:
+        say(f"{significant(shares[1], 2)} % of the pixels state no end ({significant(HALF_END)}, or more than "
+            f"{significant(ENDLESS / 1e6)} km) and are laid behind all others")
+    return filled(np.where(endless, np.inf, away), hole)
 
 
 def own_depth_scene(image: str, folder: Path, fov: float | None, fill: str) -> lb.Scene:
@@ -67,21 +102,16 @@ def own_depth_scene(image: str, folder: Path, fov: float | None, fill: str) -> l
 
 
 def _levels(name: str, folder: Path) -> np.ndarray:
-    """The numbers (h, w) of a depth map: of its first channel."""
-    from PIL import Image as Picture
-
+    """The numbers (h, w) of a depth map; SceneError where they cannot be read, or are colours."""
     path = asset_path(name, folder, "depth map", MOST_BYTES)
-    with path.open("rb") as file:
-        head = file.read(4)
     try:
-        if head == EXR:
-            return read_exr(path, (("Z",), ("Y",), ("R",)))[..., 0]
-        with Picture.open(path, formats=FORMATS) as picture:
-            if picture.mode in ("RGB", "RGBA", "P"):
-                found: Any = np.asarray(picture.convert("RGB"))[..., 0]
-            else:
-                found = np.asarray(picture)
-    except (HdrError, OSError, SyntaxError, ValueError, MemoryError, Picture.DecompressionBombError) as error:
-        raise lb.SceneError(f"depth map {excerpt(name)} is not a picture that can be read ({', '.join(FORMATS)}, "
-                            "OpenEXR)") from error
-    return found[..., 0] if found.ndim == 3 else found
+        with open_regular(path) as file:
+            is_exr = file.read(4) == EXR
+        if not is_exr:
+            return grey_levels(read_picture_file(path, real=True))
+        channels = read_exr(path, (("Z",), ("Y",), ("R", "G", "B"), ("R",)))
+        for other in channels[1:]:
+            check_equal(channels[0], other, 0.0)
+        return channels[0]
+    except (HdrError, PictureFileError, lb.SceneError, OSError, MemoryError) as error:
+        raise lb.SceneError(f"depth map {excerpt(name)}: {getattr(error, 'strerror', None) or error}") from error

@@ -12,10 +12,14 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.state.scene_assets.depth_levels import grey_levels
 from lensbench.app.state.scene_assets.phone_photograph import PhonePhotograph, stated_fov
-from lensbench.app.state.scene_assets.texture import MOST_TEXELS, image_of
+from lensbench.app.state.scene_assets.table_values import within
+from lensbench.app.state.scene_assets.texture import image_of
 from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
+from lensbench.lenses.picture_file import MOST_PIXELS
+from lensbench.scenery.photograph import reduced
 
 INVERSE_DISTANCE, DISPARITY = 0, 1      # meanings of a map, by depth_representation_type
 FARTHEST = 100_000.0                    # mm: where a disparity is that of infinity
@@ -39,15 +43,15 @@ def read_heic_photograph(path: Path, name: str) -> PhonePhotograph:
         maps = found.info.get("depth_images")
         if not maps:
             raise lb.SceneError(f"{what} carries no depth map: take it as a portrait, or name a map as depth")
-        if max(math.prod(found.size), math.prod(maps[0].size)) > MOST_TEXELS or min(*found.size, *maps[0].size) < 2:
+        if max(math.prod(found.size), math.prod(maps[0].size)) > MOST_PIXELS or min(*found.size, *maps[0].size) < 2:
             raise lb.SceneError(f"{what} has {found.size[0]} × {found.size[1]} pixels")
         picture, coded = found.to_pillow(), maps[0].to_pillow()
     except (OSError, ValueError, EOFError, RuntimeError, SyntaxError, MemoryError) as error:
         if isinstance(error, lb.SceneError):
             raise
         raise lb.SceneError(f"{what}: its picture or its depth map cannot be read") from error
-    levels: Any = np.asarray(coded)
-    part = (levels[..., 0] if levels.ndim == 3 else levels) / (65535.0 if levels.dtype == np.uint16 else 255.0)
+    levels: Any = reduced(within(what, grey_levels, coded))
+    part = levels / (65535.0 if levels.dtype == np.uint16 else 255.0)
     if abs(picture.width * part.shape[0] / (picture.height * part.shape[1]) - 1.0) > SAME_SHAPE:
         raise lb.SceneError(f"{what}: its depth map, {part.shape[1]} × {part.shape[0]}, has another shape than its "
                             f"picture, {picture.width} × {picture.height}")

@@ -24,7 +24,10 @@ class PhonePhotograph(NamedTuple):
 
 def stated_fov(exif: Any, size: tuple[int, int], across: int) -> float | None:
     """Angle (radians) across a side of a picture of this size, by its focal length on 35 mm film; None without one."""
-    equivalent = exif.get_ifd(EXIF).get(EQUIVALENT)
-    if not equivalent:
+    try:
+        equivalent = float(exif.get_ifd(EXIF).get(EQUIVALENT))
+    except Exception:                   # none, or damaged notes: Pillow raises whatever they make Python raise
         return None
-    return 2.0 * math.atan(DIAGONAL * across / math.hypot(*size) / (2.0 * float(equivalent)))
+    if not 0.0 < equivalent < math.inf:
+        return None
+    return 2.0 * math.atan(DIAGONAL * across / math.hypot(*size) / (2.0 * equivalent))

@@ -21,7 +21,7 @@ def asset_path(name: str, folder: Path, what: str, most_bytes: int) -> Path:
         raise lb.SceneError(f"{what} {excerpt(name)} lies outside the folder of the scene: put it beside the file or "
                             "below")
     if not path.is_file():
-        raise lb.SceneError(f"{what} {excerpt(name)} is not a file")
+        raise lb.SceneError(f"{what} {excerpt(name)} is not a file: it is a folder, pipe, device or socket")
     if path.stat().st_size > most_bytes:
         raise lb.SceneError(f"{what} {excerpt(name)} is larger than {most_bytes >> 20} MB")
     return path

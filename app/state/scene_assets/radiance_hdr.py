@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from lensbench.kernels.cache import njit
+from lensbench.lenses.regular_file import open_regular
 
 LONGEST_HEADER = 1 << 16
 
@@ -30,7 +31,8 @@ def read_hdr(path: Path, most_texels: int) -> np.ndarray:
 
     HdrError for a file that is damaged, has more texels than allowed, or another order of pixels.
     """
-    data = path.read_bytes()
+    with open_regular(path) as file:
+        data = file.read()
     if not is_hdr(data):
         raise HdrError("it does not begin with #?RADIANCE")
     end = data.find(b"\n\n", 0, LONGEST_HEADER)
@@ -47,8 +49,12 @@ def read_hdr(path: Path, most_texels: int) -> np.ndarray:
     pixels = np.empty((height, width, 4), np.uint8)
     if not _decode(np.frombuffer(data, np.uint8, offset=size.end()), pixels):
         raise HdrError("it breaks off or is damaged")
-    scale = np.ldexp(np.float32(1.0), pixels[..., 3:].astype(np.int32) - 136)
-    return np.where(pixels[..., 3:] > 0, (pixels[..., :3] + np.float32(0.5)) * scale, np.float32(0.0))
+    del data
+    light = np.empty((height, width, 3), np.float32)
+    for row, colours in zip(pixels, light, strict=True):
+        scale = np.ldexp(np.float32(1.0), row[:, 3:].astype(np.int32) - 136)
+        colours[:] = np.where(row[:, 3:] > 0, (row[:, :3] + np.float32(0.5)) * scale, np.float32(0.0))
+    return light
 
 
 @njit(nogil=True, cache=True)

@@ -20,6 +20,7 @@ UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "km": 1e6, "": 1.0}
 SPEEDS = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "km/h": 1e6 / 3600.0, "": 1.0}
 
 Table = dict[str, Any]
+Say = Callable[[str], object]           # receives a sentence on what was assumed or changed
 Reader = Callable[[Any, str], Any]      # of a value and its name in messages
 
 
@@ -119,7 +120,7 @@ def _quantity(value: Any, name: str, units: dict[str, float], form: str) -> floa
 
 def unit(value: Any, name: str) -> float:
     """The size (mm) of a unit."""
-    if value not in UNITS or not value:
+    if not isinstance(value, str) or value not in UNITS or not value:
         raise lb.SceneError(f"{name} {excerpt(value)}: choose one of mm, cm, m, km")
     return UNITS[value]
 

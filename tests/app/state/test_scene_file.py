@@ -140,7 +140,7 @@ def test_a_mistake_is_one_line_that_names_the_file_and_what_is_wrong(write, name
 def test_what_is_no_scene_file_is_said_so(tmp_path):
     with pytest.raises(SceneFileError, match="No such file"):
         load_scene(tmp_path / "none.toml")
-    with pytest.raises(SceneFileError, match="is not a file"):
+    with pytest.raises(SceneFileError, match="this is a folder"):
         load_scene(tmp_path)
     binary = tmp_path / "binary.toml"
     binary.write_bytes(bytes(range(256)))
@@ -216,8 +216,8 @@ def test_a_texture_that_cannot_be_is_said_so(write, tmp_path):
     whole = save_picture(tmp_path / "whole.png", np.random.default_rng(1).integers(0, 255, (64, 64, 3)))
     (tmp_path / "half.png").write_bytes(whole.read_bytes()[:4000])
     Picture.new("1", (9000, 9000)).save(tmp_path / "vast.png")
-    for name, reason in {"none.png": "no such file", "words.png": "not a picture", "folder": "is not a file",
-                         "thin.png": "smaller than 2", "half.png": "not a picture", "vast.png": "million pixels",
+    for name, reason in {"none.png": "no such file", "words.png": "no picture of the kinds", "folder": "is not a file",
+                         "thin.png": "smaller than 2", "half.png": "damaged or cut short", "vast.png": "million pixels",
                          str(tmp_path / "whole.png"): "relative to the scene file"}.items():
         with pytest.raises(SceneFileError, match=reason):
             load_scene(write(WALL + f"material = {{ texture = '{name}' }}\n"))

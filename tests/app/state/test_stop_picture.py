@@ -42,7 +42,7 @@ def test_pictures_that_cannot_be_are_one_clear_line(tmp_path, monkeypatch):
     black = saved(tmp_path, "black.png", np.zeros((4, 4), np.uint8))
     (tmp_path / "text.png").write_text("no picture")
     large = saved(tmp_path, "large.png", np.full((8, 8), 255, np.uint8))
-    for path, says in ((black, "passes no light"), (str(tmp_path / "text.png"), "none that can be read"),
+    for path, says in ((black, "passes no light"), (str(tmp_path / "text.png"), "no picture of the kinds"),
                        (str(tmp_path / "gone.png"), "No such file")):
         with pytest.raises(SettingsError, match=says) as caught:
             stop_picture(path)

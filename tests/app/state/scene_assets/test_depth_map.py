@@ -44,7 +44,7 @@ def test_a_depth_map_is_read_in_its_meaning(folder, depth, middle):
     (PHOTO, "carries no depth map"), (PHOTO + 'depth = "deep.png"\n', "near and far are missing"),
     (PHOTO + 'depth = "deep.png"\nnear = 3\nfar = 2\n', "less than far"),
     (PHOTO + 'depth = "black.png"\nnear = 1\nfar = 2\n', "one value only"),
-    (PHOTO + 'depth = "a.toml"\nnear = 1\nfar = 2\n', "not a picture"),
+    (PHOTO + 'depth = "a.toml"\nnear = 1\nfar = 2\n', "no picture of the kinds"),
     (PHOTO + 'depth = "../a.png"\nnear = 1\nfar = 2\n', "no such file|outside"),
     (PHOTO + 'depth = "deep.png"\nnear = 1\nfar = 2\ndepth_is = "blue"\n', "distance, disparity"),
     (PHOTO + 'depth = "deep.png"\nnear = 1\nfar = 2\nfill = "magic"\n', "plain, shown, none"),
