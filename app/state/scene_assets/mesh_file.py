@@ -1,31 +1,33 @@
-"""Meshes of scene files: OBJ, PLY, glTF and GLB, read by trimesh, with base colour, normals and textures.
+"""Meshes of scene files: OBJ, PLY, glTF and GLB, with base colour, normals and pictures.
 
-trimesh is an optional part (`pip install lensbench[mesh]`), because only scenes with mesh files need it; it is imported
-when the first one is read. What a file names, such as a texture, is read from the folder of the scene alone.
+What a mesh file names is read from the folder of the scene alone. Its pictures are decoded by `texture`, by their own
+first bytes, whatever the file calls them; they are not turned by EXIF: their places count the texels as stored.
 """
 
-import json
 import math
 import struct
-import warnings
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.state.scene_assets.gltf_file import read_gltf
+from lensbench.app.state.scene_assets.mesh_parts import MOST_BYTES, LookError, MeshFile, Part, distinct
+from lensbench.app.state.scene_assets.obj_file import read_obj
 from lensbench.app.state.scene_assets.place import asset_path
-from lensbench.app.state.scene_assets.texture import image_of
+from lensbench.app.state.scene_assets.ply_file import read_ply
+from lensbench.app.state.scene_assets.texture import TEXTURE_TEXELS, image_of
 from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
-from lensbench.kernels.srgb import linear
-from lensbench.scenery.intersect.triangle_tree import MOST_TRIANGLES
+from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 
-MOST_BYTES = 1 << 30
-MOST_BARE = 100_000         # elements that a glTF file declares without data, which are zeros: they fill any memory
-FORMATS = ("obj", "ply", "gltf", "glb")
+READERS = {"obj": read_obj, "ply": read_ply, "gltf": read_gltf, "glb": read_gltf}
 MM = {"obj": 1.0, "ply": 1.0, "gltf": 1000.0, "glb": 1000.0}       # of a unit of the file; glTF is in metres
+MOST_LOOKS = 2000               # colours and pictures: each is a mesh of its own
+MOST_TEXELS = TEXTURE_TEXELS    # of all pictures of a file together
+DAMAGE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, MemoryError, struct.error,
+          RecursionError)
 
 
 class Pose(NamedTuple):
@@ -38,219 +40,79 @@ class Pose(NamedTuple):
 
 
 def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None, smooth: bool) -> list[lb.Mesh]:
-    """The meshes of a file in the folder of the scene or below it, one for each material; SceneError in one line.
+    """The meshes of a file in the folder of the scene or below it, one for each look; SceneError in one line.
 
     material: in place of those of the file. smooth: normals are the means of neighbouring triangles, unless the file
     has its own.
     """
     path = asset_path(name, folder, "mesh", MOST_BYTES)
     kind = path.suffix[1:].lower()
-    if kind not in FORMATS:
-        raise lb.SceneError(f"mesh {excerpt(name)}: choose a file of the kinds {', '.join(FORMATS)}")
+    if kind not in READERS:
+        raise lb.SceneError(f"mesh {excerpt(name)}: choose a file of the kinds {', '.join(READERS)}")
+    file = MeshFile(path, folder, plain=material is not None)
     try:
-        import trimesh
-    except ImportError as error:
-        raise lb.SceneError(f"mesh {excerpt(name)} needs trimesh: pip install lensbench[mesh]") from error
-    textured = _checked_gltf(path, name, kind) if kind in ("gltf", "glb") else 0
-    resolver = _Resolver(path, folder)
-    load: Any = trimesh.load_scene
-    try:
-        with warnings.catch_warnings(), path.open("rb") as file:
-            warnings.simplefilter("ignore")
-            options = {"skip_materials": True} if material is not None and kind == "obj" else {}
-            found = load(file, file_type=kind, resolver=resolver, process=False, **options)
-            parts, count = [], 0
-            for part in _parts(found):                  # a node may repeat a mesh
-                parts.append(part)
-                count += len(part.faces)
-                if count > MOST_TRIANGLES:
-                    break
-            left_out = textured - sum(_picture(each) is not None for each in found.geometry.values()) if textured else 0
-    except Exception as error:      # trimesh raises whatever a damaged file makes Python raise
-        if resolver.refused:
-            raise lb.SceneError(f"mesh {excerpt(name)}: {resolver.refused[0]}") from error
+        with np.errstate(all="ignore"):             # what is not finite is refused below
+            parts = _joined([part for part in READERS[kind](file) if len(part.faces)])
+            if not parts:
+                raise lb.SceneError("has no triangles")
+            return _placed(parts, _pictures(parts, file), MM[kind], name, pose, material, smooth)
+    except lb.SceneError as error:
+        advice = "; or give the mesh a material" if isinstance(error, LookError) else ""
+        raise lb.SceneError(f"mesh {excerpt(name)}: {error}{advice}") from error
+    except DAMAGE as error:
         raise lb.SceneError(f"mesh {excerpt(name)} is damaged, or no file of the kind {kind}") from error
-    if resolver.refused and material is None:
-        raise lb.SceneError(f"mesh {excerpt(name)}: {resolver.refused[0]}; or give the mesh a material")
-    if not parts:
-        raise lb.SceneError(f"mesh {excerpt(name)} has no triangles")
-    if count > MOST_TRIANGLES:
-        raise lb.SceneError(f"mesh {excerpt(name)} has more than {significant(MOST_TRIANGLES)} triangles")
-    if left_out > 0 and material is None:
-        raise lb.SceneError(f"mesh {excerpt(name)}: {left_out} of its textures cannot be read, or has no places "
-                            "(TEXCOORD_0); or give the mesh a material")
-    return _placed(_joined(parts), name, kind, pose, material, smooth)
 
 
-class _Resolver:
-    """What trimesh asks for files that a mesh names: only those in the folder of the scene."""
-
-    def __init__(self, path: Path, folder: Path):
-        self.parent, self.folder, self.file_name = path.parent, folder, path.name
-        self.refused: list[str] = []
-
-    def get(self, name: str) -> bytes:
-        """The bytes of a file beside the mesh."""
-        try:
-            inner = self.parent.relative_to(self.folder) / name
-            return asset_path(str(inner), self.folder, "its file", MOST_BYTES).read_bytes()
-        except (lb.SceneError, OSError) as error:
-            self.refused.append(str(error) if isinstance(error, lb.SceneError) else f"{excerpt(name)} cannot be read")
-            raise
-
-    def __getitem__(self, name: str) -> bytes:
-        return self.get(name)
-
-    def __contains__(self, name: str) -> bool:
-        return (self.parent / name).exists()
-
-    def namespaced(self, name: str) -> "_Resolver":
-        """Itself: names are relative to the file of the mesh."""
-        return self
-
-    def keys(self) -> list[str]:
-        """No list of files."""
-        return []
-
-
-def _checked_gltf(path: Path, name: str, kind: str) -> int:
-    """How many parts of a glTF file have a texture, which trimesh leaves out without a word if it cannot be read.
-
-    SceneError for a file whose nodes contain each other or that is cut short; trimesh would not end.
-    """
-    data = path.read_bytes()
-    try:
-        if kind == "glb":
-            magic, _, length, size, chunk = struct.unpack("<4sIII4s", data[:20])
-            if magic != b"glTF" or chunk != b"JSON" or length > len(data):
-                raise ValueError("cut short")
-            data = data[20:20 + size]
-        tree = json.loads(data.decode("utf-8"))
-        materials, meshes = tree.get("materials", []), tree.get("meshes", [])
-        used = [materials[part["material"]] for mesh in meshes for part in mesh["primitives"] if "material" in part]
-        textured = sum("baseColorTexture" in each.get("pbrMetallicRoughness", {}) for each in used)
-        bare = max((each["count"] for each in tree.get("accessors", []) if "bufferView" not in each), default=0)
-        below = [list(node.get("children", ())) for node in tree.get("nodes", [])]
-        parents = [0] * len(below)
-        for children in below:
-            for child in children:
-                parents[child] += 1
-    except (ValueError, AttributeError, TypeError, LookupError, struct.error, RecursionError) as error:
-        raise lb.SceneError(f"mesh {excerpt(name)} is damaged, or no file of the kind {kind}") from error
-    if bare > MOST_BARE:
-        raise lb.SceneError(f"mesh {excerpt(name)}: the file declares {significant(bare)} elements without data")
-    # Remove nodes without parents until none is left; nodes that remain contain each other
-    free = [k for k, count in enumerate(parents) if count == 0]
-    seen = 0
-    while free:
-        seen += 1
-        for child in below[free.pop()]:
-            parents[child] -= 1
-            if parents[child] == 0:
-                free.append(child)
-    if seen < len(below):
-        raise lb.SceneError(f"mesh {excerpt(name)}: a node of the file contains itself")
-    return textured
-
-
-class _Part(NamedTuple):
-    """Triangles of one material, in units of the file."""
-
-    vertices: np.ndarray
-    faces: np.ndarray
-    normals: np.ndarray | None
-    uv: np.ndarray | None
-    colours: np.ndarray | None
-    colour: tuple[float, float, float]
-    image: lb.Image | None
-
-
-def _parts(found: Any) -> Iterator[_Part]:
-    """Every mesh of a trimesh scene, where its node stands."""
-    images: dict[int, lb.Image] = {}
-    for node in found.graph.nodes_geometry:
-        transform, key = found.graph[node]
-        geometry = found.geometry[key]
-        faces = getattr(geometry, "faces", None)
-        if faces is None or not len(faces):
-            continue
-        matrix = np.asarray(transform, float)
-        vertices = np.asarray(geometry.vertices, float) @ matrix[:3, :3].T + matrix[:3, 3]
-        faces = np.asarray(faces, np.int64)
-        if np.linalg.det(matrix[:3, :3]) < 0.0:
-            faces = faces[:, ::-1]
-        normals = geometry._cache.cache.get("vertex_normals") if hasattr(geometry, "_cache") else None
-        if normals is not None and len(normals) == len(vertices):
-            normals = np.asarray(normals, float) @ np.linalg.inv(matrix[:3, :3])
-        else:
-            normals = None
-        yield _Part(vertices, faces, normals, *_look(geometry, images))
-
-
-def _look(geometry: Any, images: dict[int, lb.Image]) -> tuple[Any, Any, tuple[float, float, float], lb.Image | None]:
-    """Places in the image, colours of vertices, colour and image of a mesh. images: those read before, by identity."""
-    visual = geometry.visual
-    if visual.kind == "vertex":
-        return None, linear(np.asarray(visual.vertex_colors, float)[:, :3] / 255.0), (1.0, 1.0, 1.0), None
-    material = getattr(visual, "material", None)
-    if material is None:
-        return None, None, (0.5, 0.5, 0.5), None
-    picture = _picture(geometry)
-    factor = getattr(material, "baseColorFactor", None)
-    if factor is not None:                              # linear, as glTF has it; trimesh keeps 8 bits
-        colour = np.asarray(factor, float)[:3] / (255.0 if np.asarray(factor).dtype.kind in "iu" else 1.0)
-    elif getattr(material, "diffuse", None) is not None and picture is None:
-        colour = linear(np.asarray(material.diffuse, float)[:3] / 255.0)
-    else:
-        colour = np.ones(3)
-    red, green, blue = np.clip(colour, 0.0, 1.0)
-    if picture is None:
-        return None, None, (float(red), float(green), float(blue)), None
-    if id(picture) not in images:
-        images[id(picture)] = image_of(picture)
-    return np.asarray(visual.uv, float), None, (float(red), float(green), float(blue)), images[id(picture)]
-
-
-def _joined(parts: list[_Part]) -> list[_Part]:
+def _joined(parts: list[Part]) -> list[Part]:
     """One part for all of one look: a file may have a node for each screw."""
-    alike: dict[tuple, list[_Part]] = {}
+    alike: dict[tuple, list[Part]] = {}
     for part in parts:
         given = tuple(each is None for each in (part.normals, part.uv, part.colours))
-        alike.setdefault((part.colour, id(part.image), given), []).append(part)
+        alike.setdefault((part.look, given), []).append(part)
+    if len(alike) > MOST_LOOKS:
+        raise lb.SceneError(f"has {significant(len(alike))} materials: at most {significant(MOST_LOOKS)} are read")
 
-    def stacked(arrays: list) -> np.ndarray | None:
-        return None if arrays[0] is None else np.concatenate(arrays)
+    def stacked(same: list[Part], column: str) -> np.ndarray | None:
+        arrays = [getattr(part, column) for part in same]
+        return arrays[0] if len(same) == 1 or arrays[0] is None else np.concatenate(arrays)
 
     found = []
-    for (colour, _, _), same in alike.items():
-        starts = np.cumsum([0, *(len(part.vertices) for part in same)])
-        found.append(_Part(
-            np.concatenate([part.vertices for part in same]),
-            np.concatenate([part.faces + start for part, start in zip(same, starts, strict=False)]),
-            stacked([part.normals for part in same]), stacked([part.uv for part in same]),
-            stacked([part.colours for part in same]), colour, same[0].image))
+    for (look, _), same in alike.items():
+        starts = np.cumsum([0, *(len(part.vertices) for part in same[:-1])])
+        for k, start in enumerate(starts):
+            same[k] = same[k]._replace(faces=(same[k].faces + start).astype(np.int32))
+        vertices, faces, normals, uv, colours = (stacked(same, name) for name in (
+            "vertices", "faces", "normals", "uv", "colours"))
+        assert vertices is not None and faces is not None
+        found.append(Part(vertices, faces, look, normals, uv, colours))
     return found
 
 
-def _picture(geometry: Any) -> Any:
-    """The picture of base colour of a mesh whose vertices have places in it, as trimesh holds it; None without."""
-    material, uv = getattr(geometry.visual, "material", None), getattr(geometry.visual, "uv", None)
-    if uv is None or len(uv) != len(geometry.vertices):
-        return None
-    return getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+def _pictures(parts: list[Part], file: MeshFile) -> dict:
+    """The images of the parts by the names of their looks, of MOST_TEXELS in all."""
+    names = [*dict.fromkeys(part.look.picture for part in parts if part.look.picture is not None)]
+    found = {}
+    for name in names:
+        try:
+            picture = read_picture_file(file.pictures.pop(name), upright=False)
+        except PictureFileError as error:
+            raise LookError(f"texture {excerpt(name)}: {error}") from error
+        found[name] = image_of(picture, MOST_TEXELS // len(names))
+    return found
 
 
-def _placed(parts: list[_Part], name: str, kind: str, pose: Pose, material: lb.Material | None,
+def _placed(parts: list[Part], images: dict, mm: float, name: str, pose: Pose, material: lb.Material | None,
             smooth: bool) -> list[lb.Mesh]:
-    """The parts in the world, in mm."""
-    points = np.concatenate([part.vertices for part in parts])
-    if not np.isfinite(points).all():
-        raise lb.SceneError(f"mesh {excerpt(name)} has a vertex that is not finite")
-    scale = MM[kind] if pose.scale is None else pose.scale
+    """The parts in the world, in mm. mm: of a unit of the format."""
+    lows, highs = zip(*((part.vertices.min(0), part.vertices.max(0)) for part in parts), strict=True)
+    low, high = np.min(lows, 0), np.max(highs, 0)
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        raise lb.SceneError("a vertex is not finite")
+    scale = mm if pose.scale is None else pose.scale
     if pose.size is not None:
-        longest = float(np.ptp(points, 0).max())
+        longest = float((high - low).max())
         if not longest > 0.0:
-            raise lb.SceneError(f"mesh {excerpt(name)} has no size that a factor could change")
+            raise lb.SceneError("has no size that a factor could change")
         scale = pose.size / longest
     found = []
     for part in parts:
@@ -258,24 +120,23 @@ def _placed(parts: list[_Part], name: str, kind: str, pose: Pose, material: lb.M
         normals = part.normals @ pose.rotation.T if part.normals is not None else None
         if normals is None and smooth:
             normals = _smoothed(vertices, part.faces)
-        own = material
-        if own is None:
-            pattern = None if part.image is None else lb.Pattern("image", image=part.image)
-            own = lb.Material(part.colour, pattern=pattern)
+        image = images.get(part.look.picture)
+        pattern = None if image is None else lb.Pattern("image", image=image)
+        own = material or lb.Material(part.look.colour, pattern=pattern)
         try:
-            found.append(lb.Mesh.of(vertices, part.faces, own, normals=normals, uv=part.uv,
-                                    colours=None if material is not None else part.colours, name=Path(name).stem))
+            found.append(lb.Mesh.of(vertices, part.faces, own, normals=normals, uv=part.uv, colours=part.colours,
+                                    name=Path(name).stem))
         except lb.SceneError as error:
-            if len(parts) == 1 or "area" not in str(error):
-                raise lb.SceneError(f"mesh {excerpt(name)}: {error}") from error
+            if "area" not in str(error):
+                raise
     if not found:
-        raise lb.SceneError(f"mesh {excerpt(name)}: no triangle of it has an area")
+        raise lb.SceneError("no triangle of it has an area")
     return found
 
 
 def _smoothed(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Normals (n, 3): sums over the triangles around each place, weighted by their areas."""
-    _, places = np.unique(np.round(vertices, 4), axis=0, return_inverse=True)
+    _, places = distinct(*np.round((vertices - vertices.min(0)) * 1e4).astype(np.int64).T)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     sums = np.zeros((places.max() + 1, 3))

@@ -28,12 +28,12 @@ def read_texture(name: str, folder: Path) -> lb.Image:
         raise lb.SceneError(f"texture {excerpt(name)}: {error}") from error
 
 
-def image_of(picture: Any) -> lb.Image:
-    """A decoded picture of Pillow as linear light, averaged down to TEXTURE_SIDE and TEXTURE_TEXELS at most."""
+def image_of(picture: Any, most_texels: int = TEXTURE_TEXELS) -> lb.Image:
+    """A decoded picture of Pillow as linear light, averaged down to TEXTURE_SIDE and most_texels at most."""
     from PIL import Image as Picture
 
     width, height = picture.size
-    shrink = min(TEXTURE_SIDE / max(width, height), math.sqrt(TEXTURE_TEXELS / (width * height)), 1.0)
+    shrink = min(TEXTURE_SIDE / max(width, height), math.sqrt(most_texels / (width * height)), 1.0)
     columns, rows = (max(2, math.floor(length * shrink)) for length in picture.size)
     deep = picture.mode.startswith("I")
     deepest = 65535 if deep else 255
