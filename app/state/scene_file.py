@@ -41,13 +41,16 @@ from lensbench.app.state.scene_assets.table_values import (
     vector,
     within,
 )
-from lensbench.app.state.scene_assets.texture import read_texture
+from lensbench.app.state.scene_assets.texture import TEXTURE_TEXELS, read_texture
+from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import LONGEST_PATH, cut, escaped, excerpt
 from lensbench.lenses.regular_file import open_regular
 from lensbench.scenery.families import by_field
+from lensbench.scenery.intersect.triangle_tree import MOST_TRIANGLES
 
 MOST_BYTES = 1 << 20                    # of a scene file
 MOST_OBJECTS = 2000
+MOST_TEXELS = 2 * TEXTURE_TEXELS        # of all meshes: 800 MB of linear light
 
 
 class SceneFileError(ValueError):
@@ -159,7 +162,7 @@ def _scene(table: Table, path: Path) -> lb.Scene:
         scene = within("photograph", _photograph, {"name": path.stem, **table}, folder, notes.append)
         return replace(scene, notes=tuple(notes))
     lists = {kind: as_tables(table, kind) for kind in _SHAPES}
-    if sum(map(len, lists.values())) > MOST_OBJECTS:
+    if sum(map(len, lists.values())) + len(as_tables(table, "mesh")) > MOST_OBJECTS:
         raise lb.SceneError(f"has more than {MOST_OBJECTS} objects")
     pictured = "image" in as_table(table.get("sky", {}), "sky")
     if not (any(lists.values()) or table.get("mesh") or "floor" in table or pictured):
@@ -174,8 +177,18 @@ def _scene(table: Table, path: Path) -> lb.Scene:
             raise lb.SceneError(f"material {excerpt(value)} is not in the file: write a table [material.{cut(value)}]")
         return materials[value]
 
-    meshes = [mesh for k, value in enumerate(as_tables(table, "mesh"))
-              for mesh in within(f"mesh {k + 1}", _mesh, value, material, folder)]
+    meshes: list[lb.Mesh] = []
+    for k, value in enumerate(as_tables(table, "mesh")):
+        meshes += within(f"mesh {k + 1}", _mesh, value, material, folder)
+        images = {id(mesh.material.pattern.image): mesh.material.pattern.image for mesh in meshes
+                  if mesh.material.pattern is not None}.values()
+        if len(meshes) > MOST_OBJECTS:
+            raise lb.SceneError(f"the materials of its meshes make more than {MOST_OBJECTS} objects")
+        if sum(mesh.triangle_count for mesh in meshes) > MOST_TRIANGLES:
+            raise lb.SceneError(f"its meshes have more than {significant(MOST_TRIANGLES)} triangles together")
+        if sum(image.width * image.height for image in images if image is not None) > MOST_TEXELS:
+            raise lb.SceneError(f"the textures of its meshes have more than {MOST_TEXELS // 1_000_000} million texels "
+                                "together: make them smaller")
     shapes = [within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
               for kind, entries in lists.items() for k, value in enumerate(entries)]
     values = {kind: within(kind, read, as_table(table[kind], kind), folder, notes.append)

@@ -372,8 +372,7 @@ class _Gltf:
         sampler = self.item("samplers", texture_of["sampler"]) if "sampler" in texture_of else {}
         for axis, side in enumerate(("wrapS", "wrapT")):
             if _get(sampler, side, int, REPEATED) != REPEATED and np.abs(uv[:, axis] - 0.5).max() > 0.5 + BEYOND:
-                raise lb.SceneError(f"a texture is clamped or mirrored beyond its border ({side}): only repetition is "
-                                    "shown")
+                raise lb.SceneError(f"a texture is clamped or mirrored beyond its border ({side}): make it repeat")
         return Look(colour, self._picture(texture_of)), np.stack([uv[:, 0], 1.0 - uv[:, 1]], 1)
 
     def _picture(self, texture: Object) -> int:

@@ -171,6 +171,20 @@ def test_a_file_that_claims_much_is_read_soon_or_refused(tmp_path, write, outcom
     assert time.process_time() - start < 10.0
 
 
+def test_the_meshes_of_a_scene_are_bounded_together(tmp_path, monkeypatch):
+    from PIL import Image as Picture
+    Picture.new("RGB", (32, 32)).save(tmp_path / "p.png")
+    (tmp_path / "b.glb").write_bytes(pictured({"uri": "p.png"}).glb())
+    twice = '[[mesh]]\nfile = "b.glb"\n'
+    assert len(load(tmp_path, "b.glb", twice)) == 2
+    for name, most, reason in (("MOST_TRIANGLES", 1, "more than 1 triangles together"),
+                               ("MOST_TEXELS", 2047, "texels together"), ("MOST_OBJECTS", 1, "more than 1 objects")):
+        with monkeypatch.context() as changed:
+            changed.setattr(f"lensbench.app.state.scene_file.{name}", most)
+            with pytest.raises(SceneFileError, match=reason):
+                load(tmp_path, "b.glb", twice)
+
+
 def test_a_chain_of_nodes_adds_its_moves(tmp_path):
     mesh, = load(tmp_path, write_chain(tmp_path, 3000))
     np.testing.assert_allclose(np.unique(mesh.points[:, 2]), np.arange(1.0, 3001.0), rtol=1e-5)
