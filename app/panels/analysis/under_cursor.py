@@ -30,19 +30,18 @@ def told(plot: Plot, x: float, y: float) -> str:
         return "\n".join(lines)
     other = {layer.name: value for layer in plot.layers if isinstance(layer, Curve | Map) and layer.ghost
              and (value := _value(layer, plot, x, y)) is not None}
+    mapped = any(isinstance(layer, Map) for layer in plot.layers)
+    read_on = plot.x if plot.across else plot.y         # the axis of the curves' values
     for layer in plot.layers:
         if isinstance(layer, Map | Curve) and layer.name and not layer.ghost and layer.surface is None \
                 and (value := _value(layer, plot, x, y)) is not None:
-            lines.append(f"{layer.name}   {_number(value)}{_beside(value, other.get(layer.name))}")
-    key, axis = (y, plot.y) if plot.across else (x, plot.x)
-    if lines and axis.label:
-        head = f"{axis.label.split(' (')[0]} {_number(key)}{_unit(axis.label)}"
-        other_axis = plot.x if plot.across else plot.y
-        if any(isinstance(layer, Map) for layer in plot.layers):
-            head += f", {(other_axis.label or '').split(' (')[0].lower()} {_number(y)}{_unit(other_axis.label)}"
-        elif other_axis.label:
-            head += f": {other_axis.label}"
-        lines.insert(0, head)
+            unit = _unit(read_on.label) if mapped and isinstance(layer, Curve) else ""
+            lines.append(f"{layer.name}   {_number(value)}{unit}{_beside(value, other.get(layer.name))}")
+    if lines and plot.x.label and plot.y.label:
+        names = [label.split(" (")[0] for label in (plot.x.label, plot.y.label)]
+        places = [f"{name} {_number(at)}{_unit(axis.label)}" for name, axis, at in zip(
+            names, (plot.x, plot.y), (x, y), strict=True) if mapped or axis is not read_on]
+        lines.insert(0, ", ".join(places) if mapped else f"{places[0]}: {read_on.label}")
     return "\n".join(lines)
 
 

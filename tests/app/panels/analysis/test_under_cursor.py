@@ -1,0 +1,95 @@
+"""The text under the cursor of every map against the numbers of its figure."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench.app.panels.analysis.under_cursor import told
+from lensbench.app.state.analysis.catalogue import ANALYSES
+from lensbench.app.state.analysis.figure import Area, Curve, Map
+from lensbench.app.state.analysis.query import query
+from lensbench.app.state.settings import Settings
+
+ASKED = query(replace(Settings(), f_number=4.0, blades=6))
+READ = re.compile(r"(.+?) ([+−-]?\d[\d.]*(?:e[+−-]?\d+)?)( .+|°)?")
+
+
+def number(text):
+    return float(text.replace("−", "-"))
+
+
+def close(seen, value):
+    """Within the three printed digits."""
+    return abs(number(seen) - value) <= 0.006 * abs(value) + 1e-12
+
+
+def map_plots():
+    """Every plot with a named map in the figures of all analyses."""
+    for name, analysis in ANALYSES.items():
+        try:
+            figure = analysis.figure(ASKED, 16)
+        except lb.LensError:
+            continue
+        for row in figure.rows:
+            for plot in row:
+                if any(isinstance(layer, Map) and layer.name for layer in plot.layers):
+                    yield name, figure, plot
+
+
+MAPS = list(map_plots())
+
+
+def test_several_analyses_have_maps():
+    assert {name for name, _, _ in MAPS} >= {"mtf-map", "psf", "sunstar", "wavefront"}
+
+
+@pytest.mark.parametrize(("name", "figure", "plot"), MAPS, ids=[name for name, _, _ in MAPS])
+def test_the_text_names_both_coordinates_and_the_value_of_the_cell(name, figure, plot):
+    shades = next(layer for layer in plot.layers if isinstance(layer, Map))
+    rows, columns = shades.values.shape
+    x, y = (low + (np.arange(n) + 0.5) / n * (high - low) for (low, high), n in ((shades.x, columns), (shades.y, rows)))
+    rng, areas = np.random.default_rng(3), [layer for layer in plot.layers if isinstance(layer, Area)]
+    for _ in range(60):
+        i, j = int(rng.integers(rows)), int(rng.integers(columns))
+        if any(each.x[0] <= x[j] < each.x[1] and each.y[0] <= y[i] < each.y[1] for each in areas):
+            continue
+        lines = told(plot, x[j], y[i]).split("\n")
+        if plot.x.label is not None:
+            head, lines = lines[0].split(", "), lines[1:]
+            assert len(head) == 2
+            for part, axis, at in zip(head, (plot.x, plot.y), (x[j], y[i]), strict=True):
+                if abs(at) < 1e-9:                      # zero but for rounding
+                    continue
+                label, unit = axis.label.rstrip(")").split(" (")
+                found = READ.fullmatch(part)
+                assert found is not None and found[1] == label and (found[3] or "").strip() == unit
+                assert close(found[2], at)
+        value = next(line.split("   ")[1] for line in lines if line.startswith(f"{shades.name}   "))
+        held = shades.values[i, j]
+        assert value == "–" if np.isnan(held) else close(value, held)
+        for curve in (layer for layer in plot.layers if isinstance(layer, Curve) and layer.name):
+            line = next((line for line in lines if line.startswith(f"{curve.name}   ")), None)
+            if line is not None:                        # the curve read at the height of the cursor, with its unit
+                seen, unit = line.split("   ")[1].split(" ")
+                known = np.isfinite(curve.x + curve.y)
+                assert unit == "mm" and close(seen, np.interp(y[i], curve.y[known], curve.x[known]))
+
+
+def test_the_map_of_contrast_reads_as_its_table():
+    figure, plot = next((figure, plot) for name, figure, plot in MAPS if name == "mtf-map")
+    for height, shift, _, sagittal, tangential in figure.table.rows[::37]:
+        head, value = told(plot, shift, height).split("\n")[:2]
+        film, image = (part.rsplit(" ", 2) for part in head.split(", "))
+        assert film[0] == "Film shift" and close(film[1], shift) and image[0] == "Image height"
+        assert close(image[1], height) and close(value.split("   ")[1], 0.5 * (sagittal + tangential))
+
+
+def test_the_map_of_a_point_reads_as_its_table():
+    figure, plot = next((figure, plot) for name, figure, plot in MAPS if name == "psf")
+    light = np.array(figure.table.rows, float)
+    for across, up, density in light[::71]:
+        value = told(plot, across, up).split("\n")[1].split("   ")[1]
+        assert close(value, density / light[:, 2].max())
