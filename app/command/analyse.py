@@ -21,6 +21,7 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
     from lensbench.app.command.options import read_film, read_size
     from lensbench.app.state.settings import Settings
     from lensbench.app.state.text_values import read_distance
+    from lensbench.imaging.spectrum import WHITES
 
     add = parser.add_argument
     add("lens", nargs="?", metavar="LENS", help=LENS_HELP)
@@ -38,7 +39,10 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
              "angles (0,14,20deg), image heights (0,10,21.6mm), or “design” for those that the lens file states")
     add("--wavelengths", type=option(_read_wavelengths), metavar="NM",
         help="wavelengths in nm, the middle one primary, with weights if you like, such as 486.1,587.6:2,656.3 "
-             "(default: those that the lens file states, else F, d and C)")
+             "(default: --white)")
+    add("--white", choices=WHITES,
+        help="weights of the wavelengths in white light: by their luminance in a picture (picture, by default), "
+             "photopic vision (photopic), as the lens file states them (lens), or F, d and C alike (fdc)")
     add("--frequencies", type=option(_read_frequencies), metavar="LP/MM",
         help="one to four frequencies of the analysis “mtf” (10,20,30,40); the first is that of “mtf-map” (30)")
     add("--points", type=int, default=POINTS, metavar="N", help=f"points across the pupil ({POINTS})")
@@ -53,6 +57,8 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
 
 def analyse(arguments: argparse.Namespace) -> int:
     """Compute the figures, print their conditions and remarks, and write the file if one is given."""
+    from dataclasses import replace
+
     import lensbench as lb
     from lensbench.app.command.errors import UsageError
     from lensbench.app.command.output import print_json, progress, save_json
@@ -78,7 +84,8 @@ def analyse(arguments: argparse.Namespace) -> int:
         if path.suffix.lower() not in SHEETS:
             raise UsageError(f"{path}: a sheet is written as {', '.join(SHEETS)}: choose one of these suffixes")
         check_writable(path)
-    asked = query(_settings(arguments))
+    settings = _settings(arguments)
+    asked = query(replace(settings, white=arguments.white or settings.white))
     if asked.setup.reason:                              # an aperture or a focus that this lens does not reach
         raise UsageError(asked.setup.reason)
     asked = with_own(asked, arguments.fields, arguments.wavelengths)

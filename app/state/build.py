@@ -168,9 +168,13 @@ def picture_wavelength(settings: "Settings", lens: lb.Lens) -> float | None:
     wavelength = reference_wavelength(lens.surfaces, lens.system)
     if is_d_line(wavelength):
         return None
-    is_coloured = (settings.follows_lens and settings.dispersion != "off" and VISIBLE[0] <= wavelength <= VISIBLE[1]
-                   and has_dispersion(lens))
-    return None if is_coloured else wavelength
+    return None if settings.follows_lens and is_in_colour(settings, lens) else wavelength
+
+
+def is_in_colour(settings: "Settings", lens: lb.Lens) -> bool:
+    """Whether a picture through the lens itself shows its colour errors; an ideal model of it never does."""
+    return (settings.dispersion != "off" and VISIBLE[0] <= reference_wavelength(lens.surfaces, lens.system) <=
+            VISIBLE[1] and has_dispersion(lens))
 
 
 def wavelength_remark(settings: "Settings") -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
@@ -65,7 +66,10 @@ class Analyses:
             self.worker.await_coarse()
             window = self._window
             self.sheet.other = window.view.pinned if window.history.present.compare != "off" else None
-            return _drawing(name)(settings, self.states[name], self.sheet) or settings
+            settings = _drawing(name)(settings, self.states[name], self.sheet) or settings
+            if self.sheet.white:
+                settings, self.sheet.white = replace(settings, white=self.sheet.white), ""
+            return settings
 
         return draw
 

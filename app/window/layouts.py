@@ -10,13 +10,14 @@ class Layout:
     """Panels by dock, the front tab first; what is for whom in words; and the width of the right column.
 
     right: its part of the window; narrowest and widest in em. Docks: Left, LeftBottom, Bottom, Right, RightBottom, and
-    BottomRight where there are panels for it.
+    BottomRight where there are panels for it. white: light of analyses, one of WHITES.
     """
 
     about: str
     docks: dict[str, tuple[str, ...]]
     right: tuple[float, float, float] = (0.215, 19.4, 30.0)
     bottom: float = 0.30
+    white: str = "picture"
 
 
 LEFT = {"Left": ("Controls",), "LeftBottom": ("Read-outs", "Lens card", "Spaces")}
@@ -44,12 +45,12 @@ LAYOUTS = {
         "Spots and the aberrations behind them", {
             **LEFT, "Bottom": ("Section", "3-D", "Moments"), "BottomRight": ("Seidel", "Illumination"),
             "Right": ("Spots", "Wavefront", "Point spread", "Field curves"),
-            "RightBottom": ("Ray fans", "MTF", "MTF map", "Ghosts")}, (0.30, 22.0, 70.0), 0.36),
+            "RightBottom": ("Ray fans", "MTF", "MTF map", "Ghosts")}, (0.30, 22.0, 70.0), 0.36, "lens"),
     "Editor": Layout(
         "Surfaces to edit, the section, and what an edit does to the picture", {
             **LEFT, "Bottom": ("Section", "3-D", "Moments"), "BottomRight": ("Surfaces",),
             "Right": ("Spots", "MTF", "Field curves"), "RightBottom": ("Ray fans", "Wavefront", "Seidel")},
-        (0.26, 21.0, 60.0), 0.36),
+        (0.26, 21.0, 60.0), 0.36, "lens"),
 }
 
 

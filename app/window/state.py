@@ -33,7 +33,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import DialState
 from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.file_watch import FileWatch, forget_derived
-from lensbench.app.window.layouts import BENCH
+from lensbench.app.window.layouts import BENCH, LAYOUTS
 from lensbench.app.workers.chart_worker import ChartWorker
 from lensbench.app.workers.compilers import Compilers
 from lensbench.app.workers.render_worker import RenderWorker
@@ -251,7 +251,11 @@ class WindowState:
             hello_imgui.save_lasting_pref("theme", "dark" if dark else "light")
 
     def choose_layout(self, name: str) -> None:
-        """Lay the panels out as one of LAYOUTS, where they were left in it; now and in later sessions."""
+        """Lay the panels out as one of LAYOUTS, where they were left in it, with its white light of analyses.
+
+        Now and in later sessions.
+        """
         self.layout = name
+        self.edited = replace(self.edited, white=LAYOUTS[name].white)
         if self.remember:
             hello_imgui.save_lasting_pref("layout", name)

@@ -18,6 +18,15 @@ WAVELENGTHS = {
     GREEN: (0.4965, 0.5145, 0.5259, 0.5356, 0.5452, 0.5552, 0.5669, 0.5832),
     BLUE: (0.4209, 0.4321, 0.4398, 0.4471, 0.4543, 0.4619, 0.4709, 0.4858),
 }
+# Weights of white light in analyses, each in words
+WHITES = {"picture": "as the picture", "photopic": "by photopic vision", "lens": "as the lens file states",
+          "fdc": "equally at F, d and C"}
+# µm and weights. Gauss's rule in 1/λ for the 24 wavelengths above, with the luminance of their channels in sRGB
+# (0.2126, 0.7152, 0.0722): exact for polynomials of degree 11 in 1/λ
+PICTURE = ((0.42323, 0.01531), (0.44953, 0.04198), (0.50267, 0.21660), (0.54700, 0.42851), (0.59489, 0.23985),
+           (0.64384, 0.05774))
+# The luminous efficiency V(λ) of the CIE (1924) at the five wavelengths that design programs take for it
+PHOTOPIC = ((0.470, 0.091), (0.510, 0.503), (0.555, 1.0), (0.610, 0.503), (0.650, 0.107))
 
 
 @stage

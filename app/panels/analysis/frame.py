@@ -18,6 +18,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.workers.analysis_worker import AnalysisWorker, Answer, Job
+from lensbench.imaging.spectrum import WHITES
 
 SAVES = {Request.SAVE_PLOT_CSV: "Save as CSV…", Request.SAVE_PLOT_SVG: "Save as SVG…",
          Request.SAVE_PLOT_PNG: "Save as PNG…"}
@@ -45,7 +46,8 @@ class AnalysisState:
 class Sheet:
     """What all analysis panels of a window share: the worker, the requests, and the figure that is to be saved.
 
-    links: what the mouse points at in all panels. other: the settings A, while they are compared.
+    links: what the mouse points at in all panels. other: the settings A, while they are compared. white: the light of
+    analyses that a menu has just chosen, one of WHITES; "" for none.
     """
 
     worker: AnalysisWorker
@@ -53,6 +55,7 @@ class Sheet:
     links: Pointed
     saving: Figure | None = None
     other: Settings | None = None
+    white: str = ""
 
 
 def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, make: Callable[..., Figure],
@@ -94,7 +97,7 @@ def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, 
                         sheet.links.surfaces, named=not low)
     _conditions(figure, size.x, low)
     imgui.pop_font()
-    _menu(name, figure, sheet)
+    _menu(name, figure, sheet, settings.white)
     return under
 
 
@@ -162,8 +165,8 @@ def _line(words: str, parts: list[str], width: float) -> None:
         imgui.end_tooltip()
 
 
-def _menu(name: str, figure: Figure, sheet: Sheet) -> None:
-    """The menu of a right click: copy the numbers, save numbers or figure."""
+def _menu(name: str, figure: Figure, sheet: Sheet, white: str) -> None:
+    """The menu of a right click: copy the numbers, save numbers or figure, weight the wavelengths of white light."""
     if imgui.is_window_hovered(imgui.HoveredFlags_.child_windows) and imgui.is_mouse_released(
             imgui.MouseButton_.right) and imgui.get_mouse_drag_delta(imgui.MouseButton_.right, 4.0).x == 0.0:
         imgui.open_popup(f"{name} data")
@@ -174,4 +177,12 @@ def _menu(name: str, figure: Figure, sheet: Sheet) -> None:
             if imgui.menu_item(words, "", False)[0]:
                 sheet.saving = figure
                 sheet.requests.add(request)
+        imgui.separator()
+        if imgui.begin_menu("Weight wavelengths"):
+            for choice, words in WHITES.items():
+                if imgui.menu_item(sentence(words), "", choice == white)[0]:
+                    sheet.white = choice
+            imgui.end_menu()
+        imgui.set_item_tooltip("White light of spots, MTF, point spread, bokeh, depth of field, focus shift and sensor "
+                               "stack.\nFigures of single wavelengths keep those of the lens, else F, d and C")
         imgui.end_popup()

@@ -54,7 +54,7 @@ def _line(settings: Settings, chosen: float | None) -> float | None:
     """The wavelength (µm) that the user chooses among those of the lens; None: all of them, or the only one."""
     lines: tuple[float, ...] = ()
     with suppress(ValueError, OSError):                 # the panel says why there is no map
-        lines = query(settings).conditions().wavelengths
+        lines = query(settings).lines.conditions().wavelengths
     if len(lines) < 2:
         return None
     names: dict[float | None, str] = {None: "White"} | {line: fixed(1000.0 * line, 0) for line in lines}

@@ -60,6 +60,7 @@ def breathing_figure(query: Query, points: int) -> Figure:
 
     The view ends at the film's corner, or at the edge of light of a smaller image circle.
     """
+    query = query.lines
     film, height = query.setup.film, query.largest_height
     part = 2.0 * height / film.diagonal
     found = breathing(query.lens, replace(film, width=part * film.width, height=part * film.height), None,
@@ -85,6 +86,7 @@ def illumination_figure(query: Query, points: int) -> Figure:
 
     LensError for a lens without rotational symmetry.
     """
+    query = query.lines
     if query.lens.asymmetry:
         raise lb.LensError("relative illumination is a function of the image height alone for lenses with rotational "
                            f"symmetry: this one has {query.lens.asymmetry}")

@@ -13,6 +13,7 @@ def axial_figure(query: Query, points: int) -> Figure:
 
     points: heights in the stop. LensError for a lens with a cylinder or toroid, and one without a focus.
     """
+    query = query.lines
     given, away = query.conditions(), query.setup.film_distance
     along = longitudinal_aberration(query.lens, away, given, max(points, 9))
     shift = chromatic_focal_shift(query.lens, away, given)

@@ -18,6 +18,7 @@ def fans_figure(query: Query, points: int, kind: str = "ray", rows: int = 3) -> 
 
     The fields are those that the query chooses, if it does. All plots have one scale. LensError as `Query.grid`.
     """
+    query = query.lines
     rays = query.grid(16, query.heights or None)
     fans = ray_fans(rays, 2 * points + 1)
     values = 1000.0 * fans.transverse if kind == "ray" else fans.waves
@@ -39,7 +40,7 @@ def _plot(fans: Fans, values: np.ndarray, f: int, fan: int, limit: float, kind: 
 
     def which(c: int) -> np.ndarray:
         """(K, 4) the rays of a wavelength, as of Curve."""
-        return np.column_stack([np.full((len(fans.heights), 2), (f, c)), fans.pupil[f, fan]])
+        return np.column_stack([np.full((len(fans.heights), 2), (f, given.wavelengths[c])), fans.pupil[f, fan]])
 
     for c in range(len(given.wavelengths)):
         beyond = lost[c] | np.roll(lost[c], 1) | np.roll(lost[c], -1)       # one ray more, so that the parts meet

@@ -34,6 +34,7 @@ def field_figure(query: Query, points: int, shown: tuple[str, ...] = SHOWN) -> F
 
     LensError for a lens without a focus.
     """
+    query = query.lines
     if not query.lens.is_rotationally_symmetric:
         return section_figure(query, points, shown)
     rays = query.grid(16)

@@ -22,8 +22,8 @@ DIGITS = 7                      # of a number in a table that is copied or saved
 SOLID, DASHED, DOTTED = (0.0, 0.0), (6.0, 3.0), (1.5, 3.0)      # dashes and gaps, pixels
 
 # Colours of wavelengths up to each µm, for a dark and for a light ground; none is the amber of what is in focus
-_SPECTRUM = ((0.45, "a98bff", "6a3fc8"), (0.50, "6f9dff", "2458c4"), (0.55, "4fc3c9", "0f7f86"),
-             (0.60, "5fc46a", "2a7d33"), (0.64, "ef8a62", "b1481b"), (9e9, "f06a6a", "b3261e"))
+_SPECTRUM = ((0.44, "a98bff", "6a3fc8"), (0.50, "6f9dff", "2458c4"), (0.53, "4fc3c9", "0f7f86"),
+             (0.59, "5fc46a", "2a7d33"), (0.64, "ef8a62", "b1481b"), (9e9, "f06a6a", "b3261e"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Curve:
     """A line through x and y (n,); NaN breaks it. dash: pixels on and off; name "" leaves it out of the legend.
 
     ghost: of the figure A that is compared. surface: it is drawn only while this surface of the lens is lit. rays:
-    (n, 4) field, wavelength, sagittal and tangential pupil coordinate of the ray of each point, or None.
+    (n, 4) field, wavelength (µm), sagittal and tangential pupil coordinate of the ray of each point, or None.
     """
 
     name: str

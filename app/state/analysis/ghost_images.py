@@ -27,7 +27,7 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     field: a key of FIELDS, a part of the angle to the corner. coating: a key of COATINGS; "": by the lens's year.
     LensError where no light of the field reaches the film.
     """
-    name = coating or usual_coating(query.lens)
+    query, name = query.lines, coating or usual_coating(query.lens)
     way = field_direction(query, field)
     found = _ghosts(query.lens, query.setup.film_distance, way, query.conditions().primary_wavelength, name,
                     31 if points > 16 else 21)
@@ -112,6 +112,7 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
     from lensbench.optics.ghost_path import ghost_path
     from lensbench.optics.ghost_trace import GhostTracer
 
+    query = query.lines
     lens, distance, wavelength = query.lens, query.setup.film_distance, query.conditions().primary_wavelength
     tracer = GhostTracer(lens, distance, [landing_step(lb.Film(2.0, 2.0, 2, 2), 1.0)], wavelength, real=np.float64)
     light, lanes = light_place(lens, distance, (*field_direction(query, field), math.inf)), lane_buffer(np.float64)

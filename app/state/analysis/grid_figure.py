@@ -79,6 +79,7 @@ def grid_figure(query: Query, points: int) -> Figure:
 
     LensError for an afocal lens, and where no light reaches the film.
     """
+    query = query.lines
     given = query.grid(min(points, DARK)).conditions            # LensError without light: chief rays pass all rims
     plot, ideal, real = grid_plot(query.setup, given.primary_wavelength)
     every = query.lens.is_rotationally_symmetric

@@ -17,11 +17,11 @@ from lensbench.app.state.settings import Settings
 
 NEAR = 0.03                     # of a cell: greatest distance from the cursor to the mark that it chooses
 
-Key = tuple[int, int, float, float]
+Key = tuple[int, float, float, float]
 
 
 def nearest_ray(plot: Plot, x: float, y: float) -> Key | None:
-    """Field, wavelength and two pupil coordinates of the ray at a point (x, y) of a spot diagram or of a ray fan.
+    """Field, wavelength (µm) and two pupil coordinates of the ray at a point (x, y) of a spot diagram or of a ray fan.
 
     In a spot diagram, the ray of the mark at the point; in a fan, that of the curve nearest to y, at the pupil
     coordinate nearest to x. None where no mark or curve is near.
@@ -39,19 +39,21 @@ def nearest_ray(plot: Plot, x: float, y: float) -> Key | None:
         i = int(away.argmin()) if away.size else 0
         if away.size and away[i] < best:
             best, found = float(away[i]), layer.rays[i].tolist()
-    return None if found is None else (int(found[0]), int(found[1]), found[2], found[3])
+    return None if found is None else (int(found[0]), found[1], found[2], found[3])
 
 
 @lru_cache(maxsize=8)
 def pointed_ray(settings: Settings, points: int, key: Key) -> PointedRay:
     """The ray of a key of `nearest_ray`; points: of the grid across the pupil. ValueError or OSError without rays."""
-    asked, (f, c, s, t) = query(settings), key
+    asked, (f, line, s, t) = query(settings), key
+    if line not in asked.conditions().wavelengths:      # of a figure of single wavelengths
+        asked = asked.lines
     rays = asked.grid(points)
     of_fields = np.ones((len(rays.images), 1))
     place = rays.beams.towards_scene(s * of_fields, t * of_fields)[0][f]
     start = rays.beams.starts(np.array([f]), place)
     lens, away = asked.lens, asked.setup.film_distance
-    film_z, line = lens.length + away, rays.conditions.wavelengths[c]
+    film_z = lens.length + away
     traced = lb.trace(lens, start[:3].T + [0.0, 0.0, film_z], start[3:6].T, line, record=True, forward=True)
     assert traced.paths is not None
     name = f"{field_label(rays, f)}, {wavelength_name(line)}"

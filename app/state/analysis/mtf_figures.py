@@ -9,7 +9,7 @@ from lensbench.analysis.focus_map import MtfMap, mtf_map
 from lensbench.analysis.spot_diagram import spots
 from lensbench.analysis.transfer_function import Mtf, mtf
 from lensbench.app.state.analysis.figure import DASHED, DOTTED, SOLID, Axis, Curve, Figure, Map, Plot, Table, reach
-from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.query import OWN, Query
 from lensbench.app.state.analysis.rims import with_rims, with_shares
 from lensbench.app.state.analysis.spots import field_label, field_tint
 from lensbench.kernels.figures import significant
@@ -76,7 +76,7 @@ def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str 
     The film lies at 0.
     """
     reachable = focus_range(query)
-    query = query if line is None else replace(query, wavelengths=((line, 1.0),))
+    query = query if line is None else replace(query, wavelengths=((line, 1.0),), white=OWN)
     shifts = np.linspace(-reachable, reachable, 2 * points + 1)
     found = mtf_map(query.lens, query.setup.film_distance, query.conditions(), frequency, shifts, points + 1,
                     min(points, 32))

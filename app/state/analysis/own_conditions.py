@@ -9,7 +9,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.analysis.grids.field_conditions import Conditions, wanted_chief_rays
-from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.query import OWN, Query
 from lensbench.kernels.figures import significant
 from lensbench.optics.system import FieldKind
 
@@ -69,7 +69,7 @@ def with_own(query: Query, fields: OwnFields | None, wavelengths: tuple[tuple[fl
     if wavelengths is not None:
         if query.alone:
             raise lb.LensError(query.alone)
-        query = replace(query, wavelengths=wavelengths)
+        query = replace(query, wavelengths=wavelengths, white=OWN)
     return query if fields is None else replace(query, heights=_heights(query, fields))
 
 

@@ -13,14 +13,15 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.analysis.grids.chief_rays import find_chief_rays
-from lensbench.analysis.grids.field_conditions import FIELDS, Conditions, conditions
+from lensbench.analysis.grids.field_conditions import FIELDS, Conditions, conditions, white_light
 from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.app.state.build import Setup, published, setup
+from lensbench.app.state.build import Setup, is_in_colour, published, setup
 from lensbench.app.state.camera_kinds import LENS_MODELS
 from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
+from lensbench.imaging.spectrum import WHITES
 from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses.paraxial import is_d_line, reference_wavelength
 from lensbench.optics.finding import Finding, Kind, note
@@ -28,6 +29,7 @@ from lensbench.optics.finding import Finding, Kind, note
 EDGE = 0.98                     # of the radius of light: the last field is not quite dark
 CLOSER = 100                    # steps in which a height with a chief ray is sought
 CENTRE = 1e-7                   # of the largest height: a field that counts as the film's centre, but has a direction
+OWN = "own"
 NO_LENS = "This camera has no lens to analyse. Choose one with a lens in the left column"
 
 
@@ -39,7 +41,8 @@ class Query:
     the dispersion of its glasses; where a glass is not known at the d line, that of `setup`, and `alone` says so.
     model: name of the ideal model that the picture is taken with, or "". posed: whether its film is out of line.
     heights: of the film, or points (x, y) of it (mm), for figures of a few fields; () leaves them the choice.
-    wavelengths: µm and weights, the middle one primary; () are those of the lens.
+    wavelengths: µm and weights, the middle one primary; () are those of the lens. white: the name of these weights, one
+    of WHITES; OWN for a user's wavelengths, "" for figures of single ones.
     """
 
     setup: Setup
@@ -51,6 +54,12 @@ class Query:
     alone: str = ""
     heights: tuple[float, ...] | tuple[tuple[float, float], ...] = ()
     wavelengths: tuple[tuple[float, float], ...] = ()
+    white: str = "lens"
+
+    @property
+    def lines(self) -> "Query":
+        """For figures of single wavelengths: those of the lens, else F, d and C, in place of white light."""
+        return self if self.white == OWN else replace(self, wavelengths=(), white="")
 
     @property
     def largest_height(self) -> float:
@@ -58,7 +67,7 @@ class Query:
         return largest_height(self.setup)
 
     def conditions(self, fields: int = FIELDS) -> Conditions:
-        """So many fields from the film's centre to the largest height; wavelengths of the lens."""
+        """So many fields from the film's centre to the largest height; wavelengths of the query."""
         return _conditions(self, self.parts(*np.linspace(0.0, 1.0, fields).tolist()))
 
     def parts(self, *parts: float) -> tuple[float, ...] | tuple[tuple[float, float], ...]:
@@ -96,7 +105,11 @@ class Query:
         given = self.conditions() if rays is None else rays.conditions
         lines = ", ".join(fixed(1000.0 * line, 0) for line in given.wavelengths)
         seen = "" if self.setup.port.index == 1.0 else " as seen through the window"
-        parts = [f"object {format_distance(self.focus_distance)}{seen}", f"{lines} nm"]
+        weighted = ""
+        if len(given.wavelengths) > 1 and self.white in WHITES:
+            name = "fdc" if self.white == "lens" and not self.lens.system.wavelengths else self.white
+            weighted = f", weighted {WHITES[name]}"
+        parts = [f"object {format_distance(self.focus_distance)}{seen}", f"{lines} nm{weighted}"]
         parts += [each for each in more if each != f"{lines} nm alone"]
         if rays is not None:
             parts.append(f"{rays.opd.shape[-1]} × {rays.opd.shape[-1]} rays")
@@ -167,8 +180,12 @@ def query(settings: Settings) -> Query:
         raise ValueError("The plane in focus lies within the lens: there is no object to analyse. Focus farther away")
     model = LENS_MODELS[settings.lens_model]
     lens, alone = _with_dispersion(published(settings), built.lens)
+    white = "lens" if alone else settings.white
+    wavelengths = () if alone else white_light(lens, white)
+    if white == "picture" and wavelengths and not is_in_colour(settings, lens):
+        wavelengths = ((reference_wavelength(lens.surfaces, lens.system), 1.0),)
     return Query(built, lens, distance, built.focus_distance, "" if model.follows_lens else model.title,
-                 not settings.film_pose.is_upright, alone)
+                 not settings.film_pose.is_upright, alone, wavelengths=wavelengths, white=white)
 
 
 def _with_dispersion(lens: lb.Lens, built: lb.Lens) -> tuple[lb.Lens, str]:
@@ -195,7 +212,7 @@ def _conditions(query: Query, fields: tuple[float, ...] | tuple[tuple[float, flo
     if query.alone:
         others = tuple(finding for finding in given.findings if finding.kind is not Kind.GLASS)
         given = replace(given, findings=(*others, note(Kind.GLASS, query.alone)))
-    if query.wavelengths or len({query.lens.indices(line) for line in given.wavelengths}) > 1:
+    if query.white == OWN or len({query.lens.indices(line) for line in given.wavelengths}) > 1:
         return given
     # Without dispersion all wavelengths have the same rays: one is enough
     return replace(given, wavelengths=(given.primary_wavelength,), weights=(1.0,), primary=0)

@@ -31,7 +31,7 @@ def victims(rays: RayGrid) -> dict[int, np.ndarray]:
 def with_rims(query: Query, figure: Figure) -> Figure:
     """The figure with a line for each surface, in plots over the image height: along the fields whose rays it ends."""
     try:
-        rays = query.grid(POINTS)
+        rays = query.lines.grid(POINTS)
     except LensError:               # no light: nothing is cut by a rim alone
         return figure
     heights, ended = rays.image_heights, victims(rays)

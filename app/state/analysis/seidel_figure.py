@@ -22,6 +22,7 @@ def seidel_figure(query: Query, points: int) -> Figure:
 
     LensError for a lens that has no Seidel sums.
     """
+    query = query.lines
     rays = query.grid(points)
     lit = rays.field_angles[np.isfinite(rays.field_angles)]
     angle, given = min(float(lit[-1]), WIDEST), rays.conditions

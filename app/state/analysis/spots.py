@@ -182,7 +182,7 @@ def _thinned(found: Spots, f: int, c: int, stride: int) -> tuple[np.ndarray, np.
     for a, (offset, slope) in enumerate(((rays.offset_s, rays.slope_s), (rays.offset_t, rays.slope_t))):
         landed[..., a] = (offset[some][rows, columns] + found.shifts[:, None] * slope[some][rows, columns]
                           - found.references[f, :, a, None])
-    cells[:, :2] = f, c
+    cells[:, :2] = f, rays.conditions.wavelengths[c]
     cells[:, 2], cells[:, 3] = rays.pupil[f, 0, columns * stride], rays.pupil[f, 1, rows * stride]
     ends = victims[rows, columns]
     return landed, cells, ends, np.unique(ends[ends >= 0]).tolist()

@@ -24,6 +24,7 @@ def wavefront_figure(query: Query, points: int, field: str = "axis", order: str 
 
     The field is the first that the query chooses, if it does. order: of the bars, a key of ORDERS.
     """
+    query = query.lines
     heights = query.few(*FIELDS.values())
     rays = query.grid(points, heights)
     found, f, c = wavefronts(rays), 0 if query.heights else list(FIELDS).index(field), rays.conditions.primary

@@ -9,7 +9,9 @@ from math import atan, atan2, hypot, inf, isinf, radians, tan
 
 import numpy as np
 
+from lensbench.cameras.dispersion import has_dispersion
 from lensbench.imaging.film import Film
+from lensbench.imaging.spectrum import PHOTOPIC, PICTURE, WHITES
 from lensbench.kernels.figures import fixed, significant
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, GlassError
@@ -105,9 +107,10 @@ def conditions(lens: Lens, film: Film | None = None, fields=None, wavelengths=No
     fields : None, int or sequence
         None: those that the lens states, else 12 from the film's centre to its corner. A number: that many along the
         film's half-diagonal. A sequence: y, or (x, y), of each in the quantity `field_kind`.
-    wavelengths : None or sequence
-        µm, or (µm, weight); the middle one is the primary. None: those that the lens states, else F, d and C with
-        equal weights.
+    wavelengths : None, str or sequence
+        µm, or (µm, weight); the middle one is the primary. A name of white light: "picture" weights wavelengths by the
+        luminance that a picture gives them, "photopic" by that of the eye, "fdc" takes F, d and C with equal weights.
+        "lens" or None: those that the lens states, else F, d and C.
     object_distance : float or None
         Object plane → first vertex, mm. None: the one that the lens states, inf by default.
     field_kind : FieldKind
@@ -135,6 +138,19 @@ def conditions(lens: Lens, film: Film | None = None, fields=None, wavelengths=No
     if colours != (D_LINE,):
         findings += unknown_dispersion(lens)
     return Conditions(kind, points, colours, weights, primary, object_distance, tuple(findings))
+
+
+def white_light(lens: Lens, name: str) -> tuple[tuple[float, float], ...]:
+    """Wavelengths (µm) and weights of one of WHITES for a lens, the middle one primary; () for those that it states.
+
+    The picture of a lens whose dispersion is known at some wavelengths only is that of the d line alone. LensError for
+    another name.
+    """
+    if name not in WHITES:
+        raise LensError(f"white light {name!r}: choose one of {', '.join(WHITES)}, or give wavelengths in µm")
+    if name == "picture" and not has_dispersion(lens):
+        return ((D_LINE, 1.0),) if any(surface.glass.disperses for surface in lens.surfaces) else ()
+    return {"picture": PICTURE, "photopic": PHOTOPIC, "fdc": tuple((line, 1.0) for line in VISIBLE), "lens": ()}[name]
 
 
 def unknown_dispersion(lens: Lens) -> tuple[Finding, ...]:
@@ -217,10 +233,13 @@ def _fields(lens: Lens, film: Film | None, fields, kind: FieldKind, object_dista
 
 
 def _colours(lens: Lens, wavelengths, findings: list[Finding]) -> tuple[tuple[float, ...], tuple[float, ...], int]:
+    named = wavelengths if isinstance(wavelengths, str) else None
+    if named is not None:
+        wavelengths = white_light(lens, named) or None
     if wavelengths is not None:
         pairs = [(float(each), 1.0) if np.ndim(each) == 0 else (float(each[0]), float(each[1]))
                  for each in wavelengths]
-        primary, source = len(pairs) // 2, "given"
+        primary, source = len(pairs) // 2, "given" if named is None else f"weighted {WHITES[named]}"
     elif lens.system.wavelengths:
         pairs = [(each.micrometres, each.weight) for each in lens.system.wavelengths]
         primary, source = lens.system.primary, "as the lens states them"
@@ -247,7 +266,7 @@ def _colours(lens: Lens, wavelengths, findings: list[Finding]) -> tuple[tuple[fl
     if not known:
         raise LensError(f"no wavelength is left to analyse: {why}")
     total = sum(weight for _, weight in known) or 1.0
-    if wavelengths is None:
+    if wavelengths is None or named is not None:
         findings.append(note(Kind.ASSUMED, f"wavelengths {source}: "
                              + ", ".join(f"{significant(1000.0 * line, 4)}" for line, _ in known) + " nm"))
     return (tuple(line for line, _ in known), tuple(weight / total for _, weight in known),

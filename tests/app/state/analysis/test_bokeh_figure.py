@@ -31,7 +31,8 @@ def test_the_bokeh_fills_its_pictures_and_a_bar_has_their_scale(lens):
 
 def test_sizes_are_those_of_all_colours():
     """Second moments of all rays of all colours in one heap; those of the primary colour alone were listed."""
-    asked = query(replace(with_lens(Settings(), "lenshh-cooke-triplet-50"), f_number=11.0, focus_distance=2000.0))
+    asked = query(replace(with_lens(Settings(), "lenshh-cooke-triplet-50"), f_number=11.0, focus_distance=2000.0,
+                          white="fdc"))
     rays = asked.grid(24, asked.few(*FIELDS))
     given = rays.conditions
     in_focus = [row for row in bokeh_figure(asked, 24).table.rows if row[1] == pytest.approx(2.0)]

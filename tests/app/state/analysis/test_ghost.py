@@ -152,7 +152,8 @@ def test_the_ray_of_a_mark_lands_where_the_mark_is():
     assert key == tuple(marks.rays[i])
     ray, rays = pointed_ray(settings, figure.points, key), B.grid(figure.points)
     landed = ray.path[-1, :2] - rays.images[key[0]]
-    cell = (*key[:2], *(int(np.argmin(np.abs(rays.pupil[key[0], axis] - key[2 + axis]))) for axis in (1, 0)))
+    column, row = (int(np.argmin(np.abs(rays.pupil[key[0], axis] - key[2 + axis]))) for axis in (1, 0))
+    cell = key[0], rays.conditions.wavelengths.index(key[1]), column, row
     offset = rays.offset_s[cell] * rays.beams.axes[key[0], 0] + rays.offset_t[cell] * rays.beams.axes[key[0], 1]
     np.testing.assert_allclose(landed, offset, atol=1e-7)
     shown = np.array([marks.x[i] - 2.0, marks.y[i] + 2.0]) * plot.cell
@@ -173,7 +174,7 @@ def test_a_point_of_a_fan_is_the_ray_that_lands_there_or_that_a_rim_ends():
         offset = (ray.path[-1, :2] - rays.images[key[0]]) @ rays.beams.axes[key[0], 1 - fan]
         assert 1000.0 * offset == pytest.approx(own.y[k], abs=1e-3)
         stop = ray.path[1 + A.lens.stop_index, :2] @ rays.beams.axes[key[0], 1 - fan]
-        if key[1] == rays.conditions.primary:
+        if key[1] == rays.conditions.primary_wavelength:
             assert stop / A.lens.stop.semi_diameter == pytest.approx(own.x[k], abs=0.02)
     tangential = figure.rows[-1][0]
     dead = next(layer for layer in tangential.layers if layer.surface is not None)
@@ -185,7 +186,7 @@ def test_a_point_of_a_fan_is_the_ray_that_lands_there_or_that_a_rim_ends():
 def test_a_ray_of_a_lens_that_opens_no_further_says_why_it_is_not_followed():
     """The figures are of the open lens, and there is no picture."""
     settings = replace(Settings(), lens="carl-zeiss-tessar-100-f45", f_number=2.8)
-    ray = pointed_ray(settings, 16, (0, 0, 0.0, 0.1))
+    ray = pointed_ray(settings, 16, (0, query(settings).conditions().primary_wavelength, 0.0, 0.1))
     assert ray.raster is None and "opens no further" in ray.end
     with pytest.raises(lb.LensError):
         camera(settings)

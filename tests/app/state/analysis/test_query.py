@@ -9,9 +9,12 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.analysis.aperture_figures import breathing_figure
 from lensbench.app.state.analysis.axial_figures import axial_figure
+from lensbench.app.state.analysis.catalogue import ANALYSES
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.analysis.spots import spots_figure
-from lensbench.app.state.settings import Settings
+from lensbench.app.state.settings import Settings, SettingsError
+from lensbench.app.window.layouts import LAYOUTS
+from lensbench.imaging.spectrum import WHITES
 from lensbench.optics.system import Wavelength
 
 GAUSS = lenses.load("pbrt-dgauss-50mm")
@@ -29,7 +32,7 @@ def asked(folder, surfaces, lines, primary=0, **changes):
 def test_a_design_for_the_e_line_keeps_its_colours(tmp_path):
     """The film lies where the e line is in focus; figures of all colours were those of the e line."""
     mine = asked(tmp_path, FLINT, (0.48, 0.5461, 0.6438), primary=1)
-    assert mine.conditions().wavelengths == (0.48, 0.5461, 0.6438)
+    assert mine.lines.conditions().wavelengths == (0.48, 0.5461, 0.6438)
     figure = axial_figure(mine, 9)
     assert figure.conditions.startswith("object 1.20 m · 480, 546, 644 nm") and figure.remarks == ()
     own = lenses.load(str(tmp_path / "lens.toml"))
@@ -44,7 +47,7 @@ def test_a_design_for_the_e_line_keeps_its_colours(tmp_path):
 def test_one_glass_without_dispersion_leaves_the_colours_of_the_others(tmp_path):
     first, *others = FLINT
     mine = asked(tmp_path, (replace(first, glass=GAUSS.surfaces[0].glass), *others), (0.4861, 0.5876, 0.6563), 1)
-    assert len(mine.conditions().wavelengths) == 3
+    assert len(mine.lines.conditions().wavelengths) == 3
     assert "1 of 6 glasses" in " ".join(axial_figure(mine, 9).remarks)
 
 
@@ -75,3 +78,34 @@ def test_cells_of_spots_do_not_grow_to_a_pixel_of_the_whole_film():
     figure = spots_figure(query(replace(Settings(), pixels_x=1, pixels_y=1)), 16)
     assert figure.rows[0][0].cell < 1.0 and any("a pixel, " in remark for remark in figure.remarks)
     assert "pixel" not in {layer.name for layer in figure.rows[0][0].named()}
+
+
+WORDS = {"picture": "423, 450, 503, 547, 595, 644 nm, weighted as the picture",
+         "photopic": "470, 510, 555, 610, 650 nm, weighted by photopic vision",
+         "lens": "480, 546, 644 nm, weighted as the lens file states",
+         "fdc": "486, 588, 656 nm, weighted equally at F, d and C"}
+
+
+@pytest.mark.parametrize("white", WHITES)
+def test_the_line_below_names_the_weights_of_white_light(tmp_path, white):
+    mine = asked(tmp_path, FLINT, (0.48, 0.5461, 0.6438), primary=1, white=white)
+    for name in ("spots", "mtf", "mtf-frequency", "mtf-map", "psf", "encircled", "line-spread", "bokeh", "depth",
+                 "focus-shift", "stack"):
+        assert f" · {WORDS[white]} · " in ANALYSES[name].figure(mine, 8).conditions, name
+    for name in ("fans", "opd", "field", "wavefront", "axial"):         # of single wavelengths
+        assert " · 480, 546, 644 nm · " in ANALYSES[name].figure(mine, 8).conditions, name
+
+
+def test_a_picture_without_colour_errors_is_white_at_one_wavelength(tmp_path):
+    plain = asked(tmp_path, FLINT, (0.48, 0.5461, 0.6438), primary=1, dispersion="off")
+    assert plain.conditions().wavelengths == (0.5461,)
+    infrared = asked(tmp_path, FLINT, (0.85, 0.94), primary=0)
+    assert infrared.conditions().wavelengths == (0.85,)
+    with pytest.raises(SettingsError, match="white light of analyses"):
+        replace(Settings(), white="blue").checked()
+
+
+def test_layouts_choose_white_light():
+    chosen = {name: layout.white for name, layout in LAYOUTS.items()}
+    assert chosen["Photographer"] == chosen["Student"] == Settings().white == "picture"
+    assert chosen["Designer"] == chosen["Editor"] == "lens"
