@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from lensbench.lenses.checks import check
     from lensbench.lenses.file_error import LensFileError
     from lensbench.lenses.formats.table import FORMATS, READERS, WRITERS, Format
-    from lensbench.lenses.lens_file import load, save
+    from lensbench.lenses.lens_file import load, load_document, save
     from lensbench.optics.finding import Finding, Kind, Severity
 
 _HOMES = {           # the imports above, as they are made at run time
@@ -25,10 +25,10 @@ _HOMES = {           # the imports above, as they are made at run time
     "lenses.checks": "check",
     "lenses.file_error": "LensFileError",
     "lenses.formats.table": "FORMATS READERS WRITERS Format",
-    "lenses.lens_file": "load save",
+    "lenses.lens_file": "load load_document save",
     "optics.finding": "Finding Kind Severity",
 }
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = ["FORMATS", "READERS", "WRITERS", "Card", "Finding", "Format", "Kind", "LensFileError", "Severity", "card",
-           "check", "describe", "load", "names", "save"]
+           "check", "describe", "load", "load_document", "names", "save"]

@@ -3,7 +3,9 @@
 import os
 import re
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses import catalogue
@@ -11,8 +13,11 @@ from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats.table import READERS, UTF8_SUFFIXES, WRITERS, Writer
 from lensbench.lenses.stop_picture import with_picture_beside
-from lensbench.optics.finding import Finding
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens
+
+if TYPE_CHECKING:
+    from lensbench.lenses.editing.document import LensDocument
 
 LARGEST_FILE = 1_000_000    # bytes; the longest known prescriptions have a hundredth of that
 
@@ -42,19 +47,48 @@ def load(name_or_path: str | os.PathLike[str], zoom: float | None = None, close:
     LensError
         The lens has no such position.
     """
-    text = os.fspath(name_or_path)
-    if isinstance(name_or_path, str) and text in catalogue.names():
-        path = catalogue.path_of(text)
-    else:
-        path = Path(text)
-        if isinstance(name_or_path, str) and not _is_path(text):
-            raise LensFileError(text or '""', None, f"no library lens has this name; {catalogue.suggestion(text)}")
+    path = _path(name_or_path)
     content = _content(path)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise LensFileError(path, None, f"lens files of type {path.suffix or 'none'} are not supported; "
                                         f"supported are {', '.join(READERS)}")
     return reader(content, str(path)).at(zoom, close)
+
+
+def load_document(name_or_path: str | os.PathLike[str]) -> "LensDocument":
+    """The lens of a library name or of a file, as `load`, with the comments, solves and pickups of a .toml file.
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        As of `load`.
+
+    Returns
+    -------
+    LensDocument
+        As it is in the file: nothing is solved anew. `save` writes it again.
+
+    Raises
+    ------
+    LensFileError
+        The name is unknown, or the file holds no lens; it names the line.
+    """
+    from lensbench.lenses.editing.document import LensDocument
+    from lensbench.lenses.editing.document_text import from_text
+
+    path = _path(name_or_path)
+    return from_text(_content(path), str(path)) if path.suffix.lower() == ".toml" else LensDocument(load(path))
+
+
+def _path(name_or_path: str | os.PathLike[str]) -> Path:
+    """The file of a library name or a path; LensFileError for a name that the library does not have."""
+    text = os.fspath(name_or_path)
+    if isinstance(name_or_path, str) and text in catalogue.names():
+        return catalogue.path_of(text)
+    if isinstance(name_or_path, str) and not _is_path(text):
+        raise LensFileError(text or '""', None, f"no library lens has this name; {catalogue.suggestion(text)}")
+    return Path(text)
 
 
 def writer_of(path: Path) -> Writer:
@@ -70,7 +104,7 @@ def writer_of(path: Path) -> Writer:
     return writer
 
 
-def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
+def save(lens: "Lens | LensDocument", path: str | os.PathLike[str]) -> tuple[Finding, ...]:
     """Write a lens in the format of the suffix.
 
     The file is written beside its place and then moved there: an old one survives whatever goes wrong. A picture in the
@@ -78,8 +112,8 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
 
     Parameters
     ----------
-    lens : Lens
-        The lens to write.
+    lens : Lens or LensDocument
+        The lens to write; a document with its comments, solves and pickups, which .toml holds.
     path : str or path
         The file; its suffix, one of `WRITERS`, says the format.
 
@@ -93,10 +127,22 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
     LensFileError
         No format with this suffix can be written, or the place cannot; or the file would not open again.
     """
+    from lensbench.lenses.editing.document import LensDocument
+    from lensbench.lenses.editing.document_text import lost_edits, to_text
+
     path = Path(path)
     writer = writer_of(path)
-    lens, placed = with_picture_beside(lens, path) if path.suffix.lower() == ".toml" else (lens.with_round_stop, [])
-    text, remarks = writer(lens)
+    document = lens if isinstance(lens, LensDocument) else LensDocument(lens)
+    remarks: list[Finding] = []
+    if document is not lens and any(found.kind is Kind.RULE for found in document.lens.findings):
+        remarks.append(note(Kind.LEFT_OUT, "left out: solves and pickups of the file that the lens came from; "
+                                           "lenses.load_document keeps them"))
+    if path.suffix.lower() == ".toml":
+        kept, placed = with_picture_beside(document.lens, path)
+        text, remarks = to_text(replace(document, lens=kept)), [*remarks, *placed]
+    else:
+        text, lost = writer(document.lens.with_round_stop)
+        remarks += [*lost, *lost_edits(document)]
     _check_opens(text, path)
     beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
     try:
@@ -111,7 +157,7 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
     finally:
         with suppress(OSError, ValueError):
             beside.unlink()
-    return (*remarks, *placed)
+    return tuple(remarks)
 
 
 def _check_opens(text: str, path: Path) -> None:

@@ -1,23 +1,26 @@
 """System data as a writer states them: what the lens has, and what a file needs beside it.
 
 A design program needs an aperture, a field and a wavelength. Where the lens states none, a writer takes the diameter of
-the entrance pupil that the stop gives, a point on the axis, and the lines F, d and C.
+the entrance pupil that the stop gives, the paraxial image heights 0, 0.7 and 1 of its film's half-diagonal (of a lens
+without a film or a focal length a point on the axis), and the lines F, d and C.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from math import hypot
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses.aperture import SAME, f_number_kind, pupil_diameter, stop_radius
-from lensbench.lenses.paraxial import reference_wavelength
+from lensbench.lenses.paraxial import ray, reference_wavelength
 from lensbench.lenses.stations import Station, one_if_equal, with_gaps
 from lensbench.optics.finding import Finding, Kind, Severity, note
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE
 from lensbench.optics.lens_surface import Surface
 from lensbench.optics.prescription import Lens
-from lensbench.optics.system import Aperture, ApertureKind, FieldPoint, SystemData, Wavelength
+from lensbench.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, Wavelength
 
 AXIS = (FieldPoint(0.0, 0.0),)
+PARTS = (0.0, 0.7, 1.0)                   # of the film's half-diagonal
 WHOLE = frozenset({"aperture", "fields", "wavelengths", "object distance"})
 LEAST_PUPIL, MOST_PUPIL = 1e-12, 1e12     # mm: a larger one is that of a telecentric lens, but for rounding
 LINES = (Wavelength(F_LINE), Wavelength(D_LINE), Wavelength(C_LINE))
@@ -66,8 +69,9 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
     data = lens.system
     if not data.wavelengths:
         data = replace(data, wavelengths=LINES, primary=1)
+    findings: list[Finding] = []
     if not data.fields:
-        data = replace(data, fields=AXIS)
+        data = _with_fields(lens, data, findings)
     wavelength = reference_wavelength(lens.surfaces, data)
     positions, stated = lens.positions, data.aperture
     zooms = 1 if positions is None else len(positions.zoom_stations)
@@ -84,10 +88,9 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
         held = all(holds(stated.kind, distance) for _, _, distance in cases)
         if now >= 0 and held and all(_agrees(case, lens.stop_index, stated.kind, value, wavelength)
                                      for case, value in zip(cases, asked, strict=True)):
-            return WrittenSystem(data, replace(stated, values=one_if_equal(asked)), ())
+            return WrittenSystem(data, replace(stated, values=one_if_equal(asked)), tuple(findings))
     diameters = [pupil_diameter(surfaces, lens.stop_index, radius, wavelength) for surfaces, radius, _ in cases]
     has_pupil = all(LEAST_PUPIL < diameter < MOST_PUPIL for diameter in diameters)
-    findings = []
     if stated is not None:
         why = "it cannot be stated here" if not held else "the stop has another size"
         instead = f"entrance-pupil diameter {significant(diameters[0], 6)} mm" if has_pupil else "size of the stop"
@@ -97,9 +100,22 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
         return WrittenSystem(data, Aperture(ApertureKind.PUPIL_DIAMETER, one_if_equal(diameters)), tuple(findings))
     if holds(ApertureKind.STOP_SIZE, cases[0][2]):
         return WrittenSystem(data, Aperture(ApertureKind.STOP_SIZE, (0.0,)), tuple(findings))
-    findings = [Finding(Kind.STOP, lens.stop_index, "its entrance pupil lies at infinity: no aperture is written",
-                        severity=Severity.WARNING)]
+    findings = [found for found in findings if found.kind is not Kind.STOP]
+    findings.append(Finding(Kind.STOP, lens.stop_index, "its entrance pupil lies at infinity: no aperture is written",
+                            severity=Severity.WARNING))
     return WrittenSystem(data, None, tuple(findings))
+
+
+def _with_fields(lens: Lens, data: SystemData, findings: list[Finding]) -> SystemData:
+    """The system data with fields; a finding about those of the film is added to `findings`."""
+    _, slope = ray(lens.surfaces, wavelength=reference_wavelength(lens.surfaces, data), front_index=lens.front_index)
+    if lens.film_size is None or not slope:
+        return replace(data, fields=AXIS)
+    half = 0.5 * hypot(*lens.film_size)
+    findings.append(note(Kind.ASSUMED, "the lens states no fields: the image heights 0, 0.7 and 1 of its film's "
+                                       f"half-diagonal, {significant(half, 4)} mm, are written", radius=half))
+    return replace(data, field_kind=FieldKind.IMAGE_HEIGHT,
+                   fields=tuple(FieldPoint(0.0, part * half) for part in PARTS))
 
 
 def _agrees(case: tuple[Sequence[Surface], float, float], stop: int, kind: ApertureKind, value: float,

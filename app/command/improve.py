@@ -45,7 +45,6 @@ def add_improve_options(parser: argparse.ArgumentParser) -> None:
 
 def improve(arguments: argparse.Namespace) -> int:
     """Improve a lens, print the spot of each step and the changed numbers, and write the lens."""
-    from lensbench.app.files.edited_lens import write_document
     from lensbench.app.state.lens_choice import image_circle
     from lensbench.app.state.lens_edit.cells import glass_text, whole
     from lensbench.app.state.lens_edit.editing import document_named
@@ -107,10 +106,12 @@ def improve(arguments: argparse.Namespace) -> int:
             print(f"surface {i:2}  {name:14}  {whole(document.surfaces[i], quantity)[:12]} -> "
                   f"{whole(after.surfaces[i], quantity)[:12]}")
     if path is not None:
-        from lensbench.lenses import Kind
+        from lensbench.app.command.lens_files import print_remarks
+        from lensbench.lenses import save
+        from lensbench.lenses.editing.structure import kept_in_focus
 
-        for remark in write_document(after, path):
-            print(f"{'Also' if remark.kind is Kind.BESIDE else 'Not kept'}: {remark}", file=sys.stderr)
+        after, moved = kept_in_focus(document.lens, after)
+        print_remarks((*moved, *save(after, path)), sys.stderr)
     return 0
 
 

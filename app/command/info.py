@@ -67,9 +67,9 @@ def info(arguments: argparse.Namespace) -> int:
         ("exit_pupil", "Exit pupil, from the first vertex"))]
     view = data["field_of_view"]
     rows += [("Petzval radius", f"{fixed(data['petzval_radius'], 1)} mm"),
-             ("Nearest focus, from the film", "none: it forms no real image" if data["nearest_focus"] is None
+             ("Nearest focus, from the film", f"none: {data['no_focus']}" if data["nearest_focus"] is None
               else f"{fixed(data['nearest_focus'] / 1000.0, 3)} m"),
-             ("Field of view, h × v, diagonal", "none: it forms no real image" if view is None else
+             ("Field of view, h × v, diagonal", f"none: {data['no_focus']}" if view is None else
               f"{_degrees(view['horizontal'])} × {_degrees(view['vertical'])}, {_degrees(view['diagonal'])} on "
               f"{significant(film[0])} × {significant(film[1])} mm{'' if film == lens.film_size else ' (assumed)'}")]
     if data["intrinsics"]:
@@ -114,10 +114,11 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
 
     wavelength = reference_wavelength(lens.surfaces, lens.system)
     fo, at_infinity = lb.first_order(lens, wavelength), lens.at(close=0.0)      # an f-number counts at infinity
+    nearest, no_focus = None, ""
     try:
         nearest = lb.nearest_focus(lens)
-    except lb.FocusError:                               # it does not converge: the other figures stand
-        nearest = None
+    except lb.FocusError as error:                      # the other figures stand
+        no_focus = str(error)
     across = None if len(lens.sections) == 1 else lb.first_order(lens.section("x"), wavelength)
     squeeze = fo.efl / across.efl if across and math.isfinite(fo.efl) and math.isfinite(across.efl) else 1.0
     film = lb.Film(film_size[0] * abs(squeeze), film_size[1])   # as wide as what a lens with cylinders squeezes into it
@@ -134,7 +135,7 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
         "entrance_pupil": {"z": fo.entrance_pupil.z, "radius": fo.entrance_pupil.radius},
         "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},
         "petzval_radius": fo.petzval_radius, "stop_radius": fo.stop_radius,
-        "nearest_focus": nearest,
+        "nearest_focus": nearest, "no_focus": no_focus,
         "out_of_line": [i for i, surface in enumerate(lens.surfaces) if surface.pose is not None],
         "film": film_size,
         "field_of_view": None if nearest is None else _field_of_view(at_infinity, film, wavelength),

@@ -11,12 +11,14 @@ import math
 import os
 import re
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.quotation import excerpt
+from lensbench.optics.finding import Finding, Kind
 
 COLUMNS = ("x", "y", "z", "l", "m", "n")
 NAMES = {"dx": "l", "dy": "m", "dz": "n", "origin_x": "x", "origin_y": "y", "origin_z": "z"}
@@ -42,33 +44,41 @@ def convert(arguments: argparse.Namespace) -> int:
     """Write a lens in the format of the target's suffix; print the findings and what the format cannot hold."""
     from lensbench import lenses
     from lensbench.app.state.zoom import positioned
+    from lensbench.lenses.editing.document import EditError, LensDocument
+    from lensbench.lenses.editing.document_text import lost_edits
+    from lensbench.lenses.editing.structure import scaled
     from lensbench.lenses.reversal import reversed_lens
-    from lensbench.lenses.rows import RowError, check_sizes
     from lensbench.lenses.stations import at_one_position
     from lensbench.optics.lens_surface import LensError
 
     source, target = arguments.source, Path(arguments.target)
-    lens = lenses.load(source)
+    document, lost = lenses.load_document(source), list[lenses.Finding]()
     if arguments.zoom is not None or arguments.close is not None:
-        lens = at_one_position(positioned(lens, arguments))                 # only this position is converted
+        lost += lost_edits(document, "they hold at all positions, and one alone is written")
+        document = LensDocument(at_one_position(positioned(document.lens, arguments)))
     with suppress(OSError):
         if target.exists() and target.samefile(source):
             raise lenses.LensFileError(target, None, "this is the file to be converted: name another one to write")
     if arguments.scale != 1.0:
-        lens = lens.scaled(arguments.scale)
         try:
-            for surface in lens.surfaces:
-                check_sizes(surface)
-        except RowError as error:
+            document = scaled(document, arguments.scale)
+        except EditError as error:
             raise LensError(f"--scale {significant(arguments.scale)}: {error}") from None
     if arguments.reverse:
-        lens = reversed_lens(lens)
-    remarks = lenses.save(lens, target)
+        lost += lost_edits(document, "they belong to the surfaces before the reversal")
+        document = LensDocument(reversed_lens(document.lens))
+    remarks, lens = (*lost, *lenses.save(document, target)), document.lens
     print(f"{target}: {len(lens.surfaces)} surfaces, the stop at surface {lens.stop_index}")
     print("".join(f"Found: {finding}\n" for finding in lens.findings), end="")
-    print("".join(f"{'Also' if remark.kind is lenses.Kind.BESIDE else 'Not kept'}: {remark}\n" for remark in remarks),
-          end="")
+    print_remarks(remarks, sys.stdout)
     return 0
+
+
+def print_remarks(remarks: Iterable[Finding], to: TextIO) -> None:
+    """One line for each remark of `lenses.save`: what was written besides, and what was not kept."""
+    besides = (Kind.BESIDE, Kind.ASSUMED, Kind.BACK_FOCUS)
+    for remark in remarks:
+        print(f"{'Also' if remark.kind in besides else 'Not kept'}: {remark}", file=to)
 
 
 def add_trace_options(parser: argparse.ArgumentParser) -> None:

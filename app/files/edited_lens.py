@@ -1,27 +1,15 @@
 """Saving of an edited lens, with its comments, solves and pickups where the format holds them."""
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from lensbench import lenses
-from lensbench.app.files.export import replacing
 from lensbench.app.state.build import prescription
 from lensbench.app.state.lens_edit.editing import document_of, original
 from lensbench.app.state.settings import Settings
-from lensbench.lenses.editing.document import LensDocument
-from lensbench.lenses.editing.document_text import lost_edits, to_text
-from lensbench.lenses.stop_picture import with_picture_beside
+from lensbench.lenses.editing.structure import kept_in_focus
 from lensbench.optics.finding import Finding, Kind
-
-
-def write_document(document: LensDocument, path: Path) -> tuple[Finding, ...]:
-    """Write a document in the format of the suffix; what the format could not hold. LensFileError, ExportError."""
-    if path.suffix.lower() != ".toml":
-        return (*lenses.save(document.lens, path), *lost_edits(document))
-    lens, placed = with_picture_beside(document.lens, path)
-    with replacing(path) as part:
-        part.write_text(to_text(replace(document, lens=lens)), encoding="utf-8")
-    return tuple(placed)
 
 
 def save_document(settings: Settings, path: Path) -> tuple[Settings, tuple[Finding, ...]]:
@@ -45,8 +33,10 @@ def save_document(settings: Settings, path: Path) -> tuple[Settings, tuple[Findi
     LensFileError, ExportError
         Where the file cannot be written.
     """
-    document = document_of(replace(settings, zoom=0.0))
-    remarks = (*write_document(document, path), *_assumed(settings))
+    document, moved = document_of(replace(settings, zoom=0.0)), tuple[Finding, ...]()
+    with suppress(ValueError, OSError):                 # the file of the lens is gone
+        document, moved = kept_in_focus(original(settings).lens, document)
+    remarks = (*moved, *lenses.save(document, path), *_assumed(settings))
     saved = replace(settings, lens=str(path.resolve()), edited="", focal_length=None)
     try:
         holds_all = original(saved) == document
@@ -58,7 +48,7 @@ def save_document(settings: Settings, path: Path) -> tuple[Settings, tuple[Findi
 def _assumed(settings: Settings) -> tuple[Finding, ...]:
     """What the reader of the lens's file assumed: no lens file holds that, so the new one would not say it again.
 
-    An estimate of rims is held, as `estimates`.
+    An estimate of rims is held, as `estimates`; solves and pickups are those of the document.
     """
-    assumed = [f for f in prescription(settings).findings if f.kind is not Kind.RIM]
+    assumed = [f for f in prescription(settings).findings if f.kind not in (Kind.RIM, Kind.RULE)]
     return tuple(replace(f, message=f"assumed when {Path(settings.lens).name} was read: {f.message}") for f in assumed)

@@ -237,8 +237,10 @@ def _focus(lens: lb.Lens, settings: "Settings") -> tuple[float, FocusPosition]:
     if found.method == "real":
         try:
             by_rays = seen_by_rays(lens, settings, seen)
-            lb.film_distance(lb.focused(lens, by_rays, "real"), by_rays, "real")
-            return by_rays, found
+            away = lb.film_distance(lb.focused(lens, by_rays, "real"), by_rays, "real")
+            if away > 0.0 or settings.focus_position == "real":
+                return by_rays, found
+            return seen, found._replace(method="paraxial")      # the lens has no room for the film of its least blur
         except lb.LensError:                            # rays focus no nearer
             return seen, found._replace(method="paraxial")
     return seen, found

@@ -117,8 +117,12 @@ class LensCamera(Camera):
             object.__setattr__(self, "lens", lens)
             object.__setattr__(self, "focus_distance", focus_of_film(lens, self.film_at, self.focus_distance))
         if not self.film_distance > 0.0:            # evaluated here, so that a lens without focus raises
+            behind, reason = first_order(self.lens).bfl, ""
+            if self.focus_method == "real" and self.film_at is None and 0.0 < behind < math.inf:
+                reason = (f": by real rays at this aperture; its paraxial focus lies {significant(behind, 4)} mm "
+                          "behind it. Stop down, focus paraxially, or add missing aspheric coefficients")
             raise FocusError(f"this lens forms its image {significant(-self.film_distance, 4)} mm before its "
-                             f"last vertex, where there is no room for a film")
+                             f"last vertex, where there is no room for a film{reason}")
         if not self.film_pose.is_upright:
             check_room(self.film_pose, self.film, self.film_distance)
         if not self.lens.is_in_line and not self.axis_irradiance > 0.0:

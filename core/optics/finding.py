@@ -27,6 +27,7 @@ class Kind(StrEnum):
     EDGE = "edge"
     CROSSING = "crossing"
     HEMISPHERE = "hemisphere"
+    SLOPE = "slope"                         # of a surface, too steep to be made
     RAY = "ray"
     BLUR = "blur"                           # of a point on the axis, traced at full aperture
     FIELD = "field"                         # the stated field is not lit
@@ -61,6 +62,7 @@ class Kind(StrEnum):
     BESIDE = "beside"                       # a file that is written beside that of the lens: nothing is lost
 
     # Of an edited lens
+    RULE = "rule"                           # a solve or pickup of the file, whose number is kept as it is
     UNSOLVED = "unsolved"                   # a solve or pickup that has no solution
     NO_IMAGE = "no-image"                   # no real image behind the lens
     MOVED_STOP = "moved-stop"               # an edit has taken away the stop, or moved it

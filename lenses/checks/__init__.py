@@ -15,6 +15,7 @@ from lensbench.kernels.figures import significant
 from lensbench.lenses.checks.aspheres import vanishing_terms
 from lensbench.lenses.checks.causes import cause_findings
 from lensbench.lenses.checks.digits import digit_findings
+from lensbench.lenses.checks.fabrication import fabrication_findings
 from lensbench.lenses.checks.geometry import geometry_findings
 from lensbench.lenses.checks.glass_digits import glass_causes
 from lensbench.lenses.checks.glasses import glass_findings
@@ -59,7 +60,7 @@ def check(lens: Lens) -> list[Finding]:
     except GlassError as error:         # a glass of the infrared, say: nothing can be traced at the d line
         return [Finding(Kind.GLASS, None, str(error))]
     shapes = geometry_findings(lens)
-    table = [*digit_findings(lens), *glass_findings(lens), *vanishing_terms(lens), *shapes]
+    table = [*digit_findings(lens), *glass_findings(lens), *vanishing_terms(lens), *shapes, *fabrication_findings(lens)]
     if isfinite(lens.system.object_distances[0]):
         return [*near_findings(seen), *table, *position_findings(seen), *about, *lens.findings]
     symptoms = symptom_findings(seen)

@@ -11,11 +11,13 @@ DOUBLE = 1e-12
 
 
 def digit_findings(lens: Lens) -> list[Finding]:
-    """The one radius with many digits among radii with few."""
+    """The one radius with many digits among radii with few, unless a solve or pickup of the file sets it."""
     radii = {i: 1.0 / s.curvature for i, s in enumerate(lens.surfaces) if s.curvature}
     long = [i for i, radius in radii.items() if _digits(radius, SINGLE) > PUBLISHED + 1]
     rest = [_digits(radius, SINGLE) for i, radius in radii.items() if i not in long]
     if len(long) != 1 or len(rest) < 3 or max(rest) > PUBLISHED or _digits(radii[long[0]], DOUBLE) < SOLVED:
+        return []
+    if any(found.kind is Kind.RULE and found.surface == long[0] for found in lens.findings):
         return []
     return [Finding(Kind.SOLVED_RADIUS, long[0],
                     f"radius {significant(radii[long[0]], 10)} mm has many digits where no other has more than "

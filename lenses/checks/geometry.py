@@ -12,6 +12,7 @@ CROSSING = 0.01         # of the rim: depth by which neighbours that touch may o
 ESTIMATED = 0.05        # of the rim: the same where rims are estimates
 STOP = 0.1              # of the rim: the same beside a stop, whose plane is nominal
 HEIGHTS = np.linspace(0.0, 1.0, 33)
+_MIRROR = ": a sign is wrong, or light goes back after a mirror, and mirrors are not traced"
 
 
 def geometry_findings(lens: Lens) -> list[Finding]:
@@ -19,14 +20,14 @@ def geometry_findings(lens: Lens) -> list[Finding]:
     findings = []
     n_before = 1.0
     for i, surface in enumerate(lens.surfaces):
-        reach = _reach(surface)
-        if surface.semi_diameter > HEMISPHERE * reach:
-            rim, largest = significant(surface.semi_diameter, 5), significant(reach, 4)
+        equator = reach(surface)
+        if surface.semi_diameter > HEMISPHERE * equator:
+            rim, largest = significant(surface.semi_diameter, 5), significant(equator, 4)
             findings.append(Finding(
                 Kind.HEMISPHERE, i, f"the rim has a radius of {rim} mm, but the surface ends at "
-                                    f"{significant(reach, 5)} mm from the axis",
+                                    f"{significant(equator, 5)} mm from the axis",
                 f"rim of surface {i}: at most {largest} mm in place of {rim} mm",
-                change=Change("semi_diameter", i, surface.semi_diameter, reach)))
+                change=Change("semi_diameter", i, surface.semi_diameter, equator)))
         if i + 1 < len(lens.surfaces):
             findings += _gap(lens, i, n_before)
         n_before = surface.glass.n_d
@@ -40,12 +41,12 @@ def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
     beside_stop = _is_dummy(lens, i, n_before) or _is_dummy(lens, i + 1, front.glass.n_d)
     if in_glass and front.thickness <= 0.0:
         return [Finding(Kind.THICKNESS, i, f"the element behind surface {i} has a thickness of "
-                                           f"{significant(front.thickness)} mm")]
+                                           f"{significant(front.thickness)} mm{_MIRROR if front.thickness else ''}")]
     if front.thickness < 0.0 and not beside_stop:
         return [Finding(Kind.THICKNESS, i, f"the air behind surface {i} has a thickness of "
-                                           f"{significant(front.thickness)} mm")]
+                                           f"{significant(front.thickness)} mm{_MIRROR}")]
     rim = min(front.semi_diameter, back.semi_diameter)
-    gaps, heights = _gaps(front, back, rim)
+    gaps, heights = gaps_within(front, back, rim)
     if beside_stop:                                                 # a stop may stand inside the bulge of a surface
         gaps, heights = gaps[-1:], heights[-1:]
     narrow = int(np.argmin(gaps))
@@ -72,9 +73,9 @@ def _is_dummy(lens: Lens, i: int, n_before: float) -> bool:
     return in_air and (i == lens.stop_index or (surface.curvature == 0.0 and surface.is_spherical))
 
 
-def _gaps(front: Surface, back: Surface, rim: float) -> tuple[np.ndarray, np.ndarray]:
+def gaps_within(front: Surface, back: Surface, rim: float) -> tuple[np.ndarray, np.ndarray]:
     """The gap (mm) between two neighbours at heights to the smaller rim, in the narrower of the two sections."""
-    heights = HEIGHTS * min(rim, _reach(front), _reach(back))
+    heights = HEIGHTS * min(rim, reach(front), reach(back))
     gaps = [front.thickness + back.sag(x, y) - front.sag(x, y)
             for x, y in ((0.0 * heights, heights), (heights, 0.0 * heights))]
     gap = np.fmin(*gaps)
@@ -82,7 +83,7 @@ def _gaps(front: Surface, back: Surface, rim: float) -> tuple[np.ndarray, np.nda
     return gap[known], heights[known]
 
 
-def _reach(surface: Surface) -> float:
+def reach(surface: Surface) -> float:
     """Height of the surface's equator (mm), or inf."""
     steepest = max((1.0 + surface.conic) * surface.curvature**2, (surface.curvature_x or 0.0)**2)
     return steepest**-0.5 if steepest > 0.0 else np.inf

@@ -99,13 +99,15 @@ def from_text(text: str, path: str = "edited lens", folder: Path | None = None) 
         raise LensFileError(path, line_of(text, "solves") or line_of(text, "pickups"), str(error)) from None
 
 
-def lost_edits(document: LensDocument) -> tuple[Finding, ...]:
+def lost_edits(document: LensDocument, why: str = "only .toml holds them") -> tuple[Finding, ...]:
     """What a format other than the project's own cannot hold of a document.
 
     Parameters
     ----------
     document : LensDocument
         The document.
+    why : str
+        Why they are lost, in words.
 
     Returns
     -------
@@ -114,7 +116,7 @@ def lost_edits(document: LensDocument) -> tuple[Finding, ...]:
     """
     what = [name for name, values in zip(TABLES, (document.comments, document.solves, document.pickups), strict=True)
             if values]
-    return (note(Kind.LEFT_OUT, f"left out: {', '.join(what)}; only .toml holds them"),) if what else ()
+    return (note(Kind.LEFT_OUT, f"left out: {', '.join(what)}; {why}"),) if what else ()
 
 
 def _comments(table: object, count: int) -> tuple[str, ...]:

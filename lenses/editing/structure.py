@@ -6,6 +6,7 @@ surfaces; what an edit has to drop or to assume is a finding of the new document
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import isfinite
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses.design import MOST_SURFACES
@@ -17,10 +18,15 @@ from lensbench.lenses.editing.order import (
     reordered,
     surface_at,
 )
-from lensbench.lenses.editing.solves import settled
+from lensbench.lenses.editing.solves import settled, solution
 from lensbench.lenses.rows import RowError, check_sizes
 from lensbench.optics.adjacent_media import medium_before, refracts
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.lens_surface import LensError, Surface
+from lensbench.optics.prescription import Lens
+
+IN_FOCUS = 0.05         # of the back focus: how far a film is set from the paraxial image to balance aberrations
+SAME = 1e-9             # relative: rounding
 
 
 def inserted(document: LensDocument, place: int, surfaces: Sequence[Surface], comments: Sequence[str] = (),
@@ -234,6 +240,41 @@ def scaled(document: LensDocument, factor: float) -> LensDocument:
                    for s in document.solves)
     pickups = tuple(replace(p, offset=p.offset * _unit(p.quantity, factor)) for p in document.pickups)
     return settled(replace(document, lens=lens, solves=solves, pickups=pickups))
+
+
+def kept_in_focus(before: Lens, document: LensDocument) -> tuple[LensDocument, tuple[Finding, ...]]:
+    """The document with its last gap as far from the paraxial image as that of the lens before its edits.
+
+    A camera focuses every lens, so that the gap is not seen to go out of focus; another program that reads the lens
+    takes it as it is.
+
+    Parameters
+    ----------
+    before : Lens
+        The lens before its edits.
+    document : LensDocument
+        The document after them.
+
+    Returns
+    -------
+    tuple of LensDocument and tuple of Finding
+        The document itself where the gap varies, follows from a rule, was edited or was out of focus before, and
+        nothing; else the document with the gap, and the note about it.
+    """
+    lens, last = document.lens, len(document.surfaces) - 1
+    gap = before.surfaces[-1].thickness
+    if gap == 0.0 or lens.surfaces[-1].thickness != gap or varies(lens, last) or document.rule(last, THICKNESS):
+        return document, ()
+    try:
+        was, now = (solution(each, Solve(len(each.surfaces) - 1, "image")) for each in (before, lens))
+    except ArithmeticError:             # an afocal lens
+        return document, ()
+    moved = gap + now - was
+    if not (isfinite(moved) and moved > 0.0 and abs(gap - was) <= IN_FOCUS * abs(was) and abs(now - was) > SAME * gap):
+        return document, ()
+    said = note(Kind.BACK_FOCUS, f"the last gap is {significant(moved, 6)} mm in place of {significant(gap, 6)} mm: it "
+                                 "follows the paraxial image, which the edits moved", last, before=gap, after=moved)
+    return replace(document, lens=with_surfaces(lens, [(last, replace(lens.surfaces[-1], thickness=moved))])), (said,)
 
 
 def _ends_at_rim(document: LensDocument, surface: int) -> bool:

@@ -42,8 +42,8 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     system = written_system(kept, stations, with_working_f_number(codev_system.APERTURES.values()))
     remarks += system.findings
     distance = system.data.object_distances[0]
-    lines = ["RDM N; LEN", f"TITLE '{blank}{title}'", "DIM M", *codev_system.lines(system.data, system.aperture),
-             *_private_lines(private), *_model_lines(lens, private),
+    lines = ["RDM N; LEN", *([f"TITLE '{blank}{title}'"] if title else []), "DIM M",
+             *codev_system.lines(system.data, system.aperture), *_private_lines(private), *_model_lines(lens, private),
              f"SO 0.0 {'0.1e14' if isinf(distance) else repr(distance)}"]
     by_numbers: list[int] = []
     for i, s in enumerate(lens.surfaces):

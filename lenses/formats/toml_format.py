@@ -53,7 +53,7 @@ from lensbench.lenses.formats.toml_text import digits, listed, quoted
 from lensbench.lenses.media import without_picture
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
 from lensbench.lenses.stop_picture import picture_beside
-from lensbench.optics.finding import Finding
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
 from lensbench.optics.lens_surface import LensError, Surface
 from lensbench.optics.prescription import Lens
@@ -90,7 +90,7 @@ def read(text: str, path: str, folder: Path | None = None) -> Lens:
             marked.append(i)
     stop_index, findings = stop_of(tuple(surfaces), marked)
     try:
-        lens = Lens(tuple(surfaces), stop_index, **toml_header.fields(header), findings=findings)
+        lens = Lens(tuple(surfaces), stop_index, **toml_header.fields(header), findings=(*findings, *_rules(data)))
     except LensError as error:          # a pivot that is no surface
         outside = next((i for i, each in enumerate(surfaces) if each.pose is not None
                         and not 0 <= i - each.pose.pivot < len(surfaces)), None)
@@ -118,6 +118,14 @@ def read(text: str, path: str, folder: Path | None = None) -> Lens:
     except position_table.TableError as error:
         line = _entry_line(text, "positions", error.key) if error.key else line_of(text, "positions")
         raise LensFileError(path, line, f"positions: {error}") from None
+
+
+def _rules(data: dict[str, Any]) -> list[Finding]:
+    """A note for each solve and pickup: `lenses.load_document` keeps them, a lens has their numbers alone."""
+    tables = [(name, data.get(f"{name}s")) for name in ("solve", "pickup")]
+    rows = [(name, row) for name, table in tables if isinstance(table, list) for row in table if isinstance(row, dict)]
+    return [note(Kind.RULE, f"a {name} sets its {excerpt(row.get('kind', row.get('quantity')))}", row["surface"])
+            for name, row in rows if isinstance(row.get("surface"), int)]
 
 
 def _row_line(text: str, row: int) -> int | None:

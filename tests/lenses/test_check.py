@@ -26,6 +26,9 @@ SUSPECTS = {
 }
 
 
+STEEP = ("lenshh-laikin-fisheye160-f2", "lib-miyamoto-fisheye-1964")    # beyond 70° at rims that are published
+
+
 def kinds(lens):
     return {finding.kind for finding in lenses.check(lens)}
 
@@ -49,7 +52,10 @@ def test_no_other_published_error_is_explained_by_chance(name):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_a_sound_lens_raises_no_alarm(name):
-    assert lenses.check(lenses.load(name)) == []
+    # Of glass that is hard to make, most of it at estimated rims: `test_check_fabrication`
+    assert kinds(lenses.load(name)) <= {"edge", "thickness", "slope"}
+    assert {finding.severity for finding in lenses.check(lenses.load(name))} <= (
+        {"note", "warning"} if name in STEEP else {"note"})
 
 
 def test_a_sound_anamorphic_lens_raises_no_alarm():

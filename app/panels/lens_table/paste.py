@@ -53,7 +53,7 @@ def paste_dialog(settings: Settings, state: LensTableState) -> Settings:
     if imgui.button("Replace the lens") and isinstance(found, LensDocument):
         table = found
         settings = state.apply(settings, lambda d: replace(table, lens=replace(
-            table.lens, name=f"{d.lens.name}, pasted table".lstrip(", "), film_size=d.lens.film_size)))
+            table.lens, name=table.lens.name or "Pasted table", film_size=d.lens.film_size)))
         state.pasting = None
     imgui.same_line()
     if imgui.button(f"Insert before surface {state.first}###Insert table") and isinstance(found, LensDocument):

@@ -15,7 +15,7 @@ from lensbench.app.state.build import document_of_text, prescription
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.settings import Settings
 from lensbench.lenses.editing.document import EditError, LensDocument
-from lensbench.lenses.editing.document_text import from_text, to_text
+from lensbench.lenses.editing.document_text import to_text
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import scaled
 from lensbench.lenses.paraxial import reference_wavelength
@@ -29,11 +29,7 @@ def _read(text: str, name: str) -> LensDocument:
 
 @keeps_last_good(16)
 def _original(name: str, stamp: Stamp) -> LensDocument:
-    path = Path(name)
-    if path.suffix.lower() == ".toml" and stamp != (0, 0):
-        document = from_text(path.read_text(encoding="utf-8-sig"), name)
-    else:
-        document = LensDocument(lenses.load(name))
+    document = lenses.load_document(name)
     lens = document.lens.at(zoom=0.0, close=0.0)
     if not lens.estimates and any(finding.kind is Kind.RIM for finding in lens.findings):
         lens = replace(lens, estimates="rims")          # the text of a document holds no findings of its reader

@@ -1,0 +1,65 @@
+"""Errors and findings of odd lenses name the true reason, and what to do."""
+
+import re
+from dataclasses import replace
+from math import inf
+
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.command.main import main
+from lensbench.app.state.build import camera, setup
+from lensbench.app.state.settings import Settings
+from lensbench.lenses import glass_catalogue
+from lensbench.lenses.checks.geometry import geometry_findings
+from lensbench.optics.finding import Kind
+
+GLASS = lb.Glass(1.9)
+# A ball: paraxial focus 0.5556 mm behind it, the rays of its rim meet inside, as in a phone's lens without its aspheres
+BALL = lb.Lens((lb.Surface(0.0, 0.5, 8.5), lb.Surface(0.1, 20.0, 9.9, GLASS), lb.Surface(-0.1, 0.0, 9.9)), 0)
+
+
+def test_a_lens_without_room_for_the_film_of_its_least_blur_is_focused_paraxially(tmp_path):
+    assert lb.first_order(BALL).bfl == pytest.approx(1.0 / 1.8) and lb.film_distance(BALL, inf, "real") < 0.0
+    lenses.save(BALL, tmp_path / "ball.toml")
+    settings = replace(Settings(), lens=str(tmp_path / "ball.toml"), focus_distance=inf, f_number=None)
+    assert setup(settings).focusing.method == "paraxial" and camera(settings).film_distance == pytest.approx(1.0 / 1.8)
+    with pytest.raises(lb.FocusError, match=r"mm before its last vertex, .*by real rays at this aperture; its paraxial "
+                                            r"focus lies 0\.5556 mm behind it\. Stop down, focus paraxially"):
+        lb.LensCamera(BALL, lb.Film(), focus_method="real")
+
+
+def test_an_eye_that_ends_in_glass_is_told_so(tmp_path, capsys):
+    eye = lb.Lens((lb.Surface(0.128, 3.0, 4.0, lb.Glass(1.376)), lb.Surface(0.0, 20.0, 2.0, lb.Glass(1.336))), 1)
+    lenses.save(eye, tmp_path / "eye.toml")
+    main(["info", str(tmp_path / "eye.toml")])
+    printed = capsys.readouterr().out
+    assert printed.count("none: this lens ends in glass: its film must be in air") == 2
+    assert "forms no real image" not in printed
+
+
+def test_a_gap_of_negative_thickness_may_follow_a_mirror():
+    lens = lenses.load("lenshh-cooke-triplet-50")
+    for i in (1, 2):                                                    # air, and glass
+        surfaces = list(lens.surfaces)
+        surfaces[i] = replace(surfaces[i], thickness=-3.0)
+        found = [f for f in geometry_findings(replace(lens, surfaces=tuple(surfaces))) if f.kind is Kind.THICKNESS]
+        assert [f.surface for f in found] == [i] and "mirrors are not traced" in str(found[0])
+
+
+@pytest.mark.parametrize("suffix", [".toml", ".zmx", ".dat"])
+def test_a_stop_as_wide_as_a_street_is_not_believed(tmp_path, suffix):
+    lens = lenses.load("pbrt-dgauss-50mm")
+    surfaces = list(lens.surfaces)
+    surfaces[lens.stop_index] = replace(lens.stop, semi_diameter=5e5)
+    lenses.save(replace(lens, surfaces=tuple(surfaces)), tmp_path / f"wide{suffix}")
+    (found,) = [f for f in lenses.load(tmp_path / f"wide{suffix}").findings if "limits nothing" in str(f)]
+    assert found.surface == lens.stop_index and re.search("1000000 mm|1×10⁶ mm", str(found))
+    assert not any("limits nothing" in str(f) for name in lenses.names()[::9] for f in lenses.load(name).findings)
+
+
+def test_a_moulded_glass_names_what_its_index_costs():
+    note = glass_catalogue.resolve("L-BAL35_MOLD").note
+    assert "0.003" in note and "by 0.51 %" in note                      # 0.003 / (1.58913 − 1)
+    assert "data sheet" in note
