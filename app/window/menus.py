@@ -68,7 +68,7 @@ def _file_menu(state: WindowState) -> None:
         state.requests.add(Request.SAVE_EDITED)
     imgui.set_item_tooltip("Into the file that the lens was opened from; a lens of the library gets a file of its own")
     if _item("Revert the lens", "", bool(history.present.edited)):
-        state.edited = reverted(state.edited)
+        state.take(reverted(state.edited))
     imgui.set_item_tooltip("Take back all edits of its surfaces; Undo brings them back")
     if _item("Save settings…"):
         state.requests.add(Request.SAVE_SETTINGS)

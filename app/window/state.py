@@ -257,5 +257,6 @@ class WindowState:
         """
         self.layout = name
         self.edited = replace(self.edited, white=LAYOUTS[name].white)
+        self.history.edit(self.edited, False, monotonic())
         if self.remember:
             hello_imgui.save_lasting_pref("layout", name)

@@ -165,6 +165,28 @@ def _film(hand, window) -> ImVec2:
 
 
 @pytest.mark.slow
+def test_white_light_is_chosen_in_the_menu_of_a_panel_and_by_a_layout(drive):
+    def use(hand):
+        hand.picture()
+        show(hand, "MTF")
+        figure = hand.session.analyses.states["MTF"].figure
+        assert "weighted as the picture" in figure.conditions
+        hand.ctx.item_click("**/###MTF menu")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/Weight wavelengths")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/By photopic vision")
+        settle(hand)
+        assert hand.settings.white == "photopic"
+        assert "weighted by photopic vision" in hand.session.analyses.states["MTF"].figure.conditions
+        hand.ctx.menu_click("//##MainMenuBar/View/Layout/Designer")
+        hand.ctx.yield_(8)
+        assert hand.settings.white == "lens"
+
+    assert drive(use, replace(SMALL, lens="lib-tronnier-1953", f_number=None)).view.messages == []
+
+
+@pytest.mark.slow
 def test_a_figure_is_saved_where_the_dialog_says(drive, tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
 
