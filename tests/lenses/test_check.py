@@ -26,6 +26,7 @@ SUSPECTS = {
 }
 
 
+FABRICATION = {"edge", "thickness", "slope"}
 STEEP = ("lenshh-laikin-fisheye160-f2", "lib-miyamoto-fisheye-1964")    # beyond 70° at rims that are published
 
 
@@ -53,7 +54,7 @@ def test_no_other_published_error_is_explained_by_chance(name):
 @pytest.mark.parametrize("name", EVERY)
 def test_a_sound_lens_raises_no_alarm(name):
     # Of glass that is hard to make, most of it at estimated rims: `test_check_fabrication`
-    assert kinds(lenses.load(name)) <= {"edge", "thickness", "slope"}
+    assert kinds(lenses.load(name)) <= FABRICATION
     assert {finding.severity for finding in lenses.check(lenses.load(name))} <= (
         {"note", "warning"} if name in STEEP else {"note"})
 
@@ -68,9 +69,10 @@ def test_that_there_is_no_stop_is_said_and_nothing_else():
 
 @pytest.mark.parametrize("name", SUSPECTS)
 def test_the_findings_do_not_depend_on_the_scale(name):
-    # but for a solved radius, whose digits a scale changes as well; a power of two keeps all ratios exact
-    lens = published(name)
-    assert kinds(lens.scaled(4.0)) - {"solved-radius"} == kinds(lens) - {"solved-radius"}
+    # but for a solved radius, whose digits a scale changes as well, and edges below 0.1 mm; a power of two keeps all
+    # ratios exact
+    lens, scaled = published(name), {"solved-radius", "edge"}
+    assert kinds(lens.scaled(4.0)) - scaled == kinds(lens) - scaled
 
 
 # Errors that are put in: into lenses whose stated focal length and back focus are those of their surfaces
@@ -271,6 +273,6 @@ def test_no_table_of_positions_is_too_odd_to_be_checked(lens):
 @pytest.mark.parametrize("name", MOVING)
 def test_the_library_has_no_findings_at_any_position(name):
     lens = lenses.load(name)
-    assert lenses.check(lens) == []
+    assert kinds(lens) <= FABRICATION
     if lens.has_focus_groups:
-        assert lenses.check(lens.at(close=1.0)) == []
+        assert kinds(lens.at(close=1.0)) <= FABRICATION
