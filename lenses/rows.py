@@ -15,7 +15,6 @@ from lensbench.optics.glass import Glass
 from lensbench.optics.lens_surface import Surface
 
 SMALLEST_RADIUS = 1e-6      # mm
-IDLE = 0.01                 # of the stop's beam
 SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: largest length in a lens, so that its powers stay finite
 HIGHEST_INDEX = 6.0         # germanium has 4
 WIDEST_STOP = 20.0          # × the largest other rim: a stop that limits light is never so wide
@@ -83,19 +82,6 @@ def check_sizes(surface: Surface) -> None:
                            f"more than {significant(HIGHEST_TERM)} mm")
 
 
-def _idle_stop(surfaces: tuple[Surface, ...], stop: int) -> tuple[Finding, ...]:
-    """A finding about a stop so wide that it cannot be one: other rims pass a hundredth of its beam, or less."""
-    beams = [surface.semi_diameter / abs(height) if height else inf
-             for surface, height in zip(surfaces, axial_heights(surfaces), strict=True)]
-    if not min(beams) < IDLE * beams[stop] < inf:
-        return ()
-    narrowest, part = beams.index(min(beams)), significant(100.0 * min(beams) / beams[stop], 1)
-    return (Finding(Kind.STOP, stop, f"the stop is {significant(2.0 * surfaces[stop].semi_diameter)} mm across, and "
-                                     f"surface {narrowest} passes {part} % of its beam: it limits nothing, and all "
-                                     "f-numbers are wrong; correct its diameter",
-                    figures={"beam": 2.0 * min(beams), "stop_beam": 2.0 * beams[stop]}),)
-
-
 def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[Finding, ...]]:
     """Index of the aperture stop, from the surfaces marked as stops, and the assumption made.
 
@@ -123,7 +109,7 @@ def widest_other(surfaces: Sequence[Surface], index: int) -> float:
 
 def _stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[Finding, ...]]:
     if len(marked) == 1:
-        return marked[0], _idle_stop(surfaces, marked[0])
+        return marked[0], ()
     if not marked:
         index = min(range(len(surfaces)), key=lambda i: surfaces[i].semi_diameter)
         return index, (Finding(Kind.NO_STOP, None, f"no stop is marked: the smallest rim limits, surface {index} "

@@ -1,6 +1,5 @@
 """Errors and findings of odd lenses name the true reason, and what to do."""
 
-import re
 from dataclasses import replace
 from math import inf
 
@@ -11,7 +10,6 @@ from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.state.build import camera, setup
 from lensbench.app.state.settings import Settings
-from lensbench.lenses import glass_catalogue
 from lensbench.lenses.checks.geometry import geometry_findings
 from lensbench.optics.finding import Kind
 
@@ -46,20 +44,3 @@ def test_a_gap_of_negative_thickness_may_follow_a_mirror():
         surfaces[i] = replace(surfaces[i], thickness=-3.0)
         found = [f for f in geometry_findings(replace(lens, surfaces=tuple(surfaces))) if f.kind is Kind.THICKNESS]
         assert [f.surface for f in found] == [i] and "mirrors are not traced" in str(found[0])
-
-
-@pytest.mark.parametrize("suffix", [".toml", ".zmx", ".dat"])
-def test_a_stop_as_wide_as_a_street_is_not_believed(tmp_path, suffix):
-    lens = lenses.load("pbrt-dgauss-50mm")
-    surfaces = list(lens.surfaces)
-    surfaces[lens.stop_index] = replace(lens.stop, semi_diameter=5e5)
-    lenses.save(replace(lens, surfaces=tuple(surfaces)), tmp_path / f"wide{suffix}")
-    (found,) = [f for f in lenses.load(tmp_path / f"wide{suffix}").findings if "limits nothing" in str(f)]
-    assert found.surface == lens.stop_index and re.search("1000000 mm|1×10⁶ mm", str(found))
-    assert not any("limits nothing" in str(f) for name in lenses.names()[::9] for f in lenses.load(name).findings)
-
-
-def test_a_moulded_glass_names_what_its_index_costs():
-    note = glass_catalogue.resolve("L-BAL35_MOLD").note
-    assert "0.003" in note and "by 0.51 %" in note                      # 0.003 / (1.58913 − 1)
-    assert "data sheet" in note
