@@ -10,6 +10,7 @@ import gc
 import os
 import re
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, NoReturn
@@ -78,6 +79,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: list[str]) -> int:
+    warnings.formatwarning = lambda message, *_, **__: f"lensbench: {escaped(str(message))}\n"
     with loading():
         arguments = parsed(argv or ["view"])
     return arguments.command(arguments)

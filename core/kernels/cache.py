@@ -7,6 +7,8 @@ effects on numba:
   ~/.cache/lensbench/kernels, or in a temporary folder where that is not writable. The name of a file contains the
   version of the function (`kernel_version`). So an edit compiles anew what it changes and nothing else, and several
   versions of lensbench share what they have in common.
+- A file begins with a digest of its name and content. The code of a file runs only if the digest fits, the file and
+  the folder belong to this user, and nobody else may write to them; otherwise the kernel is compiled anew.
 - No wrapper for C is made of functions of lensbench and numba: a fifth of the time to compile. The types of operators
   between the same kinds of numbers are found once in a process: another tenth.
 - All code that this process compiles, other libraries' too, is made for the highest x86-64 level of the processor (v3,
@@ -20,6 +22,7 @@ so once. Of each function the files used last are kept.
 """
 
 import atexit
+import hashlib
 import os
 import pickle
 import platform
@@ -57,6 +60,7 @@ LEVELS = {                              # of x86-64: processor features that a l
     "x86-64-v4": ("avx512f avx512bw avx512cd avx512dq avx512vl", "-prefer-256-bit"),    # else LLVM leaves half unused
     "x86-64-v3": ("avx2 bmi bmi2 f16c fma lzcnt movbe", ""),
 }
+SEAL = hashlib.sha256().digest_size     # bytes in front of a file
 _PACKAGE = __name__.split(".")[0]
 
 
@@ -107,7 +111,7 @@ class KernelCache(caching.FunctionCache):
         content = _kept(path) or _shipped(path.name)
         try:
             return self._impl.rebuild(target_context, pickle.loads(content)) if content else None
-        except Exception:                   # a damaged file, by whatever error pickle raises: compile again
+        except Exception:                   # a class that a signature names has moved since: compile again
             with suppress(OSError):
                 path.unlink()
             return None
@@ -118,7 +122,8 @@ class KernelCache(caching.FunctionCache):
         path = self.path(sig, data.codegen)
         part = path.with_suffix(f".{os.getpid()}.part")
         with suppress(OSError):             # a full disk, or one that is read only by now: this process has the code
-            part.write_bytes(serialize.dumps(self._impl.reduce(data)))
+            part.touch(0o600)
+            part.write_bytes(_sealed(path.name, serialize.dumps(self._impl.reduce(data))))
             part.replace(path)
             for old in sorted(self._files(), key=_last_use, reverse=True)[KEPT:]:
                 old.unlink(missing_ok=True)
@@ -132,12 +137,38 @@ class KernelCache(caching.FunctionCache):
             path.unlink(missing_ok=True)
 
 
-def _kept(path: Path) -> bytes | None:
-    """Content of a file of the folder, which counts as used now; None where there is none."""
+def _sealed(name: str, content: bytes) -> bytes:
+    """What a file holds: the digest of its name and content, and the content."""
+    return hashlib.sha256(name.encode() + content).digest() + content
+
+
+def _unsealed(name: str, file: bytes) -> memoryview | None:
+    """Content of a file; None where the file is damaged, or holds the kernel of another name."""
+    content = memoryview(file)[SEAL:]
+    computed = hashlib.sha256(name.encode())
+    computed.update(content)
+    return content if computed.digest() == file[:SEAL] else None
+
+
+def _is_private(status: os.stat_result) -> bool:
+    """Whether a file or folder belongs to this user, and nobody else may write to it."""
+    return not hasattr(os, "getuid") or status.st_uid == os.getuid() and not status.st_mode & 0o022
+
+
+def _kept(path: Path) -> memoryview | None:
+    """Content of a file of the folder, which counts as used now; None where there is none.
+
+    A file that is damaged, or that another user may have written, is removed.
+    """
     try:
-        if time.time() - path.stat().st_mtime > DAY:
+        with path.open("rb") as file:
+            status = os.fstat(file.fileno())
+            content = _unsealed(path.name, file.read()) if _is_private(status) else None
+        if content is None:
+            path.unlink()
+        elif time.time() - status.st_mtime > DAY:
             os.utime(path)
-        return path.read_bytes()
+        return content
     except OSError:
         return None
 
@@ -149,9 +180,8 @@ def _archive() -> zipfile.ZipFile | None:
         return zipfile.ZipFile(SHIPPED / f"{level}.zip") if level else None
     except FileNotFoundError:
         return None
-    except (OSError, zipfile.BadZipFile) as error:
-        warnings.warn(f"the kernels shipped with lensbench cannot be read ({error}): they are compiled anew",
-                      stacklevel=1)
+    except Exception:                       # of any kind: the directory of a damaged archive holds any numbers
+        _warn_of_damage()
         return None
 
 
@@ -165,18 +195,27 @@ def _shipped_names() -> dict[str, set[str]]:
     return names
 
 
-def _shipped(name: str) -> bytes | None:
-    """Content of a shipped kernel; None, with a warning the first time, where only another version of it is shipped."""
+def _shipped(name: str) -> memoryview | None:
+    """Content of a shipped kernel; None, with a warning the first time, where it is damaged or of another version."""
     archive, kernel = _archive(), name.rpartition("-")[0]
     if archive is None:
         return None
     if name in _shipped_names().get(kernel, ()):
-        with suppress(OSError, zipfile.BadZipFile):
-            return archive.read(name)
+        with suppress(Exception):           # of any kind, as in `_archive`
+            content = _unsealed(name, archive.read(name))
+            if content is not None:
+                return content
+        _warn_of_damage()
     elif kernel not in _shipped_names() and any(
             other.rpartition("-")[0] == kernel.rpartition("-")[0] for other in _shipped_names()):
         _warn_of_other_versions()
     return None
+
+
+@cache
+def _warn_of_damage() -> None:
+    warnings.warn("kernels shipped with lensbench are damaged and are compiled anew, which takes longer: install "
+                  "lensbench again", stacklevel=1)
 
 
 @cache
@@ -240,12 +279,21 @@ def _last_use(path: Path) -> float:
 
 def _open_folder() -> Path:
     """The folder of kernels; those of versions before 2026-11 are removed unless used within a day."""
+    refused = ""
     try:
         home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lensbench"
         kernels = home / "kernels"
-        kernels.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=kernels).close()
-    except (OSError, RuntimeError):
+        home.mkdir(parents=True, exist_ok=True)
+        kernels.mkdir(0o700, exist_ok=True)
+        if not _is_private(kernels.stat()):
+            refused = f"{kernels} belongs to another user, or others may write to it"
+        else:
+            tempfile.TemporaryFile(dir=kernels).close()
+    except (OSError, RuntimeError) as error:
+        refused = f"kernels cannot be kept ({error})"
+    if refused:
+        warnings.warn(f"{refused}: this process compiles its kernels anew in a temporary folder; remove that folder, "
+                      f"or let XDG_CACHE_HOME name one that is yours alone", stacklevel=1)
         kernels = Path(tempfile.mkdtemp(prefix="lensbench-"))
         atexit.register(shutil.rmtree, kernels, ignore_errors=True)
         return kernels

@@ -19,7 +19,7 @@ from numba.core import dispatcher
 from numba.extending import _Intrinsic
 
 COMPILERS = f"{numba.__version__} {llvmlite.__version__} {sys.implementation.cache_tag}"
-FORMAT = "3"            # of the files of stored kernels
+FORMAT = "4"            # of the files of stored kernels
 _PACKAGE = __name__.split(".")[0]
 
 

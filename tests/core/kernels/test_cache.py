@@ -6,8 +6,9 @@ import os
 import subprocess
 import sys
 import time
+import warnings
 import zipfile
-from contextlib import nullcontext
+from random import Random
 from types import FunctionType, SimpleNamespace
 
 import pytest
@@ -145,11 +146,38 @@ def test_a_file_holds_no_source_and_names_no_folder_of_the_machine_that_compiled
     assert b"# File:" not in file.read_bytes() and os.fsencode(os.path.dirname(__file__)) not in file.read_bytes()
 
 
-@pytest.mark.parametrize("damage", [b"", b"no pickle", b"\x80\x05X\xff\xff\xff\xff"])
-def test_a_damaged_file_is_compiled_again(kept, damage):
+def damaged(content, random):
+    """A file with one bit changed, in every third cut short, or with a stretch that another one has overwritten."""
+    kind, i = random.randrange(3), random.randrange(len(content))
+    if kind == 0:
+        return content[:i]
+    if kind == 1:
+        return content[:i] + bytes([content[i] ^ 1 << random.randrange(8)]) + content[i + 1:]
+    j = min(i + 16, len(content))
+    return content[:i] + bytes(byte ^ 0x5a for byte in content[i:j]) + content[j:]
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_no_byte_of_a_damaged_file_is_used(kept, seed, monkeypatch):
+    """Neither unpickled nor linked: machine code with a wrong bit would end the process, or give other numbers."""
     kept.declared()(1)
     file, = kept.folder.iterdir()
-    file.write_bytes(damage)
+    file.write_bytes(damaged(file.read_bytes(), Random(seed)))
+    monkeypatch.setattr(cache.pickle, "loads", lambda content: pytest.fail("a damaged file was unpickled"))
+    again = kept.declared()
+    assert again(1) == 2 and counts(again) == (0, 1)
+
+
+@pytest.mark.parametrize("damage", ["empty", "pickle", "of another kernel", "writable by others"])
+def test_a_file_that_cannot_be_trusted_is_replaced(kept, damage):
+    kept.declared()(1.0)
+    other, = kept.folder.iterdir()
+    kept.declared()(1)
+    file, = set(kept.folder.iterdir()) - {other}
+    if damage == "writable by others":
+        file.chmod(0o666)
+    else:
+        file.write_bytes({"empty": b"", "pickle": b"\x80\x05X\xff\xff\xff\xff"}.get(damage, other.read_bytes()))
     again = kept.declared()
     assert again(1) == 2 and counts(again) == (0, 1)
     third = kept.declared()
@@ -187,7 +215,7 @@ def shipped(kept, monkeypatch):
     file.unlink()
     monkeypatch.setattr(cache, "SHIPPED", archive.parent)
     monkeypatch.setattr(cache, "level", "some-level")
-    for cached in (cache._archive, cache._shipped_names, cache._warn_of_other_versions):
+    for cached in (cache._archive, cache._shipped_names, cache._warn_of_other_versions, cache._warn_of_damage):
         monkeypatch.setattr(cache, cached.__name__, functools.cache(cached.__wrapped__))
     return SimpleNamespace(archive=archive, name=file.name, **vars(kept))
 
@@ -224,17 +252,31 @@ def test_asking_for_a_kernel_leaves_the_names_of_the_shipped_ones_as_they_are(sh
     assert cache._shipped_names() == names
 
 
-@pytest.mark.parametrize("damage", ["archive", "kernel"])
+@pytest.mark.parametrize("damage", ["archive", "kernel", "compressed"])
 def test_damaged_shipped_kernels_are_compiled_again(shipped, damage):
     if damage == "archive":
         shipped.archive.write_bytes(b"no archive")
     else:
-        with zipfile.ZipFile(shipped.archive, "w") as packed:
-            packed.writestr(shipped.name, b"no kernel")
+        with zipfile.ZipFile(shipped.archive, "w", zipfile.ZIP_DEFLATED) as packed:
+            packed.writestr(shipped.name, b"no kernel" * 100)
+            start = packed.getinfo(shipped.name).header_offset + 30 + len(shipped.name)
+    if damage == "compressed":
+        content = bytearray(shipped.archive.read_bytes())
+        content[start] = 0xff               # a kind of block that does not exist
+        shipped.archive.write_bytes(content)
     kernel = shipped.declared()
-    with pytest.warns(UserWarning, match="cannot be read") if damage == "archive" else nullcontext():
+    with pytest.warns(UserWarning, match="shipped with lensbench are damaged"):
         assert kernel(1) == 2 and counts(kernel) == (0, 1)
     assert files(shipped.folder) == [shipped.name]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_damaged_archive_gives_a_whole_kernel_or_none(shipped, seed):
+    shipped.archive.write_bytes(damaged(shipped.archive.read_bytes(), Random(seed)))
+    kernel = shipped.declared()
+    with warnings.catch_warnings(record=True):
+        warnings.simplefilter("always")
+        assert kernel(1) == 2
 
 
 @pytest.mark.slow
@@ -281,13 +323,48 @@ def test_folders_of_older_versions_are_removed_a_day_after_their_last_use(import
     assert {path.name for path in home.iterdir()} == {16 * "b", "kernels", "notes"}
 
 
-def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one(tmp_path):
-    (tmp_path / "file").touch()
+def opened(home):
+    """What a process reports that imports the cache with this home of caches: its folder, and its warnings."""
     done = subprocess.run([sys.executable, "-c", "from lensbench.kernels import cache; print(cache.folder.is_dir(), "
                            "cache.folder)"], capture_output=True, text=True, check=True,
-                          env={**os.environ, "XDG_CACHE_HOME": str(tmp_path / "file")})
+                          env={**os.environ, "XDG_CACHE_HOME": str(home)})
     there, folder = done.stdout.split()
-    assert there == "True" and not folder.startswith(str(tmp_path)) and not os.path.exists(folder)
+    assert there == "True"
+    return folder, done.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one(tmp_path):
+    (tmp_path / "file").touch()
+    folder, said = opened(tmp_path / "file")
+    assert not folder.startswith(str(tmp_path)) and not os.path.exists(folder) and "kernels cannot be kept" in said
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o757])
+def test_a_folder_that_others_may_write_to_is_refused(tmp_path, mode):
+    kernels = tmp_path / "lensbench" / "kernels"
+    kernels.mkdir(parents=True)
+    kernels.chmod(mode)
+    folder, said = opened(tmp_path)
+    assert not folder.startswith(str(tmp_path)) and not list(kernels.iterdir())
+    assert f"{kernels} belongs to another user, or others may write to it" in said
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can give a folder away")
+def test_a_folder_of_another_user_is_refused(tmp_path):
+    kernels = tmp_path / "lensbench" / "kernels"
+    kernels.mkdir(parents=True)
+    os.chown(kernels, 12345, 12345)
+    folder, said = opened(tmp_path)
+    assert not folder.startswith(str(tmp_path)) and "belongs to another user" in said
+
+
+def test_the_folder_that_is_made_is_accepted_whatever_the_mask_of_new_files(tmp_path):
+    before = os.umask(0)
+    try:
+        folders = [opened(tmp_path) for _ in range(2)]
+    finally:
+        os.umask(before)
+    assert folders == [(str(tmp_path / "lensbench" / "kernels"), "")] * 2
 
 
 LOAD = """
@@ -314,3 +391,28 @@ def test_a_stored_kernel_is_loaded_without_the_tables_of_the_compiler_which_are_
                for _ in range(2)]
     assert reports[0] == ["[0.25]", "True", "[5.]"]
     assert reports[1] == ["[0.25]", "False", "[5.]"]
+
+
+PICTURE = """
+import hashlib
+import lensbench as lb
+camera = lb.PerspectiveCamera(lb.Film(36.0, 24.0, 24, 16))
+print(hashlib.sha256(lb.render(camera, lb.builtin_scene("still-life"), samples=1).tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_a_picture_is_the_same_after_sixty_kernels_were_damaged(tmp_path):
+    random = Random(39)
+
+    def picture():
+        done = subprocess.run([sys.executable, "-c", PICTURE], capture_output=True, text=True,
+                              env=os.environ | {"XDG_CACHE_HOME": str(tmp_path)})
+        return done.returncode, done.stdout, done.stderr
+
+    first = picture()
+    assert first[0] == 0
+    for _ in range(12):
+        for file in random.sample(sorted((tmp_path / "lensbench" / "kernels").glob("*.kernel")), 5):
+            file.write_bytes(damaged(file.read_bytes(), random))
+        assert picture() == first
