@@ -49,7 +49,7 @@ def model(n_d: float, v_d: float, name: str = "") -> Glass:
     if n_d == 1.0:
         return AIR
     if 1.0 - GAS <= n_d < 1.0:
-        return Glass(name=f"{name or 'the gas'} of index {fixed(n_d, 6)}")
+        return Glass(1.0, name=f"{name or 'the gas'} of index {fixed(n_d, 6)}")
     if not 1.0 < n_d <= HIGHEST_INDEX:
         raise RowError(f"index n_d is {significant(n_d)}: it must be at least 1 (air), and no lens is made "
                        f"of more than {significant(HIGHEST_INDEX)}")
@@ -169,7 +169,7 @@ def from_database(name: str, number: int, c: list[float], wavelengths: tuple[flo
                     return from_formula(name, formula, [by_power.get(float(power), 0.0) for power in powers],
                                         wavelengths)
         if number == 6 and abs(c[0] + sum(a / (b - D_LINE**-2) for a, b in zip(c[1::2], c[2::2], strict=True))) < GAS:
-            return Glass(name=f"the gas {name}")
+            return Glass(1.0, name=f"the gas {name}")
     except (GlassError, ValueError, ArithmeticError, IndexError) as error:
         raise RowError(f"the material {name}: {error}") from None
     raise RowError(f"the material {name} has formula {number} of refractiveindex.info, with terms that are not read")

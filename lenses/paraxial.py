@@ -99,7 +99,7 @@ def at_reference(lens: Lens) -> tuple[Lens, float]:
     """
     known = lens.known.get(("at reference", D_LINE))
     if known is None:
-        wavelength, seen = reference_wavelength(lens.surfaces, lens.system), None
+        wavelength, seen = lens.reference_wavelength, None
         if not is_d_line(wavelength):
             seen = replace(lens, surfaces=tuple(
                 replace(surface, glass=Glass(surface.glass.index(wavelength), None, surface.glass.name))

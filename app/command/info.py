@@ -110,9 +110,9 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
     film_size: width and height for field of view and intrinsics.
     """
     import lensbench as lb
-    from lensbench.lenses.paraxial import reference_wavelength
+    from lensbench.lenses.paraxial import at_reference
 
-    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    lens, wavelength = at_reference(lens)
     fo, at_infinity = lb.first_order(lens, wavelength), lens.at(close=0.0)      # an f-number counts at infinity
     nearest, no_focus = None, ""
     try:

@@ -24,7 +24,7 @@ from lensbench.cameras.flat_port import FlatPort
 from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import BLUE, RED
 from lensbench.kernels.figures import significant
-from lensbench.lenses.paraxial import at_reference, is_d_line, reference_wavelength
+from lensbench.lenses.paraxial import at_reference, is_d_line
 from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ def picture_wavelength(settings: "Settings", lens: lb.Lens) -> float | None:
     It is the primary one of its design. None for a lens whose pictures are those of the d line, or of the visible
     spectrum: where its primary wavelength is visible, its dispersion known and not turned off.
     """
-    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    wavelength = lens.reference_wavelength
     if is_d_line(wavelength):
         return None
     return None if settings.follows_lens and is_in_colour(settings, lens) else wavelength
@@ -198,7 +198,7 @@ def published(settings: "Settings") -> lb.Lens:
     if settings.medium == "water" and settings.immersed:
         lens = replace(lens, front_index=WATER_INDEX)
     if settings.focal_length is not None:
-        efl = lb.first_order(lens, reference_wavelength(lens.surfaces, lens.system)).efl
+        efl = lb.first_order(lens).efl
         lens = lens.scaled(settings.focal_length / efl)
     return lens.at(zoom=settings.zoom)
 
@@ -319,7 +319,7 @@ def lens_camera(settings: "Settings") -> lb.LensCamera:
     focus: dict[str, Any] = {"focus_distance": seen}
     if picture_wavelength(settings, lens) is not None:
         lens = design(settings)
-    elif not (is_d_line(reference_wavelength(lens.surfaces, lens.system)) or lens.has_focus_groups or found.reason):
+    elif not (is_d_line(lens.reference_wavelength) or lens.has_focus_groups or found.reason):
         focus = {"film_distance": found.film_distance}          # the camera itself would focus the d line
     return lb.LensCamera(lens, settings.film, **focus, f_number=settings.f_number, model=settings.lens_model,
                          degree=settings.degree, focus_method=found.focusing.method,

@@ -16,7 +16,6 @@ from lensbench.app.state.zoom import focal_length, is_engraved, zoom_of
 from lensbench.imaging.film_pose import least_radius
 from lensbench.kernels.cache import resumable
 from lensbench.kernels.figures import fixed
-from lensbench.lenses.paraxial import reference_wavelength
 
 SMALLEST_CROP = 0.05
 WIDEST_FISHEYE = math.radians(350.0)
@@ -66,7 +65,7 @@ def _not_tighter(settings: Settings) -> Settings:
 def _widest_f_number(settings: Settings) -> float:
     """The f-number of the lens wide open; 0 where it has none."""
     lens = design(settings)
-    found = lb.f_number_at_infinity(lens, reference_wavelength(lens.surfaces, lens.system))
+    found = lb.f_number_at_infinity(lens)
     return found if math.isfinite(found) else 0.0
 
 

@@ -22,7 +22,6 @@ from lensbench.app.state.water_window import nearest_in_focus, true_focus
 from lensbench.cameras.dispersion import missing_dispersion
 from lensbench.cameras.flat_port import FlatPort
 from lensbench.kernels.figures import fixed, significant
-from lensbench.lenses.paraxial import reference_wavelength
 from lensbench.pupils.image_circle import edge_of_light
 from lensbench.pupils.ray_aiming import Aim
 
@@ -135,7 +134,7 @@ def lens_readings(settings: "Settings") -> Readings:
 def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     lens_setup = setup(settings)
     film, limit, port = lens_setup.film, blur_limit(settings), lens_setup.port
-    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    wavelength = lens.reference_wavelength
     designed = lb.first_order(lens, wavelength)
     seen = lb.first_order(lens_setup.lens, wavelength)              # focused and stopped down
     area = 2.0 * lens_setup.lens.iris.equivalent_radius             # of a circle of as much area as the blades leave

@@ -12,7 +12,6 @@ import lensbench as lb
 from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import f_number_text, fixed, significant
 from lensbench.kernels.root_finding import find_root
-from lensbench.lenses.paraxial import reference_wavelength
 
 SAMPLES = 33            # of the focal length along the dial, to find it again
 ROUNDING = 1e-13        # of a focal length
@@ -33,7 +32,7 @@ def stations(lens: lb.Lens) -> list[dict[str, Any]]:
     positions, found = lens.positions, []
     if positions is None:
         return []
-    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    wavelength = lens.reference_wavelength
     for i, zoom in enumerate(positions.zoom_stations):
         for j, close in enumerate(positions.focus_stations):
             far, there = lens.at(zoom=zoom, close=0.0), lens.at(zoom=zoom, close=close)
@@ -81,7 +80,7 @@ def asked_zoom(lens: lb.Lens, asked: tuple[str, float] | None) -> float | None:
 @lru_cache(maxsize=256)
 def focal_length(lens: lb.Lens, zoom: float) -> float:
     """Of the lens at a zoom setting, focused at infinity, at the primary wavelength of its design."""
-    return lb.first_order(lens.at(zoom=zoom, close=0.0), reference_wavelength(lens.surfaces, lens.system)).efl
+    return lb.first_order(lens.at(zoom=zoom, close=0.0)).efl
 
 
 def is_engraved(lens: lb.Lens) -> bool:

@@ -18,6 +18,7 @@ from lensbench.cameras.flat_port import FlatPort
 from lensbench.cameras.rays import CameraError
 from lensbench.cameras.real_lens import LensCamera
 from lensbench.kernels.figures import significant
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
 
 BESIDE = 0.01           # of half the film's sides: from the axis to film points whose beams give a plane
@@ -111,7 +112,7 @@ def sharp_focus(camera: LensCamera, circle: float) -> SharpFocus:
     """
     if not (math.isfinite(circle) and circle > 0.0):
         raise CameraError(f"circle of confusion {significant(circle)} mm: it must be positive")
-    if not math.isfinite(first_order(camera.lens).efl):
+    if not math.isfinite(first_order(camera.lens, D_LINE).efl):
         raise CameraError("the lens is afocal: it has no plane of sharp focus")
     found = _before_window(camera, circle)
     if not camera.has_port:
@@ -137,7 +138,7 @@ def _beyond(plane: Plane, port: FlatPort) -> Plane:
 def _before_window(camera: LensCamera, circle: float) -> SharpFocus:
     """What is in focus in air."""
     lens = camera.lens
-    fo = first_order(lens)
+    fo = first_order(lens, D_LINE)
     last = -camera.film_distance
     front, rear = last - lens.length + fo.front_principal, last + fo.rear_principal         # principal planes
     a, b, g = camera.film_pose.axes[2]

@@ -7,6 +7,7 @@ import math
 
 from lensbench.cameras.ideal_lens import Gaussian, thin
 from lensbench.cameras.rays import CameraError
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order, ray_matrix
 from lensbench.optics.prescription import Lens
 
@@ -16,7 +17,7 @@ def ideal_lens(lens: Lens, film_distance: float, focus_distance: float, model: s
 
     CameraError for a pupil where the model cannot place it.
     """
-    fo = first_order(lens)
+    fo = first_order(lens, D_LINE)
     if model == "thick":
         if abs(fo.exit_pupil.z - lens.length - film_distance) <= 1e-9 * film_distance:
             raise CameraError("the exit pupil of this lens lies on the film: the thick model cannot aim at it")
@@ -42,7 +43,7 @@ def thick(lens: Lens, film_distance: float) -> Gaussian:
     of the first vertex, and point to the pupil at infinity, in the scene or behind the camera. The film is in air; the
     exit pupil must not lie on it.
     """
-    fo, film = first_order(lens), lens.length + film_distance
+    fo, film = first_order(lens, D_LINE), lens.length + film_distance
     # Slopes dy/dz on the film's side towards the exit pupil, which may be an inverted image of the stop
     _, _, c, d = ray_matrix(lens, lens.stop_index, len(lens.surfaces))
     if math.isinf(fo.exit_pupil.z):

@@ -9,6 +9,7 @@ import numpy as np
 from lensbench.imaging.film import Film
 from lensbench.imaging.film_pose import FilmPose
 from lensbench.kernels.concentric_map import unit_disk
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order, ray_matrix
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid_sampler import PupilGrid
@@ -37,7 +38,7 @@ class FilmRegions:
         if self.pose.is_upright:
             return PupilTable.of(lens, distance, self.film.diagonal / 2.0, wavelength, widened=self.widened)
         return PosedPupil.of(lambda place, radius: PupilTable.of(lens, place, radius, wavelength, self.widened),
-                             distance, lens.length + distance - first_order(lens).exit_pupil.z, self.pose,
+                             distance, lens.length + distance - first_order(lens, D_LINE).exit_pupil.z, self.pose,
                              self.pose.extent(self.film.width, self.film.height))
 
     @cached_property

@@ -146,7 +146,7 @@ class LensCamera(Camera):
     @cached_property
     def first_order(self) -> FirstOrder:
         """First-order properties of the stopped-down lens."""
-        return first_order(self.lens)
+        return first_order(self.lens, D_LINE)
 
     @cached_property
     def film_distance(self) -> float:

@@ -25,6 +25,7 @@ import numpy as np
 from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.root_finding import find_minimum, find_root
 from lensbench.optics.axial_bundle import pupil_rays
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.lens_surface import LensError, check_film_distance
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix
 from lensbench.optics.prescription import Lens
@@ -297,7 +298,7 @@ def _imager(lens: Lens, method: str) -> Callable[[float], float]:
     """
     which = [0]
     if len(lens.sections) > 1:
-        converging = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section).efl < inf]
+        converging = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section, D_LINE).efl < inf]
         which = converging or list(range(len(lens.sections)))       # a section that only diverges does not count
     if method == "real":
         axes = [0, 1] if len(lens.sections) == 1 else which
@@ -355,7 +356,7 @@ def _focusable(lens: Lens) -> FirstOrder:
     if lens.indices()[-1] != 1.0:
         raise FocusError("this lens ends in glass: its film must be in air")
     for section in reversed(lens.sections):
-        fo = first_order(section)
+        fo = first_order(section, D_LINE)
         if 0.0 < fo.efl < inf:
             return fo
     raise FocusError("this lens does not converge: it forms no real image and has no nearest distance")

@@ -14,6 +14,7 @@ import numpy as np
 from lensbench.kernels.cache import njit
 from lensbench.optics.ghost_pairs import Pair
 from lensbench.optics.ghost_trace import GhostTracer
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
 
@@ -93,7 +94,7 @@ def _reach(lens: Lens) -> float:
 @lru_cache(maxsize=16)
 def _is_narrow(lens: Lens) -> bool:
     """Whether the beam that enters a lens may pass between the rays of a first scan."""
-    return first_order(lens).entrance_pupil.radius < 2.0 * _reach(lens) / SCAN
+    return first_order(lens, D_LINE).entrance_pupil.radius < 2.0 * _reach(lens) / SCAN
 
 
 def entrance_grid(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pair: Pair, box: Box, cells: int,

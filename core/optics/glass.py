@@ -8,7 +8,7 @@ coefficients in the order in which glass makers and AGF catalogues list them.
 from bisect import bisect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import isfinite, isnan, nan, sqrt
 
 from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
@@ -105,7 +105,8 @@ class Glass:
     Parameters
     ----------
     n_d : float
-        Index at the d line, at least 1. For a glass for the infrared it may be the index at another wavelength;
+        Index at the d line, at least 1. A name alone is no glass: `lensbench.lenses.glass_catalogue.find` has those of
+        the makers. For a glass for the infrared it may be the index at another wavelength;
         `index` is exact.
     v_d : float or None
         Abbe number; None for no known dispersion.
@@ -124,7 +125,7 @@ class Glass:
         For numbers or coefficients that are not valid.
     """
 
-    n_d: float = 1.0
+    n_d: float = nan                # which is refused: a glass without an index
     v_d: float | None = None
     name: str = ""
     formula: str = "model"
@@ -132,6 +133,10 @@ class Glass:
     wavelengths: tuple[float, float] | None = None
 
     def __post_init__(self):
+        name = self.n_d if isinstance(self.n_d, str) else self.name if isnan(self.n_d) else ""
+        if name:
+            raise GlassError(f"glass {excerpt(name)} needs its index: give n_d, or look the glass up by "
+                             f"lensbench.lenses.glass_catalogue.find({excerpt(name)})")
         if not (isfinite(self.n_d) and self.n_d >= 1.0):
             raise GlassError(f"index {self.n_d} of a glass: it must be a number of at least 1")
         if self.v_d is not None and not (isfinite(self.v_d) and self.v_d > 0.0):
@@ -200,7 +205,7 @@ class Glass:
         return n
 
 
-AIR = Glass()
+AIR = Glass(1.0)
 
 
 def from_formula(name: str, formula: str, coefficients: Sequence,

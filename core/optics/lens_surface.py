@@ -15,6 +15,7 @@ import numpy as np
 
 from lensbench.kernels.figures import significant
 from lensbench.kernels.hashed import hashed_once
+from lensbench.kernels.quotation import excerpt
 from lensbench.optics.coatings import Coating
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.surface_pose import SurfacePose
@@ -78,6 +79,8 @@ class Surface:
     ------
     LensError
         For numbers that are not finite, a rim that is not positive, or invalid terms.
+    TypeError
+        For a glass that is no `Glass`, such as its name.
     """
 
     curvature: float
@@ -113,6 +116,9 @@ class Surface:
         for name in ("curvature", "thickness", "semi_diameter", "conic"):
             if not isfinite(getattr(self, name)):
                 raise LensError(f"{name} is {getattr(self, name)}: it must be a finite number")
+        if not isinstance(self.glass, Glass):
+            raise TypeError(f"glass {excerpt(self.glass)}: it must be an lb.Glass; "
+                            "lensbench.lenses.glass_catalogue.find(name) looks one up")
         if self.semi_diameter <= 0.0:
             raise LensError(f"semi-diameter is {significant(self.semi_diameter)} mm: it must be positive")
         object.__setattr__(self, "aspheric", _sound_terms(self.aspheric))

@@ -90,15 +90,15 @@ def ray_matrix(lens: Lens, start: int, end: int, wavelength: float = D_LINE) -> 
     return a, b, c, d
 
 
-def first_order(lens: Lens, wavelength: float = D_LINE) -> FirstOrder:
+def first_order(lens: Lens, wavelength: float | None = None) -> FirstOrder:
     """First-order data of a lens; kept after the first call.
 
     Parameters
     ----------
     lens : Lens
         The lens.
-    wavelength : float
-        Micrometres.
+    wavelength : float or None
+        Micrometres; None: the lens's `reference_wavelength`, as in the window and `lensbench info`.
 
     Returns
     -------
@@ -116,7 +116,8 @@ def first_order(lens: Lens, wavelength: float = D_LINE) -> FirstOrder:
     """
     known = lens.known.get(("first order", wavelength))
     if known is None:
-        known = lens.known["first order", wavelength] = _first_order(lens, wavelength)
+        known = lens.known["first order", wavelength] = _first_order(
+            lens, lens.reference_wavelength if wavelength is None else wavelength)
     return known
 
 
@@ -149,15 +150,15 @@ def _first_order(lens: Lens, wavelength: float) -> FirstOrder:
     )
 
 
-def f_number_at_infinity(lens: Lens, wavelength: float = D_LINE) -> float:
+def f_number_at_infinity(lens: Lens, wavelength: float | None = None) -> float:
     """The f-number of a lens in air and focused at infinity, whatever is before it and wherever its groups are now.
 
     Parameters
     ----------
     lens : Lens
         The lens at its zoom setting, with its stop as open as it is.
-    wavelength : float
-        Micrometres.
+    wavelength : float or None
+        Micrometres; None: the lens's `reference_wavelength`.
 
     Returns
     -------

@@ -14,7 +14,7 @@ from lensbench.kernels.figures import significant
 from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.lazy_names import called
 from lensbench.optics.finding import Finding
-from lensbench.optics.glass import D_LINE
+from lensbench.optics.glass import D_LINE, GlassError
 from lensbench.optics.iris import Iris, IrisError
 from lensbench.optics.lens_surface import LensError, Surface
 from lensbench.optics.stop_image import StopImage
@@ -291,6 +291,18 @@ class Lens:
     def length(self) -> float:
         """First vertex → last vertex (mm)."""
         return self.vertices[-1]
+
+    @cached_property
+    def reference_wavelength(self) -> float:
+        """The wavelength of first-order data (µm): the primary one of the lens file, by default the d line.
+
+        The d line as well if a glass is not known at the primary one.
+        """
+        try:
+            self.indices(self.system.primary_wavelength)
+        except GlassError:
+            return D_LINE
+        return self.system.primary_wavelength
 
     def indices(self, wavelength: float = D_LINE) -> tuple[float, ...]:
         """Refractive indices of all media.

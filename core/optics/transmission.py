@@ -11,7 +11,6 @@ import numpy as np
 from lensbench.kernels.figures import significant
 from lensbench.optics.axial_bundle import marginal_height
 from lensbench.optics.coatings import BARE, Coating, named_coating
-from lensbench.optics.glass import D_LINE
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
@@ -99,15 +98,15 @@ def surface_coatings(lens: Lens, coating: str | Coating = "uncoated") -> tuple[C
                  for i, surface in enumerate(lens.surfaces))
 
 
-def transmission(lens: Lens, wavelength: float = D_LINE, coating: str | Coating = "uncoated") -> float:
+def transmission(lens: Lens, wavelength: float | None = None, coating: str | Coating = "uncoated") -> float:
     """Transmitted part of the light on the axis: Π (1 − R), R the reflectance of each surface at normal incidence.
 
     Parameters
     ----------
     lens : Lens
         The lens; absorption in the glass is neglected.
-    wavelength : float
-        Micrometres.
+    wavelength : float or None
+        Micrometres; None: the lens's `reference_wavelength`.
     coating : str or Coating
         As of `surface_coatings`.
 
@@ -121,6 +120,7 @@ def transmission(lens: Lens, wavelength: float = D_LINE, coating: str | Coating 
     CoatingError
         For an unknown coating.
     """
+    wavelength = lens.reference_wavelength if wavelength is None else wavelength
     n = lens.indices(wavelength)
     return prod(_passed(own, before, after, wavelength)
                 for own, before, after in zip(surface_coatings(lens, coating), n[:-1], n[1:], strict=True)
@@ -133,7 +133,7 @@ def _passed(coating: Coating, before: float, after: float, wavelength: float) ->
     return 1.0 - float(coating.reflectance(before, after, wavelength=wavelength).mean)
 
 
-def t_number(lens: Lens, coating: str | Coating = "uncoated", wavelength: float = D_LINE) -> float:
+def t_number(lens: Lens, coating: str | Coating = "uncoated", wavelength: float | None = None) -> float:
     """f-number of a lens without losses that passes as much light.
 
     It is N / √(transmission · that of a picture in the stop), N the f-number for an object at infinity.
@@ -144,8 +144,8 @@ def t_number(lens: Lens, coating: str | Coating = "uncoated", wavelength: float 
         The lens.
     coating : str or Coating
         As of `surface_coatings`.
-    wavelength : float
-        Micrometres, of the f-number and the transmission.
+    wavelength : float or None
+        Micrometres, of the f-number and the transmission; None: the lens's `reference_wavelength`.
 
     Returns
     -------

@@ -10,7 +10,7 @@ from dataclasses import replace
 from math import inf, isfinite
 
 from lensbench.lenses.editing.document import LensDocument, Pickup, Solve, value_of, with_surfaces, with_value_of, words
-from lensbench.lenses.paraxial import FAR, image_distance, ray, reference_wavelength
+from lensbench.lenses.paraxial import FAR, image_distance, ray
 from lensbench.lenses.rows import RowError, check_sizes
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.lens_surface import LensError, Surface
@@ -110,7 +110,7 @@ def solution(lens: Lens, solve: Solve) -> float:
     float
         In the unit of its quantity; inf where there is none.
     """
-    wavelength, i = reference_wavelength(lens.surfaces, lens.system), solve.surface
+    wavelength, i = lens.reference_wavelength, solve.surface
     surface = lens.surfaces[i]
     distance = lens.system.object_distances[0]
     if solve.kind == "image":

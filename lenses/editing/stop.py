@@ -7,7 +7,7 @@ from lensbench.lenses.editing.document import EditError, LensDocument, with_surf
 from lensbench.lenses.editing.order import surface_at
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import deleted, split
-from lensbench.lenses.paraxial import ray, reference_wavelength
+from lensbench.lenses.paraxial import ray
 from lensbench.optics.adjacent_media import refracts
 from lensbench.optics.finding import Kind, note
 
@@ -69,7 +69,7 @@ def with_stop_in_gap(document: LensDocument, surface: int, distance: float) -> L
         raise EditError(f"distance {significant(distance)} mm: the gap behind surface {surface} is "
                         f"{significant(front.thickness)} mm long")
     lens = document.lens
-    heights, _ = ray(lens.surfaces, wavelength=reference_wavelength(lens.surfaces, lens.system),
+    heights, _ = ray(lens.surfaces, wavelength=lens.reference_wavelength,
                      front_index=lens.front_index)
     old = lens.stop_index
     beam = lens.stop.semi_diameter / abs(heights[old]) if heights[old] else 0.0

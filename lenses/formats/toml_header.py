@@ -127,7 +127,7 @@ def line_of(text: str, key: str) -> int | None:
 def lines(lens: "Lens") -> list[str]:
     """Lines of the header of a lens."""
     from lensbench.lenses.counts import counts
-    from lensbench.lenses.paraxial import f_number, focal_length, reference_wavelength
+    from lensbench.lenses.paraxial import f_number, focal_length
 
     written = [f"format = {FORMAT}"]
     for key, name in FIELDS.items():
@@ -135,7 +135,7 @@ def lines(lens: "Lens") -> list[str]:
         if (value is not None and value != "") or key in ALWAYS:
             written.append(f"{key} = {_text(value)}")
     notes = written.pop() if lens.notes else None
-    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    wavelength = lens.reference_wavelength
     n = lens.front_index
     tele = focal_length(lens.at(zoom=1.0).surfaces, wavelength, n) if lens.zooms else inf
     for key, value in (("computed_efl", focal_length(lens.surfaces, wavelength, n)), ("computed_tele_efl", tele),

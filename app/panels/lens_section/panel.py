@@ -44,7 +44,7 @@ from lensbench.app.state.view_camera import in_section as in_section_of_film
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import FrameMemo
 from lensbench.kernels.figures import fixed, significant, true_minus
-from lensbench.lenses.paraxial import index_of, is_d_line, reference_wavelength
+from lensbench.lenses.paraxial import index_of, is_d_line
 from lensbench.optics.finding import Finding
 
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
@@ -362,7 +362,7 @@ def _explain(shown: Sketch, canvas: Canvas, lit: tuple[int, ...], state: Section
     for number, element in enumerate(elements(shown.lens), start=1):
         if element.holds(z, y):
             glass = shown.glasses[element.front]
-            wavelength = reference_wavelength(shown.lens.surfaces, shown.lens.system)
+            wavelength = shown.lens.reference_wavelength
             line = "the d line" if is_d_line(wavelength) else f"{significant(1000.0 * wavelength)} nm"
             abbe = f", V = {fixed(glass.v_d, 1)}" if glass.v_d is not None else ""
             _tooltip(f"Element {number}  {glass.name}".rstrip(),

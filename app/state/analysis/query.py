@@ -23,7 +23,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.imaging.spectrum import WHITES
 from lensbench.kernels.figures import fixed, significant
-from lensbench.lenses.paraxial import is_d_line, reference_wavelength
+from lensbench.lenses.paraxial import is_d_line
 from lensbench.optics.finding import Finding, Kind, note
 
 EDGE = 0.98                     # of the radius of light: the last field is not quite dark
@@ -190,7 +190,7 @@ def query(settings: Settings) -> Query:
 
 def _with_dispersion(lens: lb.Lens, built: lb.Lens) -> tuple[lb.Lens, str]:
     """The lens `built` of a setup with the glasses of `lens`; `built` itself, and why, where one is not known."""
-    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    wavelength = lens.reference_wavelength
     if is_d_line(wavelength):
         return built, ""
     try:

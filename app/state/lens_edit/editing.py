@@ -18,7 +18,6 @@ from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.editing.document_text import to_text
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import scaled
-from lensbench.lenses.paraxial import reference_wavelength
 from lensbench.optics.finding import Finding, Kind
 
 
@@ -54,7 +53,7 @@ def document_of(settings: Settings) -> LensDocument:
     document = _read(settings.edited, settings.lens) if settings.edited else original(settings)
     if settings.focal_length is not None:
         lens = prescription(settings)
-        efl = lb.first_order(lens, reference_wavelength(lens.surfaces, lens.system)).efl
+        efl = lb.first_order(lens).efl
         document = scaled(document, settings.focal_length / efl)
     lens = document.lens
     return replace(document, lens=lens.at(zoom=settings.zoom)) if lens.zooms and settings.zoom else document

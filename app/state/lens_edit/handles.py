@@ -26,7 +26,7 @@ from lensbench.lenses.editing.document import (
 )
 from lensbench.lenses.editing.elements import element_at
 from lensbench.lenses.editing.poses import body_at, with_pose
-from lensbench.lenses.paraxial import index_of, reference_wavelength
+from lensbench.lenses.paraxial import index_of
 
 BESIDE = 2.5                    # × the reach: from the rims of a body to the handles of its place
 APART = 1.5                     # × the reach: half the way from one of them to the other
@@ -249,7 +249,7 @@ def _curvature(surface: lb.Surface, height: float, dz: float) -> float:
 def _bent(document: LensDocument, front: int, dz: float) -> LensDocument:
     """An element with its front rim dz further along the axis, and the rear bent so that its power stays."""
     lens = document.lens
-    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    wavelength = lens.reference_wavelength
     first, second = lens.surfaces[front], lens.surfaces[front + 1]
     before = index_of(lens.surfaces[front - 1].glass, wavelength) if front else lens.front_index
     n, after = index_of(first.glass, wavelength), index_of(second.glass, wavelength)

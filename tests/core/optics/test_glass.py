@@ -1,5 +1,6 @@
 """Glasses against published indices, closed forms and each other."""
 
+import re
 from math import inf, nan, sqrt
 
 import pytest
@@ -7,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lensbench as lb
+from lensbench.lenses import glass_catalogue  # noqa: F401 — the message names it
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, Glass, GlassError, from_formula
 
 BK7 = (1.03961212, 0.00600069867, 0.231792344, 0.0200179144, 1.01046945, 103.560653)     # SCHOTT's data sheet
@@ -26,7 +28,7 @@ def test_the_model_bends_short_waves_more(n_d, v_d, wavelength, step):
 
 def test_a_glass_without_an_abbe_number_does_not_disperse():
     assert Glass(1.5).index(0.4) == Glass(1.5).index(0.7) == 1.5
-    assert not Glass(1.5).disperses and not Glass().disperses and Glass(1.5, 60.0).disperses
+    assert not Glass(1.5).disperses and not Glass(1.0).disperses and Glass(1.5, 60.0).disperses
 
 
 def test_bk7_has_the_indices_of_its_data_sheet():
@@ -61,7 +63,7 @@ CLOSED_FORMS = [        # the same index written in each formula's own coefficie
 
 @pytest.mark.parametrize("wavelength", [0.0, -1.0, nan, inf])
 def test_what_is_no_wavelength_is_refused_by_glasses_of_one_index_too(wavelength):
-    for glass in (Glass(1.62), Glass()):
+    for glass in (Glass(1.62), Glass(1.0)):
         with pytest.raises(GlassError, match="it must be a positive number"):
             glass.index(wavelength)
 
@@ -137,3 +139,15 @@ def test_a_glass_that_cannot_be_is_refused(wrong):
 def test_a_formula_beyond_its_poles_is_an_error_and_no_number():
     with pytest.raises(GlassError, match="has no index"):
         Glass(1.5, 60.0, "pole", "sellmeier", (1.0, 0.25)).index(0.4)
+
+
+@pytest.mark.parametrize("given", [{"name": "N-BK7"}, {"n_d": "N-BK7"}])
+def test_the_name_of_a_glass_alone_is_refused_and_the_message_looks_it_up(given):
+    with pytest.raises(GlassError, match="needs its index") as told:
+        Glass(**given)
+    found = eval(re.search(r"glass_catalogue\.find\(.*\)", str(told.value))[0])
+    assert found.n_d == pytest.approx(1.5168, abs=1e-5)             # SCHOTT's data sheet
+    with pytest.raises(GlassError, match="it must be a number of at least 1"):
+        Glass()
+    with pytest.raises(TypeError, match="glass 'N-BK7': it must be an lb.Glass"):
+        lb.Surface(radius=50.0, thickness=4.0, semi_diameter=10.0, glass="N-BK7")
