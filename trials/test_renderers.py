@@ -11,7 +11,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.files.camera_export import export_camera
+from lensbench.app.files.camera_export import Z_UP, export_camera
 
 WORLD = lb.look_at((300.0, 250.0, 900.0), (0.0, 60.0, -1500.0), (0.1, 1.0, 0.0))
 WIDE, TALL = lb.Film(36.0, 24.0, 240, 160), lb.Film(24.0, 36.0, 160, 240)
@@ -56,7 +56,7 @@ def blender(camera, folder, place):
     material.node_tree.links.new(nodes.new("ShaderNodeEmission").outputs[0],
                                  nodes.new("ShaderNodeOutputMaterial").inputs[0])
     bpy.ops.mesh.primitive_uv_sphere_add(radius=RADIUS / 1000.0, segments=48, ring_count=24,
-                                         location=[value / 1000.0 for value in place])
+                                         location=Z_UP[:3, :3] @ place / 1000.0)
     bpy.context.object.data.materials.append(material)
     scene.render.filepath = str(folder / "picture.exr")
     bpy.ops.render.render(write_still=True)

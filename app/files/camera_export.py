@@ -1,7 +1,8 @@
 """Cameras as files of other renderers: pbrt-v4, Mitsuba 3 and Blender.
 
 All lengths become metres. pbrt looks along +z with x to the right, Mitsuba along +z with x to the left, Blender as
-lensbench along −z; y is up in all of them.
+lensbench along −z; y is up in their cameras. The world keeps its axes in pbrt and Mitsuba. In Blender z is up: our y
+becomes its z, and our z its −y, as in Blender's own import of glTF and OBJ.
 """
 
 import math
@@ -16,6 +17,7 @@ from lensbench.kernels.figures import significant
 
 PROGRAMS = {"pbrt": ".pbrt", "mitsuba": ".xml", "blender": ".py"}       # and the suffix of their files
 FAR = 1e6                       # m: in place of infinity
+Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
 
 class _Ideal(NamedTuple):
@@ -171,11 +173,11 @@ def _mitsuba(camera: lb.Camera, path: Path, remarks: list[str]) -> str:
 
 def _blender(camera: lb.Camera, path: Path, remarks: list[str]) -> str:
     film, lens = camera.film, _ideal(camera, "blender", remarks)
-    rows = ", ".join(repr(tuple(float(value) for value in row)) for row in _pose(camera, (1.0, 1.0, 1.0), lens.z))
+    rows = ", ".join(repr(tuple(float(value) for value in row)) for row in Z_UP @ _pose(camera, (1.0, 1.0, 1.0), lens.z))
     blur = "data.dof.use_dof = False" if lens.radius == 0.0 else (
         f"data.dof.use_dof = True\ndata.dof.focus_distance = {_far(lens.focus_distance)!r}      # m\n"
         f"data.dof.aperture_fstop = {lens.image_distance / (2.0 * lens.radius)!r}")
-    return (f'"""lensbench, for Blender: run in its text editor; metres, y up."""\n'
+    return (f'"""lensbench, for Blender: run in its text editor; metres, z up."""\n'
             f'import bpy\nfrom mathutils import Matrix\n\n'
             f'data = bpy.data.cameras.new("lensbench")\ndata.sensor_fit = "HORIZONTAL"\n'
             f'data.sensor_width, data.sensor_height = {film.width!r}, {film.height!r}      # mm\n'

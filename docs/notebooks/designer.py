@@ -26,7 +26,7 @@ triplet = lb.Lens((
 first = lb.first_order(triplet)
 print(f"focal length {first.efl:.2f} mm, f/{first.f_number:.2f}, back focus {first.bfl:.2f} mm")
 assert abs(first.efl - 50.0) < 0.1
-print([finding.text for finding in lenses.check(triplet)] or "the check finds nothing")
+print([str(finding) for finding in lenses.check(triplet)] or "the check finds nothing")
 
 # %% [markdown]
 # ## Third order

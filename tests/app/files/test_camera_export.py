@@ -54,7 +54,9 @@ def blender(path):
         for name, module in kept.items():
             sys.modules.pop(name) if module is None else sys.modules.update({name: module})
     assert bpy.context.scene.camera is thing and data.sensor_width == FILM.width
-    return np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(thing.matrix_world), data.lens, data.dof.focus_distance
+    from_ours = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])     # +y up → +z up, ahead −z → +y
+    return (np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(thing.matrix_world) @ from_ours, data.lens,
+            data.dof.focus_distance)
 
 
 @pytest.mark.parametrize("to, name", [("pbrt", "perspective"), *((to, name) for to in ("mitsuba", "blender")
@@ -72,6 +74,50 @@ def test_an_exported_camera_projects_points_as_ours(to, name, tmp_path):
     uv = np.random.default_rng(0).random((20, 2))
     np.testing.assert_allclose(camera.raster_from_point(np.tile(sharp, (20, 1)), uv)[0], [[150.0, 100.0]] * 20,
                                atol=1e-6)
+
+
+def test_up_and_ahead_are_those_of_the_other_programs_world(tmp_path):
+    """Blender's world is z-up, and its default camera looks along −z with y up; ours at rest looks ahead, y up."""
+    export_camera(lb.PerspectiveCamera(FILM, 0.7), "blender", tmp_path / "camera.py")
+    script = (tmp_path / "camera.py").read_text(encoding="utf-8")
+    world = np.array(eval(re.search(r"Matrix\((.*)\)", script)[1]))
+    np.testing.assert_allclose(world @ [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0])      # the picture's up is the sky
+    np.testing.assert_allclose(world @ [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0])     # and it looks at the horizon
+
+
+BLURRED = {**CAMERAS, "orthographic": lb.OrthographicCamera(FILM, 900.0, 7.0, 1200.0, world_from_camera=WORLD)}
+
+
+def aperture_radius(path, to):
+    """Radius (m) of the aperture of an exported camera, by its program's conventions."""
+    text = path.read_text(encoding="utf-8")
+    if to == "blender":                     # Cycles: half of the focal length over the f-number
+        focal, stop = (float(re.search(rf"{name} = (\S+)", text)[1]) for name in ("data.lens", "aperture_fstop"))
+        return focal / (2.0 * stop) / 1000.0
+    return float(re.search(r'lensradius" (\S+)' if to == "pbrt" else r'aperture_radius" value="(.*?)"', text)[1])
+
+
+@pytest.mark.parametrize("to, name", [("pbrt", "perspective"), ("pbrt", "orthographic"), ("mitsuba", "perspective"),
+                                      ("mitsuba", "thin"), ("blender", "perspective"), ("blender", "thin")])
+def test_the_outermost_rays_of_ours_pass_the_edge_of_the_exported_aperture(to, name, tmp_path):
+    """The rays of one film point through the edge of the pupil, where they cross the plane of the other's lens."""
+    camera, path = BLURRED[name], tmp_path / "camera"
+    export_camera(camera, to, path)
+    text = path.read_text(encoding="utf-8")
+    if to == "blender":
+        from_world = blender(path)[0]
+    else:
+        numbers = re.search(r"Transform \[ (.*?) \]" if to == "pbrt" else r'matrix value="(.*?)"', text)[1].split()
+        matrix = np.array(numbers, float).reshape(4, 4)
+        from_world = matrix.T if to == "pbrt" else np.linalg.inv(matrix)
+    edge = np.linspace(0.0, 1.0, 9)
+    uv = np.array([[0.5, 0.5], *[[u, v] for u in edge for v in edge if 0.0 in (u, v) or 1.0 in (u, v)]])
+    rays = camera.generate_rays(np.tile([[170.0, 90.0]], (len(uv), 1)), uv)
+    origins = rays.origins / 1000.0 @ from_world[:3, :3].T + from_world[:3, 3]
+    directions = rays.directions @ from_world[:3, :3].T
+    there = origins - directions * (origins[:, 2] / directions[:, 2])[:, None]
+    distances = np.linalg.norm(there[1:] - there[0], axis=1)
+    np.testing.assert_allclose(distances, aperture_radius(path, to), rtol=1e-6)      # the pupil is single
 
 
 def test_an_exported_orthographic_camera_projects_points_as_ours(tmp_path):
