@@ -78,7 +78,7 @@ def class_faults(cls):
         for argument in inspect.signature(cls).parameters:
             if argument not in known:
                 yield name, f"no description of {argument}"
-        made = vars(cls).get("__post_init__") or vars(cls).get("__init__")
+        made = inspect.unwrap(vars(cls).get("__post_init__") or vars(cls).get("__init__"))
         own = made is not None and made.__code__.co_filename != "<string>"
         if own and raises(made) and not any("Raises" in each for each in found):
             yield name, "no section Raises"

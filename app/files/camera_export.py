@@ -173,7 +173,8 @@ def _mitsuba(camera: lb.Camera, path: Path, remarks: list[str]) -> str:
 
 def _blender(camera: lb.Camera, path: Path, remarks: list[str]) -> str:
     film, lens = camera.film, _ideal(camera, "blender", remarks)
-    rows = ", ".join(repr(tuple(float(value) for value in row)) for row in Z_UP @ _pose(camera, (1.0, 1.0, 1.0), lens.z))
+    pose = Z_UP @ _pose(camera, (1.0, 1.0, 1.0), lens.z)
+    rows = ", ".join(repr(tuple(float(value) for value in row)) for row in pose)
     blur = "data.dof.use_dof = False" if lens.radius == 0.0 else (
         f"data.dof.use_dof = True\ndata.dof.focus_distance = {_far(lens.focus_distance)!r}      # m\n"
         f"data.dof.aperture_fstop = {lens.image_distance / (2.0 * lens.radius)!r}")

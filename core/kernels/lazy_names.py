@@ -43,7 +43,11 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], 
             module, there = place[name]
         except KeyError:
             raise AttributeError(f"module {package!r} has no attribute {name!r}") from None
-        value = getattr(import_module(module), there) if there else import_module(module)
+        value = import_module(module)
+        if there:
+            from lensbench.kernels.named_objects import refusing_names  # with `inspect`: not before a name is used
+
+            value = refusing_names(getattr(value, there), package)
         setattr(sys.modules[package], name, value)
         return value
 

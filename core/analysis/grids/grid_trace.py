@@ -27,6 +27,7 @@ from lensbench.analysis.grids.stop_transmission import stop_transmission
 from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.kernels.byte_cache import byte_cache
 from lensbench.kernels.figures import significant
+from lensbench.kernels.named_objects import refusing_names
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.paraxial import first_order
@@ -38,6 +39,7 @@ RIM = 6.4               # over the points across: share of the squared spot that
 
 
 @byte_cache(MOST_KEPT, 16)
+@refusing_names
 def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: int = PUPIL) -> RayGrid:
     """The rays of an analysis; kept for the last lens states, at most sixteen.
 
