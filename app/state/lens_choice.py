@@ -139,7 +139,7 @@ def _stated_circle(lens: lb.Lens) -> float | None:
 
 @resumable
 def with_scene(settings: Settings, scene: str, locked: Collection[str] = ()) -> Settings:
-    """The settings with a scene as it opens: seen from the origin, or framed on the subject that it states.
+    """The settings with a scene as it opens: framed on its subject and focused there, as `with_lens` does.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def with_scene(settings: Settings, scene: str, locked: Collection[str] = ()) -> 
     scene : str
         A name of a built-in scene, or a path.
     locked : collection of {"film", "aperture", "focus"}
-        With "focus", the camera stands at the origin and keeps its focus distance.
+        With "focus", the camera stands at the origin and keeps its focus distance, as one without a lens does.
 
     Returns
     -------
@@ -156,7 +156,7 @@ def with_scene(settings: Settings, scene: str, locked: Collection[str] = ()) -> 
         Within the range of the lens. A lens that cannot be read stands at the origin: the worker reports it.
     """
     chosen = at_home(replace(settings, scene=scene))
-    if FOCUS in locked or not chosen.has_lens or _stated_subject(scene) is None:
+    if FOCUS in locked or not chosen.has_lens:
         return chosen
     try:
         return constrained(_before_subject(chosen))

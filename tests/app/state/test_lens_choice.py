@@ -145,9 +145,16 @@ def test_a_scene_that_states_its_subject_is_framed_on_it(tmp_path):
             pytest.approx(height, rel=0.1))
     kept = with_scene(HAND, "dusk-street", {"focus"})
     assert kept.position == (0.0, 0.0, 0.0) and kept.focus_distance == HAND.focus_distance
-    assert with_scene(HAND, "room").focus_distance == HAND.focus_distance       # states none
     with pytest.raises(lb.SceneError, match="subject"):
         lb.Scene(subject=(0.0, 1.0))
+
+
+@pytest.mark.parametrize("scene", lb.SCENES)
+@pytest.mark.parametrize("lens", [LENS, FAR])
+def test_a_lens_and_a_scene_give_the_same_camera_in_either_order(lens, scene):
+    """A scene that was chosen after a long lens kept the focus of the scene before, at the origin."""
+    before = with_lens(with_scene(Settings(), "dusk-street"), FAR)
+    assert with_scene(with_lens(before, lens), scene) == with_lens(with_scene(before, scene), lens)
 
 
 def test_the_film_is_the_stated_one_else_follows_the_field_else_the_light():
