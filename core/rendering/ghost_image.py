@@ -112,6 +112,7 @@ class GhostImage:
         self._across, self._down = film.pixels_x + 2 * margin[0], film.pixels_y + 2 * margin[1]
         self._sums = np.zeros((0 if self.reason else self._across * self._down, 3), np.float32)
         self._passes = self._seen = 0
+        self.is_dark = True                                 # no light has reached the image yet
         self._boxes: dict[tuple[int, Pair, int], Box | None] = {}
         self._tracer: GhostTracer | None = None
         self._hues: dict[int, tuple[GhostTracer, ...]] = {}         # tracers of the channels, by part of their spectrum
@@ -122,9 +123,11 @@ class GhostImage:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Why there are no ghosts, or which lights have none; the latter is known after the first pass."""
+        """Why there are no ghosts, or which lights have none; what follows from lights is known after the first pass."""
         if self.reason:
             return (note(Kind.NO_GHOSTS, self.reason),)
+        if self._passes and self.is_dark:
+            return (note(Kind.NO_GHOSTS, "no ghosts: those of all lights miss the film"),)
         lights = self._lights
         if not lights.left_out:
             return ()
@@ -157,6 +160,7 @@ class GhostImage:
         self._passes, self._seen = map(int, state["ghost_passes"])
         if self._sums is not state["ghost_sums"]:
             self._sums[:] = state["ghost_sums"]
+        self.is_dark = not self._sums.any()
 
     def add(self, samples: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
         """Add the ghosts of so many samples; False when `wanted` cancelled on the way."""
@@ -164,6 +168,8 @@ class GhostImage:
             return True
         if self._tracer is None:
             self._prepare()
+            if self.reason:
+                return True
         numbers = range(self._seen, self._seen + samples)
         self._seen += samples
         due = sum(n < FIRST or n % PERIOD == 0 for n in numbers)
@@ -175,6 +181,7 @@ class GhostImage:
             if not self._add_pass(self._passes, pool, threads, wanted):
                 return False
             self._passes += 1
+            self.is_dark = self.is_dark and not self._sums.any()
         return True
 
     @property
@@ -192,6 +199,8 @@ class GhostImage:
         self._tracer = GhostTracer(lens, distance, landing.steps[-1:], D_LINE, channels, self._flare.coating)
         self._landing = landing.steps[-1:]
         self._lights = ghost_lights(camera, self._scene, self._tracer.front_z, entrance_reach(self._tracer))
+        if not self._lights.lights:
+            self.reason = "no ghosts: the scene has no sun and no small light that the lens sees"
         direct = [np.mean([pair_share(lens, DIRECT, line, self._flare.coating) for line in row]) for row in channels]
         self._gain = self._flare.strength / np.array(direct)
         pairs = (*ghost_pairs(lens), DIRECT)

@@ -60,8 +60,9 @@ class StarImage:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Why there are no stars."""
-        return (note(Kind.NO_GHOSTS, self.reason),) if self.reason else ()
+        """Why there are no stars; what follows from the lights is known after the first sample."""
+        dark = "no stars: no light lies in the picture or beside it" if self._at and self._lights.is_dark else ""
+        return (note(Kind.NO_GHOSTS, self.reason or dark),) if self.reason or dark else ()
 
     @property
     def state(self) -> dict[str, np.ndarray]:
@@ -80,6 +81,9 @@ class StarImage:
             return True
         if not self._lights.add(samples, pool, threads, wanted):
             return False
+        if self._lights.reason:
+            self.reason = self._lights.reason.replace("ghosts", "stars")
+            return True
         # A pass shows a large light at one of its points: few lights have many passes at once
         if not self._lights.go_on_to(GRIDS // max(self._lights.light_count, 1), pool, threads, wanted):
             return False

@@ -1,5 +1,6 @@
 """Ghosts in a picture: their light is that of the table, and what has none says why."""
 
+import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -83,6 +84,22 @@ def test_a_picture_that_can_have_no_ghosts_says_why():
     finding, = lb.Rendering(camera, scene, flare=Flare()).findings
     assert finding.kind == Kind.NO_GHOSTS and "port" in finding.message
     assert lb.Rendering(camera, scene).findings == ()
+
+
+@pytest.mark.parametrize("scene, reason", [
+    (lb.Scene(), "no sun and no small light that the lens sees"),
+    (lb.Scene(sun=lb.Sun((0.0, 0.0, 1.0))), "no sun and no small light that the lens sees|miss the film"),
+    (lb.Scene(sun=lb.Sun((0.0, 0.0, -1.0)), plates=(lb.Disk((0.0, 0.0, -500.0), (0.0, 0.0, 1.0), 400.0),)),
+     "no sun and no small light that the lens sees"),
+    (lb.Scene(sun=lb.Sun((0.0, 0.0, -1.0))), None)])
+def test_ghosts_and_stars_that_no_light_can_show_say_so(scene, reason):
+    """A scene without lights, the sun behind the camera, behind a disk, and before the camera."""
+    rendering = lb.Rendering(lb.LensCamera(GAUSS, FILM), scene, flare=Flare(stars=1.0))
+    rendering.add(1)
+    words = [each.message for each in rendering.findings if each.kind == Kind.NO_GHOSTS]
+    assert len(words) == (0 if reason is None else 2)
+    for word, about in zip(words, ("ghosts", "stars"), strict=False):
+        assert word.startswith(f"no {about}: ") and re.search(f"{reason}|no light lies in the picture", word)
 
 
 LAMPS = tuple(lb.Sphere((300.0 * (i % 10 - 5), 300.0 * (i // 10 - 3), -9000.0), 12.0,
