@@ -44,7 +44,7 @@ def domain(lens_name: str, sizes: int = 7, stops: int = 5) -> Domain:
     """The map of one lens, focused at 2 m or at twice its nearest distance."""
     lens = lenses.load(lens_name)
     focus = max(FOCUS, 2.0 * lb.nearest_focus(lens))
-    widest = lb.first_order(lens).f_number * 1.0001
+    widest = lb.f_number_at_infinity(lens)         # at which blades leave the stop round
     numbers = np.geomspace(max(22.0, 2.0 * widest), widest, stops)
     halves = np.geomspace(0.5, circle(lens), sizes)
     angles = np.array([angle(lb.LensCamera(lens, film(half * 1.3), focus), half) for half in halves])

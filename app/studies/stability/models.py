@@ -79,7 +79,7 @@ def field(label: str) -> Sweep:
 def f_number(label: str) -> Sweep:
     """Sweep over ever wider stops."""
     lens = lenses.load(LENSES[label])
-    widest = lb.first_order(lens).f_number * 1.0001
+    widest = lb.f_number_at_infinity(lens)         # at which blades leave the stop round
     values = np.geomspace(32.0, widest, 10)
     half = 0.5 * circle(lens)
     return Sweep(f"Models as the stop opens, {label}", "f-number", "", values, "Place and size of blurs", "px", PIXELS,

@@ -50,6 +50,20 @@ def test_a_map_of_domains_never_gets_simpler_towards_the_corner(name):
         assert rung.error_px <= 0.5 and rung.error_stops <= 0.05
 
 
+@pytest.mark.parametrize("name", ["agfa-color-telinear-90-f4", "pbrt-dgauss-50mm"])
+def test_the_lowest_row_of_a_map_is_the_lens_wide_open_with_a_round_stop(name):
+    """It was drawn a ten-thousandth of a stop away, where blades already forbid every polynomial."""
+    found, lens = domains.domain(name, sizes=2, stops=2), lenses.load(name)
+    focus = max(models.FOCUS, 2.0 * lb.nearest_focus(lens))
+    first = 0
+    for half, rung in zip(found.half_diagonals, found.rung[-1], strict=True):
+        judged = models.judge(lens, half, None, focus)
+        while first < len(LADDER) - 1 and not domains._good(judged.rung(*LADDER[first])):
+            first += 1
+        assert rung == first
+    assert first < len(LADDER) - 1                  # a polynomial holds
+
+
 def test_maps_of_domains_are_written_with_a_sign_in_every_cell(tmp_path):
     found = [domains.domain(name, sizes=3, stops=2) for name in ("pbrt-dgauss-50mm", "lenshh-cooke-triplet-50")]
     domains.save_domains(found, tmp_path / "maps.svg")
