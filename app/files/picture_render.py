@@ -28,6 +28,7 @@ from lensbench.app.state.build import camera
 from lensbench.app.state.coating import flare
 from lensbench.app.state.scene_file import find_scene, scene_files
 from lensbench.app.state.settings import Settings
+from lensbench.kernels.sampling import centred_steps
 from lensbench.optics.finding import Finding
 
 PASS_SECONDS = 0.2              # of rendering between two steps of the progress
@@ -81,8 +82,12 @@ class _Render:
             assert isinstance(view, lb.LensCamera)
             self.choice = lb.choose_model(view, scene)
             view = self.choice.applied(view)
+        steps = None
+        if settings.sample_view and settings.samples == 1:          # of the middle of each pixel, as `lb.depth_map`
+            steps = centred_steps(view.film.pixels_x, view.film.pixels_y, view.stage_centre)
         self.rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view,
-                                      light_tracing=settings.light_tracing, flare=flare(settings), in_bands=not whole)
+                                      light_tracing=settings.light_tracing, flare=flare(settings), in_bands=not whole,
+                                      steps=steps)
         self._whole = whole
 
     def done(self, meter: Noise | None = None) -> Rendered:

@@ -224,7 +224,8 @@ class SettingTable(LensSettings):
     seed: int = setting(0, bounds=Interval(0, LARGEST_SEED), rule=f"it must be a whole number from 0 to {LARGEST_SEED}",
                         figures=False, read=read_seed, metavar="N", help="sampler seed")
     view: str = setting("picture", choices=VIEWS, figures=False,
-                        help="what is shown: the picture, or a quantity of its samples")
+                        help="what is shown: the picture, or a quantity of its samples; of one sample, that of the "
+                             "middle of each pixel and of the pupil")
     exposure: float = setting(0.0, unit="stops", bounds=Interval(-60.0, 60.0), restarts=NOTHING,
                               read=read_exposure, metavar="STOPS", help="such as +1 or -0.5")
     exposing: str = setting(

@@ -207,6 +207,22 @@ def unit_square(points, real) -> np.ndarray:
     return np.minimum(points, np.nextafter(points.dtype.type(1), points.dtype.type(0)))
 
 
+@stage
+def centre_samples(lanes, p, ints, key):
+    """Raster X, Y at the middle of its pixel, pupil sample and TIME. p: U0, U1, TIME."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, u0, u1, time = row[X], row[Y], row[U0], row[U1], row[TIME]
+    for i in range(B):
+        x[i], y[i] = np.floor(x[i]) + real(0.5), np.floor(y[i]) + real(0.5)
+        u0[i], u1[i], time[i] = p[0], p[1], p[2]
+
+
+def centred_steps(w: int, h: int, middle: tuple[float, float]) -> list[Step]:
+    """Steps that place one sample in each of w × h pixels: at their middle, in the pupil's (stage u, v), at time ½."""
+    return [Step(sample_pixels, [w, h]), Step(centre_samples, [*middle, 0.5])]
+
+
 def sampling_steps(w: int, h: int, lit: bool, timed: bool = False) -> list[Step]:
     """Steps that draw the samples of w × h pixels; lit: with light samples; timed: with TIME."""
     steps = [Step(sample_pixels, [w, h])]

@@ -123,7 +123,7 @@ class GhostImage:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Why there are no ghosts, or which lights have none; what follows from lights is known after the first pass."""
+        """Why there are no ghosts, or which lights have none; after the first pass, what follows from lights."""
         if self.reason:
             return (note(Kind.NO_GHOSTS, self.reason),)
         if self._passes and self.is_dark:

@@ -14,6 +14,8 @@ from lensbench import lenses
 from lensbench.app.files.export import ExportError, develop, read_settings
 from lensbench.app.files.npz import TEXTS, load_arrays, save_arrays
 from lensbench.app.files.picture_render import export_render, kept_path, render
+from lensbench.app.state.build import camera as camera_of
+from lensbench.app.state.constraints import with_camera
 from lensbench.app.state.settings import Settings
 
 TRIPLET = lenses.load("lenshh-cooke-triplet-50")
@@ -32,6 +34,18 @@ def test_an_export_renders_its_samples_and_says_so_in_the_settings(tmp_path):
         assert read.size == (24, 16)
     assert read_settings(tmp_path / "a.png") == SMALL
     assert told == sorted(told) and told[0] == 0.0 and told[-1] == 1.0
+
+
+@pytest.mark.parametrize("camera", ["perspective", "lens"])
+def test_one_sample_of_a_view_is_that_of_the_middle_of_each_pixel_and_of_the_pupil(camera, tmp_path):
+    settings = replace(with_camera(SMALL, camera), samples=1, view="direction")
+    export_render(settings, tmp_path / "direction.exr")
+    y, x = np.mgrid[0:16, 0:24] + 0.5
+    rays = camera_of(settings).generate_rays(np.stack([x.ravel(), y.ravel()], 1), np.full((384, 2), 0.5))
+    shown = 2.0 * pixels(tmp_path / "direction.exr").reshape(-1, 3) - 1.0
+    np.testing.assert_allclose(shown, rays.directions, atol=1e-6)
+    export_render(replace(settings, view="direction", samples=2), tmp_path / "two.exr")
+    assert not np.array_equal(pixels(tmp_path / "two.exr"), pixels(tmp_path / "direction.exr"))
 
 
 def test_the_same_settings_export_the_same_picture_bit_for_bit_on_any_number_of_threads(tmp_path):
