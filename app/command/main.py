@@ -211,13 +211,12 @@ def _view(arguments: argparse.Namespace) -> int:
 
     kept = arguments.settings is not None or carries_settings(arguments.lens or "")
     follows = arguments.size is None and not kept       # the pixels of a size or a file that was asked for stay
-    if screenshot is None:
-        window.run(settings, follows=follows)
-        return 0
     try:
         is_early = window.run(settings, screenshot=screenshot, follows=follows)
     except OSError as error:
         raise UsageError(f"{screenshot}: {error.strerror}" if error.strerror else str(error)) from error
+    if screenshot is None:
+        return 0
     why = "" if arguments.screenshot else "no display: "
     print(f"{why}wrote the window to {screenshot}")
     if is_early:

@@ -14,6 +14,7 @@ from lensbench.app.window.session import Session
 
 TITLE = "lensbench"
 SIZE = (1280, 720)
+OPENGL = 3, 3                       # the least that draws the picture
 IDLE_PACE = 2.0                     # frames a second at rest
 SCREENSHOT_SAMPLES = 64
 SCREENSHOT_SECONDS = 120.0          # after this time the screenshot is taken as the window is
@@ -70,12 +71,20 @@ def without_display() -> None:
 
 
 def show(runner: hello_imgui.RunnerParams) -> None:
-    """Show a window until it is closed.
+    """Show a window until it is closed; OSError where the driver's OpenGL is too old for it.
 
     Frame by frame: `immapp.run` of imgui's Python package first looks for the sources of all its callers, which takes
     a quarter of a second.
     """
-    immapp.manual_render.setup_from_runner_params(runner, immapp.AddOnsParams(with_implot=True))
+    try:
+        immapp.manual_render.setup_from_runner_params(runner, immapp.AddOnsParams(with_implot=True))
+    except RuntimeError as error:                   # an assertion of its C++
+        offered = _opengl_version()
+        if offered is not None and offered >= OPENGL:
+            raise
+        has = "none" if offered is None else "{}.{}".format(*offered)
+        raise OSError("the window needs OpenGL {}.{}, and this driver offers {}: install a newer one; "
+                      "`lensbench render` needs none".format(*OPENGL, has)) from error
     try:
         while not runner.app_shall_exit:
             immapp.manual_render.render()
@@ -83,10 +92,26 @@ def show(runner: hello_imgui.RunnerParams) -> None:
         immapp.manual_render.tear_down()
 
 
+def _opengl_version() -> tuple[int, int] | None:
+    """The OpenGL that the driver offers a window without demands; None where it makes none."""
+    if not glfw.init():
+        return None
+    glfw.default_window_hints()
+    glfw.window_hint(glfw.VISIBLE, False)
+    if glfw.get_platform() == glfw.PLATFORM_NULL:
+        glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.EGL_CONTEXT_API)
+    window = glfw.create_window(16, 16, TITLE, None, None)
+    if not window:
+        return None
+    return (glfw.get_window_attrib(window, glfw.CONTEXT_VERSION_MAJOR),
+            glfw.get_window_attrib(window, glfw.CONTEXT_VERSION_MINOR))
+
+
 def run(settings: Settings, screenshot: Path | str | None = None, follows: bool = False) -> int:
     """Open the window, return when it is closed: 0, or 1 if the picture was not ready in time for the screenshot.
 
     screenshot: open it on no display, save a picture of it there, and return; OSError if it cannot be written.
+    OSError too where the driver's OpenGL is too old.
     follows: the picture has as many pixels as the window shows of it, and not those of the settings.
     """
     session = Session(settings, remember=screenshot is None)
