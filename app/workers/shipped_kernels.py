@@ -1,6 +1,7 @@
 """Compile the kernels that a wheel carries: `python -m lensbench.app.workers.shipped_kernels FOLDER`.
 
-Small pictures of every camera kind, lens shape and scene, and the figures of every panel, ask for the kernels. They
+Small pictures of every camera kind, lens shape and scene, and the figures of every panel, ask for the kernels; every
+stage of the sources is one too. A function of the sources that nothing asks for (`called_kernels`) ends the build. All
 are compiled for every level of x86-64, also for those that this processor cannot run, and packed into FOLDER/LEVEL.zip,
 where `lensbench.kernels.cache` finds them in an installed package.
 """
@@ -23,9 +24,12 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.state.scene_assets.radiance_hdr import read_hdr
+from lensbench.app.workers.called_kernels import called_kernels, is_stage
 from lensbench.app.workers.kernel import Kernel
 from lensbench.kernels import cache
 from lensbench.kernels.figures import fixed
+from lensbench.kernels.program import stage_signature
 from lensbench.rendering.sample_allocation import EVEN
 from lensbench.rendering.temporal_reuse import Reusable
 from lensbench.scenery.builtin.benchmark import lamps_scene
@@ -142,7 +146,21 @@ def exercise(progress: Any = print) -> None:
     field.refocus(900.0, f_number=5.6)
     lb.find_depth(field)
     lb.PlenopticCamera(view, 5).expose(scene, 2, 0).decoded().refocus(1500.0)
+    seen = lb.capture_lumigraph(lb.PerspectiveCamera(small), scene, views=(3, 3), distance=1200.0, samples=1)
+    seen.seen_by(lb.PerspectiveCamera(small))
     progress(f"{len(cache.used)} kernels with those of light fields")
+    lens = lenses.load("lenshh-cooke-triplet-50")
+    lb.analysis.sensitivities(lens)
+    lb.analysis.production(lens, copies=2)
+    lb.astigmatic_foci(lens, 0.2)
+    lb.analysis.light_budget(lens, (0.0, 0.0, -100.0), (0.0, 0.0, 1.0))
+    replace(scene, meshes=(wall,)).distance([[0.0, 0.0, 0.0]], [[0.0, 0.0, -1.0]])
+    lb.Sensor().record(np.ones((2, 2, 3), np.float32), 100.0)
+    with tempfile.TemporaryDirectory() as folder:
+        sky = Path(folder) / "sky.hdr"
+        sky.write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x80")
+        read_hdr(sky, 1)
+    progress(f"{len(cache.used)} kernels with those of manufacture, single rays, the sensor and skies")
 
 
 def analyses(settings: Any) -> None:
@@ -169,7 +187,13 @@ def asked(listed: Path) -> None:
     and a wheel needs no more: these are asked anew in a second process, after the first has compiled what was missing.
     """
     exercise()
-    listed.write_bytes(pickle.dumps([Kernel.of(*each) for each in cache.used.values()]))
+    kernels = [Kernel.of(*each) for each in cache.used.values()]
+    shipped = {(kernel.module, kernel.name) for kernel in kernels}
+    left = {key: kernel for key, kernel in called_kernels().items() if key not in shipped}
+    kernels += [Kernel(*key, stage_signature(np.float32)) for key, kernel in left.items() if is_stage(kernel)]
+    if unknown := [".".join(key) for key, kernel in left.items() if not is_stage(kernel)]:
+        sys.exit(f"no picture or figure of `exercise` asks for {', '.join(sorted(unknown))}: add one that does")
+    listed.write_bytes(pickle.dumps(kernels))
 
 
 def compiled(kernels: list[Kernel], archive: Path) -> None:

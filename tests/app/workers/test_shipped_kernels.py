@@ -1,0 +1,35 @@
+"""A wheel carries every compiled function that lensbench needs on its own, and that list follows from the sources."""
+
+import pickle
+import subprocess
+import sys
+
+import pytest
+
+from lensbench.analysis import perturbed_copies
+from lensbench.app.workers.called_kernels import called_kernels, is_stage
+from lensbench.kernels import sampling
+from lensbench.optics import scalar_trace, surfaces
+from lensbench.scenery.intersect import meshes
+from lensbench.scenery.shading import illumination
+
+
+@pytest.mark.slow
+def test_the_functions_that_python_code_names_are_found_and_their_parts_are_not():
+    found = called_kernels()
+    names = {(kernel.py_func.__module__, kernel.py_func.__qualname__) for kernel in (
+        meshes._distances, perturbed_copies.judge_copies, perturbed_copies.trace_copies, scalar_trace.trace_ray,
+        surfaces._sags, sampling.sample_pixels)}
+    assert names <= found.keys()
+    for part in (sampling.mix, illumination.rise):          # of kernels alone, and also called without compilation
+        assert (part.py_func.__module__, part.py_func.__qualname__) not in found
+    assert is_stage(sampling.sample_pixels) and not is_stage(scalar_trace.trace_ray)
+
+
+@pytest.mark.slow
+def test_every_one_of_them_is_asked_for_where_a_wheel_is_built(tmp_path):
+    """The wheel lacked seven: those of tolerances, of single rays, and of distances to meshes."""
+    subprocess.run([sys.executable, "-m", "lensbench.app.workers.shipped_kernels", "--asked", str(tmp_path / "listed")],
+                   check=True, capture_output=True)
+    asked = pickle.loads((tmp_path / "listed").read_bytes())
+    assert called_kernels().keys() <= {(kernel.module, kernel.name) for kernel in asked}
