@@ -179,8 +179,8 @@ class Design:
         made: list[Surface] = []
         for row in surfaces:
             try:
-                surface = Surface(row.curvature, row.thickness, row.semi_diameter or 0.0, row.glass, row.conic,
-                                  tuple(row.aspheric.items()), row.curvature_x, pose=row.pose)
+                surface = Surface(row.thickness, row.semi_diameter or 0.0, row.glass, row.conic,
+                                  tuple(row.aspheric.items()), row.curvature_x, curvature=row.curvature, pose=row.pose)
                 made.append(surface.scaled(self.unit) if self.unit != 1.0 else surface)
                 check_sizes(made[-1])
                 finding = toroids.finding(row.toroid, made[-1], len(made) - 1)

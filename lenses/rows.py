@@ -56,7 +56,7 @@ def surface(radius: object, thickness: object, n_d: object, semi_diameter: objec
     rim = number(semi_diameter, "semi-diameter")
     if rim <= 0.0:
         raise RowError(f"semi-diameter is {significant(rim)} mm: it must be positive")
-    made = Surface(curvature(radius), number(thickness, "thickness"), rim, Glass(n, abbe, glass))
+    made = Surface(number(thickness, "thickness"), rim, Glass(n, abbe, glass), curvature=curvature(radius))
     check_sizes(made)
     return made
 

@@ -71,7 +71,7 @@ def with_sensor_stack(lens: Lens, film_distance: float, thickness: float, index:
     *before, last = lens.surfaces
     half = 0.5 * air
     rim = RIM * (last.semi_diameter + air + thickness)
-    plate = Surface(0.0, thickness, rim, glass), Surface(0.0, 0.0, rim)
+    plate = Surface(thickness, rim, glass, curvature=0.0), Surface(0.0, rim, curvature=0.0)
     return replace(lens, surfaces=(*before, replace(last, thickness=half), *plate), positions=None), half
 
 

@@ -53,7 +53,7 @@ class Surface:
     Parameters
     ----------
     curvature : float
-        c = 1/R in 1/mm, positive if the centre of curvature lies at +z; 0 for a plane. Or give `radius`.
+        Keyword only: c = 1/R in 1/mm, positive if the centre of curvature lies at +z; 0 for a plane. Or give `radius`.
     thickness : float
         Gap to the next vertex (mm).
     semi_diameter : float
@@ -72,7 +72,7 @@ class Surface:
     pose : SurfacePose or None
         Decentre, tilt and roll of this surface; None where it is in line.
     radius : float
-        Keyword alone, in place of the curvature: R in mm, positive if the centre of curvature lies at +z; math.inf for
+        Keyword only, instead of the curvature: R in mm, positive if the centre of curvature lies at +z; math.inf for
         a plane.
 
     Raises
@@ -80,7 +80,7 @@ class Surface:
     LensError
         For numbers that are not finite, a rim that is not positive, or invalid terms.
     TypeError
-        For a glass that is no `Glass`, such as its name.
+        Without curvature and radius, or with both; for a glass that is no `Glass`, such as its name.
     """
 
     curvature: float
@@ -93,14 +93,15 @@ class Surface:
     coating: Coating | None = None
     pose: SurfacePose | None = None
 
-    def __init__(self, curvature: float | None = None, thickness: float = 0.0, semi_diameter: float | None = None,
-                 glass: Glass = AIR, conic: float = 0.0, aspheric: Iterable[tuple[int, float]] = (),
-                 curvature_x: float | None = None, coating: Coating | None = None, pose: SurfacePose | None = None, *,
+    def __init__(self, thickness: float = 0.0, semi_diameter: float | None = None, glass: Glass = AIR,
+                 conic: float = 0.0, aspheric: Iterable[tuple[int, float]] = (), curvature_x: float | None = None,
+                 coating: Coating | None = None, pose: SurfacePose | None = None, *, curvature: float | None = None,
                  radius: float | None = None):
+        if (curvature is None) == (radius is None):
+            raise TypeError("a surface needs either its curvature or its radius of curvature, by name: radius=50.0 "
+                            "(mm) or curvature=0.02 (1/mm)")
         if semi_diameter is None:
             raise TypeError("a surface needs its semi_diameter, the radius of its rim in mm")
-        if (curvature is None) == (radius is None):
-            raise TypeError("a surface needs either its curvature or its radius of curvature")
         if radius is not None:
             if radius != radius or radius == 0.0:
                 raise LensError(f"radius of curvature {radius}: it must be a number of mm, or math.inf for a plane")

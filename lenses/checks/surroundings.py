@@ -62,8 +62,8 @@ def _plates(lens: Lens) -> Iterator[Hypothesis]:
     if not behind > 0.0:
         return
     rim = last.semi_diameter
-    surfaces = (*lens.surfaces[:-1], replace(last, thickness=space), Surface(0.0, thickness, rim, PLATE),
-                Surface(0.0, behind, rim))
+    surfaces = (*lens.surfaces[:-1], replace(last, thickness=space), Surface(thickness, rim, PLATE, curvature=0.0),
+                Surface(behind, rim, curvature=0.0))
     yield Hypothesis(Kind.COVER_GLASS, Change("cover glass", len(lens.surfaces) - 1, 0.0, thickness),
                      "the cover glass or sensor stack before the film is not in the table", words,
                      replace(lens, surfaces=surfaces, positions=None), 3.0)

@@ -46,7 +46,7 @@ def plate(thickness: float, semi_diameter: float, glass: Glass = CROWN) -> tuple
         For sizes that are not positive.
     """
     _positive(thickness=thickness, semi_diameter=semi_diameter)
-    return Surface(0.0, thickness, semi_diameter, glass), Surface(0.0, 0.0, semi_diameter)
+    return Surface(thickness, semi_diameter, glass, curvature=0.0), Surface(0.0, semi_diameter, curvature=0.0)
 
 
 def close_up_lens(dioptres: float, semi_diameter: float, glass: Glass = CROWN) -> tuple[Surface, ...]:
@@ -78,9 +78,9 @@ def close_up_lens(dioptres: float, semi_diameter: float, glass: Glass = CROWN) -
     if abs(curvature) * semi_diameter >= 0.95:
         raise EditError(f"a lens of {significant(dioptres)} dioptres is no wider than "
                         f"{significant(0.95 / abs(curvature), 3)} mm: make it narrower")
-    front = Surface(curvature, 1.0, semi_diameter, glass)
+    front = Surface(1.0, semi_diameter, glass, curvature=curvature)
     sag = float(front.sag(0.0, semi_diameter))
-    return replace(front, thickness=EDGE + max(sag, 0.0)), Surface(0.0, 0.0, semi_diameter)
+    return replace(front, thickness=EDGE + max(sag, 0.0)), Surface(0.0, semi_diameter, curvature=0.0)
 
 
 def front_width(document: LensDocument, thickness: float = FILTER) -> float:

@@ -90,7 +90,7 @@ def inserted_plane(document: LensDocument, place: int) -> LensDocument:
         raise EditError(f"place {place}: it must lie from 0 to {count}")
     near = document.surfaces[min(place, count - 1)]
     medium = medium_before(document.lens, place)
-    return inserted(document, place, [Surface(0.0, 0.0, near.semi_diameter, medium)],
+    return inserted(document, place, [Surface(0.0, near.semi_diameter, medium, curvature=0.0)],
                     gaps={place - 1: None} if _ends_at_rim(document, place - 1) else None)
 
 
@@ -170,7 +170,8 @@ def split(document: LensDocument, surface: int, share: float = 0.5) -> LensDocum
     first = replace(front, thickness=front.thickness * share)
     rest = front.thickness - first.thickness
     behind = document.surfaces[min(surface + 1, len(document.surfaces) - 1)]
-    plane = Surface(0.0, rest, max(front.semi_diameter, behind.semi_diameter), front.glass, pose=pose_behind(front))
+    plane = Surface(rest, max(front.semi_diameter, behind.semi_diameter), front.glass, curvature=0.0,
+                    pose=pose_behind(front))
     changed = replace(document, lens=with_surfaces(document.lens, [(surface, first)]))
     # What ends at the image still does so; all other rules are of a gap that is two gaps now
     rule = document.rule(surface, THICKNESS)

@@ -105,13 +105,13 @@ def _plane_stop(lens: Lens) -> tuple[list[Surface], int | None, list[Finding]]:
     if air_after:
         gap = max(depth, 0.0)
         surfaces[i] = replace(stop, thickness=gap)
-        surfaces.insert(i + 1, Surface(0.0, stop.thickness - gap, stop.semi_diameter))
+        surfaces.insert(i + 1, Surface(stop.thickness - gap, stop.semi_diameter, curvature=0.0))
         return surfaces, i + 1, moved
     if air_before:
         gap = max(-depth, 0.0)
         if i > 0:
             surfaces[i - 1] = replace(surfaces[i - 1], thickness=surfaces[i - 1].thickness - gap)
-        surfaces.insert(i, Surface(0.0, gap, stop.semi_diameter))
+        surfaces.insert(i, Surface(gap, stop.semi_diameter, curvature=0.0))
         return surfaces, i, moved
     return surfaces, None, [Finding(Kind.STOP, i, f"the stop is the cemented surface {i}, which pbrt cannot mark: the "
                                                   "smallest rim limits")]

@@ -19,7 +19,8 @@ def singlet(rng):
     front, rear = 1.0 / rng.uniform(12.0, 200.0), rng.choice((0.0, -1.0 / rng.uniform(15.0, 300.0), 1e-9))
     rim = rng.uniform(1.0, 14.0)
     glass = lb.Glass(rng.uniform(1.4, 2.0), rng.uniform(20.0, 80.0))
-    return lb.Lens((lb.Surface(front, rng.uniform(0.5, 12.0), rim, glass), lb.Surface(rear, 0.0, rim)),
+    return lb.Lens((lb.Surface(rng.uniform(0.5, 12.0), rim, glass, curvature=front),
+                    lb.Surface(0.0, rim, curvature=rear)),
                    rng.randrange(2))
 
 

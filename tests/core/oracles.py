@@ -26,8 +26,9 @@ def _pairs(terms=()):
 def lens(name: str, line: str = "d") -> lb.Lens:
     """The reference lens with the indices of one spectral line."""
     data = REFERENCE[name]
-    surfaces = [lb.Surface(1.0 / radius if radius else 0.0, thickness, semi_diameter,
-                           lb.Glass(n[line]) if n else lb.AIR, aspheric=_pairs(*terms))
+    surfaces = [lb.Surface(thickness, semi_diameter,
+                           lb.Glass(n[line]) if n else lb.AIR, curvature=1.0 / radius if radius else 0.0,
+                           aspheric=_pairs(*terms))
                 for radius, thickness, semi_diameter, n, *terms in data["surfaces"]]
     return lb.Lens(tuple(surfaces), data["stop"], name=name)
 
@@ -42,8 +43,8 @@ def pbrt_rays(name: str, film: np.ndarray, direction: np.ndarray, rear_z: float)
 def biconvex(curvature: float = 0.01, thickness: float = 4.0, index: float = 1.5,
              semi_diameter: float = 10.0) -> lb.Lens:
     """One lens in air; its first surface is the stop."""
-    return lb.Lens((lb.Surface(curvature, thickness, semi_diameter, lb.Glass(index)),
-                    lb.Surface(-curvature, 0.0, 2.0 * semi_diameter)), 0)
+    return lb.Lens((lb.Surface(thickness, semi_diameter, lb.Glass(index), curvature=curvature),
+                    lb.Surface(0.0, 2.0 * semi_diameter, curvature=-curvature)), 0)
 
 
 def rms_on_film(wide: lb.Lens, film: float, focus_distance: float, rays: int = 400) -> float:
@@ -67,17 +68,18 @@ def lenses(draw, most: int = 8) -> lb.Lens:
     radius = st.one_of(st.floats(12.0, 300.0), st.floats(-300.0, -12.0))
     curvature = st.one_of(st.just(0.0), radius.map(lambda r: 1.0 / r))
     surfaces = tuple(
-        lb.Surface(draw(curvature), draw(st.floats(0.5, 8.0)), draw(st.floats(4.0, 9.0)),
-                   lb.AIR if i % 2 or i == count - 1 else lb.Glass(draw(st.floats(1.4, 1.95))))
+        lb.Surface(draw(st.floats(0.5, 8.0)), draw(st.floats(4.0, 9.0)),
+                   lb.AIR if i % 2 or i == count - 1 else lb.Glass(draw(st.floats(1.4, 1.95))),
+                   curvature=draw(curvature))
         for i in range(count))
     return lb.Lens(surfaces, draw(st.integers(0, count - 1)))
 
 
 def behind_stop(gap: float) -> lb.Lens:
     """A biconvex lens of 42 mm, its stop this far behind its rear focus."""
-    glass = (lb.Surface(0.02, 4.0, 8.0, lb.Glass(1.6)), lb.Surface(-0.02, 0.0, 8.0))
+    glass = (lb.Surface(4.0, 8.0, lb.Glass(1.6), curvature=0.02), lb.Surface(0.0, 8.0, curvature=-0.02))
     focus = lb.first_order(lb.Lens(glass, 0)).bfl
-    return lb.Lens((glass[0], lb.Surface(-0.02, focus + gap, 8.0), lb.Surface(0.0, 0.0, 2.0)), 2)
+    return lb.Lens((glass[0], lb.Surface(focus + gap, 8.0, curvature=-0.02), lb.Surface(0.0, 2.0, curvature=0.0)), 2)
 
 
 def of_one_colour(stack: lb.Lens, wavelength: float) -> lb.Lens:

@@ -22,7 +22,7 @@ def test_pbrt_v3_91_a_flat_window_shifts_a_ray_by_the_closed_form_and_turns_it_b
     """A plane there is the stop, and a radius of 1e9 mm may replace it: a float32 has no digits left in its square."""
     n, thickness, angle = 1.52, 6.0, math.radians(degrees)
     c = 0.0 if math.isinf(radius) else 1.0 / radius
-    window = lb.Lens((lb.Surface(c, thickness, 50.0, lb.Glass(n)), lb.Surface(c, 0.0, 50.0)), 0)
+    window = lb.Lens((lb.Surface(thickness, 50.0, lb.Glass(n), curvature=c), lb.Surface(0.0, 50.0, curvature=c)), 0)
     way = np.array([0.0, math.sin(angle), math.cos(angle)])
     t = lb.trace(window, [[1.0, -2.0, -3.0]], way[None], dtype=real)
     assert t.fate[0] == lb.Fate.PASSED
@@ -37,8 +37,8 @@ def test_pbrt_v3_91_a_flat_window_shifts_a_ray_by_the_closed_form_and_turns_it_b
 def test_lentil_23_a_last_element_that_is_a_cylinder_bends_as_one():
     """It is taken for a sphere there. Here rays of the camera lead back to their film points by Snell's law alone."""
     index, thickness, c = 1.6, 5.0, -1.0 / 40.0
-    rear = lb.Surface(c, 0.0, 9.0, curvature_x=0.0)
-    lens = lb.Lens((lb.Surface(0.0, thickness, 8.0, lb.Glass(index)), rear), 0)
+    rear = lb.Surface(0.0, 9.0, curvature=c, curvature_x=0.0)
+    lens = lb.Lens((lb.Surface(thickness, 8.0, lb.Glass(index), curvature=0.0), rear), 0)
     camera = lb.LensCamera(lens, FILM, 2000.0)
     random = np.random.default_rng(1)
     raster = random.random((500, 2)) * [90.0, 60.0]
@@ -66,7 +66,7 @@ def test_lentil_23_a_last_element_that_is_a_cylinder_bends_as_one():
 
 def test_one_ray_that_fails_leaves_the_others_and_what_is_summed_over_them_as_they_are():
     """A miss, a total reflection, a point within the lens: each is its own, and no figure of a plot is lost by it."""
-    ball = lb.Lens((lb.Surface(0.1, 4.0, 30.0, lb.Glass(1.9)), lb.Surface(0.0, 0.0, 30.0)), 0)
+    ball = lb.Lens((lb.Surface(4.0, 30.0, lb.Glass(1.9), curvature=0.1), lb.Surface(0.0, 30.0, curvature=0.0)), 0)
     heights = np.array([0.0, 2.0, 9.9, 10.1, 25.0, 4.0])
     t = lb.trace(ball, np.column_stack([0.0 * heights, heights, 0.0 * heights - 5.0]), [0.0, 0.0, 1.0], record=True)
     assert list(t.fate[[0, 1, 3, 4, 5]]) == [lb.Fate.PASSED, lb.Fate.PASSED, lb.Fate.MISSED, lb.Fate.MISSED,
@@ -88,7 +88,7 @@ def test_one_ray_that_fails_leaves_the_others_and_what_is_summed_over_them_as_th
 def test_pbrt_v3_318_two_colours_meet_where_the_indices_of_each_have_their_focus():
     """There a gap has one index for all colours. A thin lens's foci of F and C lie f / V apart."""
     glass = lb.Glass(1.5168, 64.17)
-    thin = lb.Lens((lb.Surface(0.02, 1e-6, 5.0, glass), lb.Surface(-0.02, 0.0, 5.0)), 0)
+    thin = lb.Lens((lb.Surface(1e-6, 5.0, glass, curvature=0.02), lb.Surface(0.0, 5.0, curvature=-0.02)), 0)
     blue, middle, red = (lb.first_order(thin, line).efl for line in (lb.F_LINE, lb.D_LINE, lb.C_LINE))
     assert (red - blue) / middle == pytest.approx(1.0 / 64.17, rel=1e-2)        # to the first order in 1 / V
     low = 1e-3                                                                  # and rays near the axis go there

@@ -24,7 +24,7 @@ def published(name):
         shape = {"conic": extra.get("conic", 0.0), "curvature_x": 0.0 if extra.get("cylinder") else None,
                  "aspheric": tuple((int(power), a) for power, a in extra.get("aspheric", {}).items())}
         glass = Glass(n, v, extra.get("glass", "")) if n > 1.0 else AIR
-        surfaces.append(Surface(1.0 / radius if radius else 0.0, gap, rim, glass, **shape))
+        surfaces.append(Surface(gap, rim, glass, curvature=1.0 / radius if radius else 0.0, **shape))
     stop, findings = stop_of(tuple(surfaces), [] if entry["stop"] is None else [entry["stop"]])
     fields = (FieldPoint(0.0, entry["half_field"]),) if entry.get("half_field") else ()
     positions = None

@@ -68,16 +68,16 @@ def terms(powers):
 def prescriptions(powers, cylinders=True, toroids=True, glasses=model_glasses, **words):
     """Lenses whose aspheric terms have these powers; words: strategies for fields of the lens."""
     media = st.just(AIR) | glasses
-    bodies = st.builds(Surface, curvatures, lengths, positive, media, st.just(0.0) | st.floats(-20.0, 20.0),
-                       terms(powers))
-    rods = st.builds(Surface, curvatures, lengths, positive, media,
+    bodies = st.builds(Surface, lengths, positive, media, st.just(0.0) | st.floats(-20.0, 20.0), terms(powers),
+                       curvature=curvatures)
+    rods = st.builds(Surface, lengths, positive, media, curvature=curvatures,
                      curvature_x=curvatures if toroids else st.just(0.0))
     if not toroids:
-        rods |= st.builds(Surface, st.just(0.0), lengths, positive, media, curvature_x=curvatures)
+        rods |= st.builds(Surface, lengths, positive, media, curvature=st.just(0.0), curvature_x=curvatures)
 
     @st.composite
     def lens(draw):
         table = draw(st.lists(bodies | rods if cylinders else bodies, min_size=1, max_size=6))
-        table[-1] = Surface(table[-1].curvature, table[-1].thickness, table[-1].semi_diameter)
+        table[-1] = Surface(table[-1].thickness, table[-1].semi_diameter, curvature=table[-1].curvature)
         return Lens(tuple(table), draw(st.integers(0, len(table) - 1)), **{key: draw(s) for key, s in words.items()})
     return lens()

@@ -130,7 +130,8 @@ def test_a_misread_digit_or_point_is_found(name, surface, quantity, wrong):
 
 # One defect at a time, in a biconvex lens before its stop
 
-BICONVEX = Lens((Surface(0.02, 6.0, 10.0, Glass(1.5168, 64.17)), Surface(-0.02, 3.0, 10.0), Surface(0.0, 0.0, 8.0)), 2)
+BICONVEX = Lens((Surface(6.0, 10.0, Glass(1.5168, 64.17), curvature=0.02), Surface(3.0, 10.0, curvature=-0.02),
+                 Surface(0.0, 8.0, curvature=0.0)), 2)
 
 
 def test_a_biconvex_lens_raises_no_alarm():
@@ -148,7 +149,8 @@ def test_a_biconvex_lens_raises_no_alarm():
 ])
 def test_each_defect_is_named_with_its_surface(kind, surface, change):
     spoiled = BICONVEX if kind != "crossing" else replace(
-        BICONVEX, surfaces=(*BICONVEX.surfaces[:2], Surface(-0.01, 5.0, 10.0), BICONVEX.surfaces[2]), stop_index=3)
+        BICONVEX, surfaces=(*BICONVEX.surfaces[:2], Surface(5.0, 10.0, curvature=-0.01), BICONVEX.surfaces[2]),
+        stop_index=3)
     found = [(finding.kind, finding.surface) for finding in lenses.check(with_surface(spoiled, surface, **change))]
     assert (kind, surface) in found
 

@@ -163,7 +163,8 @@ def test_a_field_that_the_rims_do_not_light_is_reported(name):
 
 def test_the_lit_field_of_a_single_stop_before_a_thin_lens_is_its_geometry():
     # the rim of the lens, 5 mm high, stands 20 mm behind the stop: tan 14.04° = 5/20
-    lens = Lens((Surface(0.0, 20.0, 1.0), Surface(1e-9, 1.0, 5.0, Glass(1.5)), Surface(-1e-9, 50.0, 50.0)), 0)
+    lens = Lens((Surface(20.0, 1.0, curvature=0.0), Surface(1.0, 5.0, Glass(1.5), curvature=1e-9),
+                 Surface(50.0, 50.0, curvature=-1e-9)), 0)
     assert lit_field(lens)[0] == pytest.approx(14.04, abs=0.25) and lit_field(lens)[1] == 1
 
 
@@ -227,7 +228,8 @@ def test_a_zoom_whose_last_gap_is_missing_from_its_table_is_recognised():
 
 # What is unusual and not wrong
 
-BICONVEX = Lens((Surface(0.02, 6.0, 10.0, Glass(1.5168, 64.17)), Surface(-0.02, 3.0, 10.0), Surface(0.0, 0.0, 8.0)), 2)
+BICONVEX = Lens((Surface(6.0, 10.0, Glass(1.5168, 64.17), curvature=0.02), Surface(3.0, 10.0, curvature=-0.02),
+                 Surface(0.0, 8.0, curvature=0.0)), 2)
 
 
 @pytest.mark.parametrize("glass", [Glass(1.74, 16.0), Glass(1.67, 19.2), Glass(1.7, 15.0)])

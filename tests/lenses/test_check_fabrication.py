@@ -15,8 +15,8 @@ CROWN = Glass(1.5168, 64.17)
 
 def singlet(front, back, thickness, semi, behind=20.0, **changes):
     """A lens of one element (radii in mm) with a stop behind it."""
-    return Lens((Surface(1.0 / front, thickness, semi, CROWN, **changes), Surface(1.0 / back, behind, semi),
-                 Surface(0.0, 60.0, 0.9 * semi)), 2)
+    return Lens((Surface(thickness, semi, CROWN, curvature=1.0 / front, **changes), Surface(behind, semi, curvature=1.0 / back),
+                 Surface(60.0, 0.9 * semi, curvature=0.0)), 2)
 
 
 def found(lens, kind):
@@ -49,7 +49,7 @@ def test_a_thin_centre_is_found_and_a_layer_of_resin_is_none():
     assert finding.figures == {"centre": 0.3, "diameter": 16.0}
     assert not found(singlet(-60.0, 60.0, 0.4, 8.0), Kind.THICKNESS)
     doublet = singlet(-60.0, 60.0, 2.0, 8.0)
-    layer = Surface(-1.0 / 60.0, 0.1, 8.0, Glass(1.52, 50.0, "resin"))
+    layer = Surface(0.1, 8.0, Glass(1.52, 50.0, "resin"), curvature=-1.0 / 60.0)
     assert not found(replace(doublet, surfaces=(layer, *doublet.surfaces), stop_index=3), Kind.THICKNESS)
 
 

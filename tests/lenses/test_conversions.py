@@ -130,7 +130,7 @@ def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_reported(suffix, pla
         glass = media.tabulated(name, points)
     except RowError:                                    # the cubic through steps of a glass can fall below 1
         return
-    lens = Lens((Surface(0.02, 5.0, 10.0, glass), Surface(0.0, 90.0, 9.0)), 1)
+    lens = Lens((Surface(5.0, 10.0, glass, curvature=0.02), Surface(90.0, 9.0, curvature=0.0)), 1)
     found, remarks = through(lens, suffix)
     kept = found.surfaces == lens.surfaces
     assert kept or any(remark.kind is Kind.GLASS and remark.surface in (0, None) for remark in remarks)
@@ -141,9 +141,9 @@ def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_reported(suffix, pla
 @pytest.mark.parametrize("shape", Shape)
 @pytest.mark.parametrize("row", [row for row in FORMATS if row.write], ids=lambda row: row.name)
 def test_a_format_holds_the_shapes_of_its_row_and_reports_the_others(row, shape):
-    surface = Surface(0.02, 5.0, 10.0, Glass(1.5), **SHAPES[shape])
+    surface = Surface(5.0, 10.0, Glass(1.5), curvature=0.02, **SHAPES[shape])
     assert surface.form is shape
-    found, remarks = through(Lens((surface, Surface(0.0, 90.0, 9.0)), 1), row.suffix)
+    found, remarks = through(Lens((surface, Surface(90.0, 9.0, curvature=0.0)), 1), row.suffix)
     kept = replace(found.surfaces[0], glass=surface.glass, curvature=surface.curvature) == surface
     told = any(remark.kind is Kind.SHAPE and remark.severity is Severity.WARNING and remark.surface == 0
                for remark in remarks)
@@ -152,10 +152,11 @@ def test_a_format_holds_the_shapes_of_its_row_and_reports_the_others(row, shape)
 
 @pytest.mark.parametrize("suffix", [suffix for suffix in WRITERS if suffix != ".toml"])
 def test_a_toroid_is_kept_or_reported_as_another_lens(suffix):
-    rod = Surface(0.02, 5.0, 10.0, Glass(1.5, 60.0), curvature_x=0.0)
-    toroid = Surface(0.02, 5.0, 10.0, Glass(1.5, 60.0), curvature_x=0.03)
+    rod = Surface(5.0, 10.0, Glass(1.5, 60.0), curvature=0.02, curvature_x=0.0)
+    toroid = Surface(5.0, 10.0, Glass(1.5, 60.0), curvature=0.02, curvature_x=0.03)
     for surface in (rod, toroid):
-        lens = replace(lenses.load("pbrt-dgauss-50mm"), surfaces=(surface, Surface(0.0, 90.0, 9.0)), stop_index=1)
+        lens = replace(lenses.load("pbrt-dgauss-50mm"), surfaces=(surface, Surface(90.0, 9.0, curvature=0.0)),
+                       stop_index=1)
         found, remarks = through(lens, suffix)
         told = any(remark.kind is Kind.SHAPE and remark.severity is Severity.WARNING and remark.surface == 0
                    for remark in remarks)

@@ -24,10 +24,11 @@ def test_the_counts_are_those_that_the_maker_publishes(name, elements, groups):
 
 
 def test_plates_resin_layers_and_a_stop_inside_an_element_do_not_count():
-    doublet = (Surface(0.02, 4.0, 10.0, CROWN), Surface(-0.02, 1.0, 10.0, FLINT), Surface(0.0, 5.0, 10.0))
-    plate = (Surface(0.0, 1.0, 10.0, CROWN), Surface(0.0, 20.0, 10.0))
-    resin = (Surface(0.019, 0.1, 10.0, FLINT), *doublet)
-    split = (Surface(0.02, 2.0, 10.0, CROWN), Surface(0.0, 2.0, 9.0, CROWN), *doublet[1:])
+    doublet = (Surface(4.0, 10.0, CROWN, curvature=0.02), Surface(1.0, 10.0, FLINT, curvature=-0.02),
+               Surface(5.0, 10.0, curvature=0.0))
+    plate = (Surface(1.0, 10.0, CROWN, curvature=0.0), Surface(20.0, 10.0, curvature=0.0))
+    resin = (Surface(0.1, 10.0, FLINT, curvature=0.019), *doublet)
+    split = (Surface(2.0, 10.0, CROWN, curvature=0.02), Surface(2.0, 9.0, CROWN, curvature=0.0), *doublet[1:])
     for table, elements in ((doublet, 2), (doublet + plate, 2), (resin, 2), (split, 2)):
         found = counts(Lens(table, 1))
         assert (found.elements, found.groups, found.surfaces) == (elements, 1, len(table))
@@ -41,7 +42,7 @@ def test_a_block_between_varying_gaps_is_one_focus_group():
 
 
 def test_aspheres_are_surfaces_with_a_conic_or_terms():
-    plain = Surface(0.02, 4.0, 10.0, CROWN)
+    plain = Surface(4.0, 10.0, CROWN, curvature=0.02)
     table = (plain, replace(plain, conic=-1.0), replace(plain, aspheric=((4, 1e-6),)),
              replace(plain, curvature=0.0, conic=-1.0), replace(plain, curvature_x=0.0))
     assert counts(Lens(table, 0)).aspheres == 2

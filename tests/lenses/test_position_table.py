@@ -41,7 +41,7 @@ positive = st.floats(1e-3, 1e4)
 
 @st.composite
 def lenses_with_positions(draw):
-    table = tuple(Surface(c, 1.0, 5.0) for c in draw(st.lists(curvatures, min_size=1, max_size=5)))
+    table = tuple(Surface(1.0, 5.0, curvature=c) for c in draw(st.lists(curvatures, min_size=1, max_size=5)))
     gaps = tuple(sorted(draw(st.sets(st.integers(0, len(table) - 1), min_size=1))))
     zooms, focuses = draw(ends), draw(ends)
 

@@ -14,9 +14,11 @@ from lensbench.lenses.editing.elements import flipped
 from lensbench.lenses.reversal import reversed_lens
 from lensbench.optics.system import Aperture, ApertureKind, FieldPoint, SystemData, Wavelength
 
-ODD = Lens((Surface(0.02, 6.0, 12.0, Glass(1.62, 60.0), -0.7, ((3, 2e-5), (4, -1e-6))),
-            Surface(-0.015, 2.0, 12.0, Glass(1.7, 30.0)), Surface(0.004, 5.0, 12.0, AIR, 2.0, ((6, 1e-9),)),
-            Surface(0.01, 4.0, 12.0, Glass(1.5, 64.0), curvature_x=-0.01), Surface(0.0, 60.0, 12.0)), 2)
+ODD = Lens((Surface(6.0, 12.0, Glass(1.62, 60.0), -0.7, ((3, 2e-5), (4, -1e-6)), curvature=0.02),
+            Surface(2.0, 12.0, Glass(1.7, 30.0), curvature=-0.015),
+            Surface(5.0, 12.0, AIR, 2.0, ((6, 1e-9),), curvature=0.004),
+            Surface(4.0, 12.0, Glass(1.5, 64.0), curvature=0.01, curvature_x=-0.01),
+            Surface(60.0, 12.0, curvature=0.0)), 2)
 LENSES = {"odd": ODD, **{name: lenses.load(name) for name in (
     "pbrt-dgauss-50mm", "lib-us10281683", "lv-nikon-z-58f095-noct", "pbrt-fisheye-10mm")}}
 

@@ -20,8 +20,9 @@ NAMED = (".zmx", ".seq")
 
 def two_groups(gap, back, rim=8.0):
     """A diverging group before a converging one."""
-    return (Surface(-0.0125, 1.0, rim, GLASS), Surface(0.0125, gap, rim), Surface(0.025, 2.0, rim, GLASS),
-            Surface(-0.025, back, rim))
+    return (Surface(1.0, rim, GLASS, curvature=-0.0125), Surface(gap, rim, curvature=0.0125),
+            Surface(2.0, rim, GLASS, curvature=0.025),
+            Surface(back, rim, curvature=-0.025))
 
 
 @st.composite

@@ -227,7 +227,8 @@ def systems(draw, suffix):
 @settings(max_examples=40)
 def test_system_data_that_are_written_read_back_equal(suffix, data):
     system = data.draw(systems(suffix))
-    lens = Lens((Surface(0.02, 5.0, 9.0, GLASS), Surface(-0.02, 3.0, 9.0), Surface(0.0, 60.0, 4.0)), 2, system=system)
+    lens = Lens((Surface(5.0, 9.0, GLASS, curvature=0.02), Surface(3.0, 9.0, curvature=-0.02),
+                 Surface(60.0, 4.0, curvature=0.0)), 2, system=system)
     lens = sized(lens)
     text, remarks = WRITERS[suffix](lens)
     read = READERS[suffix](text, f"a{suffix}")
@@ -253,8 +254,10 @@ def sized(lens):
 @pytest.mark.parametrize("suffix", [".toml", ".zmx", ".seq", ".len"])
 def test_a_zoom_keeps_an_aperture_for_each_setting(suffix):
     rows = ((50.0, 40.0), (20.0, 60.0))
-    lens = Lens((Surface(-0.0125, 1.0, 12.0, GLASS), Surface(0.0125, 50.0, 12.0), Surface(0.025, 2.0, 8.0, GLASS),
-                 Surface(-0.025, 40.0, 8.0)), 2, positions=Positions((1, 3), tuple((row,) for row in rows), (0.0, 1.0)))
+    lens = Lens((Surface(1.0, 12.0, GLASS, curvature=-0.0125), Surface(50.0, 12.0, curvature=0.0125),
+                 Surface(2.0, 8.0, GLASS, curvature=0.025),
+                 Surface(40.0, 8.0, curvature=-0.025)), 2, positions=Positions((1, 3), tuple((row,) for row in rows),
+                                                                               (0.0, 1.0)))
     diameters = tuple(2.0 * lb.first_order(lens.at(zoom=zoom)).entrance_pupil.radius for zoom in (0.0, 1.0))
     lens = replace(lens, system=SystemData(Aperture(ApertureKind.PUPIL_DIAMETER, diameters),
                                            fields=(FieldPoint(0.0, 5.0),), wavelengths=(Wavelength(0.5875618),)))
@@ -276,8 +279,8 @@ def test_a_stop_that_was_closed_is_written_and_not_the_aperture_that_it_contradi
 @pytest.mark.parametrize("rounding", [0.0, 1e-13])
 @pytest.mark.parametrize("suffix", [".zmx", ".json"])
 def test_of_an_entrance_pupil_at_infinity_the_size_of_the_stop_is_written_and_the_rest_said(suffix, rounding):
-    stopped = (Surface(1.0 / 64.0, 0.0, 20.0, Glass(1.5)), Surface(0.0, 128.0 + rounding, 20.0),
-               Surface(0.0, 10.0, 2.0))
+    stopped = (Surface(0.0, 20.0, Glass(1.5), curvature=1.0 / 64.0), Surface(128.0 + rounding, 20.0, curvature=0.0),
+               Surface(10.0, 2.0, curvature=0.0))
     lens = Lens(stopped, 2, system=SystemData(Aperture(ApertureKind.F_NUMBER, (2.0,))))
     text, remarks = WRITERS[suffix](lens)
     assert READERS[suffix](text, f"a{suffix}").stop.semi_diameter == 2.0
@@ -420,7 +423,7 @@ def test_infrared_wavelengths_weights_and_vignetted_fields_survive(suffix):
     system = SystemData(Aperture(ApertureKind.STOP_SIZE, (0.0,)), FieldKind.ANGLE,
                         (FieldPoint(0.0, 0.0), FieldPoint(0.0, 14.0, 2.0, (0.1, 0.1, 0.3, 0.3))),
                         (Wavelength(0.85, 2.0), Wavelength(0.94, 0.5)), 1)
-    lens = Lens((Surface(0.02, 5.0, 9.0, GLASS), Surface(-0.02, 3.0, 9.0), Surface(0.0, 46.0, 4.0)), 2, system=system)
+    lens = Lens((Surface(5.0, 9.0, GLASS, curvature=0.02), Surface(3.0, 9.0, curvature=-0.02), Surface(46.0, 4.0, curvature=0.0)), 2, system=system)
     read = READERS[suffix](WRITERS[suffix](lens)[0], f"a{suffix}").system
     assert sorted(read.wavelengths, key=lambda wave: wave.micrometres) == list(system.wavelengths)
     assert read.primary_wavelength == 0.94
@@ -442,11 +445,11 @@ def test_a_stop_that_is_none_and_a_thickness_behind_a_mirror_are_named():
         text, _ = WRITERS[".txt"](Lens(surfaces, stop))
         return {finding.kind: str(finding) for finding in READERS[".txt"](text, "a.txt").findings}
 
-    front, back = Surface(0.02, 5.0, 9.0, GLASS), Surface(-0.02, 3.0, 9.0)
+    front, back = Surface(5.0, 9.0, GLASS, curvature=0.02), Surface(3.0, 9.0, curvature=-0.02)
     assert not {Kind.RIM, Kind.THICKNESS} & set(found(front, back))
     assert "1000000 mm, is that of no stop" in found(front, replace(back, semi_diameter=1e6))[Kind.RIM]
     assert "mirrors are not traced" in found(replace(front, thickness=-5.0), back)[Kind.THICKNESS]
     assert "mirrors are not traced" in found(front, replace(back, thickness=-3.0), front, back)[Kind.THICKNESS]
     # A stop inside the bulge is no mirror
-    stop = Surface(0.0, 2.0, 5.0)
+    stop = Surface(2.0, 5.0, curvature=0.0)
     assert Kind.THICKNESS not in found(front, replace(back, thickness=-1.0), stop, front, back, stop=2)

@@ -26,7 +26,7 @@ Exact = Callable[[np.ndarray, np.ndarray, lb.Surface], np.ndarray]
 RAYS = 24                       # rays for each value, over the whole aperture and from all sides
 LIMIT = 1e-3                    # mm
 WHY = "a quarter of a pixel of 4 µm"
-GLASS = lb.Surface(1.0 / 50.0, 0.0, 20.0)       # radius 50 mm, 40 mm across
+GLASS = lb.Surface(0.0, 20.0, radius=50.0)
 TILT = math.radians(20.0)
 AWAY = 50.0                     # mm from the surface to the origin of a ray
 

@@ -22,7 +22,7 @@ LIMIT = 20.0                    # µrad
 WHY = "1 µm on a film 50 mm behind"
 TURNS = 24                      # azimuths of the plane of incidence
 TOTAL = lb.Fate.TOTAL_REFLECTION.name
-WINDOW = lb.Lens((lb.Surface(0.0, 0.0, 100.0),), stop_index=0, front_index=INDEX)
+WINDOW = lb.Lens((lb.Surface(0.0, 100.0, curvature=0.0),), stop_index=0, front_index=INDEX)
 
 
 def snell(directions: np.ndarray) -> np.ndarray:

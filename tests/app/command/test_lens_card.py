@@ -100,6 +100,7 @@ def test_terminal_escapes_of_a_lens_file_are_shown_and_not_sent(tmp_path, capsys
 
 
 def test_a_plane_plate_has_no_field_of_view(capsys, tmp_path):
-    lenses.save(lb.Lens((lb.Surface(0.0, 1.0, 5.0, lb.Glass(1.5)), lb.Surface(0.0, 10.0, 5.0)), 0), tmp_path / "a.toml")
+    lenses.save(lb.Lens((lb.Surface(1.0, 5.0, lb.Glass(1.5), curvature=0.0), lb.Surface(10.0, 5.0, curvature=0.0)), 0),
+                tmp_path / "a.toml")
     assert value(lines(capsys, str(tmp_path / "a.toml")), "Field of view") == (
         "none: this lens does not converge: it forms no real image and has no nearest distance")

@@ -169,7 +169,7 @@ def test_the_film_is_the_stated_one_else_follows_the_field_else_the_light():
 
 
 def test_a_lens_that_forms_its_image_inside_has_the_usual_film_and_no_film_of_nothing(tmp_path):
-    ball = lb.Lens((lb.Surface(0.25, 9.0, 3.0, lb.Glass(2.0)), lb.Surface(-0.25, 1.0, 3.0)), 0)
+    ball = lb.Lens((lb.Surface(9.0, 3.0, lb.Glass(2.0), curvature=0.25), lb.Surface(1.0, 3.0, curvature=-0.25)), 0)
     lenses.save(ball, tmp_path / "ball.toml")
     assert own_film(str(tmp_path / "ball.toml"), ball) == (36.0, 24.0)
 

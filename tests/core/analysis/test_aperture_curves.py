@@ -144,7 +144,7 @@ def test_the_view_and_the_falloff_of_a_colour_are_those_of_a_lens_of_this_colour
 
 
 def test_an_afocal_lens_has_no_focus_to_shift():
-    plate = lb.Lens((lb.Surface(0.0, 5.0, 8.0, lb.Glass(1.5)), lb.Surface(0.0, 0.0, 8.0)), 0)
+    plate = lb.Lens((lb.Surface(5.0, 8.0, lb.Glass(1.5), curvature=0.0), lb.Surface(0.0, 8.0, curvature=0.0)), 0)
     with pytest.raises(lb.LensError, match="afocal"):
         lb.analysis.focus_shift(plate, 30.0, AXIS)
 

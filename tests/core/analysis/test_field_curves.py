@@ -106,8 +106,8 @@ def test_longitudinal_aberration_starts_at_the_paraxial_focus_and_follows_single
 def test_an_afocal_lens_images_a_near_object():
     """Two lenses of focal lengths f₁ and f₂, f₁ + f₂ apart, put the object at d at f₂ + (f₂ / f₁)² (f₁ − d) behind."""
     crown = lb.Glass(1.5)
-    pair = lb.Lens((lb.Surface(0.01, 0.0, 10.0, crown), lb.Surface(0.0, 300.0, 10.0),
-                    lb.Surface(0.0, 0.0, 10.0, crown), lb.Surface(-0.02, 0.0, 10.0)), 0)
+    pair = lb.Lens((lb.Surface(0.0, 10.0, crown, curvature=0.01), lb.Surface(300.0, 10.0, curvature=0.0),
+                    lb.Surface(0.0, 10.0, crown, curvature=0.0), lb.Surface(0.0, 10.0, curvature=-0.02)), 0)
     for distance in (200.0, 500.0):
         expected = 100.0 + 0.25 * (200.0 - distance)
         assert paraxial_focus(pair, distance, lb.D_LINE) == pytest.approx(expected, abs=1e-9)
@@ -147,6 +147,6 @@ def test_foci_of_close_rays_of_the_grid_are_coddingtons():
 
 
 def test_a_thin_lens_images_a_near_object_by_its_equation():
-    thin = lb.Lens((lb.Surface(0.015, 0.0, 10.0, lb.Glass(1.5)), lb.Surface(-0.005, 0.0, 10.0)), 0)
+    thin = lb.Lens((lb.Surface(0.0, 10.0, lb.Glass(1.5), curvature=0.015), lb.Surface(0.0, 10.0, curvature=-0.005)), 0)
     for distance in (60.0, 150.0, 300.0, 5000.0):
         assert paraxial_focus(thin, distance, lb.D_LINE) == pytest.approx(1.0 / (0.01 - 1.0 / distance), rel=1e-12)

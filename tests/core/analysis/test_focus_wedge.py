@@ -157,9 +157,9 @@ def test_beyond_a_window_the_hinge_of_a_lens_out_of_line_lies_in_its_wedge_neare
 def test_the_wedge_of_a_lens_whose_stop_is_at_its_front_focus_is_its_depth_of_field(index):
     """Its exit pupil is at infinity, in water too: δ is the circle times the focal length over the stop's diameter."""
     water, glass = lb.Glass(index), lb.Glass(1.6)
-    rear = (lb.Surface(0.025, 4.0, 12.0, glass), lb.Surface(-0.025, 0.0, 12.0))
+    rear = (lb.Surface(4.0, 12.0, glass, curvature=0.025), lb.Surface(0.0, 12.0, curvature=-0.025))
     gap = -lb.first_order(lb.Lens(rear, 0, front_index=index)).ffl
-    lens = lb.Lens((lb.Surface(0.0, gap, 2.0, water), *rear), 0, front_index=index)
+    lens = lb.Lens((lb.Surface(gap, 2.0, water, curvature=0.0), *rear), 0, front_index=index)
     camera, circle = lb.LensCamera(lens, lb.Film(), 3000.0, focus_method="paraxial"), 0.001
     assert np.isinf(lb.first_order(lens).exit_pupil.z)
     found = sharp_focus(camera, circle)

@@ -17,7 +17,7 @@ GAUSS = lenses.load("pbrt-dgauss-50mm")
 def test_the_ghost_of_a_thin_singlet_focuses_where_the_closed_form_says():
     """A thin lens of power φ and two reflections has the power φ (3 n − 1) / (n − 1)."""
     c, d = 0.01, 1e-7
-    thin = lb.Lens((lb.Surface(c, d, 1.0, lb.Glass(N)), lb.Surface(-c, 100.0, 1.0)), 0)
+    thin = lb.Lens((lb.Surface(d, 1.0, lb.Glass(N), curvature=c), lb.Surface(100.0, 1.0, curvature=-c)), 0)
     focus, diameter, share = paraxial_ghost(thin, 30.0, (0, 1))
     short = 100.0 * (N - 1.0) / (3.0 * N - 1.0)
     assert focus + 30.0 == pytest.approx(short, rel=1e-6)

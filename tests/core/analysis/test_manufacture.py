@@ -16,9 +16,10 @@ from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.optics.surfaces import AFTER, BEFORE
 
 mp.dps = 40
-DOUBLET = Lens((Surface(1 / 40.0, 4.0, 9.0, Glass(1.6)), Surface(-1 / 60.0, 2.0, 9.0, Glass(1.7)),
-                Surface(-1 / 200.0, 5.0, 9.0), Surface(0.0, 3.0, 6.0), Surface(-1 / 50.0, 2.0, 8.0, Glass(1.65)),
-                Surface(1 / 80.0, 0.0, 8.0)), 3)
+DOUBLET = Lens((Surface(4.0, 9.0, Glass(1.6), curvature=1 / 40.0), Surface(2.0, 9.0, Glass(1.7), curvature=-1 / 60.0),
+                Surface(5.0, 9.0, curvature=-1 / 200.0), Surface(3.0, 6.0, curvature=0.0),
+                Surface(2.0, 8.0, Glass(1.65), curvature=-1 / 50.0),
+                Surface(0.0, 8.0, curvature=1 / 80.0)), 3)
 TRIPLET = lb.stopped_down(lenses.load("lenshh-cooke-triplet-50"), 5.6)
 
 

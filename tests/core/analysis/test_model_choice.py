@@ -71,7 +71,8 @@ def test_a_choice_does_not_flicker_about_its_tolerance():
 def test_an_ideal_lens_of_thin_glass_needs_no_trace():
     # A weak, slow lens of thin glass: what is left of aberrations is far below a pixel, and brightness follows cos⁴
     glass = lb.Glass(1.5)
-    lens = lb.Lens((lb.Surface(1e-3, 0.01, 5.0, glass), lb.Surface(-1e-3, 0.01, 5.0), lb.Surface(0.0, 0.0, 4.0)), 2)
+    lens = lb.Lens((lb.Surface(0.01, 5.0, glass, curvature=1e-3), lb.Surface(0.01, 5.0, curvature=-1e-3),
+                    lb.Surface(0.0, 4.0, curvature=0.0)), 2)
     film = lb.Film(20.0, 14.0, 400, 280)
     scene = replace(lb.builtin_scene("room"), depth_range=(2e4, 9e4))
     choice = lb.choose_model(lb.LensCamera(lens, film, 60000.0), scene)
@@ -139,8 +140,8 @@ def test_a_camera_that_seems_to_take_less_than_its_samples_takes_a_part_of_them(
 def test_colour_of_a_lens_counts_where_pictures_show_it():
     # A singlet of flint: its blue image is larger or nearer than its red one, by far more than a pixel
     flint = lb.Glass(1.72, 29.5)
-    lens = lb.Lens((lb.Surface(1.0 / 80.0, 4.0, 5.0, flint), lb.Surface(-1.0 / 80.0, 6.0, 5.0),
-                    lb.Surface(0.0, 0.0, 2.0)), 2)
+    lens = lb.Lens((lb.Surface(4.0, 5.0, flint, curvature=1.0 / 80.0), lb.Surface(6.0, 5.0, curvature=-1.0 / 80.0),
+                    lb.Surface(0.0, 2.0, curvature=0.0)), 2)
     film = lb.Film(8.0, 6.0, 1600, 1200)
     plain, coloured = (lb.LensCamera(lens, film, 4000.0, dispersion=colour) for colour in (False, True))
     depths = (4000.0, 8000.0)

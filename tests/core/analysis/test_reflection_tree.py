@@ -11,7 +11,7 @@ from tests.core.optics.test_surface_pose import posed
 
 N = 1.5
 R = ((N - 1.0) / (N + 1.0)) ** 2
-PLATE = lb.Lens((lb.Surface(0.0, 4.0, 20.0, lb.Glass(N)), lb.Surface(0.0, 50.0, 20.0)), 0)
+PLATE = lb.Lens((lb.Surface(4.0, 20.0, lb.Glass(N), curvature=0.0), lb.Surface(50.0, 20.0, curvature=0.0)), 0)
 
 
 def test_a_plate_reflects_the_geometric_series_and_its_budget_is_whole():
@@ -41,7 +41,7 @@ def test_every_order_of_a_tilted_plate_adds_up_to_one():
 
 
 def test_every_order_of_a_singlet_adds_up_to_one():
-    one = lb.Lens((lb.Surface(0.02, 6.0, 12.0, lb.Glass(1.7)), lb.Surface(-0.03, 40.0, 12.0)), 0)
+    one = lb.Lens((lb.Surface(6.0, 12.0, lb.Glass(1.7), curvature=0.02), lb.Surface(40.0, 12.0, curvature=-0.03)), 0)
     for ray, coating in (((0.0, 0.1, 1.0), "uncoated"), ((0.3, 0.0, 1.0), "single-layer")):
         found = light_budget(one, (3.0, 2.0, -1.0), ray, coating=coating, least=1e-9)
         assert found.total == pytest.approx(1.0, abs=1e-12) and found.left < 1e-6
@@ -51,7 +51,7 @@ def test_every_order_of_a_singlet_adds_up_to_one():
 
 def test_light_that_grazes_a_steep_front_leaves_for_the_scene():
     """Light along the axis that meets a front of radius 10 at a height of 8 mm: Fresnel's formulas."""
-    steep = lb.Lens((lb.Surface(0.1, 8.0, 9.0, lb.Glass(N)), lb.Surface(0.0, 50.0, 20.0)), 1)
+    steep = lb.Lens((lb.Surface(8.0, 9.0, lb.Glass(N), curvature=0.1), lb.Surface(50.0, 20.0, curvature=0.0)), 1)
     found = light_budget(steep, (0.0, 8.0, -5.0), (0.0, 0.0, 1.0), least=1e-9)
     angle, inside = math.asin(0.8), math.asin(0.8 / N)
     s, p = ((math.sin(angle - inside) / math.sin(angle + inside))**2,

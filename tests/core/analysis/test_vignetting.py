@@ -98,7 +98,7 @@ def test_the_smallest_stop_is_found_and_its_blades_are_taken_for_their_circle():
 
 
 def test_a_thin_plate_shows_its_own_rim_as_the_cosine_of_the_field():
-    plate = lb.Lens((lb.Surface(0.0, 0.0, 4.0),), 0)
+    plate = lb.Lens((lb.Surface(0.0, 4.0, curvature=0.0),), 0)
     beam = lb.vignetting(plate, 1.0)
     assert (beam.low, beam.high) == pytest.approx((-4.0 * np.cos(1.0), 4.0 * np.cos(1.0)), abs=1e-13)
     assert beam.half_width == pytest.approx(4.0, abs=1e-13)

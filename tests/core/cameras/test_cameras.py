@@ -251,7 +251,7 @@ def test_single_precision_rays_are_the_double_ones_to_their_digits():
     (lambda: lb.PerspectiveCamera(FILM, weights="physical"), "no area"),
     (lambda: lb.LensCamera(behind_stop(0.0), FILM, 600.0, model="thin"), "entrance pupil"),
     (lambda: lb.LensCamera(behind_stop(3.0), FILM, 600.0, model="pinhole"), "entrance pupil"),
-    (lambda: lb.LensCamera(lb.Lens((lb.Surface(0.05, 4.0, 8.0, lb.Glass(1.5)),), 0), FILM), "ends in glass"),
+    (lambda: lb.LensCamera(lb.Lens((lb.Surface(4.0, 8.0, lb.Glass(1.5), curvature=0.05),), 0), FILM), "ends in glass"),
     (lambda: lb.LensCamera(behind_stop(20.0), FILM), "before its last vertex"),
     (lambda: lb.PerspectiveCamera(FILM, world_from_camera=np.full((4, 4), math.nan)), "finite"),
     (lambda: lb.LensCamera(dgauss(), FILM, model="magic"), "trace, polynomial, thick, thin, pinhole"),
@@ -296,7 +296,8 @@ def test_the_irradiance_falls_off_over_the_film_as_pbrts_mean_weight_does(name):
 @pytest.mark.parametrize(("focus", "f_number", "limit"), [
     (2000.0, 2.8, 0.03), (900.0, 8.0, 0.02), (30000.0, 4.0, 0.03)])
 def test_the_depth_of_field_ends_where_the_traced_blur_crosses_the_limit(focus, f_number, limit):
-    lens = lb.Lens((lb.Surface(0.02, 1e-6, 20.0, lb.Glass(1.5)), lb.Surface(-0.02, 0.0, 20.0)), 0)      # 50 mm, thin
+    lens = lb.Lens((lb.Surface(1e-6, 20.0, lb.Glass(1.5), curvature=0.02), lb.Surface(0.0, 20.0, curvature=-0.02)),
+                   0)      # 50 mm, thin
     camera = lb.LensCamera(lens, FILM, focus, f_number, model="thin")
     fo = camera.first_order
     from_lens = focus - camera.film_distance - lens.length      # the formulas measure from the lens
@@ -338,7 +339,8 @@ def test_a_pupil_sample_is_the_same_point_of_the_pupil_in_every_camera(name, f_n
 
 def test_the_foremost_point_of_a_concave_front_is_its_rim():
     """A meniscus, hollow towards the scene: its rim lies before the vertex by the sagitta of the sphere."""
-    meniscus = lb.Lens((lb.Surface(-1.0 / 80.0, 4.0, 10.0, lb.Glass(1.6)), lb.Surface(-1.0 / 25.0, 0.0, 10.0)), 0)
+    meniscus = lb.Lens((lb.Surface(4.0, 10.0, lb.Glass(1.6), curvature=-1.0 / 80.0),
+                        lb.Surface(0.0, 10.0, curvature=-1.0 / 25.0)), 0)
     camera = lb.LensCamera(meniscus, FILM, 3000.0)
     vertex = -4.0 - camera.film_distance
     assert camera.front == pytest.approx(vertex - (80.0 - math.sqrt(80.0**2 - 10.0**2)), rel=1e-12)

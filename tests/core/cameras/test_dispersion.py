@@ -20,8 +20,8 @@ FLINT = lb.Glass(1.62, 36.4)
 
 def landscape(glass=FLINT):
     """A flint meniscus behind its stop, about 60 mm f/12: it spreads colours along the axis and across the film."""
-    return lb.Lens((lb.Surface(0.0, 25.0, 2.5), lb.Surface(-1 / 60.0, 3.0, 12.0, glass),
-                    lb.Surface(-1 / 22.5, 0.0, 12.0)), 0)
+    return lb.Lens((lb.Surface(25.0, 2.5, curvature=0.0), lb.Surface(3.0, 12.0, glass, curvature=-1 / 60.0),
+                    lb.Surface(0.0, 12.0, curvature=-1 / 22.5)), 0)
 
 
 def lamp(x, y, z=-3000.0, radius=2.0):

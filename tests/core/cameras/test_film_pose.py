@@ -180,7 +180,8 @@ def test_importance_is_what_the_camera_chooses_its_rays_with():
 @pytest.mark.parametrize("angle", [3.0, -10.0, 25.0])
 def test_a_film_tilted_behind_a_thin_lens_meets_the_hinge_rule(angle):
     focal, turn = 80.0, math.radians(angle)
-    thin = lb.Lens((lb.Surface(1.0 / focal, 1e-9, 5.0, lb.Glass(2.0)), lb.Surface(0.0, 0.0, 5.0)), 0)
+    thin = lb.Lens((lb.Surface(1e-9, 5.0, lb.Glass(2.0), curvature=1.0 / focal), lb.Surface(0.0, 5.0, curvature=0.0)),
+                   0)
     cam = lb.LensCamera(thin, FILM, 1000.0, model="thin", film_pose=FilmPose(turn))
     found, centre = sharp_focus(cam, 0.03), -cam.film_distance
     assert found.hinge is not None and found.scheimpflug is not None
@@ -244,8 +245,8 @@ def test_what_cannot_be_posed_is_refused():
 def ball() -> lb.Lens:
     """A ball of glass with the stop in its middle: alike in every direction, its image is a sphere about the middle."""
     glass = lb.Glass(1.5168)
-    return lb.Lens((lb.Surface(1.0 / 20.0, 20.0, 14.0, glass), lb.Surface(0.0, 20.0, 2.5, glass),
-                    lb.Surface(-1.0 / 20.0, 0.0, 14.0)), 1)
+    return lb.Lens((lb.Surface(20.0, 14.0, glass, curvature=1.0 / 20.0), lb.Surface(20.0, 2.5, glass, curvature=0.0),
+                    lb.Surface(0.0, 14.0, curvature=-1.0 / 20.0)), 1)
 
 
 def test_a_film_of_the_petzval_curvature_is_as_sharp_beside_the_axis_as_on_it():

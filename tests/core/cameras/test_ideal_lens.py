@@ -62,9 +62,9 @@ def test_near_the_axis_a_thick_lens_is_the_traced_one(distance):
 
 def before_stop(gap: float) -> lb.Lens:
     """The same lens, its stop this far before its front focus: an image of it stands behind the lens."""
-    glass = (lb.Surface(0.02, 4.0, 8.0, lb.Glass(1.6)), lb.Surface(-0.02, 0.0, 8.0))
+    glass = (lb.Surface(4.0, 8.0, lb.Glass(1.6), curvature=0.02), lb.Surface(0.0, 8.0, curvature=-0.02))
     focus = -lb.first_order(lb.Lens(glass, 0)).ffl
-    return lb.Lens((lb.Surface(0.0, focus + gap, 2.0), *glass), 0)
+    return lb.Lens((lb.Surface(focus + gap, 2.0, curvature=0.0), *glass), 0)
 
 
 @pytest.mark.parametrize("gap", [-3.0, 0.0, 3.0])

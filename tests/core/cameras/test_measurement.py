@@ -112,7 +112,7 @@ def test_on_the_axis_irradiance_is_pi_sin2_and_the_picture_holds_its_joules(name
 def holes(*radii_and_gaps):
     """A "lens" of openings alone: radius, gap, radius, gap, … (mm), the first one its stop."""
     pairs = zip(radii_and_gaps[::2], radii_and_gaps[1::2], strict=True)
-    return lb.Lens(tuple(lb.Surface(0.0, gap, radius) for radius, gap in pairs), 0)
+    return lb.Lens(tuple(lb.Surface(gap, radius, curvature=0.0) for radius, gap in pairs), 0)
 
 
 def test_one_opening_has_natural_falloff_alone_and_that_is_the_closed_form():
@@ -187,9 +187,9 @@ def test_lenses_distort_as_their_kinds_do():
 def test_a_symmetric_lens_at_its_own_size_has_no_distortion():
     """By symmetry about the stop a chief ray leaves as it came, at −1: third order and beyond, whatever its power."""
     glass = lb.Glass(1.6)
-    half = (lb.Surface(1.0 / 20.0, 4.0, 12.0, glass), lb.Surface(1.0 / 28.0, 6.0, 11.0))
-    lens = lb.Lens((*half, lb.Surface(0.0, 6.0, 2.0), lb.Surface(-1.0 / 28.0, 4.0, 11.0, glass),
-                    lb.Surface(-1.0 / 20.0, 0.0, 12.0)), 2)
+    half = (lb.Surface(4.0, 12.0, glass, curvature=1.0 / 20.0), lb.Surface(6.0, 11.0, curvature=1.0 / 28.0))
+    lens = lb.Lens((*half, lb.Surface(6.0, 2.0, curvature=0.0), lb.Surface(4.0, 11.0, glass, curvature=-1.0 / 28.0),
+                    lb.Surface(0.0, 12.0, curvature=-1.0 / 20.0)), 2)
     fo = lb.first_order(lens)
     radii = np.linspace(0.0, 14.0, 8)
     at_one = lb.distortion(lens, fo.bfl + fo.efl, radii)

@@ -151,8 +151,10 @@ def test_the_camera_shows_what_the_trace_shows():
 
 
 SINGLETS = {
-    "plano-convex": lb.Lens((lb.Surface(0.02, 6.0, 12.0, lb.Glass(1.8, 30.0)), lb.Surface(0.0, 50.0, 12.0)), 0),
-    "biconvex": lb.Lens((lb.Surface(0.025, 8.0, 9.0, lb.Glass(1.6, 50.0)), lb.Surface(-0.02, 30.0, 9.0)), 1)}
+    "plano-convex": lb.Lens((lb.Surface(6.0, 12.0, lb.Glass(1.8, 30.0), curvature=0.02),
+                             lb.Surface(50.0, 12.0, curvature=0.0)), 0),
+    "biconvex": lb.Lens((lb.Surface(8.0, 9.0, lb.Glass(1.6, 50.0), curvature=0.025),
+                         lb.Surface(30.0, 9.0, curvature=-0.02)), 1)}
 
 
 @pytest.mark.slow

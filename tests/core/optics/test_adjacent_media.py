@@ -17,7 +17,8 @@ MEDIA = (lb.AIR, lb.Glass(1.0, 50.0, "VACUUM"), lb.Glass(1.6), lb.Glass(1.6, nam
 
 @pytest.mark.parametrize(("before", "after"), list(product(MEDIA, MEDIA)))
 def test_a_surface_refracts_where_an_oblique_ray_turns_at_any_wavelength(before, after):
-    lens = lb.Lens((lb.Surface(0.0, 1.0, 10.0, before), lb.Surface(0.0, 1.0, 10.0, after), lb.Surface(0.0, 0.0, 10.0)),
+    lens = lb.Lens((lb.Surface(1.0, 10.0, before, curvature=0.0), lb.Surface(1.0, 10.0, after, curvature=0.0),
+                    lb.Surface(0.0, 10.0, curvature=0.0)),
                    0)
     slant = np.array([0.0, 0.5, 1.0]) / np.hypot(0.5, 1.0)
     turns = False
@@ -28,7 +29,7 @@ def test_a_surface_refracts_where_an_oblique_ray_turns_at_any_wavelength(before,
 
 
 def test_the_medium_in_front_is_air_or_that_in_which_the_lens_stands():
-    lens = lb.Lens((lb.Surface(0.0, 5.0, 10.0), lb.Surface(0.02, 3.0, 10.0, lb.Glass(1.6))), 0)
+    lens = lb.Lens((lb.Surface(5.0, 10.0, curvature=0.0), lb.Surface(3.0, 10.0, lb.Glass(1.6), curvature=0.02)), 0)
     assert front_medium(lens) is lb.AIR and not refracts(lens, 0)
     immersed = replace(lens, front_index=1.33)
     assert front_medium(immersed) == lb.Glass(1.33) and refracts(immersed, 0)

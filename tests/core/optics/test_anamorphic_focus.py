@@ -96,8 +96,8 @@ def test_a_lens_of_rotation_has_one_focus_and_a_cylinder_focuses_a_line():
     assert lb.section_foci(dgauss, 2000.0, film) == pytest.approx((film, film), rel=1e-12)
     glass = lb.Glass(1.5)
     for across in (0.0, 0.02):                  # power up alone, or across alone
-        front = lb.Surface(0.02 - across, 2.0, 5.0, glass, curvature_x=across)
-        cylinder = lb.Lens((front, lb.Surface(0.0, 0.0, 5.0)), 0)
+        front = lb.Surface(2.0, 5.0, glass, curvature=0.02 - across, curvature_x=across)
+        cylinder = lb.Lens((front, lb.Surface(0.0, 5.0, curvature=0.0)), 0)
         film = lb.film_distance(cylinder, math.inf)
         assert film == pytest.approx(1.0 / (0.5 * 0.02) - 2.0 / 1.5, rel=1e-12)        # n′ f / n less the glass
         foci = lb.section_foci(cylinder, math.inf, film)

@@ -119,7 +119,7 @@ def test_aspheres_in_float32_keep_a_hundredth_of_a_pixel(name):
 
 def test_a_hit_on_a_steep_hyperboloid_far_beside_its_vertex_keeps_its_digits():
     """There the usual quotient of the intersection cancels, and its other form is taken."""
-    lens = lb.Lens((lb.Surface(0.05, 5.0, 30.0, lb.Glass(1.6), conic=-10.0),), 0)
+    lens = lb.Lens((lb.Surface(5.0, 30.0, lb.Glass(1.6), curvature=0.05, conic=-10.0),), 0)
     rng = np.random.default_rng(2)
     origins = np.stack([*rng.uniform(-25.0, 25.0, (2, 5000)), np.full(5000, -10.0)], 1)
     directions = np.stack([*rng.uniform(-0.8, 0.8, (2, 5000)), np.ones(5000)], 1)
@@ -133,11 +133,13 @@ def test_a_hit_on_a_steep_hyperboloid_far_beside_its_vertex_keeps_its_digits():
 
 def test_a_plane_and_a_sphere_of_a_million_kilometres_bend_a_ray_alike():
     for curvature in (0.0, 1e-9, -1e-9, 1e-12):
-        lens = lb.Lens((lb.Surface(0.02, 5.0, 10.0, lb.Glass(1.6)), lb.Surface(curvature, 5.0, 12.0)), 0)
+        lens = lb.Lens((lb.Surface(5.0, 10.0, lb.Glass(1.6), curvature=0.02),
+                        lb.Surface(5.0, 12.0, curvature=curvature)), 0)
         rng = np.random.default_rng(0)
         origins, directions = film_rays(lens, 40.0, 500, rng, spread=0.5, film=5.0)
         for real, tolerance in ((np.float64, 1e-6), (np.float32, 2e-5)):
-            flat = block(lb.Lens((lens.surfaces[0], lb.Surface(0.0, 5.0, 12.0)), 0), 40.0, origins, directions,
+            flat = block(lb.Lens((lens.surfaces[0], lb.Surface(5.0, 12.0, curvature=0.0)), 0), 40.0, origins,
+                         directions,
                          real=real)
             bent = block(lens, 40.0, origins, directions, real=real)
             assert np.abs(bent[:6] - flat[:6]).max() < tolerance
@@ -180,7 +182,7 @@ def test_aspheres_that_take_many_steps_lose_no_light_in_single_precision():
 @pytest.mark.parametrize("terms", [(), ((4, 1e-30),)], ids=["conic", "asphere"])
 def test_no_ray_that_meets_a_surface_behind_its_equator_alone_passes(curvature, conic, terms):
     surface, origins, directions = rays_that_leave_an_ellipsoid_behind_its_equator(curvature, conic)
-    lens = lb.Lens((replace(surface, aspheric=terms), lb.Surface(0.0, 0.0, 1e3)), 0)
+    lens = lb.Lens((replace(surface, aspheric=terms), lb.Surface(0.0, 1e3, curvature=0.0)), 0)
     weight, clearance = block(lens, 50.0, origins, directions, "film")[6:]
     assert not (weight > 0.0).any() and np.isinf(clearance).all()
 
@@ -188,8 +190,8 @@ def test_no_ray_that_meets_a_surface_behind_its_equator_alone_passes(curvature, 
 @pytest.mark.parametrize("fields", [{}, {"conic": 0.5}, {"aspheric": ((4, 1e-9),)}, {"aspheric": ((3, 1e-9),)},
                                     {"curvature_x": 0.09}], ids=["sphere", "conic", "even", "odd", "toroid"])
 def test_a_ray_higher_than_the_equator_misses_every_kind_of_surface(fields):
-    surface = lb.Surface(0.1, 3.0, 1e3, **fields)          # air behind it: the ray would go on
-    lens = lb.Lens((surface, lb.Surface(0.0, 0.0, 1e3)), 0)
+    surface = lb.Surface(3.0, 1e3, curvature=0.1, **fields)          # air behind it: the ray would go on
+    lens = lb.Lens((surface, lb.Surface(0.0, 1e3, curvature=0.0)), 0)
     heights = np.linspace(10.01, 14.0, 50) / np.sqrt(1.0 + surface.conic)
     origins = np.stack([np.zeros(50), heights, np.full(50, -2.0)], 1)
     directions = np.tile([0.0, 0.0, 1.0], (50, 1))

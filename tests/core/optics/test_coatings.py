@@ -114,7 +114,7 @@ def test_a_coating_that_cannot_be_is_refused(wrong):
 
 
 def test_a_surface_keeps_its_coating_when_a_lens_is_reversed_or_scaled():
-    own = lb.Surface(0.02, 3.0, 10.0, lb.Glass(1.6), coating=Coating.single_layer())
+    own = lb.Surface(3.0, 10.0, lb.Glass(1.6), curvature=0.02, coating=Coating.single_layer())
     assert own.scaled(2.0).coating == own.coating == own.reversed(1.0, lb.AIR).coating
 
 

@@ -110,7 +110,7 @@ def test_the_plane_in_focus_has_no_paraxial_blur(name):
 @given(st.floats(0.45, 1e4), st.floats(0.3, 1e4))
 def test_the_thick_lens_blurs_as_a_thin_one_between_its_principal_planes(focus_m, distance_m):
     """With the stop in the front principal plane of a thin element, distances counted from the principal planes."""
-    thin = lb.Lens((lb.Surface(0.01, 1e-9, 5.0, lb.Glass(1.5)), lb.Surface(-0.01, 0.0, 20.0)), 0)
+    thin = lb.Lens((lb.Surface(1e-9, 5.0, lb.Glass(1.5), curvature=0.01), lb.Surface(0.0, 20.0, curvature=-0.01)), 0)
     fo = lb.first_order(thin)
     film = lb.film_distance(thin, 1000.0 * focus_m)
     from_lens = 1000.0 * focus_m - film
@@ -123,8 +123,8 @@ def test_the_thick_lens_blurs_as_a_thin_one_between_its_principal_planes(focus_m
 def test_the_traced_blur_tends_to_the_thin_lens_formula_as_the_lens_grows_thin_and_its_stop_small(distance):
     errors = []
     for thinness in (1.0, 0.1, 0.01):
-        glass = lb.Lens((lb.Surface(0.01, 4.0 * thinness, 2.0 * sqrt(thinness), lb.Glass(1.5)),
-                         lb.Surface(-0.01, 0.0, 20.0)), 0)
+        glass = lb.Lens((lb.Surface(4.0 * thinness, 2.0 * sqrt(thinness), lb.Glass(1.5), curvature=0.01),
+                         lb.Surface(0.0, 20.0, curvature=-0.01)), 0)
         fo = lb.first_order(glass)
         film = lb.film_distance(glass, 1000.0)
         traced = lb.real_circle_of_confusion(glass, film, distance)[0][0]
@@ -211,7 +211,7 @@ def test_a_stop_towards_telecentric_needs_no_case_of_its_own():
     """With the stop in the front focus the blur does not depend on where the exit pupil is said to be."""
     one = biconvex()
     before = -lb.first_order(one).ffl
-    telecentric = lb.Lens((lb.Surface(0.0, before, 3.0), *one.surfaces), 0)
+    telecentric = lb.Lens((lb.Surface(before, 3.0, curvature=0.0), *one.surfaces), 0)
     fo = lb.first_order(telecentric)
     blur = lb.thick_circle_of_confusion(telecentric, fo.bfl + 1.0, [inf])
     assert blur == pytest.approx([1.0 * 2.0 * 3.0 / fo.efl], rel=1e-9)

@@ -125,8 +125,9 @@ def test_a_telephoto_with_a_far_front_focus_is_focused_by_real_rays(name):
 
 def test_a_lens_whose_front_principal_plane_lies_deep_focuses_up_to_its_first_vertex():
     """A strong retrofocus: the object touches the glass before the magnification reaches one."""
-    retrofocus = lb.Lens((lb.Surface(-0.1, 2.0, 9.0, lb.Glass(1.6)), lb.Surface(0.1, 80.0, 9.0),
-                          lb.Surface(0.02, 6.0, 20.0, lb.Glass(1.6)), lb.Surface(-0.03, 0.0, 20.0)), 2)
+    retrofocus = lb.Lens((lb.Surface(2.0, 9.0, lb.Glass(1.6), curvature=-0.1), lb.Surface(80.0, 9.0, curvature=0.1),
+                          lb.Surface(6.0, 20.0, lb.Glass(1.6), curvature=0.02),
+                          lb.Surface(0.0, 20.0, curvature=-0.03)), 2)
     fo = lb.first_order(retrofocus)
     assert fo.front_principal > 2.0 * fo.efl > 0.0
     nearest = lb.nearest_focus(retrofocus)

@@ -18,7 +18,7 @@ from lensbench.optics.ghost_trace import GhostTracer
 from tests.core.oracles import of_one_colour
 
 N = 1.5
-PLATE = lb.Lens((lb.Surface(0.0, 4.0, 20.0, lb.Glass(N)), lb.Surface(0.0, 50.0, 20.0)), 0)
+PLATE = lb.Lens((lb.Surface(4.0, 20.0, lb.Glass(N), curvature=0.0), lb.Surface(50.0, 20.0, curvature=0.0)), 0)
 GAUSS = lenses.load("pbrt-dgauss-50mm")
 POSES = {0: (0.0, 0.4, 0.0, 0.03), 2: (0.5, -0.3, 0.04, -0.05), 5: (0.0, 0.3, 0.1, 0.0)}
 BODIES = {0: 0, 1: 0, 2: 2, 3: 2, 5: 5}         # surfaces out of line, and about which vertex they turn as one body
@@ -164,8 +164,10 @@ def test_a_ghost_ray_that_a_surface_within_turns_against_its_travel_ends_there()
     mirror = flank - 5.0 * way
     tilt = math.atan2(way[1], 1.0 - way[2])
     gap = mirror[2] - mirror[1] * math.tan(tilt) - 25.0
-    lens = lb.Lens((lb.Surface(0.0, 25.0, 99.0, lb.Glass(1.3)), lb.Surface(0.1, gap, 9.9999, lb.Glass(1.9)),
-                    lb.Surface(0.0, 10.0, 30.0, pose=lb.SurfacePose(tilt_x=tilt)), lb.Surface(0.0, 5.0, 30.0)), 3)
+    lens = lb.Lens((lb.Surface(25.0, 99.0, lb.Glass(1.3), curvature=0.0),
+                    lb.Surface(gap, 9.9999, lb.Glass(1.9), curvature=0.1),
+                    lb.Surface(10.0, 30.0, curvature=0.0, pose=lb.SurfacePose(tilt_x=tilt)),
+                    lb.Surface(5.0, 30.0, curvature=0.0)), 3)
     back = lb.trace(lb.Lens(lens.surfaces[:2], 0), mirror, [0.0, 0.0, -1.0])
     path = ghost_path(lens, (0, 2), back.points[0] + 5.0 * back.directions[0], -back.directions[0])
     assert (path.fate, path.weight) == (lb.Fate.BACKWARD, 0.0)

@@ -111,7 +111,7 @@ def test_a_model_of_two_numbers_ends_where_it_is_no_longer_a_glass():
 
 def test_a_lens_at_a_wavelength_beyond_a_glass_is_an_error_wherever_it_is_asked_for():
     glass = from_formula("N-BK7", "sellmeier", BK7, (0.3, 2.5))
-    lens = lb.Lens((lb.Surface(0.02, 5.0, 10.0, glass), lb.Surface(0.0, 90.0, 9.0)), 1)
+    lens = lb.Lens((lb.Surface(5.0, 10.0, glass, curvature=0.02), lb.Surface(90.0, 9.0, curvature=0.0)), 1)
     for ask in (lambda: lens.indices(2.6), lambda: lb.first_order(lens, 2.6), lambda: lb.seidel(lens, 0.1, 2.0, 2.6),
                 lambda: lb.trace(lens, [0.0, 1.0, -5.0], [0.0, 0.0, 1.0], wavelength=2.6)):
         with pytest.raises(GlassError, match=r"N-BK7 is known from 0\.3 to 2\.5 µm, and not at 2\.6 µm"):

@@ -20,7 +20,7 @@ def wet(name="pbrt-dgauss-50mm"):
 
 def single(front_index=WATER):
     """One refracting surface: n / s + n′ / s′ = (n′ − n) / R, by hand; and a back that is flat and thin."""
-    return lb.Lens((lb.Surface(1.0 / 30.0, 2.0, 6.0, lb.Glass(1.7)), lb.Surface(0.0, 0.0, 6.0)), 0,
+    return lb.Lens((lb.Surface(2.0, 6.0, lb.Glass(1.7), curvature=1.0 / 30.0), lb.Surface(0.0, 6.0, curvature=0.0)), 0,
                    front_index=front_index)
 
 

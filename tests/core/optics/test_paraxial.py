@@ -34,7 +34,8 @@ def test_first_order_data_agree_with_the_forty_digit_tracer(name, line):
 @LAW
 @given(st.floats(1.3, 2.0), st.floats(10.0, 200.0), st.floats(10.0, 200.0), st.floats(0.1, 15.0))
 def test_a_thick_lens_obeys_the_lensmaker(n, r1, r2, thickness):
-    fo = lb.first_order(lb.Lens((lb.Surface(1 / r1, thickness, 5.0, lb.Glass(n)), lb.Surface(-1 / r2, 0.0, 5.0)), 0))
+    fo = lb.first_order(lb.Lens((lb.Surface(thickness, 5.0, lb.Glass(n), curvature=1 / r1),
+                                 lb.Surface(0.0, 5.0, curvature=-1 / r2)), 0))
     power = (n - 1) * (1 / r1 + 1 / r2 - (n - 1) * thickness / (n * r1 * r2))
     assume(abs(power) > 1e-4)
     assert fo.efl == pytest.approx(1 / power, rel=1e-10)
@@ -66,7 +67,7 @@ def test_first_order_data_scale_with_the_lens(stack, factor):
 def test_a_reversed_lens_swaps_its_ends(stack):
     n, z, count = stack.indices(), stack.vertices, len(stack.surfaces)
     turned = lb.Lens(tuple(
-        lb.Surface(-surface.curvature, z[i] - z[i - 1] if i else 0.0, surface.semi_diameter, lb.Glass(n[i]))
+        lb.Surface(z[i] - z[i - 1] if i else 0.0, surface.semi_diameter, lb.Glass(n[i]), curvature=-surface.curvature)
         for i, surface in reversed(list(enumerate(stack.surfaces)))), count - 1 - stack.stop_index)
     fo, back = lb.first_order(stack), lb.first_order(turned)
     assume(isfinite(fo.efl) and abs(fo.efl) < 1e5)
@@ -77,29 +78,30 @@ def test_a_reversed_lens_swaps_its_ends(stack):
 
 
 def test_a_stop_in_first_and_in_last_position_is_its_own_image():
-    front = lb.Lens((lb.Surface(0.0, 7.0, 3.0), *biconvex().surfaces), 0)
+    front = lb.Lens((lb.Surface(7.0, 3.0, curvature=0.0), *biconvex().surfaces), 0)
     assert (lb.first_order(front).entrance_pupil.z, lb.first_order(front).entrance_pupil.radius) == (0.0, 3.0)
     glass, rear = biconvex().surfaces
-    behind = lb.Lens((glass, lb.Surface(rear.curvature, 7.0, 20.0), lb.Surface(0.0, 0.0, 3.0)), 2)
+    behind = lb.Lens((glass, lb.Surface(7.0, 20.0, curvature=rear.curvature), lb.Surface(0.0, 3.0, curvature=0.0)), 2)
     assert (lb.first_order(behind).exit_pupil.z, lb.first_order(behind).exit_pupil.radius) == (11.0, 3.0)
 
 
 def test_a_stop_in_a_focus_makes_the_lens_telecentric():
     lens_behind = biconvex()
     front_focus = -lb.first_order(lens_behind).ffl
-    towards_film = lb.first_order(lb.Lens((lb.Surface(0.0, front_focus, 3.0), *lens_behind.surfaces), 0))
+    towards_film = lb.first_order(lb.Lens((lb.Surface(front_focus, 3.0, curvature=0.0), *lens_behind.surfaces), 0))
     assert (towards_film.exit_pupil.z, towards_film.exit_pupil.radius) == (inf, inf)
     assert towards_film.f_number == pytest.approx(towards_film.efl / 6.0, rel=1e-12)
     glass, rear = lens_behind.surfaces
     rear_focus = lb.first_order(lens_behind).bfl
-    towards_scene = lb.Lens((glass, lb.Surface(rear.curvature, rear_focus, 20.0), lb.Surface(0.0, 0.0, 3.0)), 2)
+    towards_scene = lb.Lens((glass, lb.Surface(rear_focus, 20.0, curvature=rear.curvature),
+                             lb.Surface(0.0, 3.0, curvature=0.0)), 2)
     assert (lb.first_order(towards_scene).entrance_pupil.z, lb.first_order(towards_scene).f_number) == (inf, 0.0)
     with pytest.raises(lb.LensError, match="telecentric"):
         lb.stopped_down(towards_scene, 8.0)
 
 
 def test_flat_glass_is_afocal_and_says_so_by_infinities():
-    window = lb.Lens((lb.Surface(0.0, 5.0, 10.0, lb.Glass(1.5)), lb.Surface(0.0, 0.0, 10.0)), 0)
+    window = lb.Lens((lb.Surface(5.0, 10.0, lb.Glass(1.5), curvature=0.0), lb.Surface(0.0, 10.0, curvature=0.0)), 0)
     fo = lb.first_order(window)
     assert {fo.efl, fo.bfl, fo.ffl, fo.f_number, fo.front_principal, fo.rear_principal, fo.petzval_radius} == {inf}
     assert fo.exit_pupil.z == pytest.approx(5.0 - 5.0 / 1.5, rel=1e-15)      # the glass lifts what lies behind it
@@ -111,7 +113,7 @@ def test_two_lenses_with_a_common_focus_are_afocal_within_rounding():
     eyepiece = biconvex(0.02)
     fo = lb.first_order(eyepiece)
     gap = fo.bfl - fo.ffl
-    first = eyepiece.surfaces[0], lb.Surface(-0.02, gap, 20.0)
+    first = eyepiece.surfaces[0], lb.Surface(gap, 20.0, curvature=-0.02)
     assert lb.first_order(lb.Lens((*first, *eyepiece.surfaces), 0)).efl == inf
 
 

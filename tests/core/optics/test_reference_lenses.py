@@ -66,7 +66,7 @@ def listed(line):
     """The double Gauss with the listing's own indices."""
     stack = lens("codev")
     return lb.Lens(tuple(
-        lb.Surface(s.curvature, s.thickness, s.semi_diameter, lb.Glass(n[line]) if n else lb.AIR)
+        lb.Surface(s.thickness, s.semi_diameter, lb.Glass(n[line]) if n else lb.AIR, curvature=s.curvature)
         for s, n in zip(stack.surfaces, LISTING["indices"], strict=True)), stack.stop_index)
 
 
@@ -89,8 +89,9 @@ def test_the_listings_first_order_is_met_to_its_printed_digits():
 def test_the_listings_third_order_is_met_to_its_printed_digits():
     """Transverse, −S / (2 n′ u′); its colour runs from C to F."""
     glasses = tuple(
-        lb.Surface(s.curvature, s.thickness, s.semi_diameter, lb.Glass(n["d"], formula="table", coefficients=tuple(
-            (wave, n[line]) for wave, line in ((lb.F_LINE, "F"), (lb.D_LINE, "d"), (lb.C_LINE, "C")))) if n else lb.AIR)
+        lb.Surface(s.thickness, s.semi_diameter, lb.Glass(n["d"], formula="table", coefficients=tuple(
+            (wave, n[line]) for wave, line in ((lb.F_LINE, "F"), (lb.D_LINE, "d"), (lb.C_LINE, "C")))) if n else lb.AIR,
+            curvature=s.curvature)
         for s, n in zip(lens("codev").surfaces, LISTING["indices"], strict=True))
     stack = lb.Lens(glasses, lens("codev").stop_index)
     sums = lb.seidel(stack, radians(14.0), 25.0, colour=(lb.F_LINE, lb.C_LINE))

@@ -16,8 +16,9 @@ SLOPE = st.floats(-0.6, 0.6)
 
 def one_surface(curvature: float, n: float, behind: bool = False) -> lb.Lens:
     """Glass of index n behind (or, with behind=True, before) a surface; light comes from the air side."""
-    return lb.Lens((lb.Surface(0.0, 5.0, 1e3, lb.Glass(n)), lb.Surface(curvature, 0.0, 1e3)), 1) if behind \
-        else lb.Lens((lb.Surface(curvature, 0.0, 1e3, lb.Glass(n)),), 0)
+    return lb.Lens((lb.Surface(5.0, 1e3, lb.Glass(n), curvature=0.0), lb.Surface(0.0, 1e3, curvature=curvature)),
+                   1) if behind \
+        else lb.Lens((lb.Surface(0.0, 1e3, lb.Glass(n), curvature=curvature),), 0)
 
 
 # --- Reference values
@@ -136,7 +137,7 @@ def test_a_sphere_knows_no_front_and_light_may_reach_it_from_beyond_a_right_angl
 
     So what hits the dome from its front and what comes from up to 35° behind its equator are refracted alike.
     """
-    dome = lb.Lens((lb.Surface(1.0 / radius, 0.0, 1e3, lb.Glass(n), conic),), 0)
+    dome = lb.Lens((lb.Surface(0.0, 1e3, lb.Glass(n), conic, curvature=1.0 / radius),), 0)
     turn = 0.5 * pi + angle
     across = height * radius
     straight = lb.trace(dome, [x, across, -3.0], [0.0, 0.0, 1.0])
@@ -215,7 +216,8 @@ def test_real_rays_approach_the_paraxial_focus_as_the_square_of_their_height(nam
 @given(st.floats(15.0, 80.0), st.floats(1.4, 1.9), st.floats(0.05, 0.6))
 def test_the_aplanatic_points_of_a_sphere_image_without_error(radius, n, angle):
     """Light from R (1 + 1/n) behind the vertex of a glass ball's surface seems to come from R (1 + n)."""
-    glass_before = lb.Lens((lb.Surface(0.0, 3.0 * radius, 1e4, lb.Glass(n)), lb.Surface(-1.0 / radius, 0.0, 1e4)), 1)
+    glass_before = lb.Lens((lb.Surface(3.0 * radius, 1e4, lb.Glass(n), curvature=0.0),
+                            lb.Surface(0.0, 1e4, curvature=-1.0 / radius)), 1)
     assume(n * sin(angle) < 0.999)
     inside = np.array([0.0, sin(angle), cos(angle)])
     outside = np.array([0.0, n * sin(angle), np.sqrt(1.0 - (n * sin(angle)) ** 2)])
@@ -229,8 +231,8 @@ def test_the_aplanatic_points_of_a_sphere_image_without_error(radius, n, angle):
 # --- Fates, ends and paths
 
 def test_each_fate_ends_where_the_page_says():
-    stopped = lb.Lens((lb.Surface(0.05, 4.0, 8.0, lb.Glass(1.6)), lb.Surface(0.0, 3.0, 2.0),
-                       lb.Surface(0.2, 0.0, 9.0)), 1)
+    stopped = lb.Lens((lb.Surface(4.0, 8.0, lb.Glass(1.6), curvature=0.05), lb.Surface(3.0, 2.0, curvature=0.0),
+                       lb.Surface(0.0, 9.0, curvature=0.2)), 1)
     rays = {
         "passed": ([0.0, 0.5, -5.0], [0.0, 0.0, 1.0]),
         "clipped": ([0.0, 6.0, -5.0], [0.0, 0.0, 1.0]),
@@ -249,7 +251,7 @@ def test_each_fate_ends_where_the_page_says():
 
 
 def test_a_miss_within_the_lens_ends_on_the_surface_before_it():
-    bent = lb.Lens((lb.Surface(0.0, 4.0, 50.0), lb.Surface(0.2, 0.0, 50.0)), 0)
+    bent = lb.Lens((lb.Surface(4.0, 50.0, curvature=0.0), lb.Surface(0.0, 50.0, curvature=0.2)), 0)
     t = lb.trace(bent, [0.0, 6.0, -1.0], [0.0, 0.0, 1.0])
     assert (t.fate[0], t.surface[0]) == (lb.Fate.MISSED, 0)
     np.testing.assert_array_equal(t.points[0], [0.0, 6.0, 0.0])
@@ -258,7 +260,7 @@ def test_a_miss_within_the_lens_ends_on_the_surface_before_it():
 @pytest.mark.parametrize("above", [False, True])
 def test_total_reflection_sets_in_at_the_critical_angle(above):
     n = 1.5
-    prism = lb.Lens((lb.Surface(0.2, 1.0, 50.0, lb.Glass(n)), lb.Surface(0.0, 0.0, 50.0)), 0)
+    prism = lb.Lens((lb.Surface(1.0, 50.0, lb.Glass(n), curvature=0.2), lb.Surface(0.0, 50.0, curvature=0.0)), 0)
     centre = np.array([0.0, 0.0, 5.0])                     # a ray towards the sphere's centre enters unbent
     angle = np.arcsin(1.0 / n) + (1e-9 if above else -1e-9)
     direction = np.array([0.0, sin(angle), cos(angle)])
@@ -275,7 +277,8 @@ def test_a_ray_bent_against_its_travel_is_backward_unless_it_leaves_for_the_scen
 
     Within a lens it ends on the surface that bent it. The last one it leaves as the light of a fisheye beyond 90° does.
     """
-    ball, before = lb.Surface(0.1, 0.0, 20.0, lb.Glass(1.9)), lb.Surface(0.0, 30.0, 99.0, lb.Glass(outside))
+    ball = lb.Surface(0.0, 20.0, lb.Glass(1.9), curvature=0.1)
+    before = lb.Surface(30.0, 99.0, lb.Glass(outside), curvature=0.0)
     flank = lb.Lens((ball,), 0) if last else lb.Lens((before, ball), 0)
     vertex = flank.length
     normal, inside = (np.array([0.0, cos(radians(angle)), -sin(radians(angle))]) for angle in (3.0, 0.5))

@@ -25,8 +25,8 @@ def posed(lens, first, last, **pose):
         for i, s in enumerate(lens.surfaces)))
 
 
-SINGLET = lb.Lens((lb.Surface(1 / 60.0, 5.0, 9.0, lb.Glass(1.6)), lb.Surface(-1 / 70.0, 6.0, 9.0),
-                   lb.Surface(0.0, 0.0, 7.0)), 2)
+SINGLET = lb.Lens((lb.Surface(5.0, 9.0, lb.Glass(1.6), curvature=1 / 60.0), lb.Surface(6.0, 9.0, curvature=-1 / 70.0),
+                   lb.Surface(0.0, 7.0, curvature=0.0)), 2)
 BENT = {"decentre_x": 0.7, "decentre_y": -0.4, "tilt_x": 0.11, "tilt_y": -0.07, "roll": 0.4}    # round: roll is nothing
 MIXED = posed(posed(DOUBLET, 0, 2, **BENT), 4, 5, decentre_x=-0.5, tilt_y=0.09)
 
@@ -94,8 +94,10 @@ def test_steep_rays_through_a_strongly_tilted_surface_are_those_of_the_reference
 
 def test_a_lens_that_is_dark_along_its_axis_has_the_working_f_number_of_its_light():
     """Its stop lies beside the axis: E = π L / (2 N)², against the outline of the region; 32,768 rays err by 1 %."""
-    lens = lb.Lens((lb.Surface(1 / 40.0, 4.0, 12.0, lb.Glass(1.6)), lb.Surface(-1 / 60.0, 3.0, 12.0),
-                    lb.Surface(0.0, 3.0, 2.5, pose=lb.SurfacePose(decentre_y=5.0)), lb.Surface(0.0, 0.0, 12.0)), 2)
+    lens = lb.Lens((lb.Surface(4.0, 12.0, lb.Glass(1.6), curvature=1 / 40.0),
+                    lb.Surface(3.0, 12.0, curvature=-1 / 60.0),
+                    lb.Surface(3.0, 2.5, curvature=0.0, pose=lb.SurfacePose(decentre_y=5.0)),
+                    lb.Surface(0.0, 12.0, curvature=0.0)), 2)
     away = lb.film_distance(lens.in_line, inf)
     light = axis_irradiance(lens, away) / away**2
     assert lb.working_f_number(lens, away) == pytest.approx(0.5 * np.sqrt(np.pi / light), rel=0.01)
@@ -125,9 +127,10 @@ def _check_body(lens, in_place):
     assert moved == pytest.approx(still @ frame.rotation.T + frame.shift, abs=1e-12)
 
 
-CROSSED = lb.Lens((lb.Surface(1 / 40.0, 4.0, 9.0, lb.Glass(1.6), curvature_x=0.0),
-                   lb.Surface(0.0, 3.0, 9.0, lb.Glass(1.5), curvature_x=-1 / 55.0), lb.Surface(0.0, 2.0, 9.0),
-                   lb.Surface(0.0, 0.0, 7.0)), 3, blades=3, blade_reach=1.0)
+CROSSED = lb.Lens((lb.Surface(4.0, 9.0, lb.Glass(1.6), curvature=1 / 40.0, curvature_x=0.0),
+                   lb.Surface(3.0, 9.0, lb.Glass(1.5), curvature=0.0, curvature_x=-1 / 55.0),
+                   lb.Surface(2.0, 9.0, curvature=0.0),
+                   lb.Surface(0.0, 7.0, curvature=0.0)), 3, blades=3, blade_reach=1.0)
 
 
 def test_a_roll_turns_what_is_not_round_and_the_rays_with_it():
@@ -164,10 +167,10 @@ def test_first_order_data_are_those_of_the_sections_of_a_rolled_surface(roll):
 
 
 def test_signs_are_those_of_the_axes():
-    plane = lb.Lens((lb.Surface(0.0, 0.0, 20.0),), 0)
+    plane = lb.Lens((lb.Surface(0.0, 20.0, curvature=0.0),), 0)
     up = lb.trace(posed(plane, 0, 0, tilt_x=0.1), [0.0, 10.0, -9.0], [0.0, 0.0, 1.0]).points[0]
     right = lb.trace(posed(plane, 0, 0, tilt_y=0.1), [10.0, 0.0, -9.0], [0.0, 0.0, 1.0]).points[0]
-    bent = lb.Lens((lb.Surface(0.02, 0.0, 20.0, curvature_x=0.0, pose=lb.SurfacePose(roll=np.pi / 6)),), 0)
+    bent = lb.Lens((lb.Surface(0.0, 20.0, curvature=0.02, curvature_x=0.0, pose=lb.SurfacePose(roll=np.pi / 6)),), 0)
     flat = lb.trace(bent, [np.cos(np.pi / 6), np.sin(np.pi / 6), -9.0], [0.0, 0.0, 1.0]).points[0]  # +x rolled up
     assert flat[2] == pytest.approx(0.0, abs=1e-15)
     assert up[2] == pytest.approx(10.0 * np.tan(0.1)) and right[2] == pytest.approx(-10.0 * np.tan(0.1))
@@ -207,9 +210,9 @@ def test_a_turned_lens_is_met_from_behind():
 
 
 def test_a_decentred_element_shows_coma_on_the_axis():
-    lens = lb.Lens((lb.Surface(1 / 40.0, 4.0, 9.0, lb.Glass(1.6)), lb.Surface(-1 / 60.0, 3.0, 9.0),
-                    lb.Surface(-1 / 50.0, 2.0, 9.0, lb.Glass(1.7)), lb.Surface(0.0, 2.0, 9.0),
-                    lb.Surface(0.0, 0.0, 7.0)), 4)
+    lens = lb.Lens((lb.Surface(4.0, 9.0, lb.Glass(1.6), curvature=1 / 40.0), lb.Surface(3.0, 9.0, curvature=-1 / 60.0),
+                    lb.Surface(2.0, 9.0, lb.Glass(1.7), curvature=-1 / 50.0), lb.Surface(2.0, 9.0, curvature=0.0),
+                    lb.Surface(0.0, 7.0, curvature=0.0)), 4)
 
     def skew(case):
         """Mean cube of the heights of a fan about their mean: of coma, and not of spherical aberration."""
@@ -237,4 +240,4 @@ def test_impossible_poses_are_refused(pose, said):
 
 def test_a_pivot_lies_in_the_lens():
     with pytest.raises(lb.LensError, match="surface 0 pivots about the vertex of surface -1"):
-        lb.Lens((lb.Surface(0.01, 0.0, 5.0, pose=lb.SurfacePose(0.1, pivot=1)),), 0)
+        lb.Lens((lb.Surface(0.0, 5.0, curvature=0.01, pose=lb.SurfacePose(0.1, pivot=1)),), 0)

@@ -32,8 +32,8 @@ def surfaces(draw, glass=lb.AIR):
         terms = tuple((p, draw(st.floats(-0.1, 0.1)) * rim**-p) for p in draw(POWERS))
     if kind == "toroid":
         across = draw(curvature)
-    return lb.Surface(draw(curvature), draw(st.floats(0.5, 8.0)), rim, glass, 0.0 if across is not None else conic,
-                      terms, across)
+    return lb.Surface(draw(st.floats(0.5, 8.0)), rim, glass, 0.0 if across is not None else conic,
+                      terms, across, curvature=draw(curvature))
 
 
 @st.composite
@@ -182,7 +182,7 @@ def test_rays_through_surfaces_of_any_kind_agree_with_forty_digits_fate_by_fate(
 def test_rays_from_beyond_a_right_angle_agree_with_forty_digits_fate_by_fate(rim, bulge, conic, rear, front_index,
                                                                              beyond, x, y):
     """A dome of any conic before a random lens, in water or air; the ray is aimed at a point of the dome."""
-    dome = lb.Surface(bulge / rim, 3.0, rim, lb.Glass(1.7), min(conic, 0.9 / bulge**2 - 1.0))
+    dome = lb.Surface(3.0, rim, lb.Glass(1.7), min(conic, 0.9 / bulge**2 - 1.0), curvature=bulge / rim)
     stack = replace(rear, surfaces=(dome, *rear.surfaces), front_index=front_index)
     x, y = 0.3 * x * rim, -y * rim
     direction = np.array([0.0, cos(beyond), -sin(beyond)])
@@ -211,7 +211,7 @@ def rays_that_leave_an_ellipsoid_behind_its_equator(curvature, conic, glass=lb.A
     product with it crosses there in the sense that the vertex's side has.
     """
     a, b = 1.0 / (curvature * (1.0 + conic)), 1.0 / (curvature * sqrt(1.0 + conic))
-    surface = lb.Surface(curvature, 3.0, 2.0 * b, glass, conic)
+    surface = lb.Surface(3.0, 2.0 * b, glass, conic, curvature=curvature)
     t = np.linspace(0.55, 0.9, count) * np.pi
     points = np.stack([-b * np.sin(t), np.zeros(count), a * (1.0 - np.cos(t))], 1)
     side = 1.0 - (1.0 + conic) * curvature * points[:, 2]
@@ -224,14 +224,14 @@ def rays_that_leave_an_ellipsoid_behind_its_equator(curvature, conic, glass=lb.A
 @pytest.mark.parametrize(("curvature", "conic"), [(0.1, 0.0), (0.1, 0.5), (0.08, -0.4)])
 def test_a_ray_that_meets_the_conic_behind_its_equator_alone_misses(curvature, conic):
     surface, origins, directions = rays_that_leave_an_ellipsoid_behind_its_equator(curvature, conic)
-    traced = lb.trace(lb.Lens((surface, lb.Surface(0.0, 0.0, 1e3)), 0), origins, directions)
+    traced = lb.trace(lb.Lens((surface, lb.Surface(0.0, 1e3, curvature=0.0)), 0), origins, directions)
     assert (traced.fate == lb.Fate.MISSED).all()
 
 
 @pytest.mark.parametrize("terms", [((4, 1e-5),), ((3, 2e-4),), ((4, 2e-5), (6, -1e-8))])
 def test_a_ray_that_passes_a_surface_at_a_hundred_picometres_misses(terms):
     """Along tangents of an asphere that bulges towards the ray, moved away by 10⁻⁷ mm: its residual is never 0."""
-    surface = lb.Surface(0.03, 0.0, 9.0, lb.Glass(1.6), aspheric=terms)
+    surface = lb.Surface(0.0, 9.0, lb.Glass(1.6), curvature=0.03, aspheric=terms)
     y = np.linspace(1.0, 7.0, 60)
     slope = (surface.sag(0.0, y + 1e-5) - surface.sag(0.0, y - 1e-5)) / 2e-5
     tangents = np.stack([np.zeros(60), np.ones(60), slope], 1) / np.sqrt(1.0 + slope**2)[:, None]
@@ -247,8 +247,8 @@ def test_a_ray_that_passes_a_surface_at_a_hundred_picometres_misses(terms):
 def test_no_ray_is_lost_to_rounding_on_an_asphere_of_any_size(size):
     """Residuals are rounded at the size of the coordinates: 2,000 rays of all slopes within the rim meet it."""
     random = np.random.default_rng(3)
-    surface = lb.Surface(0.02 / size, 0.0, 30.0 * size, lb.Glass(1.6), -0.7,
-                         ((4, 1e-6 / size**3), (6, -1e-10 / size**5), (3, 2e-6 / size**2)))
+    surface = lb.Surface(0.0, 30.0 * size, lb.Glass(1.6), -0.7,
+                         ((4, 1e-6 / size**3), (6, -1e-10 / size**5), (3, 2e-6 / size**2)), curvature=0.02 / size)
     places = size * random.uniform(-20.0, 20.0, (2000, 2))
     directions = np.stack([*random.uniform(-0.8, 0.8, (2, 2000)), np.ones(2000)], 1)
     points = np.column_stack([places, surface.sag(*places.T)])
@@ -262,7 +262,7 @@ def test_no_ray_is_lost_to_rounding_on_an_asphere_of_any_size(size):
 @pytest.mark.parametrize("azimuth", [0.0, 0.5, 2.0, 4.0])
 def test_a_ray_enters_a_steep_bowl_where_its_flank_faces_the_ray(azimuth):
     """A line enters the inside of a convex surface once: at 75° from the axis, against slopes of up to 64°."""
-    surface = lb.Surface(0.0, 0.0, 9.0, lb.Glass(1.6), aspheric=((4, 1e-3),))
+    surface = lb.Surface(0.0, 9.0, lb.Glass(1.6), curvature=0.0, aspheric=((4, 1e-3),))
     out = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     r = np.linspace(2.0, 8.0, 40)
     points = r[:, None] * out + 1e-3 * r[:, None] ** 4 * [0.0, 0.0, 1.0]
@@ -297,10 +297,10 @@ def test_a_scaled_surface_has_the_scaled_sag(surface, factor, x, y):
 
 
 def test_sags_take_arrays_and_end_at_the_equator():
-    ball = lb.Surface(0.1, 1.0, 10.0)
+    ball = lb.Surface(1.0, 10.0, curvature=0.1)
     np.testing.assert_allclose(ball.sag([0.0, 6.0, 8.0, 10.5]), [0.0, 2.0, 4.0, nan], atol=1e-15)
     assert ball.sag(np.zeros((2, 1)), np.zeros(3)).shape == (2, 3)
-    parabola = lb.Surface(0.1, 1.0, 50.0, conic=-1.0)
+    parabola = lb.Surface(1.0, 50.0, curvature=0.1, conic=-1.0)
     assert float(parabola.sag(40.0)) == pytest.approx(80.0, rel=1e-15)
 
 
@@ -311,7 +311,7 @@ def test_sags_take_arrays_and_end_at_the_equator():
 def test_an_ellipsoid_of_eccentricity_1_over_n_focuses_a_beam_in_glass_to_a_point(radius, n, height):
     """Descartes: k = −1/n², glass behind; the focus lies at n R / (n − 1)."""
     y = height * radius * n / sqrt(n * n - 1.0)                 # of its equator
-    shell = lb.Lens((lb.Surface(1.0 / radius, 0.0, 1e3, lb.Glass(n), conic=-1.0 / n**2),), 0)
+    shell = lb.Lens((lb.Surface(0.0, 1e3, lb.Glass(n), curvature=1.0 / radius, conic=-1.0 / n**2),), 0)
     t = lb.trace(shell, [0.0, y, -5.0], [0.0, 0.0, 1.0])
     assert t.fate[0] == lb.Fate.PASSED
     focus = t.points[0, 2] - t.points[0, 1] / t.directions[0, 1] * t.directions[0, 2]
@@ -322,7 +322,8 @@ def test_an_ellipsoid_of_eccentricity_1_over_n_focuses_a_beam_in_glass_to_a_poin
 @given(st.floats(10.0, 100.0), st.floats(1.3, 1.9), st.floats(0.01, 3.0))
 def test_a_hyperboloid_behind_glass_focuses_a_beam_to_a_point_however_wide(radius, n, height):
     """Plano-convex with k = −n²: the focus lies R / (n − 1) behind the vertex."""
-    drop = lb.Lens((lb.Surface(0.0, 5.0, 1e4, lb.Glass(n)), lb.Surface(-1.0 / radius, 0.0, 1e4, conic=-n * n)), 0)
+    drop = lb.Lens((lb.Surface(5.0, 1e4, lb.Glass(n), curvature=0.0),
+                    lb.Surface(0.0, 1e4, curvature=-1.0 / radius, conic=-n * n)), 0)
     t = lb.trace(drop, [0.0, height * radius, -3.0], [0.0, 0.0, 1.0])
     assert t.fate[0] == lb.Fate.PASSED
     focus = t.points[0, 2] - t.points[0, 1] / t.directions[0, 1] * t.directions[0, 2] - 5.0
@@ -333,10 +334,10 @@ def test_a_hyperboloid_behind_glass_focuses_a_beam_to_a_point_however_wide(radiu
 @given(st.floats(12.0, 100.0), HEIGHT, HEIGHT, SLOPE, SLOPE, st.sampled_from(["aspheric", "both"]))
 def test_a_parabola_written_as_an_asphere_bends_as_it_does(radius, x, y, dx, dy, written):
     c = 1.0 / radius
-    plain = lb.Surface(c, 0.0, 1e2, lb.Glass(1.6), conic=-1.0)
+    plain = lb.Surface(0.0, 1e2, lb.Glass(1.6), curvature=c, conic=-1.0)
     a_2 = 0.5 * c if written == "aspheric" else 0.2 * c
-    other = lb.Surface(0.0, 0.0, 1e2, lb.Glass(1.6), aspheric=((2, a_2),)) if written == "aspheric" else \
-        lb.Surface(0.6 * c, 0.0, 1e2, lb.Glass(1.6), conic=-1.0, aspheric=((2, a_2),))
+    other = lb.Surface(0.0, 1e2, lb.Glass(1.6), curvature=0.0, aspheric=((2, a_2),)) if written == "aspheric" else \
+        lb.Surface(0.0, 1e2, lb.Glass(1.6), curvature=0.6 * c, conic=-1.0, aspheric=((2, a_2),))
     a, b = (lb.trace(lb.Lens((s,), 0), [x, y, -3.0], [0.4 * dx, 0.4 * dy, 1.0]) for s in (plain, other))
     assert a.fate[0] == b.fate[0] == lb.Fate.PASSED
     np.testing.assert_allclose(b.points, a.points, rtol=0.0, atol=1e-13)
@@ -346,12 +347,13 @@ def test_a_parabola_written_as_an_asphere_bends_as_it_does(radius, x, y, dx, dy,
 @LAW
 @given(st.floats(15.0, 100.0), HEIGHT, HEIGHT, SLOPE)
 def test_a_cylinder_leaves_the_momentum_along_its_axis_alone(radius, x, y, dx):
-    rod = lb.Lens((lb.Surface(1.0 / radius, 4.0, 1e2, lb.Glass(1.6), curvature_x=0.0), lb.Surface(0.0, 0.0, 1e2)), 0)
+    rod = lb.Lens((lb.Surface(4.0, 1e2, lb.Glass(1.6), curvature=1.0 / radius, curvature_x=0.0),
+                   lb.Surface(0.0, 1e2, curvature=0.0)), 0)
     direction = np.array([dx, 0.2, 1.0]) / np.linalg.norm([dx, 0.2, 1.0])
     t = lb.trace(rod, [x, y, -2.0], direction)
     assert t.fate[0] == lb.Fate.PASSED
     assert t.directions[0, 0] == pytest.approx(direction[0], abs=1e-15)
-    turned = lb.Lens((lb.Surface(0.0, 4.0, 1e2, lb.Glass(1.6), curvature_x=1.0 / radius), rod.surfaces[1]), 0)
+    turned = lb.Lens((lb.Surface(4.0, 1e2, lb.Glass(1.6), curvature=0.0, curvature_x=1.0 / radius), rod.surfaces[1]), 0)
     across = lb.trace(turned, [y, x, -2.0], direction[[1, 0, 2]])
     np.testing.assert_allclose(across.points[0, [1, 0, 2]], t.points[0], rtol=0.0, atol=1e-14)
 
@@ -383,15 +385,24 @@ def test_light_runs_back_along_its_own_path_through_every_kind(stack, x, y, dx, 
 ])
 def test_invalid_surfaces_are_refused_in_one_line(fields, message):
     with pytest.raises(lb.LensError, match=message):
-        lb.Surface(0.02, 1.0, 5.0, **fields)
+        lb.Surface(1.0, 5.0, curvature=0.02, **fields)
 
 
 def test_terms_are_kept_by_rising_power_without_zeros_so_that_equal_surfaces_compare_equal():
-    one = lb.Surface(0.02, 1.0, 5.0, aspheric=((6, 1e-7), (4, 1e-5), (8, 0.0)))
-    assert one == lb.Surface(0.02, 1.0, 5.0, aspheric=((4, 1e-5), (6, 1e-7)))
-    assert lb.Surface(0.02, 1.0, 5.0, curvature_x=0.02) == lb.Surface(0.02, 1.0, 5.0)
+    one = lb.Surface(1.0, 5.0, curvature=0.02, aspheric=((6, 1e-7), (4, 1e-5), (8, 0.0)))
+    assert one == lb.Surface(1.0, 5.0, curvature=0.02, aspheric=((4, 1e-5), (6, 1e-7)))
+    assert lb.Surface(1.0, 5.0, curvature=0.02, curvature_x=0.02) == lb.Surface(1.0, 5.0, curvature=0.02)
     assert lens("rf50").scaled(2.0).scaled(0.5) == lens("rf50")
 
 
 def test_a_surface_has_the_radius_of_its_curvature_and_a_plane_an_infinite_one():
-    assert [lb.Surface(c, 1.0, 5.0).radius for c in (0.02, -0.125, 0.0)] == [50.0, -8.0, inf]
+    assert [lb.Surface(1.0, 5.0, curvature=c).radius for c in (0.02, -0.125, 0.0)] == [50.0, -8.0, inf]
+
+
+@pytest.mark.parametrize("given", [(50.0, 4.0, 10.0), (0.5, 0.1, 0.3), (50.0, 4.0, 10.0, lb.Glass(1.5))])
+def test_a_number_is_a_curvature_or_a_radius_by_its_name_alone(given):
+    """Of a prescription the first column is the radius; it was taken as the curvature."""
+    with pytest.raises(TypeError, match="either its curvature or its radius of curvature, by name"):
+        lb.Surface(*given)
+    by_radius = lb.Surface(*given[1:], radius=given[0])
+    assert by_radius == lb.Surface(*given[1:], curvature=1.0 / given[0]) and by_radius.thickness == given[1]

@@ -77,9 +77,9 @@ def test_the_magnification_of_a_colour_is_that_of_a_lens_of_this_colour():
 def test_behind_an_image_within_the_lens_the_limits_blur_by_the_limit(away):
     """A stop behind that image: its entrance pupil is upside down."""
     glass = lb.Glass(1.6)
-    lens = lb.Lens((lb.Surface(1 / 24.0, 3.0, 9.0, glass), lb.Surface(-1 / 24.0, 50.0, 9.0),
-                    lb.Surface(0.0, 0.5, 1.5),
-                    lb.Surface(1 / 30.0, 3.0, 9.0, glass), lb.Surface(-1 / 30.0, 0.0, 9.0)), 2)
+    lens = lb.Lens((lb.Surface(3.0, 9.0, glass, curvature=1 / 24.0), lb.Surface(50.0, 9.0, curvature=-1 / 24.0),
+                    lb.Surface(0.5, 1.5, curvature=0.0),
+                    lb.Surface(3.0, 9.0, glass, curvature=1 / 30.0), lb.Surface(0.0, 9.0, curvature=-1 / 30.0)), 2)
     film, _ = lb.section_foci(lens, away + lens.length + 1.0, 1.0)
     focus = away + lens.length + film
     assert film > 0.0 and lb.first_order(lens).efl < 0.0
@@ -93,7 +93,7 @@ def test_behind_an_image_within_the_lens_the_limits_blur_by_the_limit(away):
 @pytest.mark.parametrize("film", [60.0, 63.0, 75.0])
 def test_the_blur_on_a_film_in_glass_is_that_of_similar_triangles(film):
     """One surface, which is the stop: 1 / before + n / behind = (n - 1) / R, and the cone from it to that image."""
-    lens = lb.Lens((lb.Surface(1 / 20.0, 0.0, 3.0, lb.Glass(1.5)),), 0)
+    lens = lb.Lens((lb.Surface(0.0, 3.0, lb.Glass(1.5), curvature=1 / 20.0),), 0)
     for before in (300.0, 1500.0):
         image = 1.5 / (0.5 / 20.0 - 1.0 / before)
         assert lb.thick_circle_of_confusion(lens, film, [before + film])[0] == pytest.approx(
@@ -103,7 +103,7 @@ def test_the_blur_on_a_film_in_glass_is_that_of_similar_triangles(film):
 @pytest.mark.parametrize("before", [-30.0, -200.0, 45.0])
 def test_the_focus_of_converging_light_is_before_that_of_parallel_light(before):
     """Gauss's equation of one surface; light that converges has its object behind the first vertex."""
-    lens = lb.Lens((lb.Surface(1 / 20.0, 0.0, 3.0, lb.Glass(1.5)),), 0)
+    lens = lb.Lens((lb.Surface(0.0, 3.0, lb.Glass(1.5), curvature=1 / 20.0),), 0)
     expected = 1.5 / (0.5 / 20.0 - 1.0 / before)
     assert lb.section_foci(lens, before + 40.0, 40.0) == pytest.approx((expected, expected), rel=1e-12)
 

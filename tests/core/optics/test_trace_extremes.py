@@ -35,7 +35,8 @@ def in_forty_digits(stack: lb.Lens, origin, direction):
 @pytest.mark.parametrize("radius", [1e9, -1e9, 1e6, 50.0, -50.0])
 @pytest.mark.parametrize("distance", [0.0, 10.0, 1e4])
 def test_nearly_flat_glass_and_far_origins_keep_every_digit(radius, distance):
-    window = lb.Lens((lb.Surface(1.0 / radius, 6.0, 50.0, lb.Glass(1.6)), lb.Surface(0.0, 0.0, 50.0)), 0)
+    window = lb.Lens((lb.Surface(6.0, 50.0, lb.Glass(1.6), curvature=1.0 / radius),
+                      lb.Surface(0.0, 50.0, curvature=0.0)), 0)
     direction = np.array([0.02, -0.01, 1.0])
     origin = np.array([3.0, 2.0, 0.0]) - distance * direction
     t = lb.trace(window, origin, direction)
@@ -56,8 +57,8 @@ def test_a_source_ten_kilometres_away_loses_no_more_than_its_coordinates_do(name
 
 
 def test_a_surface_of_radius_1e9_bends_as_a_plane_does():
-    rear = lb.Surface(0.0, 0.0, 9.0)
-    flat, nearly = (lb.Lens((lb.Surface(c, 3.0, 9.0, lb.Glass(1.5)), rear), 0) for c in (0.0, 1e-9))
+    rear = lb.Surface(0.0, 9.0, curvature=0.0)
+    flat, nearly = (lb.Lens((lb.Surface(3.0, 9.0, lb.Glass(1.5), curvature=c), rear), 0) for c in (0.0, 1e-9))
     rays = [0.0, 3.0, -2.0], [0.1, 0.0, 1.0]
     np.testing.assert_allclose(lb.trace(flat, *rays).points, lb.trace(nearly, *rays).points, atol=3.0**2 / 2e9)
 

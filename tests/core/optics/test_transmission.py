@@ -12,7 +12,7 @@ from tests.core.oracles import of_one_colour
 @pytest.mark.parametrize("aside", [6.5, 9.0, 15.0])
 def test_a_rim_beside_the_axis_passes_the_light_of_a_disk_there(aside):
     rim, away = 4.0, 40.0
-    lens = lb.Lens((lb.Surface(0.0, 1.0, 60.0), lb.Surface(0.0, 0.0, rim, pose=lb.SurfacePose(
+    lens = lb.Lens((lb.Surface(1.0, 60.0, curvature=0.0), lb.Surface(0.0, rim, curvature=0.0, pose=lb.SurfacePose(
         decentre_x=0.6 * aside, decentre_y=-0.8 * aside))), 0)
     # Illuminance under an even disk, parallel, over its radiance (Foote 1915)
     light = 0.5 * pi * (1.0 - (away**2 + aside**2 - rim**2) / sqrt((away**2 + aside**2 + rim**2) ** 2

@@ -18,7 +18,7 @@ THIN = 1e-9                         # mm: of an element
 def thin(focal_length, gap, index=1.5, rim=8.0):
     """Two surfaces, nothing between them, of this focal length."""
     c = 0.5 / (focal_length * (index - 1.0))
-    return lb.Surface(c, THIN, rim, lb.Glass(index)), lb.Surface(-c, gap, rim)
+    return lb.Surface(THIN, rim, lb.Glass(index), curvature=c), lb.Surface(gap, rim, curvature=-c)
 
 
 def two_group_efl(d):

@@ -61,10 +61,11 @@ def test_a_film_close_behind_its_cover_glass_sees_a_region_far_smaller_than_the_
 
 def test_a_lens_that_is_telecentric_towards_the_scene_has_its_regions_without_an_f_number():
     glass = lenses.load("pbrt-dgauss-50mm").surfaces[0].glass
-    front = Surface(1.0 / 60.0, 6.0, 20.0, glass), Surface(0.0, 0.0, 20.0)
-    focus = lb.first_order(lb.Lens((*front, Surface(0.0, 0.0, 4.0)), 2)).bfl
-    lens = lb.Lens((front[0], Surface(0.0, focus, 20.0), Surface(0.0, 40.0, 4.0), Surface(1.0 / 60.0, 6.0, 20.0, glass),
-                    Surface(-1.0 / 80.0, 0.0, 20.0)), 2)
+    front = Surface(6.0, 20.0, glass, curvature=1.0 / 60.0), Surface(0.0, 20.0, curvature=0.0)
+    focus = lb.first_order(lb.Lens((*front, Surface(0.0, 4.0, curvature=0.0)), 2)).bfl
+    lens = lb.Lens((front[0], Surface(focus, 20.0, curvature=0.0), Surface(40.0, 4.0, curvature=0.0),
+                    Surface(6.0, 20.0, glass, curvature=1.0 / 60.0),
+                    Surface(0.0, 20.0, curvature=-1.0 / 80.0)), 2)
     assert lb.first_order(lens).f_number == 0.0
     camera = lb.LensCamera(lens, lb.Film(12.0, 8.0), 400.0)
     radii, away, cell, n = [0.0, 5.0], camera.film_distance, 0.004, 1 << 12
@@ -84,7 +85,8 @@ def test_a_lens_that_is_telecentric_towards_the_scene_has_its_regions_without_an
 
 
 def test_a_lens_without_rotational_symmetry_has_no_pupil_by_radius():
-    rod = lb.Lens((lb.Surface(0.02, 4.0, 5.0, lb.Glass(1.5), curvature_x=0.0), lb.Surface(0.0, 0.0, 5.0)), 0)
+    rod = lb.Lens((lb.Surface(4.0, 5.0, lb.Glass(1.5), curvature=0.02, curvature_x=0.0),
+                   lb.Surface(0.0, 5.0, curvature=0.0)), 0)
     with pytest.raises(lb.LensError, match="cylinder or toroid"):
         lb.exit_pupil(rod, 50.0, [0.0])
 

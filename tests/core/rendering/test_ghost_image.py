@@ -162,7 +162,8 @@ def test_the_colours_of_a_ghost_lie_where_single_rays_of_their_wavelengths_land(
     """Behind a small stop a ghost lies about its chief ray, here those of eight wavelengths of red and of blue, by the
     reference tracer. The stop of 0.1 mm and pixels of 0.05 mm move the difference by a few µm."""
     glass = lb.Glass(1.8, 25.0)
-    lens = lb.Lens((lb.Surface(0.0, 2.0, 0.1), lb.Surface(1 / 60.0, 6.0, 9.0, glass), lb.Surface(-1 / 60.0, 0.0, 9.0)),
+    lens = lb.Lens((lb.Surface(2.0, 0.1, curvature=0.0), lb.Surface(6.0, 9.0, glass, curvature=1 / 60.0),
+                    lb.Surface(0.0, 9.0, curvature=-1 / 60.0)),
                    0)
     camera, pair = lb.LensCamera(lens, lb.Film(80.0, 16.0, 1600, 320)), (1, 2)
     assert camera.disperses and not replace(camera, dispersion=False).disperses

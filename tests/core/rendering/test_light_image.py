@@ -189,8 +189,9 @@ def test_no_light_is_counted_twice_in_mirrors_glass_and_coats():
 
 @pytest.mark.slow
 def test_every_channel_of_a_lens_that_disperses_has_its_own_wavelengths():
-    lens = lb.Lens((lb.Surface(0.0, 25.0, 2.5), lb.Surface(-1 / 60.0, 3.0, 12.0, lb.Glass(1.62, 36.4)),
-                    lb.Surface(-1 / 22.5, 0.0, 12.0)), 0)
+    lens = lb.Lens((lb.Surface(25.0, 2.5, curvature=0.0), lb.Surface(3.0, 12.0, lb.Glass(1.62, 36.4),
+                                                                     curvature=-1 / 60.0),
+                    lb.Surface(0.0, 12.0, curvature=-1 / 22.5)), 0)
     camera = lb.LensCamera(lens, lb.Film(3.0, 2.0, 150, 100), 1500.0)
     assert camera.disperses
     scene = Scene("lamp", sky=DARK, spheres=(Sphere((12.0, 8.0, -6000.0), 3.0, bright((100.0,) * 3)),))

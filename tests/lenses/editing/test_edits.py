@@ -59,7 +59,7 @@ def test_a_number_changes_alone(quantity, value, name):
     lambda: elements.cemented(TRIPLET, 0), lambda: elements.air_spaced(TRIPLET, 1),
     lambda: structure.split(TRIPLET, 0, 1.5), lambda: structure.moved(TRIPLET, 0, 1, 9),
     lambda: stop.with_stop(TRIPLET, 6), lambda: stop.with_stop_in_gap(TRIPLET, 1, 7.0),
-    lambda: structure.inserted(TRIPLET, 0, [Surface(0.0, 1.0, 1e12)])])
+    lambda: structure.inserted(TRIPLET, 0, [Surface(1.0, 1e12, curvature=0.0)])])
 def test_what_no_surface_can_have_is_refused(wrong):
     with pytest.raises(EditError) as told:
         wrong()
@@ -108,7 +108,7 @@ def test_a_plane_between_equal_media_of_two_names_is_deleted_without_effect():
 
 def test_the_object_of_a_design_stays_where_a_plane_before_the_lens_is_deleted():
     """The image solve follows: by 1/v = 1/f − 1/u of the lens itself, whose object lies 20 mm farther from it."""
-    lens = replace(GAUSS.lens, surfaces=(Surface(0.0, 20.0, 30.0), *GAUSS.surfaces),
+    lens = replace(GAUSS.lens, surfaces=(Surface(20.0, 30.0, curvature=0.0), *GAUSS.surfaces),
                    stop_index=GAUSS.lens.stop_index + 1,
                    system=replace(GAUSS.lens.system, object_distances=(300.0, inf)))
     document = LensDocument(lens, solves=(Solve(len(lens.surfaces) - 1, "image"),))
@@ -242,7 +242,7 @@ def test_blades_turn_with_the_group_of_the_stop_alone(stop_index):
 
 def test_planes_before_a_lens_leave_its_object_where_it_is():
     lens = TRIPLET.lens
-    planes = (Surface(0.0, 3.0, 9.0), Surface(0.0, 5.0, 9.0))
+    planes = (Surface(3.0, 9.0, curvature=0.0), Surface(5.0, 9.0, curvature=0.0))
     document = LensDocument(replace(lens, surfaces=(*planes, *lens.surfaces), stop_index=lens.stop_index + 2,
                                     system=replace(lens.system, object_distances=(200.0,))))
     assert structure.deleted(document, [0, 1]).lens.system.object_distances == (208.0,)

@@ -265,8 +265,10 @@ def test_commands_of_codev_for_surfaces_that_are_none_are_refused(command, said)
         codev("S -0.02 40", "  CIR 5", "SI", command)
 
 
-CROSSED = lb.Lens((lb.Surface(1 / 40.0, 4.0, 9.0, lb.Glass(1.6)), lb.Surface(0.01, 3.0, 9.0, curvature_x=-1 / 55.0),
-                   lb.Surface(0.0, 2.0, 9.0, lb.Glass(1.5), curvature_x=1 / 70.0), lb.Surface(0.0, 40.0, 9.0)), 0)
+CROSSED = lb.Lens((lb.Surface(4.0, 9.0, lb.Glass(1.6), curvature=1 / 40.0),
+                   lb.Surface(3.0, 9.0, curvature=0.01, curvature_x=-1 / 55.0),
+                   lb.Surface(2.0, 9.0, lb.Glass(1.5), curvature=0.0, curvature_x=1 / 70.0),
+                   lb.Surface(40.0, 9.0, curvature=0.0)), 0)
 
 
 @pytest.mark.parametrize("suffix", [".zmx", ".seq", ".toml"])
@@ -294,8 +296,9 @@ def test_a_roll_of_codev_is_right_handed_and_turns_a_cylinder_alone():
 
 def test_the_object_of_a_lens_whose_first_surface_pivots_about_the_second_keeps_its_distance():
     pose = lb.SurfacePose(tilt_x=0.2)
-    lens = lb.Lens((lb.Surface(0.02, 6.0, 5.0, lb.Glass(1.5), pose=replace(pose, pivot=-1)),
-                    lb.Surface(-0.02, 40.0, 5.0, pose=pose)), 0, system=lb.SystemData(object_distances=(200.0,)))
+    lens = lb.Lens((lb.Surface(6.0, 5.0, lb.Glass(1.5), curvature=0.02, pose=replace(pose, pivot=-1)),
+                    lb.Surface(40.0, 5.0, curvature=-0.02, pose=pose)), 0,
+                    system=lb.SystemData(object_distances=(200.0,)))
     for suffix in (".zmx", ".seq"):
         found = READERS[suffix](WRITERS[suffix](lens)[0], "x" + suffix)
         assert found.system.object_distances[0] + found.vertex(1)[2] == pytest.approx(200.0 + 6.0, abs=1e-9), suffix

@@ -77,8 +77,9 @@ def test_rayoptics_surfaces_gaps_and_profiles(tmp_path):
 def test_rayoptics_refracts_at_a_cemented_plane_of_glasses_with_one_index(tmp_path):
     """A plane of a direct-vision prism bends every colour but one; rayoptics lets rays pass a dummy straight on."""
     crown, flint = Glass(1.6, 60.0), Glass(1.6, 40.0)
-    lens = Lens((Surface(0.02, 5.0, 10.0, crown), Surface(0.0, 3.0, 10.0, crown), Surface(0.0, 3.0, 10.0, flint),
-                 Surface(0.0, 0.0, 10.0)), 1)
+    lens = Lens((Surface(5.0, 10.0, crown, curvature=0.02), Surface(3.0, 10.0, crown, curvature=0.0),
+                 Surface(3.0, 10.0, flint, curvature=0.0),
+                 Surface(0.0, 10.0, curvature=0.0)), 1)
     lenses.save(lens, tmp_path / "prism.roa")
     model = json.loads((tmp_path / "prism.roa").read_text())["optical_model"]["attributes"]["seq_model"]["attributes"]
     modes = [item["attributes"]["interact_mode"] for item in model["ifcs"]]
@@ -176,14 +177,16 @@ def test_optiland_materials_from_a_file_are_those_of_the_catalogue(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".zmx", ".roa", ".toml", ".len"])
 def test_fused_silica_keeps_its_dispersion(tmp_path, suffix):
-    lens = Lens((Surface(0.02, 4.0, 9.0, glass_catalogue.find("F_SILICA")), Surface(-0.02, 40.0, 9.0)), 0)
+    lens = Lens((Surface(4.0, 9.0, glass_catalogue.find("F_SILICA"), curvature=0.02),
+                 Surface(40.0, 9.0, curvature=-0.02)), 0)
     assert not [f for f in lenses.save(lens, tmp_path / f"a{suffix}") if f.kind is Kind.GLASS]
     assert lenses.load(tmp_path / f"a{suffix}").surfaces[0].glass == lens.surfaces[0].glass
 
 
 @pytest.mark.parametrize("suffix", [".json", ".seq"])
 def test_a_format_that_keeps_only_numbers_of_fused_silica_says_so(tmp_path, suffix):
-    lens = Lens((Surface(0.02, 4.0, 9.0, glass_catalogue.find("F_SILICA")), Surface(-0.02, 40.0, 9.0)), 0)
+    lens = Lens((Surface(4.0, 9.0, glass_catalogue.find("F_SILICA"), curvature=0.02),
+                 Surface(40.0, 9.0, curvature=-0.02)), 0)
     remarks = lenses.save(lens, tmp_path / f"a{suffix}")
     assert any("only n_d and V_d are written" in str(remark) for remark in remarks)
 
@@ -206,7 +209,7 @@ def test_losses_are_reported(tmp_path, suffix):
     table = media.tabulated("MINE", [(0.4, 1.51), (0.5875618, 1.5), (0.7, 1.49)])
     formula = replace(glass_catalogue.find("N-BK7"), name="MINE")
     for glass, kept in ((table, suffix == ".roa"), (formula, False)):
-        odd = Lens((Surface(0.01, 5.0, 9.0, glass), Surface(0.0, 90.0, 9.0)), 1)
+        odd = Lens((Surface(5.0, 9.0, glass, curvature=0.01), Surface(90.0, 9.0, curvature=0.0)), 1)
         remarks = lenses.save(odd, tmp_path / f"b{suffix}")
         found = lenses.load(tmp_path / f"b{suffix}").surfaces[0].glass
         assert bool(remarks) != kept and (found.coefficients == glass.coefficients) == kept

@@ -179,8 +179,9 @@ def load_text(folder, text):
 
 
 def test_other_shapes_than_spheres_are_reported_as_losses(tmp_path):
-    lens = lb.Lens((lb.Surface(0.02, 4.0, 10.0, lb.Glass(1.5), conic=-1.0), lb.Surface(-0.02, 3.0, 10.0),
-                    lb.Surface(0.0, 3.0, 8.0), lb.Surface(0.01, 60.0, 10.0, curvature_x=0.0)), 2)
+    lens = lb.Lens((lb.Surface(4.0, 10.0, lb.Glass(1.5), curvature=0.02, conic=-1.0),
+                    lb.Surface(3.0, 10.0, curvature=-0.02),
+                    lb.Surface(3.0, 8.0, curvature=0.0), lb.Surface(60.0, 10.0, curvature=0.01, curvature_x=0.0)), 2)
     remarks = lenses.save(lens, tmp_path / "shaped.dat")
     assert any("surface 0 is a conic" in str(remark) for remark in remarks)
     assert any("surface 3 is a cylinder" in str(remark) for remark in remarks)

@@ -47,9 +47,10 @@ texts = st.text(st.characters(codec="utf-8"), max_size=20)
 glasses = st.just(AIR) | st.builds(Glass, st.floats(1.0, 4.0), st.none() | st.floats(1.0, 120.0), texts)
 curvatures = st.just(0.0) | st.floats(1e-12, 1e5) | st.floats(-1e5, -1e-12)
 terms = st.dictionaries(st.integers(2, 20), st.floats(-1.0, 1.0), max_size=4).map(lambda found: tuple(found.items()))
-surfaces = (st.builds(Surface, curvatures, lengths, st.floats(1e-6, 1e6), glasses)
-            | st.builds(Surface, curvatures, lengths, st.floats(1e-6, 1e6), glasses, st.floats(-20.0, 20.0), terms)
-            | st.builds(Surface, curvatures, lengths, st.floats(1e-6, 1e6), glasses, curvature_x=curvatures))
+surfaces = (st.builds(Surface, lengths, st.floats(1e-6, 1e6), glasses, curvature=curvatures)
+            | st.builds(Surface, lengths, st.floats(1e-6, 1e6), glasses, st.floats(-20.0, 20.0), terms,
+                        curvature=curvatures)
+            | st.builds(Surface, lengths, st.floats(1e-6, 1e6), glasses, curvature=curvatures, curvature_x=curvatures))
 
 
 @st.composite
@@ -79,9 +80,10 @@ def test_a_library_lens_survives_scaling_saving_and_loading(tmp_path, name):
 
 def test_a_conic_an_asphere_and_a_cylinder_are_read_as_they_are_written(tmp_path):
     lens = load_text(tmp_path, SHAPED)
-    assert lens.surfaces[0] == Surface(0.02, 4.0, 10.0, Glass(1.5), conic=-1.5, aspheric=((4, 1e-5), (7, -2.5e-9)))
-    assert lens.surfaces[1] == Surface(0.0, 3.0, 10.0, curvature_x=0.04)
-    assert lens.surfaces[3] == Surface(-0.02, 40.0, 9.0, curvature_x=0.0)
+    assert lens.surfaces[0] == Surface(4.0, 10.0, Glass(1.5), curvature=0.02, conic=-1.5,
+                                       aspheric=((4, 1e-5), (7, -2.5e-9)))
+    assert lens.surfaces[1] == Surface(3.0, 10.0, curvature=0.0, curvature_x=0.04)
+    assert lens.surfaces[3] == Surface(40.0, 9.0, curvature=-0.02, curvature_x=0.0)
 
 
 def test_the_blades_of_the_stop_are_kept_and_may_be_turned_in_degrees(tmp_path):
@@ -118,7 +120,7 @@ def test_an_invalid_stop_is_refused_with_its_line(tmp_path, table, reason):
 def test_the_formula_of_a_glass_survives(tmp_path):
     glass = Glass(1.5168, 64.17, "N-BK7", "sellmeier",
                   (1.03961212, 0.00600069867, 0.231792344, 0.0200179144, 1.01046945, 103.560653), (0.3, 2.5))
-    lens = Lens((Surface(0.02, 4.0, 10.0, glass), Surface(-0.02, 40.0, 10.0)), 0)
+    lens = Lens((Surface(4.0, 10.0, glass, curvature=0.02), Surface(40.0, 10.0, curvature=-0.02)), 0)
     lenses.save(lens, tmp_path / "glass.toml")
     assert lenses.load(tmp_path / "glass.toml") == lens
 
@@ -138,7 +140,7 @@ def test_a_plane_is_radius_zero_or_inf_and_the_stop_is_marked(tmp_path):
     lens = load_text(tmp_path, ROWS)
     assert lens.surfaces[1].curvature == lens.surfaces[2].curvature == 0.0
     assert lens.stop_index == 2 and lens.name == "Two lenses" and not lens.findings
-    assert lens.surfaces[0] == Surface(0.02, 4.0, 10.0, Glass(1.5))
+    assert lens.surfaces[0] == Surface(4.0, 10.0, Glass(1.5), curvature=0.02)
 
 
 def test_an_immense_radius_is_no_trouble(tmp_path):

@@ -334,11 +334,11 @@ def test_a_star_needs_blades_and_counts_its_rays():
 @pytest.mark.slow
 def test_the_bokeh_of_an_afocal_lens_says_which_distance_it_does_not_image():
     glass = lb.Glass(1.5)               # thin lenses of 100 and 50 mm, their foci together
-    front = lb.Lens((lb.Surface(1 / 50, 4.0, 8.0, glass), lb.Surface(0.0, 10.0, 8.0)), 0)
-    back = lb.Lens((lb.Surface(1 / 25, 2.0, 8.0, glass), lb.Surface(0.0, 10.0, 8.0)), 0)
+    front = lb.Lens((lb.Surface(4.0, 8.0, glass, curvature=1 / 50), lb.Surface(10.0, 8.0, curvature=0.0)), 0)
+    back = lb.Lens((lb.Surface(2.0, 8.0, glass, curvature=1 / 25), lb.Surface(10.0, 8.0, curvature=0.0)), 0)
     gap = lb.first_order(front).bfl + lb.first_order(back).bfl
-    relay = lb.Lens((front.surfaces[0], lb.Surface(0.0, gap, 8.0), lb.Surface(0.0, 2.0, 8.0, glass),
-                     lb.Surface(-1 / 25, 0.0, 8.0)), 0)
+    relay = lb.Lens((front.surfaces[0], lb.Surface(gap, 8.0, curvature=0.0), lb.Surface(2.0, 8.0, glass, curvature=0.0),
+                     lb.Surface(0.0, 8.0, curvature=-1 / 25)), 0)
     assert np.isinf(lb.first_order(relay).efl)
     near = replace(ASKED, lens=relay, setup=replace(ASKED.setup, lens=relay, film_distance=60.0),
                    object_distance=500.0, focus_distance=500.0)

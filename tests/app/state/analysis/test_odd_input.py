@@ -13,8 +13,9 @@ from lensbench.app.state.settings import Settings
 
 LENS = lenses.load("pbrt-dgauss-50mm")
 CROWN = lb.Glass(1.5)
-AFOCAL = lb.Lens((lb.Surface(0.01, 0.0, 10.0, CROWN), lb.Surface(0.0, 300.0, 10.0),
-                  lb.Surface(0.0, 0.0, 10.0, CROWN), lb.Surface(-0.02, 0.0, 10.0)), 0, name="afocal")
+AFOCAL = lb.Lens((lb.Surface(0.0, 10.0, CROWN, curvature=0.01), lb.Surface(300.0, 10.0, curvature=0.0),
+                  lb.Surface(0.0, 10.0, CROWN, curvature=0.0), lb.Surface(0.0, 10.0, curvature=-0.02)), 0,
+                  name="afocal")
 PINHOLE = replace(LENS, surfaces=tuple(replace(each, semi_diameter=0.001) if i == 2 else each
                                        for i, each in enumerate(LENS.surfaces)))
 CLOSED = replace(PINHOLE, surfaces=tuple(replace(each, semi_diameter=0.001, pose=lb.SurfacePose(decentre_x=3.0))

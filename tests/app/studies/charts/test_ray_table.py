@@ -108,7 +108,8 @@ def test_a_picture_by_the_table_is_the_traced_one():
 
 
 def test_a_lens_without_rotational_symmetry_has_no_table():
-    rod = lb.Lens((lb.Surface(0.02, 4.0, 5.0, lb.Glass(1.5), curvature_x=0.0), lb.Surface(0.0, 0.0, 5.0)), 0)
+    rod = lb.Lens((lb.Surface(4.0, 5.0, lb.Glass(1.5), curvature=0.02, curvature_x=0.0),
+                   lb.Surface(0.0, 5.0, curvature=0.0)), 0)
     with pytest.raises(lb.LensError, match="cylinder or toroid"):
         ray_table_step(rod, 30.0, setup()[2])
 

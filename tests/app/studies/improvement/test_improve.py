@@ -19,8 +19,8 @@ from lensbench.lenses.paraxial import focal_length
 
 TRIPLET = LensDocument(lenses.load("lenshh-cooke-triplet-50"))
 # A stop in front: the rays in front of the lens do not depend on it
-SINGLET = LensDocument(Lens((Surface(0.0, 5.0, 4.0), Surface(1 / 40.0, 3.0, 9.0, Glass(1.6, 55.0)),
-                             Surface(-1 / 60.0, 40.0, 9.0)), 0))
+SINGLET = LensDocument(Lens((Surface(5.0, 4.0, curvature=0.0), Surface(3.0, 9.0, Glass(1.6, 55.0), curvature=1 / 40.0),
+                             Surface(40.0, 9.0, curvature=-1 / 60.0)), 0))
 
 
 mp.dps = 40
@@ -115,8 +115,8 @@ def test_rules_are_kept_thin_glass_is_pushed_back_and_an_asphere_cures_what_it_c
     thick = list(improved(thin, [(4, "thickness")], goal))[-1].document
     assert thick.surfaces[4].thickness > 2.0
     # On the axis a conic makes a plano-hyperbolic singlet free of spherical aberration: k = −n²
-    plano = LensDocument(Lens((Surface(0.0, 0.0, 8.0), Surface(0.0, 3.0, 9.0, Glass(1.5)),
-                               Surface(-1 / 20.0, 40.0, 9.0)), 0))
+    plano = LensDocument(Lens((Surface(0.0, 8.0, curvature=0.0), Surface(3.0, 9.0, Glass(1.5), curvature=0.0),
+                               Surface(40.0, 9.0, curvature=-1 / 20.0)), 0))
     cured = list(improved(plano, [(2, "conic")], Goal(0.0)))[-1]
     assert cured.document.surfaces[2].conic == pytest.approx(-2.25, abs=1e-4) and cured.rms < 1e-6
 

@@ -17,8 +17,8 @@ from lensbench.optics.glass import D_LINE
 mp.dps = 40
 TRIPLET = LensDocument(lenses.load("lenshh-cooke-triplet-50"))
 # Parallel light enters through the plane; an ellipse or hyperbola of the conic −n² behind it makes a perfect image
-PERFECT = Lens((Surface(0.0, 2.0, 6.0), Surface(0.0, 5.0, 10.0, Glass(1.5)),
-                Surface(-1 / 40.0, 78.0, 10.0, conic=-2.25)), 0)
+PERFECT = Lens((Surface(2.0, 6.0, curvature=0.0), Surface(5.0, 10.0, Glass(1.5), curvature=0.0),
+                Surface(78.0, 10.0, curvature=-1 / 40.0, conic=-2.25)), 0)
 SPHERES = replace(PERFECT, surfaces=(*PERFECT.surfaces[:2], replace(PERFECT.surfaces[2], conic=0.0)))
 
 

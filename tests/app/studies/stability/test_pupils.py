@@ -27,7 +27,7 @@ def test_cells_of_rays_count_the_area_that_the_rim_encloses(radius, stop):
 
 def test_an_open_ring_has_the_area_of_a_disk():
     """For a stop alone the region is the shadow of the stop on its own plane."""
-    alone = lb.Lens((lb.Surface(0.0, 0.0, 3.0),), 0)
+    alone = lb.Lens((lb.Surface(0.0, 3.0, curvature=0.0),), 0)
     assert pupils.true_area(Place(alone, 20.0, (4.0, 2.0), 10.0)) == pytest.approx(9.0 * math.pi, rel=0.01)
     result = pupils.result(Place(alone, 20.0, (4.0, 2.0), 10.0), lambda uv: (12.0 * uv - 6.0, np.full(len(uv), 144.0)))
     assert result.waste == pytest.approx(1.0 - 9.0 * math.pi / 144.0, abs=0.01)

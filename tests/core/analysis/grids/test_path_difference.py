@@ -54,7 +54,7 @@ OPTILAND = {0.2: -0.0730971007, 0.4: -0.2630051276, 0.6: -0.4874846225, 0.8: -0.
 
 
 def test_path_differences_on_the_axis_are_those_of_optiland():
-    stack = lb.Lens(tuple(lb.Surface(1.0 / r, gap, 9.0, lb.Glass(n)) for r, gap, n in TRIPLET), 3)
+    stack = lb.Lens(tuple(lb.Surface(gap, 9.0, lb.Glass(n), curvature=1.0 / r) for r, gap, n in TRIPLET), 3)
     given = lb.analysis.conditions(stack, None, [0.0], [LINE], field_kind=lb.FieldKind.ANGLE)
     beams = lb.analysis.ray_grid(stack, FILM, given, 8).beams
     places = np.column_stack([np.zeros(len(OPTILAND)), ENTRANCE_RADIUS * np.array(list(OPTILAND))])

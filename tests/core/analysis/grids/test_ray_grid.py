@@ -26,8 +26,8 @@ def of_angles(stack, film_distance, *degrees, pupil=32, **more):
 
 def hyperbolic(index=1.5, focal_length=50.0, radius=10.0):
     """A plano-convex lens without spherical aberration: flat towards the scene, its rear a hyperboloid k = −n²."""
-    return lb.Lens((lb.Surface(0.0, 6.0, radius, lb.Glass(index)),
-                    lb.Surface(-1.0 / (focal_length * (index - 1.0)), 0.0, 2.0 * radius, conic=-index**2)), 0)
+    return lb.Lens((lb.Surface(6.0, radius, lb.Glass(index), curvature=0.0),
+                    lb.Surface(0.0, 2.0 * radius, curvature=-1.0 / (focal_length * (index - 1.0)), conic=-index**2)), 0)
 
 
 @pytest.mark.parametrize("name", ["dgauss", "cooke", "codev"])
@@ -218,7 +218,8 @@ def test_a_lens_state_is_traced_once():
 
 
 @pytest.mark.parametrize(("make", "message"), [
-    (lambda: of_angles(lb.Lens((lb.Surface(0.0, 5.0, 8.0, lb.Glass(1.5)), lb.Surface(0.0, 0.0, 8.0)), 0), 30.0, 0.0),
+    (lambda: of_angles(lb.Lens((lb.Surface(5.0, 8.0, lb.Glass(1.5), curvature=0.0),
+                                lb.Surface(0.0, 8.0, curvature=0.0)), 0), 30.0, 0.0),
      "afocal"),
     (lambda: of_angles(hyperbolic(), -1.0, 0.0), "behind the last vertex"),
     (lambda: of_angles(hyperbolic(), 50.0, 0.0, pupil=4), "at least 8"),
@@ -327,7 +328,7 @@ def test_wavelengths_in_nanometres_and_negative_weights_are_refused(wavelengths,
 
 
 def test_glasses_without_dispersion_are_said_for_one_wavelength_and_among_others():
-    flint = lb.Surface(0.0, 1.0, 5.0, lb.Glass(1.62, 36.0))
+    flint = lb.Surface(1.0, 5.0, lb.Glass(1.62, 36.0), curvature=0.0)
     for stack, lines, text in ((hyperbolic(), [0.248], "the dispersion of this lens's glasses is not known"),
                                (hyperbolic(), [lb.D_LINE], None),
                                (lb.Lens((flint, *hyperbolic().surfaces), 0), None, "the dispersion of 1 of 2 glasses")):
