@@ -1,6 +1,7 @@
 """Public functions that take a lens, a scene or a camera, and are given its name or the path of its file."""
 
 import inspect
+from collections.abc import Callable
 from functools import wraps
 from os import PathLike
 from types import FunctionType
@@ -29,7 +30,7 @@ def refusing_names(value: Any, package: str | None = None) -> Any:
     return _checked(value, package or value.__module__, value.__name__) if isinstance(value, FunctionType) else value
 
 
-def _checked(function: FunctionType, module: str, name: str) -> FunctionType:
+def _checked(function: FunctionType, module: str, name: str) -> Callable[..., Any]:
     if REMEDIES.keys().isdisjoint(inspect.unwrap(function).__code__.co_varnames) or hasattr(function, "refuses_names"):
         return function                                     # signatures of all functions would delay the start by 10 ms
     places = [(i, parameter.name) for i, parameter in enumerate(inspect.signature(function).parameters.values())

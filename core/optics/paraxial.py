@@ -114,10 +114,11 @@ def first_order(lens: Lens, wavelength: float | None = None) -> FirstOrder:
     ----------
     Welford, "Aberrations of Optical Systems", ch. 3.
     """
+    if wavelength is None:
+        wavelength = lens.reference_wavelength
     known = lens.known.get(("first order", wavelength))
     if known is None:
-        known = lens.known["first order", wavelength] = _first_order(
-            lens, lens.reference_wavelength if wavelength is None else wavelength)
+        known = lens.known["first order", wavelength] = _first_order(lens, wavelength)
     return known
 
 
