@@ -114,7 +114,8 @@ def solution(rows: Sequence[Any], solve: RowSolve, axial: Start | None, chief: S
 def _sag(row: Any, height: float) -> float:
     """Sag of the surface of a row; 0 for a plane. RowError: the surface ends before."""
     try:
-        surface = Surface(0.0, abs(height) or 1.0, curvature=row.curvature, conic=row.conic, aspheric=tuple(row.aspheric.items()))
+        surface = Surface(0.0, abs(height) or 1.0, curvature=row.curvature, conic=row.conic,
+                          aspheric=tuple(row.aspheric.items()))
         depth = float(surface.sag(0.0, height))
     except LensError as error:
         raise RowError(str(error)) from None

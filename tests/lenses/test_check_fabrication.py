@@ -15,7 +15,8 @@ CROWN = Glass(1.5168, 64.17)
 
 def singlet(front, back, thickness, semi, behind=20.0, **changes):
     """A lens of one element (radii in mm) with a stop behind it."""
-    return Lens((Surface(thickness, semi, CROWN, curvature=1.0 / front, **changes), Surface(behind, semi, curvature=1.0 / back),
+    return Lens((Surface(thickness, semi, CROWN, curvature=1.0 / front, **changes),
+                 Surface(behind, semi, curvature=1.0 / back),
                  Surface(60.0, 0.9 * semi, curvature=0.0)), 2)
 
 

@@ -111,7 +111,8 @@ def test_a_saved_file_stands_alone(tmp_path):
 @pytest.mark.parametrize(("surfaces", "told"), [
     ((Surface(2e9, 9.0, curvature=0.02), Surface(1.0, 9.0, curvature=0.0)), "gaps of more than"),
     ((Surface(1.0, 1e-9, curvature=1e7), Surface(1.0, 9.0, curvature=0.0)), "radius is"),
-    ((Surface(1.2345678901234567, 9.123456789012345, Glass(1.5, 60.0, "X" * 190), curvature=0.0123456789012345),) * 5000,
+    ((Surface(1.2345678901234567, 9.123456789012345, Glass(1.5, 60.0, "X" * 190),
+              curvature=0.0123456789012345),) * 5000,
      "would not open again")])
 def test_a_lens_that_would_not_open_again_is_not_saved(tmp_path, suffix, surfaces, told):
     path = tmp_path / f"a{suffix}"

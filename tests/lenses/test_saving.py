@@ -48,7 +48,8 @@ def test_what_is_saved_opens_again(tmp_path_factory, lens, suffix):
 
 
 @pytest.mark.parametrize(("lens", "suffix", "reason"), [
-    (Lens((Surface(1.0, 5.0, Glass(1.5), curvature=0.01),) * 1000 + (Surface(1.0, 4.0, curvature=0.0),), 1000), ".zmx", "surfaces"),
+    (Lens((Surface(1.0, 5.0, Glass(1.5), curvature=0.01),) * 1000 + (Surface(1.0, 4.0, curvature=0.0),), 1000), ".zmx",
+     "surfaces"),
     (Lens((Surface(2e9, 5.0, curvature=0.01),), 0), ".toml", "2×10⁹ mm"),
     (Lens((Surface(1.0, 5.0, curvature=0.01),), 0, notes="x" * 1_100_000), ".toml", "1.1 MB")])
 def test_a_lens_that_no_reader_takes_is_refused_with_the_reason(tmp_path, lens, suffix, reason):

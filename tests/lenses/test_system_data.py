@@ -423,7 +423,8 @@ def test_infrared_wavelengths_weights_and_vignetted_fields_survive(suffix):
     system = SystemData(Aperture(ApertureKind.STOP_SIZE, (0.0,)), FieldKind.ANGLE,
                         (FieldPoint(0.0, 0.0), FieldPoint(0.0, 14.0, 2.0, (0.1, 0.1, 0.3, 0.3))),
                         (Wavelength(0.85, 2.0), Wavelength(0.94, 0.5)), 1)
-    lens = Lens((Surface(5.0, 9.0, GLASS, curvature=0.02), Surface(3.0, 9.0, curvature=-0.02), Surface(46.0, 4.0, curvature=0.0)), 2, system=system)
+    lens = Lens((Surface(5.0, 9.0, GLASS, curvature=0.02), Surface(3.0, 9.0, curvature=-0.02),
+                 Surface(46.0, 4.0, curvature=0.0)), 2, system=system)
     read = READERS[suffix](WRITERS[suffix](lens)[0], f"a{suffix}").system
     assert sorted(read.wavelengths, key=lambda wave: wave.micrometres) == list(system.wavelengths)
     assert read.primary_wavelength == 0.94

@@ -15,7 +15,8 @@ from lensbench.optics.finding import Kind
 
 GLASS = lb.Glass(1.9)
 # A ball: paraxial focus 0.5556 mm behind it, the rays of its rim meet inside, as in a phone's lens without its aspheres
-BALL = lb.Lens((lb.Surface(0.5, 8.5, curvature=0.0), lb.Surface(20.0, 9.9, GLASS, curvature=0.1), lb.Surface(0.0, 9.9, curvature=-0.1)), 0)
+BALL = lb.Lens((lb.Surface(0.5, 8.5, curvature=0.0), lb.Surface(20.0, 9.9, GLASS, curvature=0.1),
+                lb.Surface(0.0, 9.9, curvature=-0.1)), 0)
 
 
 def test_a_lens_without_room_for_the_film_of_its_least_blur_is_focused_paraxially(tmp_path):
@@ -29,7 +30,8 @@ def test_a_lens_without_room_for_the_film_of_its_least_blur_is_focused_paraxiall
 
 
 def test_an_eye_that_ends_in_glass_is_told_so(tmp_path, capsys):
-    eye = lb.Lens((lb.Surface(3.0, 4.0, lb.Glass(1.376), curvature=0.128), lb.Surface(20.0, 2.0, lb.Glass(1.336), curvature=0.0)), 1)
+    eye = lb.Lens((lb.Surface(3.0, 4.0, lb.Glass(1.376), curvature=0.128),
+                   lb.Surface(20.0, 2.0, lb.Glass(1.336), curvature=0.0)), 1)
     lenses.save(eye, tmp_path / "eye.toml")
     main(["info", str(tmp_path / "eye.toml")])
     printed = capsys.readouterr().out
