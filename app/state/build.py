@@ -173,7 +173,7 @@ def picture_wavelength(settings: "Settings", lens: lb.Lens) -> float | None:
 
 def is_in_colour(settings: "Settings", lens: lb.Lens) -> bool:
     """Whether a picture through the lens itself shows its colour errors; an ideal model of it never does."""
-    return (settings.dispersion != "off" and VISIBLE[0] <= reference_wavelength(lens.surfaces, lens.system) <=
+    return (settings.dispersion != "off" and VISIBLE[0] <= lens.reference_wavelength <=
             VISIBLE[1] and has_dispersion(lens))
 
 

@@ -183,7 +183,7 @@ def query(settings: Settings) -> Query:
     white = "lens" if alone else settings.white
     wavelengths = () if alone else white_light(lens, white)
     if white == "picture" and wavelengths and not is_in_colour(settings, lens):
-        wavelengths = ((reference_wavelength(lens.surfaces, lens.system), 1.0),)
+        wavelengths = ((lens.reference_wavelength, 1.0),)
     return Query(built, lens, distance, built.focus_distance, "" if model.follows_lens else model.title,
                  not settings.film_pose.is_upright, alone, wavelengths=wavelengths, white=white)
 
