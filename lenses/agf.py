@@ -15,6 +15,7 @@ from lensbench.kernels.figures import fixed
 from lensbench.kernels.quotation import cut, escaped
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.regular_file import open_regular
 from lensbench.optics.glass import C_LINE, F_LINE, Glass, GlassError, from_formula
 
 # Of each formula number, the name of the formula and how many coefficients it takes.
@@ -60,9 +61,11 @@ def read(path: str | PathLike[str]) -> Catalogue:
     """The glasses of an AGF file in UTF-8, UTF-16 or Latin-1; LensFileError if it contains none."""
     path = Path(path)
     try:
-        if path.stat().st_size > LARGEST:
+        with open_regular(path) as file:
+            data = file.read(LARGEST + 1)
+        if len(data) > LARGEST:
             raise LensFileError(path, None, f"larger than {LARGEST // 10**6} MB: this is no glass catalogue")
-        text = decoded(path.read_bytes())
+        text = decoded(data)
     except OSError as error:
         raise LensFileError(path, None, f"cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

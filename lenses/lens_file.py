@@ -12,6 +12,7 @@ from lensbench.lenses import catalogue
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats.table import READERS, UTF8_SUFFIXES, WRITERS, Writer
+from lensbench.lenses.regular_file import open_regular
 from lensbench.lenses.stop_picture import with_picture_beside
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens
@@ -184,19 +185,16 @@ def _is_path(text: str) -> bool:
 
 
 def _content(path: Path) -> str:
-    """Text of a file. LensFileError: missing, not a file, too large, or not text."""
+    """Text of a lens file. LensFileError: missing, not a file, too large, or not text."""
     try:
-        if path.is_dir():
-            raise LensFileError(path, None, "this is a folder, not a lens file")
-        if not path.exists():
-            raise LensFileError(path, None, "there is no such file")
-        if not path.is_file():
-            raise LensFileError(path, None, "this is not an ordinary file")
-        size = path.stat().st_size
-        if size > LARGEST_FILE:
-            raise LensFileError(path, None, f"{fixed(size / 1e6, 1)} MB is no lens file: at most "
-                                            f"{significant(LARGEST_FILE / 1e6)} MB")
-        data = path.read_bytes()
+        with open_regular(path) as file:
+            size = os.fstat(file.fileno()).st_size
+            if size > LARGEST_FILE:
+                raise LensFileError(path, None, f"{fixed(size / 1e6, 1)} MB is no lens file: at most "
+                                                f"{significant(LARGEST_FILE / 1e6)} MB")
+            data = file.read(LARGEST_FILE)
+    except FileNotFoundError:
+        raise LensFileError(path, None, "there is no such file") from None
     except OSError as error:
         raise LensFileError(path, None, f"cannot be read: {error.strerror or error}") from None
     except ValueError as error:

@@ -49,8 +49,8 @@ def read_picture_file(source: str | os.PathLike[str] | bytes, most_pixels: int =
     Raises
     ------
     PictureFileError
-        The file cannot be opened, has another format than `FORMATS`, is damaged, has too many pixels or less than
-        2 × 2, needs more than `MOST_BYTES` to decode, or holds floating-point numbers without `real`.
+        The file cannot be opened, has another format than `FORMATS`, is damaged, has too many pixels, needs
+        more than `MOST_BYTES` to decode, or holds floating-point numbers without `real`.
     """
     from PIL import Image
 
@@ -106,8 +106,6 @@ def _check(picture: Any, kind: str, most_pixels: int) -> None:
     pixels = picture.width * picture.height
     if pixels > most_pixels:
         raise PictureFileError(_too_many(most_pixels))
-    if min(picture.size) < 2:
-        raise PictureFileError("it is smaller than 2 × 2 pixels")
     kept, work = KEPT.get(picture.mode, 4), 0
     if kind == "JPEG" and "progressive" in picture.info:
         work = 2 * len(picture.getbands())              # coefficients of 16 bits (libjpeg)

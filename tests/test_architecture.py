@@ -273,6 +273,33 @@ def test_what_works_without_a_window_imports_no_graphics(path):
     assert not packages(path) & GRAPHICS
 
 
+# Names that decode a picture, and the files that may call them: each bounds the memory by the header first
+DECODERS = {"open": {"lenses/picture_file.py"}, "File": {"app/state/scene_assets/sky_picture.py"},
+            "open_heif": {"app/state/scene_assets/heic_depth.py"}, "imread": set(), "load_image": set()}
+
+
+def decoders(path):
+    """The names of DECODERS that a file calls on something of PIL, OpenEXR, pillow_heif or another picture library."""
+    tree, libraries, found = ast.parse(path.read_text(encoding="utf-8")), set(), set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            top = (getattr(node, "module", None) or node.names[0].name).split(".")[0]
+            if top in {"PIL", "OpenEXR", "pillow_heif", "imageio", "cv2", "matplotlib", "skimage", "tifffile"}:
+                libraries |= {alias.asname or alias.name.split(".")[0] for alias in node.names}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in libraries:
+            found |= {node.attr} & set(DECODERS)
+    return found | (libraries & {"open", "imread", "open_heif", "File"})
+
+
+def test_pictures_are_decoded_in_listed_places_alone():
+    found = {name: set() for name in DECODERS}
+    for path in (each for top in (*PACKAGES, "trials") for each in files(top)):
+        for name in decoders(path):
+            found[name].add(path.relative_to(ROOT).as_posix())
+    assert found == DECODERS
+
+
 # How little a start loads
 
 

@@ -8,16 +8,16 @@ written with enough digits to read it back to the last bit.
 import argparse
 import json
 import math
-import os
 import re
 import sys
 from collections.abc import Iterable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any, TextIO
 
 from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.quotation import excerpt
+from lensbench.lenses.regular_file import open_regular
 from lensbench.optics.finding import Finding, Kind
 
 COLUMNS = ("x", "y", "z", "l", "m", "n")
@@ -147,9 +147,10 @@ def read_rays(path: str) -> list[list[float]]:
     the line, and what is wrong in it.
     """
     try:
-        if path != "-" and os.path.getsize(path) > LARGEST_TABLE:
-            raise RaysError(f"{path}: {fixed(os.path.getsize(path) / 1e6, 0)} MB are too many rays for one table")
-        data = sys.stdin.buffer.read() if path == "-" else Path(path).read_bytes()
+        with nullcontext(sys.stdin.buffer) if path == "-" else open_regular(path) as file:
+            data = file.read(LARGEST_TABLE + 1)
+        if len(data) > LARGEST_TABLE:
+            raise RaysError(f"{path}: more than {fixed(LARGEST_TABLE / 1e6, 0)} MB are too many rays for one table")
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise RaysError(f"{path}: this is no text; rays are a table of columns {' '.join(COLUMNS)}") from None

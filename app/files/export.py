@@ -34,6 +34,7 @@ from lensbench.app.state.picture.exposure import applied_exposure, recorded
 from lensbench.app.state.picture.false_colours import aov_codes
 from lensbench.app.state.settings import CHOSEN, Settings
 from lensbench.kernels.quotation import MOST, cut, escaped
+from lensbench.lenses.regular_file import open_regular
 
 SUFFIXES = {".png": "tone-mapped picture, 8 or 16 bits", ".ppm": "the same, without compression",
             ".exr": "linear light, float", ".pfm": "the same, without settings"}
@@ -132,7 +133,7 @@ def read_settings(path: str | Path, say: Callable[[str], object] = lambda text: 
     """
     path = Path(path)
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             signature = file.read(len(PNG_SIGNATURE))
             if signature == PNG_SIGNATURE:
                 text = _png_text(file, path)

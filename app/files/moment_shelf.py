@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from lensbench.app.files.export import ExportError, read_settings, save_picture
 from lensbench.app.state.settings import Settings
+from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 
 LONGEST_NAME = 60               # characters
 THUMBNAIL = 288                 # pixels of the longer side
@@ -41,7 +42,7 @@ class Moment:
         return self.path.stem
 
     def codes(self) -> NDArray[np.float32]:
-        """The picture (h, w, 3) as codes of the screen from 0 to 1; OSError if the file is gone."""
+        """The picture (h, w, 3) as codes of the screen from 0 to 1; ExportError if the file is gone."""
         return _codes(self.path).astype(np.float32) / np.float32(255.0)
 
 
@@ -124,7 +125,7 @@ def _read(path: Path) -> Moment:
 
 
 def _codes(path: Path) -> NDArray[np.uint8]:
-    from PIL import Image
-
-    with Image.open(path) as picture:
-        return np.asarray(picture.convert("RGB"))
+    try:
+        return np.asarray(read_picture_file(path).convert("RGB"))
+    except PictureFileError as error:
+        raise ExportError(f"{path}: {error}") from error

@@ -25,6 +25,7 @@ from lensbench.app.files.export import MAX_TEXT, ExportError, replacing, setting
 from lensbench.app.state.settings import Settings
 from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import MOST, cut, excerpt
+from lensbench.lenses.regular_file import open_regular
 
 SUFFIX = ".npz"
 SETTINGS, CHECKSUM = "settings", "checksum"
@@ -90,7 +91,7 @@ def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], 
     invalid settings.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             if not _is_archive(file):
                 raise ExportError(f"{path}: this is no {what}, or one that was cut short")
             with zipfile.ZipFile(file) as archive:

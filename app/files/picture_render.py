@@ -29,6 +29,7 @@ from lensbench.app.state.coating import flare
 from lensbench.app.state.scene_file import find_scene, scene_files
 from lensbench.app.state.settings import Settings
 from lensbench.kernels.sampling import centred_steps
+from lensbench.lenses.regular_file import open_regular
 from lensbench.optics.finding import Finding
 
 PASS_SECONDS = 0.2              # of rendering between two steps of the progress
@@ -235,7 +236,7 @@ def _maker(settings: Settings, view: lb.Camera, choice: lb.Choice | None) -> np.
     image = view.lens.stop_image if isinstance(view, lb.LensCamera) else getattr(view, "stop_image", None)
     found = zlib.crc32(repr((version("lensbench"), choice and (choice.model, choice.degree), lens, image)).encode())
     for path in scene_files(settings.scene):
-        with suppress(OSError), path.open("rb") as file:        # the scene itself has been read, or is an error
+        with suppress(OSError), open_regular(path) as file:        # the scene itself has been read, or is an error
             while part := file.read(READ_BYTES):
                 found = zlib.crc32(part, found)
     return np.int64(found)

@@ -17,6 +17,7 @@ from lensbench.app.state import former_settings
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import PICTURES, VERSION, Settings, SettingsError
 from lensbench.kernels.quotation import MOST, cut
+from lensbench.lenses.regular_file import open_regular
 
 HEAD = "# lensbench: lengths in mm, angles in radians, times in seconds, exposure in stops\n"
 WORDS = {field.name: spec(field).none for field in fields(Settings) if spec(field).none}    # for None
@@ -40,7 +41,7 @@ def load_settings(path: str | Path, say: Callable[[str], object] = lambda text: 
     if path.suffix.lower() in PICTURES:
         return read_settings(path, say)
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             raw = file.read(LONGEST + 1)
         if len(raw) > LONGEST:
             raise SettingsError(f"{path}: this is larger than {LONGEST >> 20} MB: that is no settings file")

@@ -27,8 +27,10 @@ from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
 from lensbench.app.window.state import WindowState
 from lensbench.lenses import READERS, WRITERS
+from lensbench.lenses.regular_file import open_regular
 from lensbench.lenses.stop_picture import SUFFIXES
 
+MOST_READ = 1 << 20             # bytes of a .toml file to know its kind: no kind has more
 RECENT = 8                      # files that are remembered
 PICTURES = (".png", ".exr", ".ppm")                      # that carry their settings
 SAVED = (*PICTURES, ".pfm")
@@ -158,7 +160,8 @@ class Files:
         if path.suffix.lower() in PICTURES:
             return "picture"
         if path.suffix.lower() == ".toml":
-            text = path.read_text(encoding="utf-8", errors="replace")
+            with open_regular(path) as file:
+                text = file.read(MOST_READ).decode("utf-8", errors="replace")
             if re.search(r"^\s*version\s*=", text, re.MULTILINE):
                 return "settings"
             return "lens" if "columns" in text or "surfaces" in text else "scene"

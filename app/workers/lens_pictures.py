@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import thread_count
 from lensbench.lenses import catalogue
+from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 
 THUMBNAIL = "2"                 # the look of a thumbnail: another one draws all of them again
 DAYS = 30                       # that an unused file is kept
@@ -150,17 +151,13 @@ class LensPictures:
 
     def _read(self, name: str) -> bool:
         """Take the picture of a lens from its file, if it is there; a damaged file is removed."""
-        from PIL import Image
-
+        path = self._folder / file_name(name, self._look)
         try:
-            path = self._folder / file_name(name, self._look)
-            with Image.open(path) as file:
-                self.found[name] = np.asarray(file.convert("RGBA" if file.mode == "RGBA" else "RGB"))
+            picture = read_picture_file(path)
+            self.found[name] = np.asarray(picture.convert("RGBA" if picture.mode == "RGBA" else "RGB"))
             os.utime(path)
             return True
-        except FileNotFoundError:
-            return False
-        except (OSError, ValueError, SyntaxError):      # of a damaged PNG
+        except (OSError, PictureFileError):             # none, or a damaged one
             with suppress(OSError):
                 path.unlink()
             return False

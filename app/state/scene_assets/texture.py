@@ -29,10 +29,15 @@ def read_texture(name: str, folder: Path) -> lb.Image:
 
 
 def image_of(picture: Any, most_texels: int = TEXTURE_TEXELS) -> lb.Image:
-    """A decoded picture of Pillow as linear light, averaged down to TEXTURE_SIDE and most_texels at most."""
+    """A decoded picture of Pillow as linear light, averaged down to TEXTURE_SIDE and most_texels at most.
+
+    PictureFileError for one of less than 2 × 2 pixels.
+    """
     from PIL import Image as Picture
 
     width, height = picture.size
+    if min(width, height) < 2:
+        raise PictureFileError("it is smaller than 2 × 2 pixels")
     shrink = min(TEXTURE_SIDE / max(width, height), math.sqrt(most_texels / (width * height)), 1.0)
     columns, rows = (max(2, math.floor(length * shrink)) for length in picture.size)
     deep = picture.mode.startswith("I")
