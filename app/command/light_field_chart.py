@@ -36,14 +36,14 @@ def _chart(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.options import settings_from
     from lensbench.app.command.output import checked_chart_path, is_json, print_json, progress, save_json
     from lensbench.app.state.build import camera
-    from lensbench.app.state.scene_file import find_scene
+    from lensbench.app.state.scene_file import cached_scene
     from lensbench.app.studies.charts.light_fields import VIEWS, draw, measure
     from lensbench.app.studies.timing import machine
 
     settings = settings_from(arguments)
     path = checked_chart_path(arguments.output)
     with progress() as show:
-        curves = measure(camera(settings), find_scene(settings.scene), arguments.views or VIEWS, settings.seed, show)
+        curves = measure(camera(settings), cached_scene(settings.scene), arguments.views or VIEWS, settings.seed, show)
     data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "lens": settings.lens,
             "model": settings.lens_model, "scene": settings.scene, "focus mm": settings.focus_distance,
             "f-number": settings.f_number, "pixels": [settings.pixels_x, settings.pixels_y],

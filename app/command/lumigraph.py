@@ -52,7 +52,7 @@ def _array(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.output import progress
     from lensbench.app.files.lumigraph_file import save_lumigraph
     from lensbench.app.state.build import camera
-    from lensbench.app.state.scene_file import find_scene
+    from lensbench.app.state.scene_file import cached_scene
 
     settings, path = prepare_capture(arguments)
     across, down = arguments.views
@@ -61,7 +61,7 @@ def _array(arguments: argparse.Namespace) -> int:
           f"{fixed(size / 1e6, 0, grouped=True)} MB")
     begin = perf_counter()
     with progress() as show:
-        made = lb.capture_lumigraph(camera(settings), find_scene(settings.scene), arguments.views, arguments.spacing,
+        made = lb.capture_lumigraph(camera(settings), cached_scene(settings.scene), arguments.views, arguments.spacing,
                                     arguments.plane, settings.samples, settings.seed, progress=show)
     save_lumigraph(path, made, settings)
     print(f"{path}: {fixed(perf_counter() - begin, 1)} s; the pinholes are {significant(made.spacing)} mm apart over "

@@ -26,7 +26,7 @@ from lensbench.app.files.picture_noise import NOISE_STATE, Noise
 from lensbench.app.state.auto_model import is_automatic
 from lensbench.app.state.build import camera
 from lensbench.app.state.coating import flare
-from lensbench.app.state.scene_file import find_scene, scene_files
+from lensbench.app.state.scene_file import cached_scene, scene_files
 from lensbench.app.state.settings import Settings
 from lensbench.kernels.sampling import centred_steps
 from lensbench.lenses.regular_file import open_regular
@@ -78,7 +78,7 @@ class _Render:
 
     def __init__(self, settings: Settings, whole: bool):
         self.settings = settings
-        view, scene, self.choice = camera(settings), find_scene(settings.scene), None
+        view, scene, self.choice = camera(settings), cached_scene(settings.scene), None
         if is_automatic(settings):
             assert isinstance(view, lb.LensCamera)
             self.choice = lb.choose_model(view, scene)

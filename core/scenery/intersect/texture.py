@@ -42,11 +42,16 @@ class Texture(NamedTuple):
 def texture(image: Image) -> Texture:
     """The coded picture of an image; its values must not be negative."""
     values, greatest = image.values, float(max(image.values.max(), 1e-30))
-    parts = [_coded(values, greatest)]
-    while min(values.shape[:2]) >= 4:
-        values = _halved(values)
-        parts.append(_coded(values, greatest))
-    return Texture(np.concatenate(parts), image.width, image.height, len(parts), greatest)
+    sizes = [(image.height, image.width)]
+    while min(sizes[-1]) >= 4:
+        sizes.append((sizes[-1][0] // 2, sizes[-1][1] // 2))
+    texels = np.empty((sum(down * across for down, across in sizes), 3), np.uint16)     # no copy of all at the end
+    start = 0
+    for down, across in sizes:
+        values = values if start == 0 else _halved(values)
+        _code(values, greatest, texels[start:start + down * across].reshape(down, across, 3))
+        start += down * across
+    return Texture(texels, image.width, image.height, len(sizes), greatest)
 
 
 def _halved(values: np.ndarray) -> np.ndarray:
@@ -60,11 +65,9 @@ def _halved(values: np.ndarray) -> np.ndarray:
     return found
 
 
-def _coded(values: np.ndarray, greatest: float) -> np.ndarray:
-    found = np.empty(values.shape, np.uint16)
+def _code(values: np.ndarray, greatest: float, into: np.ndarray) -> None:
     for top in range(0, len(values), STRIP):
-        found[top:top + STRIP] = np.sqrt(np.maximum(values[top:top + STRIP], 0.0) / greatest) * 65535.0 + 0.5
-    return found.reshape(-1, 3)
+        into[top:top + STRIP] = np.sqrt(np.maximum(values[top:top + STRIP], 0.0) / greatest) * 65535.0 + 0.5
 
 
 @stage
