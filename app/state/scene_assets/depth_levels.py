@@ -8,7 +8,8 @@ import lensbench as lb
 
 UNEQUAL = 3             # levels of 255: rounding of a grey picture that is stored in colours
 GAP = 0.05              # of the range of all other levels: below it, a level 0 belongs to them
-ENDLESS = 1e8           # mm: programs store 1e10 m and the like where a ray meets nothing
+ALONE = 0.1             # of the greatest level: where all others lie below, it is no distance
+ENDLESS = 1e6           # programs store 1e10 m and the like where a ray meets nothing
 HALF_END = 65504.0      # the greatest number of 16 bits: the same in such a file
 
 
@@ -42,6 +43,25 @@ def unmeasured(levels: np.ndarray, disparity: bool) -> np.ndarray:
         return np.zeros(levels.shape, bool)
     least, most = int(levels.min(where=~zero, initial=levels.max())), int(levels.max())
     return zero if most > least > GAP * (most - least) else np.zeros(levels.shape, bool)
+
+
+def endless(levels: np.ndarray, hole: np.ndarray, alone: bool) -> np.ndarray:
+    """Which levels (h, w) that are no holes stand for a ray that met nothing: floats of `ENDLESS` or `HALF_END`.
+
+    alone: also the greatest level of more than 8 bits, where all others, of two values or more, lie far below it.
+    """
+    if levels.dtype.itemsize < 2:
+        return np.zeros(levels.shape, bool)
+    real = levels.dtype.kind == "f"
+    found = ~hole & ((levels >= ENDLESS) | (levels == HALF_END)) if real else np.zeros(levels.shape, bool)
+    below = ~(hole | found)
+    if alone and below.any():
+        least, most = (f(where=below, initial=levels[below][0]) for f in (levels.min, levels.max))
+        top = below & (levels == most)
+        second = levels.max(where=below & ~top, initial=least)
+        if least < second < ALONE * most:
+            found |= top
+    return found
 
 
 def filled(away: np.ndarray, hole: np.ndarray) -> np.ndarray:

@@ -7,9 +7,8 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.scene_assets.depth_levels import (
-    ENDLESS,
-    HALF_END,
     check_equal,
+    endless,
     filled,
     grey_levels,
     unmeasured,
@@ -26,6 +25,7 @@ from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 from lensbench.lenses.regular_file import open_regular
 from lensbench.scenery.photograph import photograph_scene, reduced
 
+MOST_AWAY = 1e8 / 4.0       # mm: a mesh reaches 100 km, and what has no end lies four times behind all others
 MEANINGS = ("distance", "disparity")
 
 
@@ -55,16 +55,17 @@ def _distances(levels: np.ndarray, meaning: str, ends: tuple[float, float] | Non
     """Distances (mm) of the levels of a map, reduced. ends: the least and the greatest of them; None: levels in m."""
     disparity = meaning == "disparity"
     hole = unmeasured(levels, disparity) if holes or levels.dtype.kind == "f" else np.zeros(levels.shape, bool)
-    endless = np.zeros(levels.shape, bool)
-    if levels.dtype.kind == "f" and not disparity:
-        with np.errstate(invalid="ignore"):
-            endless = (levels >= ENDLESS / 1000.0) | (levels == HALF_END)
-    known = ~(hole | endless)
+    doubtful = ends is not None or levels.max(where=~hole, initial=0) > MOST_AWAY / 1000.0
+    beyond = np.zeros(levels.shape, bool) if disparity else endless(levels, hole, holes and bool(doubtful))
+    known = ~(hole | beyond)
     if not known.any():
         raise lb.SceneError("no pixel of it holds a distance")
     low, high = (float(f(where=known, initial=levels[known][0])) for f in (levels.min, levels.max))
-    shares = [100.0 * float(part.mean()) for part in (hole, endless)]
-    levels, hole, endless = reduced(levels), reduced(hole), reduced(endless)
+    shares = [100.0 * float(part.mean()) for part in (hole, beyond)]
+    levels, hole, beyond = reduced(levels), reduced(hole), reduced(beyond)
+    if ends is None and high * 1000.0 > MOST_AWAY:
+        raise lb.SceneError(f"it reaches {significant(high / 1000.0)} km as metres, more than "
+                            f"{significant(MOST_AWAY / 1e6)} km: give near and far, its least and greatest distance")
     if ends is None:
         away = levels.astype(np.float64) * 1000.0
     elif not (math.isfinite(high) and high > low):
@@ -77,9 +78,9 @@ def _distances(levels: np.ndarray, meaning: str, ends: tuple[float, float] | Non
         say(f"{significant(shares[0], 2)} % of the pixels hold no distance (0, negative or NaN) and take the one of a "
             "neighbour; if 0 is a distance, write holes = false")
     if shares[1]:
-        say(f"{significant(shares[1], 2)} % of the pixels state no end ({significant(HALF_END)}, or more than "
-            f"{significant(ENDLESS / 1e6)} km) and are laid behind all others")
-    return filled(np.where(endless, np.inf, away), hole)
+        say(f"{significant(shares[1], 2)} % of the pixels have the level of what has no end, far above all others, and "
+            "are laid behind them")
+    return filled(np.where(beyond, np.inf, away), hole)
 
 
 def own_depth_scene(image: str, folder: Path, fov: float | None, fill: str) -> lb.Scene:

@@ -2,7 +2,9 @@
 
 import base64
 import math
+import re
 import sys
+import time
 from io import BytesIO
 from types import SimpleNamespace
 
@@ -119,6 +121,59 @@ def test_what_cannot_be_read_is_one_clear_line(tmp_path, made, text, reason):
     with pytest.raises(SceneFileError, match=reason) as caught:
         load_scene(tmp_path / "a.toml")
     assert "\n" not in str(caught.value)
+
+
+def in_long_hand(packet):
+    """The same properties as elements; the closing tag has white space behind it, as serialisers write it."""
+    head, _, rest = packet.partition(b"<rdf:Description ")
+    attributes, _, _ = rest.partition(b"/>")
+    elements = re.sub(rb'([\w:]+)="([^"]*)"\s*', rb"<\1>\n  \2\n</\1>\n  ", attributes)
+    return head + b"<rdf:Description>\n  " + elements + b"</rdf:Description>" + rest.partition(b"/>")[2]
+
+
+def test_properties_in_long_hand_are_those_of_attributes(tmp_path, monkeypatch):
+    phone_file(tmp_path / "phone.jpg", np.uint8(255 * RAMP), piece=60_000)
+    short = read_phone_photograph("phone.jpg", tmp_path)
+    whole = segment
+    monkeypatch.setitem(globals(), "segment", lambda body: whole(
+        XMP + in_long_hand(body[len(XMP):]) if body.startswith(XMP) else extended_in_long_hand(body)))
+    phone_file(tmp_path / "phone.jpg", np.uint8(255 * RAMP), piece=60_000)
+    assert b"</GDepth:Near>" in (tmp_path / "phone.jpg").read_bytes()
+    long = read_phone_photograph("phone.jpg", tmp_path)
+    assert (long.away == short.away).all() and long.picture == short.picture
+
+
+def extended_in_long_hand(body):
+    head = len(EXTENDED) + 32
+    packet = in_long_hand(body[head + 8:])
+    return body[:head] + len(packet).to_bytes(4, "big") + bytes(4) + packet
+
+
+HOSTILE = {
+    "names without end": b"<a>" + b"GDepth:" * 60_000,
+    "quotes without end": b"<a " + b'GDepth:a="' * 40_000,
+    "blanks": b"<a GDepth:a" + b" " * 60_000,
+    "deep elements": b"<GDepth:a>" * 6_000,
+    "entities": b'<!DOCTYPE a [<!ENTITY x "xxxxxxxxxx">' + b"".join(
+        b'<!ENTITY x%d "%s">' % (k, b"&x%d;" % (k - 1) * 10 if k else b"&x;" * 10) for k in range(12))
+                + b"]><a><GDepth:Data>&x11;</GDepth:Data></a>",
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_notes_are_refused_in_linear_time(tmp_path, name):
+    phone_file(tmp_path / "phone.jpg", np.uint8(255 * RAMP))
+    packet = HOSTILE[name]
+    pieces = [packet[at:at + 60_000] for at in range(0, len(packet), 60_000)]
+    data = (tmp_path / "phone.jpg").read_bytes()
+    data = data[:2] + b"".join(segment(EXTENDED + b"B" * 32 + len(packet).to_bytes(4, "big")
+                                       + (60_000 * k).to_bytes(4, "big") + piece)
+                               for k, piece in enumerate(pieces)) + data[2:]
+    (tmp_path / "phone.jpg").write_bytes(data)
+    begun = time.perf_counter()
+    with pytest.raises(lb.SceneError) as caught:
+        read_phone_photograph("phone.jpg", tmp_path)
+    assert time.perf_counter() - begun < 2.0 and "\n" not in str(caught.value)    # 60 s by a quadratic search
 
 
 class _HeicFile:

@@ -1,5 +1,7 @@
 """Pictures of the sky from files: Radiance's format against an encoder of its own, OpenEXR, and damaged files."""
 
+import math
+
 import numpy as np
 import OpenEXR
 import pytest
@@ -8,6 +10,7 @@ import lensbench as lb
 from lensbench.app.state.scene_assets import sky_picture
 from lensbench.app.state.scene_assets.radiance_hdr import HdrError, read_hdr
 from lensbench.app.state.scene_assets.sky_picture import read_sky
+from lensbench.app.state.scene_file import load_scene
 
 SILENT = [].append
 HEAD = b"#?RADIANCE\n# made by a test\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n"
@@ -107,3 +110,37 @@ def test_the_size_of_an_open_exr_picture_is_known_before_its_pixels(tmp_path, mo
     monkeypatch.setattr(sky_picture, "MOST_PIXELS", 500)
     with pytest.raises(lb.SceneError, match="million pixels"):
         read_sky("large.exr", tmp_path, SILENT)
+
+
+def test_pixels_that_are_no_light_are_replaced_and_counted(tmp_path, values):
+    linear = np.ascontiguousarray(values, np.float32)
+    linear[2, 3] = (-0.01, 0.5, 0.5)                    # a filter rings
+    linear[2, 4] = (0.5, -3.0, -4.0)
+    linear[7, 1] = (np.inf, 1.0, 1.0)                   # beyond the range of 16 bits
+    linear[8, 1] = (np.nan, 1.0, -np.inf)
+    OpenEXR.File({}, {"RGB": linear}).write(str(tmp_path / "a.exr"))
+    said = []
+    found = read_sky("a.exr", tmp_path, said.append).values
+    bad = ~(linear >= 0.0) | np.isinf(linear)
+    assert (found[~bad] == linear[~bad]).all()
+    assert not found[bad & ~(linear > 0.0)].any() and found[7, 1, 0] == linear[~bad].max()
+    assert said == ["sky 'a.exr': 2 pixels (0.25 %) are negative and count as 0",
+                    "sky 'a.exr': 2 pixels (0.25 %) are not finite and count as 0, or, if infinite, as the brightest "
+                    "of the others"]
+
+
+def test_a_lossy_sky_with_a_small_bright_sun_is_read_and_its_picture_says_what_was_changed(tmp_path):
+    light = np.zeros((64, 128, 3), np.float32)
+    light[20:23, 60:63] = 3.0
+    OpenEXR.File({"compression": OpenEXR.Compression.DWAB_COMPRESSION, "type": OpenEXR.Storage.scanlineimage},
+                 {"RGB": light.astype(np.float16)}).write(str(tmp_path / "sun.exr"))
+    stored = OpenEXR.File(str(tmp_path / "sun.exr")).channels()["RGB"].pixels
+    assert stored.min() < 0.0                           # it does ring, so that this test can fail
+    (tmp_path / "a.toml").write_text('[sky]\nimage = "sun.exr"\n')
+    scene = load_scene(tmp_path / "a.toml")
+    camera = lb.PerspectiveCamera(lb.Film(width=36.0, height=24.0, pixels_x=6, pixels_y=4), math.radians(50))
+    rendering = lb.Rendering(camera, scene)
+    count = int((stored < 0.0).any(-1).sum())
+    assert [each.message for each in rendering.findings] == list(scene.notes)
+    assert f"sky 'sun.exr': {count} pixels" in scene.notes[0]
+    assert scene.sky.image.values.min() == 0.0
