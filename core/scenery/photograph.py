@@ -16,6 +16,7 @@ from lensbench.scenery.objects import Image, Material, Mesh, Pattern, SceneError
 from lensbench.scenery.scene import Scene
 
 CELLS = 400_000         # of the depth map, at the most: larger maps are reduced
+LEAST_AWAY = 1e-3       # mm
 JOINED = 1.06           # greatest ratio of the distances of neighbours on one surface
 BEHIND = 0.08           # of the longer side: how far the surface behind a thing goes on
 MARK = (1.0, 0.0, 1.0)
@@ -59,8 +60,8 @@ def photograph_scene(photograph: ArrayLike, depth: ArrayLike, fov: float, *, fil
         raise SceneError(f"a depth map has the shape (h, w), not {away.shape}")
     if not (np.isfinite(picture).all() and picture.min() >= 0.0):
         raise SceneError("the photograph has values that are negative or not finite")
-    if np.isnan(away).any() or not away.min() > 0.0:
-        raise SceneError("the depth map has distances that are not positive")
+    if np.isnan(away).any() or not away.min() >= LEAST_AWAY:
+        raise SceneError(f"the depth map has distances that are not positive, or below {significant(LEAST_AWAY)} mm")
     if not 0.0 < fov < math.pi:
         raise SceneError(f"fov {significant(fov)}: it must lie between 0 and π radians")
     if fill not in ("plain", "shown", "none"):

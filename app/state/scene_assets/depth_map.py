@@ -45,6 +45,9 @@ def read_photograph(image: str, depth: str, folder: Path, fov: float, meaning: s
         raise lb.SceneError("near and far are missing: the distances of the least and greatest distance of the map")
     if near is not None and far is not None and not 0.0 < near < far:
         raise lb.SceneError("near must be positive and less than far")
+    if far is not None and far > MOST_AWAY:
+        raise lb.SceneError(f"far is {significant(far / 1e6)} km: write at most {significant(MOST_AWAY / 1e6)} km, at "
+                            "which all that lies behind looks the same")
     away = within(f"depth map {excerpt(depth)}", _distances, levels, meaning, None if metric else (near, far), holes,
                   lambda text: say(f"depth map {excerpt(depth)}: {text}"))
     return photograph_scene(read_texture(image, folder).values, away, fov, fill=fill, name=Path(image).stem)

@@ -44,6 +44,8 @@ def test_a_depth_map_is_read_in_its_meaning(folder, depth, middle):
 @pytest.mark.parametrize(("text", "reason"), [
     (PHOTO, "carries no depth map"), (PHOTO + 'depth = "deep.png"\n', "near and far are missing"),
     (PHOTO + 'depth = "deep.png"\nnear = 3\nfar = 2\n', "less than far"),
+    (PHOTO + 'depth = "deep.png"\nnear = 1e-300\nfar = 2\n', "below 0.001 mm"),
+    (PHOTO + 'depth = "deep.png"\nnear = 3\nfar = "60 km"\n', "at most 25 km"),
     (PHOTO + 'depth = "black.png"\nnear = 1\nfar = 2\n', "one value only"),
     (PHOTO + 'depth = "a.toml"\nnear = 1\nfar = 2\n', "no picture of the kinds"),
     (PHOTO + 'depth = "../a.png"\nnear = 1\nfar = 2\n', "no such file|outside"),

@@ -3,11 +3,16 @@
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import OpenEXR
 import pytest
 from PIL import Image
+
+from lensbench.app.state.scene_assets import depth_levels, phone_depth, sky_picture, texture
+from lensbench.kernels.figures import significant
+from lensbench.lenses import picture_file, stop_picture
 
 MOST = 1_000_000        # kB: the promise of docs/reliability.md
 CODE = """
@@ -66,3 +71,33 @@ def test_memory_stays_below_the_promise(name, tmp_path):
                           check=True)
     said, _, peak = done.stdout.strip().rpartition(" ")
     assert re.search(outcome, said) and int(peak) < MOST, done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="the peak is read from /proc")
+@pytest.mark.parametrize("name", ["texture of 67 million pixels", "largest sky"])
+def test_a_picture_of_the_largest_size_is_rendered_below_the_promise(name, tmp_path):
+    text, file, write, _ = FILES[name]
+    write(tmp_path / file)
+    (tmp_path / "a.toml").write_text(text.format(file))
+    words = ["render", "pbrt-dgauss-50mm", "--scene", str(tmp_path / "a.toml"), "--size", "60x40", "--samples", "2",
+             "-o", str(tmp_path / "o.png")]
+    code = f"from lensbench.app.command.main import main\nassert main({words!r}) == 0\n" + CODE.splitlines()[-1]
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert int(done.stdout.split()[-1]) < MOST, done.stdout
+
+
+def test_the_page_states_the_limits_of_the_code():
+    page = " ".join((Path(__file__).parents[4] / "docs" / "reliability.md").read_text(encoding="utf-8").split())
+    for number, words in ((texture.MOST_BYTES / 2**20, "MB,"), (picture_file.MOST_PIXELS / 1e6, "million pixels"),
+                          (stop_picture.MOST_PIXELS / 1e6, "million, a sky"),
+                          (texture.TEXTURE_TEXELS / 1e6, "million) and"),
+                          (picture_file.MOST_BYTES / 2**20, "MB of memory for the decoder"),
+                          (sky_picture.MOST_SAMPLES / 1e6, "million numbers"),
+                          (phone_depth.MOST_BYTES / 2**20, "MB; its XMP")):
+        assert f"{int(number)} {words}" in page
+    assert f"its first bytes: {', '.join(picture_file.FORMATS)}" in page
+    scenes = " ".join((Path(__file__).parents[4] / "docs" / "scenes.md").read_text(encoding="utf-8").split())
+    assert f"({', '.join(picture_file.FORMATS)})" in scenes and f"{int(texture.TEXTURE_TEXELS / 1e6)} million" in scenes
+    assert f"{significant(depth_levels.HALF_END)} or 1e10" in scenes
+    assert texture.TEXTURE_TEXELS == texture.TEXTURE_SIDE**2 // 2 and "8192 × 4096" in scenes
