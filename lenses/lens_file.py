@@ -197,10 +197,6 @@ def _content(path: Path) -> str:
         raise LensFileError(path, None, "there is no such file") from None
     except OSError as error:
         raise LensFileError(path, None, f"cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
-        if isinstance(error, LensFileError):
-            raise
-        raise LensFileError(repr(str(path)), None, f"cannot be read: {error}") from None
     if not data.strip():
         raise LensFileError(path, None, "the file is empty")
     try:

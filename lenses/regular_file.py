@@ -24,10 +24,11 @@ def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
     OSError
         The file is missing or unreadable, or is a folder, pipe, device or socket: `strerror` states which. A pipe that
         nobody writes would block, and a device may have no end.
-    ValueError
-        The path has a NUL in it.
     """
-    _check(os.stat(path).st_mode)           # before it is opened: that alone makes some devices act
+    try:
+        _check(os.stat(path).st_mode)       # before it is opened: that alone makes some devices act
+    except ValueError as error:             # a NUL in the path
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)) from error
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
         _check(os.fstat(handle).st_mode)    # another file may have taken its place

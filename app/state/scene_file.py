@@ -130,8 +130,6 @@ def load_scene(path: str | Path) -> lb.Scene:
             raw = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise SceneFileError(path, f"cannot be read: {error.strerror or error}") from error
-    except ValueError as error:
-        raise SceneFileError(path, "is no name of a file") from error
     if len(raw) > MOST_BYTES:
         raise SceneFileError(path, "is larger than 1 MB: that is no scene file")
     try:
