@@ -16,14 +16,18 @@ from lensbench.imaging.film import Film
 from lensbench.kernels.block import lane_buffer
 from lensbench.kernels.pauses import pause
 from lensbench.optics.coatings import Coating
-from lensbench.optics.ghost_grid import entrance_grid, pair_box
+from lensbench.optics.ghost_grid import entrance_grid, pair_boxes
 from lensbench.optics.ghost_pairs import DIRECT, Pair, ghost_order, ghost_pairs, pair_share
 from lensbench.optics.ghost_trace import GhostTracer
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.prescription import Lens
 
-CELLS = 31              # along a side of the grid of rays of one pair
+CELLS = 31              # along a side of the first grid of rays of one pair
+PASSING = 2             # × the cells of the first grid: rays that pass, below which a finer grid is traced
+RIM = 512               # points of the front rim
+FINEST = 12             # × its side: of the finest grid
+SHIFT = (0.5, 0.3)      # of the grids, in cells: the edges of light on the axis would meet all sides of a grid alike
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,8 @@ class Ghosts:
     rows : tuple of Ghost
         All pairs.
     direct : float
-        Part of the light that enters the front rim that the picture of the light gets.
+        Part of the light that enters the front rim that the picture of the light gets. A rim that light meets at an
+        angle θ lets in cos θ of what it lets in along the axis.
     wavelength : float
         Micrometres.
     """
@@ -108,7 +113,7 @@ def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelen
     coating : str or Coating
         Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any coating.
     cells : int
-        Along a side of the grid of rays of one pair, 4 to 512.
+        Along a side of the first grid of rays of one pair, 4 to 512; a finer one follows where few rays pass.
 
     Returns
     -------
@@ -139,8 +144,27 @@ def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelen
         share = light_there / direct[0] if direct[0] > 0.0 else math.nan if light_there > 0.0 else 0.0
         found.append(Ghost(*pair, *estimate, share, (x, y), diameter))
     found.sort(key=lambda row: (-np.nan_to_num(row.brightness), row.first, row.second))
-    whole = lens.surfaces[0].semi_diameter**2 * math.pi
-    return Ghosts(tuple(found), direct[0] / whole, wavelength)
+    return Ghosts(tuple(found), direct[0] / entering_light(lens, tracer.front_z, source), wavelength)
+
+
+def entering_light(lens: Lens, front_z: float, light: np.ndarray) -> float:
+    """Light through the front rim (mm² across the beam, at the distance of the first vertex), as of the rays of a grid.
+
+    The area of the rim as a distant light sees it; for a near one, its solid angle times (distance of the vertex)².
+    light: as of `light_place`; front_z: of the first vertex (mm, camera frame).
+    """
+    surface, near = lens.surfaces[0], bool(light[3])
+    towards = light[:3] - np.array([0.0, 0.0, front_z * near])
+    x, y, z = lens.in_frame_of(0, towards[None] + (0.0 if near else lens.vertex(0)))[0].tolist()
+    if not near:
+        return math.pi * surface.semi_diameter**2 * abs(z)
+    # The solid angle of a disk by its edge: ∮ (x dy − y dx) / (s (s + h)), from the foot of the light
+    turns = np.linspace(0.0, 2.0 * math.pi, RIM, endpoint=False)
+    across, up = surface.semi_diameter * np.cos(turns), surface.semi_diameter * np.sin(turns)
+    h = abs(float(surface.sag(surface.semi_diameter)) - z)
+    s = np.sqrt((across - x)**2 + (up - y)**2 + h * h)
+    around = ((across - x) * across + (up - y) * up) / (s * (s + h))
+    return 2.0 * math.pi * float(around.mean()) * float(towards @ towards)
 
 
 def light_place(lens: Lens, film_distance: float, light) -> np.ndarray:
@@ -159,12 +183,17 @@ def light_place(lens: Lens, film_distance: float, light) -> np.ndarray:
 def traced_spot(tracer: GhostTracer, lanes: np.ndarray, source: np.ndarray, pair: Pair, cells: int
                 ) -> tuple[float, float, float, float]:
     """Light (mm² of the entering beam), middle x and y, and diameter on the film (mm) of one pair; NaN where none."""
-    box = pair_box(tracer, lanes, source, pair)
-    if box is None:
-        return 0.0, math.nan, math.nan, math.nan
-    found = entrance_grid(tracer, lanes, source, pair, box, cells)
-    light = found[3]
-    lit = (light > 0.0) & np.isfinite(found[0]) & np.isfinite(found[1])
+    boxes = pair_boxes(tracer, lanes, source, pair)
+    side = cells
+    while True:
+        found = np.concatenate([np.empty((6, 0)), *(entrance_grid(tracer, lanes, source, pair, box, side, SHIFT)
+                                                    for box in boxes)], 1)
+        light = found[3]
+        lit = (light > 0.0) & np.isfinite(found[0]) & np.isfinite(found[1])
+        passing = int(np.count_nonzero(lit))
+        if passing >= PASSING * cells**2 * len(boxes) or side >= FINEST * cells:
+            break
+        side = min(math.ceil(side * math.sqrt(1.2 * PASSING * cells**2 * len(boxes) / max(passing, 1))), FINEST * cells)
     total = float(light[lit].sum())
     if not total > 0.0:
         return 0.0, math.nan, math.nan, math.nan

@@ -14,48 +14,55 @@ import numpy as np
 from lensbench.kernels.cache import njit
 from lensbench.optics.ghost_pairs import Pair
 from lensbench.optics.ghost_trace import GhostTracer
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
 
 SCAN = 21               # cells along a side of the grid that finds where a ghost enters: its vertices are one block
-CLOSE_SCAN = 3 * SCAN   # cells where hardly a ray of the first scan passes a narrow lens, such as a fisheye
-SCANS = 4               # of a pair at the most, each about what the one before found
-TRIES = 6               # places that a scan without a passing ray goes on to search
-MOST_SCANS = 16
+CLOSE_SCAN = 3 * SCAN   # cells where few rays of the first scan meet all surfaces
+FEW = 0.25              # part of the rays of the first scan below which these are few
+SCANS = 4               # of a part of the front at the most, each about what the one before found
+TRIES = 24              # rays of a scan, at the most, near which an island may lie between rays
+MOST_SCANS = 48
 MARGIN = 1.5            # by how many differences between neighbours a ray between them may pass more nearly
 Box = tuple[float, float, float, float]         # u and v from, u and v to (mm)
 
 
-def pair_box(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pair: Pair) -> Box | None:
-    """Where in the grid's plane the light of a pair enters; None where no ray passes, or comes near to passing.
+def pair_boxes(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pair: Pair) -> list[Box]:
+    """Where in the grid's plane the light of a pair enters: boxes that do not overlap, none where no ray passes.
 
-    A ghost that enters between the rays of a scan is searched for about the rays that pass most nearly, unless the
-    distances of their neighbours say that none can pass. A ghost narrower than about 1/50 of the front may be missed.
+    The light may enter through several islands of the front. Islands between the rays of a scan are searched for about
+    the rays that pass most nearly, unless the distances of their neighbours say that none can pass. An island narrower
+    than about 1/50 of the front may be missed.
     """
     reach = entrance_reach(tracer)
     whole = -reach, -reach, reach, reach
-    boxes: list[tuple[Box, int]] = [(whole, 0)]
+    work: list[tuple[Box, int]] = [(whole, 0)]
+    islands: list[Box] = []
     cells = SCAN
     for _ in range(MOST_SCANS):
-        if not boxes:
+        if not work:
             break
-        box, depth = boxes.pop(0)
+        box, depth = work.pop(0)
         found = entrance_grid(tracer, lanes, light, pair, box, cells, reflecting=False)
         distance = np.sqrt(np.where(np.isfinite(found[5]), found[5], np.inf)).reshape(cells + 1, cells + 1)
-        if depth == 0 and cells == SCAN and _is_narrow(tracer.lens) and np.count_nonzero(np.isfinite(distance)) < SCAN:
-            boxes, cells = [(whole, 0)], CLOSE_SCAN
+        if depth == 0 and cells == SCAN and np.count_nonzero(np.isfinite(distance)) < FEW * distance.size:
+            work, cells = [(whole, 0)], CLOSE_SCAN
             continue
-        lines, columns = np.nonzero((distance <= 1.0).any(1))[0], np.nonzero((distance <= 1.0).any(0))[0]
-        if len(lines):
-            inner = _part(box, cells, lines[0] - 1, lines[-1] + 1, columns[0] - 1, columns[-1] + 1)
-            if depth == SCANS - 1 or min(len(lines), len(columns)) > SCAN // 3:
-                return inner                            # fine enough
-            boxes = [(inner, depth + 1)]
-        elif depth < SCANS - 1:
-            boxes += [(_part(box, cells, j - 1, j + 1, i - 1, i + 1), depth + 1) for j, i in _nearly(distance)]
+        passing = _islands(_around(distance <= 1.0).any(0))
+        for top, bottom, left, right in passing:
+            cut = depth and (min(top, left) < 0 or max(bottom, right) > cells)
+            if cut:                                     # goes on beyond the scan's border
+                top, left = top - cells * (top < 0), left - cells * (left < 0)
+                bottom, right = bottom + cells * (bottom > cells), right + cells * (right > cells)
+            inner = _part(box, cells, top, bottom, left, right)
+            if not cut and (depth == SCANS - 1 or min(bottom - top, right - left) > SCAN // 3 + 1):
+                islands.append(inner)                   # fine enough
+            else:
+                work.append((inner, depth if cut else depth + 1))
+        if depth == 0:
+            work += [(_part(box, cells, j - 1, j + 1, i - 1, i + 1), 1) for j, i in _nearly(distance)
+                     if not any(top <= j <= bottom and left <= i <= right for top, bottom, left, right in passing)]
         cells = SCAN
-    return None
+    return _apart(islands)
 
 
 def _part(box: Box, cells: int, top: int, bottom: int, left: int, right: int) -> Box:
@@ -64,17 +71,52 @@ def _part(box: Box, cells: int, top: int, bottom: int, left: int, right: int) ->
     return box[0] + left * du, box[1] + top * dv, box[0] + right * du, box[1] + bottom * dv
 
 
+def _around(values: np.ndarray) -> np.ndarray:
+    """(9, h + 2, w + 2) of an array (h, w), padded by one on all sides: the values next to each, and its own."""
+    wide = np.pad(values, 2, constant_values=False if values.dtype == bool else np.inf)
+    h, w = wide.shape
+    return np.stack([wide[j:h - 2 + j, i:w - 2 + i] for j in range(3) for i in range(3)])
+
+
+def _islands(marked: np.ndarray, top: int = -1, left: int = -1) -> list[tuple[int, int, int, int]]:
+    """Boxes of what is marked, cut apart at empty lines and columns: first and last line, first and last column."""
+    lines, columns = _runs(marked.any(1)), _runs(marked.any(0))
+    if len(lines) == len(columns) == 1:
+        (a, b), (c, d) = lines[0], columns[0]
+        return [(top + a, top + b - 1, left + c, left + d - 1)]
+    return [island for a, b in lines for c, d in columns for island in _islands(marked[a:b, c:d], top + a, left + c)]
+
+
+def _runs(marked: np.ndarray) -> list[tuple[int, int]]:
+    """Where each run of marks begins, and the place behind its end."""
+    edges = np.flatnonzero(np.diff(np.pad(marked.astype(np.int8), 1)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _apart(boxes: list[Box]) -> list[Box]:
+    """Boxes, those that overlap united."""
+    apart: list[Box] = []
+    for box in boxes:
+        while True:
+            met = [b for b in apart if box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3]]
+            if not met:
+                break
+            apart = [b for b in apart if b not in met]
+            low, high = np.min([box, *met], 0).tolist()[:2], np.max([box, *met], 0).tolist()[2:]
+            box = *low, *high
+        apart.append(box)
+    return apart
+
+
 def _nearly(distance: np.ndarray) -> list[tuple[int, int]]:
     """Up to TRIES least of their neighbours, beside which a ray may pass, the most promising first."""
-    padded = np.pad(distance, 1, constant_values=np.inf)
-    side = len(distance)
-    around = np.stack([padded[j:j + side, i:i + side] for j in range(3) for i in range(3)])
+    around = _around(distance)[:, 1:-1, 1:-1]
     least = around.min(0)
-    steep = np.where(np.isfinite(around), around, -np.inf).max(0) - least
     with np.errstate(invalid="ignore"):
-        candidates = (distance == least) & (distance < np.inf) & (distance - MARGIN * steep <= 1.0)
+        steep = around.max(0) - least                   # infinite next to a ray that is lost
+        candidates = (distance == least) & (distance > 1.0) & (distance < np.inf) & (distance - MARGIN * steep <= 1.0)
     places = np.argwhere(candidates)
-    order = np.argsort(distance[candidates] / np.maximum(steep[candidates], 1e-9))[:TRIES]
+    order = np.argsort(distance[candidates], kind="stable")[:TRIES]
     return [(int(j), int(i)) for j, i in places[order]]
 
 
@@ -89,12 +131,6 @@ def _reach(lens: Lens) -> float:
     sag = abs(float(first.sag(first.semi_diameter)))
     aside = float(np.linalg.norm(lens.vertex(0)))
     return aside + math.hypot(first.semi_diameter, sag if math.isfinite(sag) else first.semi_diameter)
-
-
-@lru_cache(maxsize=16)
-def _is_narrow(lens: Lens) -> bool:
-    """Whether the beam that enters a lens may pass between the rays of a first scan."""
-    return first_order(lens, D_LINE).entrance_pupil.radius < 2.0 * _reach(lens) / SCAN
 
 
 def entrance_grid(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pair: Pair, box: Box, cells: int,

@@ -31,7 +31,7 @@ from lensbench.kernels.block import lane_buffer
 from lensbench.kernels.figures import significant
 from lensbench.optics.coatings import Coating
 from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.ghost_grid import Box, entrance_grid, entrance_reach, pair_box
+from lensbench.optics.ghost_grid import Box, entrance_grid, entrance_reach, pair_boxes
 from lensbench.optics.ghost_pairs import DIRECT, Pair, ghost_pairs, no_such_pair, pair_share
 from lensbench.optics.ghost_trace import GhostTracer
 from lensbench.optics.glass import D_LINE
@@ -113,7 +113,7 @@ class GhostImage:
         self._sums = np.zeros((0 if self.reason else self._across * self._down, 3), np.float32)
         self._passes = self._seen = 0
         self.is_dark = True                                 # no light has reached the image yet
-        self._boxes: dict[tuple[int, Pair, int], Box | None] = {}
+        self._boxes: dict[tuple[int, Pair, int], list[Box]] = {}
         self._tracer: GhostTracer | None = None
         self._hues: dict[int, tuple[GhostTracer, ...]] = {}         # tracers of the channels, by part of their spectrum
         self._lights = GhostLights([], 0, 0.0)
@@ -229,7 +229,7 @@ class GhostImage:
             due = [task._replace(hue=hue, cells=SMALL_SIDE) for task in due for hue in range(len(tracers))]
         for begin in range(0, len(due), BATCH):
             tasks = due[begin:begin + BATCH]
-            grids: list[np.ndarray | None] = [None] * len(tasks)
+            grids: list[list[np.ndarray]] = [[]] * len(tasks)
             turns = count()
 
             def trace(_: int, tasks=tasks, grids=grids, turns=turns) -> bool:
@@ -237,7 +237,7 @@ class GhostImage:
                 while (k := next(turns)) < len(tasks):
                     if not wanted():
                         return False
-                    grids[k] = self._grid(tracers[tasks[k].hue], lanes, tasks[k], number)
+                    grids[k] = self._grids(tracers[tasks[k].hue], lanes, tasks[k], number)
                 return True
 
             bands = count(0, LINES)
@@ -246,12 +246,12 @@ class GhostImage:
                 while (top := next(bands)) < self._down:
                     bottom = min(top + LINES, self._down)
                     edges = np.zeros((bottom - top, self._across + 1, 3))
-                    for task, grid in zip(tasks, grids, strict=True):
-                        if grid is not None:
+                    for task, parts in zip(tasks, grids, strict=True):
+                        light = self._lights.lights[task.light].irradiance
+                        gain = (task.times * self._gain * light * masks[task.hue]).astype(np.float32)
+                        for grid in parts:
                             if not wanted():
                                 return False
-                            light = self._lights.lights[task.light].irradiance
-                            gain = (task.times * self._gain * light * masks[task.hue]).astype(np.float32)
                             add_cells(edges, grid, task.cells, self._across, top, bottom, gain)
                     add_lines(self._sums, edges, top * self._across)
                 return True
@@ -260,21 +260,20 @@ class GhostImage:
                 return False
         return True
 
-    def _grid(self, tracer: GhostTracer, lanes: np.ndarray, task: _Task, number: int) -> np.ndarray | None:
-        """The rays of a task in a pass; None where none of the pair's light passes."""
+    def _grids(self, tracer: GhostTracer, lanes: np.ndarray, task: _Task, number: int) -> list[np.ndarray]:
+        """The rays of a task in a pass, a grid for each island of the front that its light enters through."""
         points = self._lights.lights[task.light].points
         key = task.light, task.pair, task.hue
         if key not in self._boxes:
-            self._boxes[key] = pair_box(tracer, lanes, points[0], task.pair)
-        box = self._boxes[key]
-        if box is None:
-            return None
+            self._boxes[key] = pair_boxes(tracer, lanes, points[0], task.pair)
         # Additive recurrences of the plastic number, and a stride through the points of the light
         shift = tuple((number * step + 0.5) % 1.0 - 0.5 for step in (0.7548776662466927, 0.5698402909980532))
         point = points[1 + (number * 37) % (len(points) - 1)] if number else points[0]
-        grid = entrance_grid(tracer, lanes, point, task.pair, box, task.cells, (shift[0], shift[1]))
-        grid[:2] += self._margin[:, None]
-        return grid
+        grids = [entrance_grid(tracer, lanes, point, task.pair, box, task.cells, (shift[0], shift[1]))
+                 for box in self._boxes[key]]
+        for grid in grids:
+            grid[:2] += self._margin[:, None]
+        return grids
 
 
 def _by_chance(found: GhostLights, pairs: Sequence[Pair], reflectances: np.ndarray) -> tuple[list[_Task], np.ndarray]:

@@ -108,7 +108,7 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
     """Path (n, 3) of the ray through the middle of the light of a ghost, to the film; mm, lens frame. None: no ray."""
     from lensbench.cameras.film_landing import landing_step
     from lensbench.kernels.block import lane_buffer
-    from lensbench.optics.ghost_grid import SCAN, entrance_grid, grid_rays, pair_box
+    from lensbench.optics.ghost_grid import SCAN, entrance_grid, grid_rays, pair_boxes
     from lensbench.optics.ghost_path import ghost_path
     from lensbench.optics.ghost_trace import GhostTracer
 
@@ -116,10 +116,12 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
     lens, distance, wavelength = query.lens, query.setup.film_distance, query.conditions().primary_wavelength
     tracer = GhostTracer(lens, distance, [landing_step(lb.Film(2.0, 2.0, 2, 2), 1.0)], wavelength, real=np.float64)
     light, lanes = light_place(lens, distance, (*field_direction(query, field), math.inf)), lane_buffer(np.float64)
-    box = pair_box(tracer, lanes, light, pair)
-    if box is None:
+    boxes = pair_boxes(tracer, lanes, light, pair)
+    if not boxes:
         return None
-    found, rays = entrance_grid(tracer, lanes, light, pair, box, SCAN), grid_rays(tracer, light, box, SCAN)
+    grids = [(entrance_grid(tracer, lanes, light, pair, box, SCAN), grid_rays(tracer, light, box, SCAN))
+             for box in boxes]
+    found, rays = max(grids, key=lambda grid: grid[0][2].sum())         # of the island with the most light
     lit = np.nonzero(found[2] > 0.0)[0]
     if not lit.size:
         return None

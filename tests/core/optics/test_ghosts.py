@@ -11,7 +11,7 @@ from lensbench import lenses
 from lensbench.analysis.ghost_ranking import light_place
 from lensbench.cameras.film_landing import landing_step
 from lensbench.kernels.block import lane_buffer
-from lensbench.optics.ghost_grid import entrance_grid, grid_rays, pair_box
+from lensbench.optics.ghost_grid import entrance_grid, grid_rays, pair_boxes
 from lensbench.optics.ghost_pairs import DIRECT, ghost_order, ghost_pairs, no_such_pair, pair_share
 from lensbench.optics.ghost_path import ghost_path
 from lensbench.optics.ghost_trace import GhostTracer
@@ -131,9 +131,10 @@ def test_block_and_scalar_agree(lens, blades, real):
     lanes, light = lane_buffer(real), light_place(lens, distance, (0.05, 0.03, math.inf))
     met = 0
     for pair in ghost_pairs(lens)[::6]:
-        box = pair_box(tracer, lanes, light, pair)
-        if box is None:
+        boxes = pair_boxes(tracer, lanes, light, pair)
+        if not boxes:
             continue
+        box = boxes[0]
         rays, grid = grid_rays(tracer, light, box, 21), entrance_grid(tracer, lanes, light, pair, box, 21)
         scan = entrance_grid(tracer, lanes, light, pair, box, 21, reflecting=False)
         assert np.array_equal(scan[[0, 1, 5]], grid[[0, 1, 5]], equal_nan=True)     # the search sees the same rays
