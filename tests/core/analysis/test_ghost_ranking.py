@@ -124,8 +124,8 @@ def _brute_ghost(lens, away, pair, angle, side=400):
 
 
 @pytest.mark.parametrize(("name", "angle", "pairs"), [
-    ("pbrt-dgauss-50mm", 0.2, ((0, 10), (1, 6), (1, 10), (2, 10), (3, 6))), ("lv-zeiss-planar-t-50f14", 0.2, ((0, 11),)),
-    ("yashica-ml-24-f28", 0.2, ((0, 6), (5, 10), (5, 12))),
+    ("pbrt-dgauss-50mm", 0.2, ((0, 10), (1, 6), (1, 10), (2, 10), (3, 6))),
+    ("lv-zeiss-planar-t-50f14", 0.2, ((0, 11),)), ("yashica-ml-24-f28", 0.2, ((0, 6), (5, 10), (5, 12))),
     ("leica-apo-vario-elmarit-sl-90-280-f28", 0.2, ((14, 23), (2, 18))),
     ("lentil-minolta-fisheye-1978", 0.2, ((5, 8),))])
 def test_a_ghost_has_the_light_of_all_islands_of_the_front_and_is_symmetric(name, angle, pairs):
