@@ -69,7 +69,7 @@ from lensbench.scenery.shading.soft_shadows import (
     sun_parameters,
 )
 from lensbench.scenery.shading.solid_bounce import solid_bend, solid_leave
-from lensbench.scenery.shading.specular_bounce import bounce_pupil_part, specular_bounce
+from lensbench.scenery.shading.specular_bounce import INNER, bounce_pupil_part, specular_bounce
 from lensbench.scenery.shading.split_light import (
     add_lit,
     lamp_rays,
@@ -125,7 +125,7 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
         met = _intersection(scene, opening, reflected=True, emission=emission, specular=excluded.later)
         for k in range(bounces):
             matte = bounce and k == 0
-            onward = [*bend, *part, Step(specular_bounce), *leave]
+            onward = [*bend, *part, Step(specular_bounce, [INNER]), *leave]
             steps += [Step(diffuse_bend)] if matte else []
             steps += [step._replace(gated=True) for step in onward]
             steps += [Step(diffuse_leave)] if matte else []

@@ -46,7 +46,7 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.layout import Packed, join, offsets, pack, vector
-from lensbench.scenery.finish import is_glass, is_metal, is_sharp_coat, is_specular
+from lensbench.scenery.finish import GLASS, is_glass, is_metal, is_sharp_coat, is_specular
 from lensbench.scenery.intersect import floor as ground
 from lensbench.scenery.intersect.floor import tile_side
 from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
@@ -218,7 +218,7 @@ def sharp_lights(lanes, p, ints):
 
 @stage
 def sharp_close(lanes, is_last):
-    """Add what is reflected (A6 A7 A8) times Schlick's reflectance."""
+    """Add what is reflected (A6 A7 A8) times Schlick's reflectance F, 2 F / (1 + F) of both sides of a pane."""
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, finish, nx, ny, nz = row[L], row[M], row[N], row[FINISH], row[NX], row[NY], row[NZ]
@@ -231,6 +231,7 @@ def sharp_close(lanes, is_last):
         f = real(F0) + real(1 - F0) * edge5
         coated = is_sharp_coat(real, finish[i])
         ends = is_metal(real, finish[i]) & last
+        f = real(2) * f / (real(1) + f) if finish[i] == real(GLASS) else f
         f = f if coated | is_glass(real, finish[i]) else real(0)
         sr[i] += tr[i] * r[i] * (red[i] + (real(1) - red[i]) * edge5 if ends else f)
         sg[i] += tg[i] * g[i] * (green[i] + (real(1) - green[i]) * edge5 if ends else f)

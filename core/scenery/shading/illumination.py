@@ -130,8 +130,8 @@ def gather_emission(lanes, p, ints, key):
     """Add emission to S, weight albedo by the throughput T, and tint T at metal and glass.
 
     Albedo becomes T · albedo, what a unit of
-    irradiance / π adds to S. Metal and glass have none: T is multiplied by Schlick's reflectance, by the two
-    transmissions (1 − F)² of a ball, or by (1 − F) / (1 + F) of a pane.
+    irradiance / π adds to S. Metal and glass have none: T is multiplied by Schlick's reflectance, by the part 1 − F
+    that enters a ball or a mesh, or by (1 − F) / (1 + F) of a pane.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -156,7 +156,7 @@ def gather_emission(lanes, p, ints, key):
     for i in range(B):
         edge5 = schlick_edge(real, -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i]))
         f = real(F0) + real(1 - F0) * edge5
-        clear = (real(1) - f) * (real(1) - f) if is_ball(real, finish[i]) else (real(1) - f) / (real(1) + f)
+        clear = real(1) - f if is_ball(real, finish[i]) else (real(1) - f) / (real(1) + f)
         mirror, glass = is_specular(real, finish[i]), is_glass(real, finish[i])
         r, g, b = red[i], green[i], blue[i]
         tr[i] = r * clear if glass else r + edge5 * (tr[i] - r) if mirror else tr[i]

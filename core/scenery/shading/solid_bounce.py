@@ -1,7 +1,7 @@
 """Meshes of glass: rays bend at each of their surfaces, where balls and panes are crossed in one step.
 
 `solid_bend` finds where a path goes on before `specular_bounce`, for which the surface then is a mirror, and
-`solid_leave` sends it there. Total reflection goes on as a mirror's.
+`solid_leave` sends it there. From inside a path is reflected with the probability F of Schlick's reflectance.
 """
 
 import math
@@ -35,6 +35,7 @@ from lensbench.kernels.block import (
 from lensbench.scenery.finish import INSIDE, METAL, is_solid
 from lensbench.scenery.shading.illumination import F0, INDEX, schlick_edge
 from lensbench.scenery.shading.rounding import rounded_length
+from lensbench.scenery.shading.specular_bounce import chance, chance_salt
 
 LIFT = 2e-5             # offset of the new ray from the surface, as a fraction of `rounded_length`
 
@@ -45,9 +46,9 @@ def solid_bend(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, finish, nx, ny, nz, tr, tg, tb = (row[DEPTH], row[FINISH], row[NX], row[NY], row[NZ], row[TR], row[TG],
-                                            row[TB])
+    depth, finish, nx, ny, nz = row[DEPTH], row[FINISH], row[NX], row[NY], row[NZ]
     px, py, pz, qx, qy, qz, on = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6]
+    salt = chance_salt(key)
     for i in range(B):
         inside = finish[i] == real(INSIDE)
         solid = is_solid(real, finish[i])
@@ -57,8 +58,9 @@ def solid_bend(lanes, p, ints, key):
         cosine = -(u * ux + v * uy + w * uz)
         ratio = real(INDEX) if inside else real(1 / INDEX)
         square = real(1) - ratio * ratio * (real(1) - cosine * cosine)
-        total = square < real(0)
         inner = math.sqrt(square if square > real(0) else real(0))
+        f = real(F0) + real(1 - F0) * schlick_edge(real, inner if inside else cosine)
+        total = (square < real(0)) | (inside & (chance(real, key, salt, i, cosine) < f))
         bend = ratio * cosine - inner
         a, b, c = ratio * u + bend * ux, ratio * v + bend * uy, ratio * w + bend * uz
         mirror = real(2) * cosine
@@ -69,13 +71,7 @@ def solid_bend(lanes, p, ints, key):
         size = real(1) / math.sqrt(a * a + b * b + c * c)
         qx[i], qy[i], qz[i] = a * size, b * size, c * size
 
-        # From outside `gather_emission` took the light of two surfaces, from inside of none
-        f = real(F0) + real(1 - F0) * schlick_edge(real, inner if inside else cosine)
-        left = real(1) - f if f < real(0.95) else real(0.05)
-        clear = (real(1) if total else left) if inside else real(1) / left
         on[i] = real(1) if solid else real(0)
-        tr[i], tg[i], tb[i] = (tr[i] * clear if solid else tr[i], tg[i] * clear if solid else tg[i],
-                               tb[i] * clear if solid else tb[i])
         finish[i] = real(METAL) if solid else finish[i]
 
 

@@ -1,8 +1,13 @@
-"""Mirrors and glass: where a path continues."""
+"""Mirrors and glass: where a path continues.
+
+Inside a ball of glass the path is reflected k times, k = 0, 1, … with the probability F^k (1 − F) of Fresnel's sum, F
+Schlick's reflectance, which is the same at each meeting: all light that enters leaves, each part where it does.
+"""
 
 import math
 
 import numpy as np
+from numba import uint32
 
 from lensbench.kernels.block import (
     ALIVE,
@@ -16,10 +21,13 @@ from lensbench.kernels.block import (
     OY,
     OZ,
     PATH,
+    PIXEL,
     PIXEL_SIDE,
     PIXEL_SPREAD,
     PUPIL_RADIUS,
     PUPIL_SPREAD,
+    SAMPLE,
+    SEED,
     TB,
     TG,
     TR,
@@ -33,22 +41,41 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import njit
+from lensbench.kernels.sampling import mix
 from lensbench.scenery.emission import DARK, DIRECT, SPECULAR
 from lensbench.scenery.finish import ball_radius, is_ball, is_glass, is_specular
-from lensbench.scenery.shading.illumination import INDEX
+from lensbench.scenery.shading.illumination import F0, INDEX, schlick_edge
 from lensbench.scenery.shading.rounding import rounded_length
 
 LIFT = 4e-6             # offset of a new ray from the surface, as a fraction of `rounded_length`
+MOST_INNER = 3          # reflections in a ball that a path is followed for; the light of more leaves as after these
+INNER = 1.0             # the parameter of `specular_bounce` that asks for reflections in balls
+
+
+@njit(inline="always")
+def chance(real, key, salt, i, cosine):
+    """A random number in [0, 1) for lane i, another one for each cosine of incidence, 0 to 1."""
+    a = mix(uint32(uint32(key[PIXEL] + uint32(i)) ^ salt))
+    a = mix(uint32(a ^ uint32(np.int32(cosine * real(16777216)))))
+    return real(np.int32(a >> np.uint32(8))) * real(1 / 16777216)
+
+
+@njit(inline="always")
+def chance_salt(key):
+    """What the numbers of `chance` of one sample of all pixels share."""
+    return mix(uint32(key[SAMPLE] + mix(uint32(key[SEED] + np.uint32(0x3C6EF372)))))
 
 
 @stage
 def specular_bounce(lanes, p, ints, key):
     """Continue the paths that met metal or glass, end the others; key[ALIVE] = 0 where none continues.
 
-    Metal reflects. A glass ball is crossed in one step, in closed form: refraction in, the chord 2 R cos θ′,
+    Metal reflects. A glass ball is crossed in one step, in closed form: refraction in, chords of 2 R cos θ′,
     refraction out at the same angle. A pane is crossed straight. A path that ends has no direction and meets nothing.
-    It is SPECULAR where the surface BENDS. The footprint of a pixel grows with the length of the path, as it does
-    behind plane mirrors; a ball of glass spreads it as it does near its axis.
+    It is SPECULAR where the surface BENDS and the path is not reflected inside. The footprint of a pixel grows with the
+    length of the path, as it does behind plane mirrors; a ball of glass spreads it as it does near its axis.
+    p: INNER draws the reflections inside; nothing follows the light that has none, less what they take.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -69,6 +96,7 @@ def specular_bounce(lanes, p, ints, key):
     if many == 0:
         key[ALIVE] = np.uint32(0)
         return
+    drawn, salt = p.size > 0, chance_salt(key)
     for i in range(B):
         t = depth[i]
         on = tr[i] + tg[i] + tb[i] > real(0)
@@ -84,8 +112,19 @@ def specular_bounce(lanes, p, ints, key):
         inner = math.sqrt(real(1) - real(1 / INDEX**2) * (real(1) - cosine * cosine))
         bend = real(1 / INDEX) * cosine - inner
         ix, iy, iz = real(1 / INDEX) * u + bend * ux, real(1 / INDEX) * v + bend * uy, real(1 / INDEX) * w + bend * uz
-        chord = real(2) * inner * ball_radius(real, finish[i])
         ex, ey, ez = ux + real(2) * inner * ix, uy + real(2) * inner * iy, uz + real(2) * inner * iz
+        f = real(F0) + real(1 - F0) * schlick_edge(real, cosine)
+        dice, part = chance(real, key, salt, i, cosine) if drawn else real(1), f
+        for _ in range(MOST_INNER):
+            again = dice < part
+            jx, jy, jz = ix - real(2) * inner * ex, iy - real(2) * inner * ey, iz - real(2) * inner * ez
+            ix, iy, iz = jx if again else ix, jy if again else iy, jz if again else iz
+            ex, ey, ez = (ex + real(2) * inner * ix if again else ex, ey + real(2) * inner * iy if again else ey,
+                          ez + real(2) * inner * iz if again else ez)
+            part *= f
+        path[i] = real(DIRECT) if ball & (dice < f) else path[i]
+        clear = real(1) - f if ball & (not drawn) else real(1)
+        tr[i], tg[i], tb[i] = tr[i] * clear, tg[i] * clear, tb[i] * clear
         back = real(INDEX) * inner - cosine
         gx, gy, gz = real(INDEX) * ix - back * ex, real(INDEX) * iy - back * ey, real(INDEX) * iz - back * ez
 
@@ -93,15 +132,15 @@ def specular_bounce(lanes, p, ints, key):
         lift = real(LIFT) * rounded_length(hx, hy, hz, t)
         lift = -lift if glass & (not ball) else lift
         sx, sy, sz = (ex, ey, ez) if ball else (ux, uy, uz)
-        chord = chord if ball else real(0)
-        px, py, pz = hx + chord * ix + lift * sx, hy + chord * iy + lift * sy, hz + chord * iz + lift * sz
+        radius = ball_radius(real, finish[i]) if ball else real(0)
+        px, py, pz = (hx + radius * (sx - ux) + lift * sx, hy + radius * (sy - uy) + lift * sy,
+                      hz + radius * (sz - uz) + lift * sz)
         qx, qy, qz = (gx, gy, gz) if ball else (u, v, w) if glass else (mx, my, mz)
         size = real(1) / math.sqrt(qx * qx + qy * qy + qz * qz)
         x[i], y[i], z[i] = px if on else x[i], py if on else y[i], pz if on else z[i]
         dx[i], dy[i], dz[i] = qx * size if on else real(0), qy * size if on else real(0), qz * size if on else real(0)
 
         # Carry the footprint: a glass ball is a thin lens at its centre, of the focal length n R / (2 (n − 1))
-        radius = ball_radius(real, finish[i]) if ball else real(0)
         inside = side[i] + (t + radius) * spread[i]
         wider = spread[i] - (inside * real(2 * (INDEX - 1) / INDEX) / radius if ball else real(0))
         side[i], spread[i] = inside + radius * wider if on else side[i], wider if on else spread[i]

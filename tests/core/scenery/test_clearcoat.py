@@ -24,7 +24,9 @@ def test_every_channel_reflects_by_schlicks_law_metal_only_at_the_end_of_a_path(
     row[RED:RED + 3], row[A6:A6 + 3], row[TR:TR + 3], row[SR:SR + 3] = colour, light, left, before
     sharp_close(lanes, last)
     edge = (1.0 + (ways * normals).sum(1)) ** 5
-    glassy = ((finish == 1.0) | (finish >= GLASS)) * (BARE + (1.0 - BARE) * edge)
+    one = BARE + (1.0 - BARE) * edge
+    # A pane reflects at both sides, again and again: F + (1 − F)² F / (1 − F²)
+    glassy = ((finish == 1.0) | (finish > GLASS)) * one + (finish == GLASS) * 2.0 * one / (1.0 + one)
     metal = (finish == METAL) * last * (colour + (1.0 - colour) * edge)
     np.testing.assert_allclose(row[SR:SR + 3], before + left * light * (glassy + metal), rtol=1e-12)
     np.testing.assert_allclose(row[RED:RED + 3], colour * (1.0 - glassy * (finish == 1.0)), rtol=1e-12)
