@@ -31,8 +31,8 @@ def shift_and_add(light: np.ndarray, used: np.ndarray, starts: np.ndarray, scale
 
     light: (views down, views across, 3, h, w), float32, or half floats that are never negative; used: (n, 2) row and
     column of the views; starts: (n, 2) across and down, pixels; step: (2,) pixels across and down by which the rays of
-    one view spread; fill: side of the part of a pixel that a view's samples fill. Views repeat their last pixel
-    beyond their edges.
+    one view spread; fill: side of the part of a pixel that a view's samples fill. Where a view ends, the sum of the others
+    counts for all; a pixel that none of them reaches is 0. The filter keeps within HIGHEST_GAIN of its neighbours' range.
     """
     h, w = light.shape[3:]
     bits, weights = as_bits(light), weights.astype(np.float32)
@@ -40,6 +40,8 @@ def shift_and_add(light: np.ndarray, used: np.ndarray, starts: np.ndarray, scale
     across, down = (_sharpening(starts[:, axis] % 1.0 if scale == 1.0 else (np.arange(len(used)) + 0.5) / len(used),
                                 weights, float(steep), abs(step[axis]), fill) for axis in (0, 1))
     sums, out = np.zeros((3, h, w), np.float32), np.empty((h, w, 3), np.float32)
+    share = recorded_share(starts, scale, weights, h, w)
+    whole = bool((share >= 1.0 - 1e-6).all())
     scaled = weights * scale_of(bits)
 
     def add(first: int) -> None:
@@ -50,8 +52,27 @@ def shift_and_add(light: np.ndarray, used: np.ndarray, starts: np.ndarray, scale
 
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         list(pool.map(add, range(0, h, BAND)))
+        if not whole:
+            sums /= np.where(share > 0.0, share, np.float32(1.0))
         list(pool.map(sharpen, range(0, h, BAND)))
     return out
+
+
+def recorded_share(starts: np.ndarray, scale: float, weights: np.ndarray, h: int, w: int) -> np.ndarray:
+    """float32 (h, w): the part of the weights (n,) whose views, h × w, hold what a sum reads; see `shift_and_add`."""
+    across, down = (np.array([_reached(start, scale, size) for start in starts[:, axis]])
+                    for axis, size in ((0, w), (1, h)))
+    x, y = np.arange(w), np.arange(h)
+    inside = ((x >= across[:, :1]) & (x < across[:, 1:])).astype(np.float32)
+    beside = ((y >= down[:, :1]) & (y < down[:, 1:])).astype(np.float32)
+    return ((beside * weights[:, None]).T @ inside / weights.sum()).astype(np.float32)
+
+
+@njit(cache=True)
+def _reached(start, scale, size):
+    """First and past-the-last i whose place start + scale · i lies between the middles of a line's `size` pixels."""
+    first, last = math.ceil(-start / scale - 1e-6), math.floor((size - 1 - start) / scale + 1e-6)
+    return min(max(first, 0), size), min(max(last + 1, 0), size)
 
 
 def spectral_gain(f: np.ndarray, step: float, fill: float) -> np.ndarray:
@@ -101,6 +122,7 @@ def _add(light, used, starts, scale, steep, weights, sums, first, last):
     for q in range(len(used)):
         following = min(q + 1, len(used) - 1)
         number = _runs(starts[q, 0], scale, steep, parts, runs)
+        top_row, end_row = _reached(starts[q, 1], scale, h)
         for channel in range(3):
             view = light[used[q, 0], used[q, 1], channel]
             later = light[used[following, 0], used[following, 1], channel]
@@ -108,6 +130,8 @@ def _add(light, used, starts, scale, steep, weights, sums, first, last):
                 soon = later[min(max(int(starts[following, 1] + scale * y), 0), h - 1)]
                 for i in range(0, w, ahead):
                     prefetch(soon, i)
+                if y < top_row or y >= end_row:
+                    continue
 
                 # Interpolate between two rows of the view
                 at = starts[q, 1] + scale * y
@@ -138,17 +162,18 @@ def _add(light, used, starts, scale, steep, weights, sums, first, last):
 def _runs(start, scale, steep, parts, runs):
     """Weights (w,) of the second of two pixels at start + scale · i, and runs of i with the same whole shift.
 
-    A run is its first i and its shift in pixels; the row's end follows the last run. Returns the number of runs.
+    A run is its first i and its shift in pixels; the end of what the view holds follows. Returns the number of runs.
     """
     w, number = parts.size, 0
-    for i in range(w):
+    first, end = _reached(start, scale, w)
+    for i in range(first, end):
         at = min(max(start + scale * i, 0.0), float(w - 1))
         whole = int(at)
         parts[i] = _between(np.float32(at - whole), steep)
         if number == 0 or runs[number - 1, 1] != whole - i:
             runs[number, 0], runs[number, 1] = i, whole - i
             number += 1
-    runs[number, 0] = w
+    runs[number, 0] = end
     return number
 
 
@@ -158,6 +183,7 @@ def _sharpen(sums, across, down, gain, out, first, last):
     _, h, w = sums.shape
     reach = len(across) // 2
     line, made = np.zeros(w + 2 * reach, np.float32), np.zeros((3, w), np.float32)
+    low, high = np.float32(1.0 / HIGHEST_GAIN), np.float32(HIGHEST_GAIN)
     for y in range(first, last):
         for channel in range(3):
             line[:], made[channel] = np.float32(0), np.float32(0)
@@ -166,11 +192,20 @@ def _sharpen(sums, across, down, gain, out, first, last):
                 source, tap = sums[channel, min(max(y + k - len(down) // 2, 0), h - 1)], down[k] * gain
                 for i in range(w):
                     inner[i] += tap * source[i]
+            above, here, below = sums[channel, max(y - 1, 0)], sums[channel, y], sums[channel, min(y + 1, h - 1)]
+            if len(down) > 1:
+                for i in range(w):
+                    least, most = min(above[i], here[i], below[i]), max(above[i], here[i], below[i])
+                    inner[i] = min(max(inner[i], low * gain * least), high * gain * most)
             line[:reach], line[reach + w:] = line[reach], line[reach + w - 1]
             for k in range(len(across)):
-                tap, here = across[k], line[k:k + w]
+                tap, part = across[k], line[k:k + w]
                 for i in range(w):
-                    into[i] += tap * here[i]
+                    into[i] += tap * part[i]
+            if len(across) > 1:
+                for i in range(w):
+                    a, b, c = inner[max(i - 1, 0)], inner[i], inner[min(i + 1, w - 1)]
+                    into[i] = min(max(into[i], low * min(a, b, c)), high * max(a, b, c))
         for i in range(w):
             out[y, i, 0], out[y, i, 1], out[y, i, 2] = made[0, i], made[1, i], made[2, i]
 

@@ -85,18 +85,34 @@ def specular_bounce(lanes, p, ints, key):
     emits, path = row[EMITS], row[PATH]
 
     # End the paths that met neither
-    many = np.int32(0)
+    many, balls = np.int32(0), np.int32(0)
     for i in range(B):
         on = is_specular(real, finish[i]) & (tr[i] + tg[i] + tb[i] > real(0))
         tr[i] = tr[i] if on else real(0)
         tg[i] = tg[i] if on else real(0)
         tb[i] = tb[i] if on else real(0)
         path[i] = real(SPECULAR) if emits[i] < real(DARK) else real(DIRECT)
-        many = np.int32(many + np.int32(on))
+        many, balls = np.int32(many + np.int32(on)), np.int32(balls + np.int32(on & is_ball(real, finish[i])))
     if many == 0:
         key[ALIVE] = np.uint32(0)
         return
-    drawn, salt = p.size > 0, chance_salt(key)
+    if balls == 0:
+        _go_on(lanes, key, False, 0)
+    elif p.size == 0:
+        _go_on(lanes, key, True, 0)
+    else:
+        _go_on(lanes, key, True, MOST_INNER)
+
+
+@njit(inline="always")
+def _go_on(lanes, key, balls, inner_most):
+    """Send on the paths of `specular_bounce`. balls: whether any meets one; inner_most: reflections in it, or 0."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    depth, finish, nx, ny, nz = row[DEPTH], row[FINISH], row[NX], row[NY], row[NZ]
+    tr, tg, tb, side, spread, path = row[TR], row[TG], row[TB], row[PIXEL_SIDE], row[PIXEL_SPREAD], row[PATH]
+    salt = chance_salt(key)
     for i in range(B):
         t = depth[i]
         on = tr[i] + tg[i] + tb[i] > real(0)
@@ -114,17 +130,19 @@ def specular_bounce(lanes, p, ints, key):
         ix, iy, iz = real(1 / INDEX) * u + bend * ux, real(1 / INDEX) * v + bend * uy, real(1 / INDEX) * w + bend * uz
         ex, ey, ez = ux + real(2) * inner * ix, uy + real(2) * inner * iy, uz + real(2) * inner * iz
         f = real(F0) + real(1 - F0) * schlick_edge(real, cosine)
-        dice, part = chance(real, key, salt, i, cosine) if drawn else real(1), f
-        for _ in range(MOST_INNER):
+        dice, part = chance(real, key, salt, i, cosine) if inner_most else real(1), f
+        for _ in range(inner_most):
             again = dice < part
             jx, jy, jz = ix - real(2) * inner * ex, iy - real(2) * inner * ey, iz - real(2) * inner * ez
             ix, iy, iz = jx if again else ix, jy if again else iy, jz if again else iz
             ex, ey, ez = (ex + real(2) * inner * ix if again else ex, ey + real(2) * inner * iy if again else ey,
                           ez + real(2) * inner * iz if again else ez)
             part *= f
-        path[i] = real(DIRECT) if ball & (dice < f) else path[i]
-        clear = real(1) - f if ball & (not drawn) else real(1)
-        tr[i], tg[i], tb[i] = tr[i] * clear, tg[i] * clear, tb[i] * clear
+        if inner_most:
+            path[i] = real(DIRECT) if ball & (dice < f) else path[i]
+        elif balls:
+            clear = real(1) - f if ball else real(1)
+            tr[i], tg[i], tb[i] = tr[i] * clear, tg[i] * clear, tb[i] * clear
         back = real(INDEX) * inner - cosine
         gx, gy, gz = real(INDEX) * ix - back * ex, real(INDEX) * iy - back * ey, real(INDEX) * iz - back * ez
 
