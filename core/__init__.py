@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from lensbench.imaging.sensor import Sensor
     from lensbench.imaging.transform import TransformError, look_at
     from lensbench.kernels.concentric_map import unit_disk, unit_square
-    from lensbench.lightfields.capture import capture_light_field, light_field_bytes, picture_through
+    from lensbench.lightfields.capture import capture_light_field, light_field_bytes, picture_through, recording_bytes
     from lensbench.lightfields.depth import Depth, find_depth
     from lensbench.lightfields.light_field import LightField, LightFieldError
     from lensbench.lightfields.lumigraph import Lumigraph, NovelView, array_camera, capture_lumigraph, lumigraph_pinhole
@@ -154,7 +154,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "imaging.sensor": "Sensor",
     "imaging.transform": "TransformError look_at",
     "kernels.concentric_map": "unit_disk unit_square",
-    "lightfields.capture": "capture_light_field light_field_bytes picture_through",
+    "lightfields.capture": "capture_light_field light_field_bytes picture_through recording_bytes",
     "lightfields.depth": "Depth find_depth",
     "lightfields.light_field": "LightField LightFieldError",
     "lightfields.lumigraph": "Lumigraph NovelView array_camera capture_lumigraph lumigraph_pinhole",
@@ -206,7 +206,7 @@ __all__ = [
     "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance",
     "light_field_bytes", "load_scene", "look_at", "lumigraph_pinhole", "luminance", "magnification",
     "metered_stops", "nearest_focus", "open_region", "photograph_scene", "picture_through", "pixel_energy",
-    "radiant_exposure", "real_circle_of_confusion", "render", "save", "section_foci", "seidel", "show",
-    "stopped_down", "t_number", "thick_circle_of_confusion", "thick_depth_of_field", "thick_hyperfocal", "trace",
-    "transmission", "unit_disk", "unit_square", "vignetting", "why_no_ghosts", "working_f_number",
+    "radiant_exposure", "real_circle_of_confusion", "recording_bytes", "render", "save", "section_foci", "seidel",
+    "show", "stopped_down", "t_number", "thick_circle_of_confusion", "thick_depth_of_field", "thick_hyperfocal",
+    "trace", "transmission", "unit_disk", "unit_square", "vignetting", "why_no_ghosts", "working_f_number",
 ]

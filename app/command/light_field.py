@@ -91,11 +91,12 @@ def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording"
     from lensbench.app.state.light_field_query import Recording
     from lensbench.app.workers.render_job import prepare
 
-    size = lb.light_field_bytes(settings.film, arguments.views, moments=arguments.moments)
+    camera, scene = prepare(settings)
+    size = lb.recording_bytes(camera, arguments.views, moments=arguments.moments)
     print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
           f"{fixed(size / 1e6, 0, grouped=True)} MB of memory")
     with progress() as show:
-        return Recording(lb.capture_light_field(*prepare(settings), arguments.views, settings.samples, settings.seed,
+        return Recording(lb.capture_light_field(camera, scene, arguments.views, settings.samples, settings.seed,
                                                 progress=show, moments=arguments.moments), settings)
 
 
@@ -122,6 +123,7 @@ def _refocus(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.options import say
     from lensbench.app.files.export import save_picture
     from lensbench.app.files.light_field_file import load_light_field
+    from lensbench.app.state.light_field_query import Look
 
     path = checked_picture_path(arguments.output)
     recording = load_light_field(arguments.field, say)
@@ -138,6 +140,9 @@ def _refocus(arguments: argparse.Namespace) -> int:
                                         f_number=arguments.f_number or settings.f_number))
     note = "" if distance == wanted else f", the nearest distance in place of {significant(wanted / 1000.0, 4)} m"
     near, far = recording.clear_range
+    unknown = recording.unknown(Look("focus", distance, arguments.f_number, arguments.view))
+    if unknown > 0.0:
+        note += f"; {significant(100.0 * unknown, 2)} % of the picture lies beyond what all views recorded"
     if not near <= distance <= far:
         note += (f"; outside {_metres(near)} to {_metres(far)} neighbouring views differ by more than a "
                  "pixel: record more views")

@@ -1,10 +1,11 @@
 """Light fields on disk: numpy's .npz, an archive of plain arrays that every scientific program reads.
 
-Arrays: `light` (views down, views across, 3, h, w) and `coverage` (down, across, h, w) as recorded, `reach`, `fill`,
-and `settings`, the JSON text of exported pictures, from which the camera is built. With separate
-moments of the exposure also `moments` (n, views down, views across, 3, h, w). A plenoptic camera has instead `raw`, the
-raw picture (h, w, 3), `white`, its white picture (h, w), `behind`, the number of pixels behind each microlens, and
-`microlenses`, their f-number. Not compressed: noise does not shrink, and reading is as fast as the disk.
+Arrays: `light` (views down, views across, 3, h, w) and `coverage` (down, across, h, w) as recorded, with finer pixels
+and a margin about the picture (`LightField.wide`) or, without these, with the picture's own; `reach`, `fill`, and
+`settings`, the JSON text of exported pictures, from which the camera is built. With separate moments of the exposure
+also `moments` (n, views down, views across, 3, h, w). A plenoptic camera has instead `raw`, the raw picture (h, w, 3),
+`white`, its white picture (h, w), `behind`, the number of pixels behind each microlens, and `microlenses`, their
+f-number. Not compressed: noise does not shrink, and reading is as fast as the disk.
 """
 
 from collections.abc import Callable, Mapping
@@ -19,6 +20,7 @@ from lensbench.app.state.build import camera
 from lensbench.app.state.light_field_query import Recording
 from lensbench.app.state.settings import Settings
 from lensbench.kernels.figures import significant
+from lensbench.lightfields.light_field import FINER, WIDEST, of_wide, widened
 
 VIEWS = {"light", "coverage", "reach"}
 SENSOR = {"raw", "white", "behind", "microlenses"}
@@ -29,6 +31,7 @@ def save_light_field(path: str | Path, recording: Recording) -> None:
     """Write a recording; ExportError if it cannot be written."""
     raw, field = recording.raw, recording.field
     if raw is None:
+        field = field.wide or field
         moments = {} if field.moments is None else {"moments": field.moments}
         save_arrays(path, recording.settings, light=field.light, coverage=field.coverage, reach=field.reach,
                     fill=field.fill, **moments)
@@ -69,8 +72,9 @@ def _fit(headers: Mapping[str, ArrayHeader], settings: Settings) -> bool:
     light, coverage, moments = headers["light"], headers["coverage"], headers.get("moments")
     numbers = [header for name, header in headers.items() if name in ("reach", "fill")]
     return (light.kind in ("<f2", "<f4") and coverage.kind == light.kind and len(light.shape) == 5
-            and min(light.shape[:2]) > 0 and light.shape[2:] == (3, *picture)
-            and coverage.shape == (*light.shape[:2], *picture)
+            and min(light.shape[:2]) > 0 and light.shape[2] == 3
+            and (light.shape[3:] == picture or _margin(light.shape, picture) is not None)
+            and coverage.shape == (*light.shape[:2], *light.shape[3:])
             and all(header.kind == "<f8" and not header.shape for header in numbers)
             and (moments is None or moments.kind == light.kind and moments.shape[1:] == light.shape
                  and moments.shape[0] > 0))
@@ -81,8 +85,19 @@ def _of_views(found: dict[str, np.ndarray], settings: Settings) -> Recording:
     reach, fill = float(found["reach"]), float(found.get("fill", 1.0))         # older files have no `fill`
     if not 0.0 < reach < 100.0 or fill > 1.0:
         raise lb.LightFieldError(f"reach {significant(reach)} and fill {significant(fill)}: this recording is damaged")
-    return Recording(lb.LightField(camera(settings), reach, found["light"], found["coverage"], fill,
-                                   moments=found.get("moments")), settings)
+    of = camera(settings)
+    margin = _margin(found["light"].shape, (settings.pixels_y, settings.pixels_x))
+    field = lb.LightField(of if margin is None else widened(of, margin), reach, found["light"], found["coverage"], fill,
+                          moments=found.get("moments"))
+    return Recording(field if margin is None else of_wide(of, field), settings)
+
+
+def _margin(shape: tuple[int, ...], picture: tuple[int, int]) -> tuple[int, int] | None:
+    """Pixels across and down by which views of this shape surround a picture (h, w); None for other pixels."""
+    (down, y), (across, x) = (divmod(size - FINER * inner, 2 * FINER)
+                              for size, inner in zip(shape[3:], picture, strict=True))
+    most = [size // WIDEST for size in picture]
+    return (across, down) if x == y == 0 and 0 <= down <= most[0] and 0 <= across <= most[1] else None
 
 
 def _of_sensor(found: dict[str, np.ndarray], settings: Settings) -> Recording:

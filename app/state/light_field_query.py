@@ -20,6 +20,7 @@ SHOWN = {"camera": "Camera", "focus": "Focus", "view": "View", "rays": "Rays", "
 ELSEWHERE = {"camera": "Camera", "novel": "Another place"}      # for an array of pinholes
 SURFACES = {"recorded": "As recorded", "plane": "On a plane"}   # assumed depth of the objects
 DEEP = {"sharp": "All in focus", "depth": "Depth", "sure": "Confidence"}       # quantity of the depth that is shown
+SEEN = 0.999                    # part of the aperture that must have been recorded of a pixel
 EDGE = 0.999                    # pupil radii: farthest centre of a synthetic aperture
 
 
@@ -42,9 +43,7 @@ class Recording:
     @property
     def size(self) -> int:
         """Memory in bytes."""
-        raw = 0 if self.raw is None else self.raw.picture.nbytes + self.raw.white.nbytes
-        moments = 0 if self.field.moments is None else self.field.moments.nbytes
-        return self.field.light.nbytes + self.field.coverage.nbytes + raw + moments
+        return self.field.nbytes + (0 if self.raw is None else self.raw.picture.nbytes + self.raw.white.nbytes)
 
     def during(self, moment: int) -> lb.LightField:
         """The light field of one stored moment; of the whole exposure for −1, or if no moments are stored."""
@@ -73,7 +72,14 @@ class Recording:
         """The depth of every pixel between two distances (mm); errors are those of `lb.find_depth`."""
         found = lb.find_depth(self.field, None if nearest is None else self.seen(nearest), self.seen(farthest),
                               progress=progress)
-        return replace(found, distance=self.field.camera.flat_port.true(found.distance))
+        port = self.field.camera.flat_port
+        return replace(found, distance=port.true(found.distance), error=port.index * found.error)
+
+    def unknown(self, look: "Look") -> float:
+        """Part of a refocused picture's pixels that not all views of its aperture saw, 0 to 1; 0 for other looks."""
+        if look.show != "focus":
+            return 0.0
+        return float((self.field.recorded(self.seen(look.distance), look.f_number, look.view) < SEEN).mean())
 
     @property
     def pupil_radius(self) -> float:

@@ -266,6 +266,7 @@ class LightFieldWorker:
                 covered = float(pixels.mean())
             else:
                 image = light_field_picture(recording, look, depth)
+                covered = 1.0 - recording.unknown(look)
         except Exception as error:                      # any error: the window shows it, and the next look may do
             self.messages.append((error_text(error, viewer.description), False))
             report_unforeseen(error)

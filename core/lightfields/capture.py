@@ -15,7 +15,17 @@ from lensbench.imaging.film import Film
 from lensbench.kernels.block import Step
 from lensbench.kernels.concentric_map import unit_disk
 from lensbench.kernels.figures import fixed
-from lensbench.lightfields.light_field import SPREAD, LightField, LightFieldError, axis_coverage, spread_offsets
+from lensbench.lightfields.light_field import (
+    FINER,
+    SPREAD,
+    LightField,
+    LightFieldError,
+    axis_coverage,
+    needed_margin,
+    of_wide,
+    spread_offsets,
+    widened,
+)
 from lensbench.lightfields.pupil_cells import Cell, cell_steps, lit_cell, pupil_reach, sample_disk
 from lensbench.lightfields.recorder import Recorder, in_parallel
 from lensbench.scenery.scene import Scene
@@ -27,7 +37,7 @@ MEMORY_SHARE = 0.9      # of the free memory that a capture may take
 
 
 def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.float16, moments: int = 1) -> int:
-    """Size of a light field in memory: three colours and the coverage of every pixel and view.
+    """Size of plain views in memory: three colours and the coverage of every pixel and view.
 
     Parameters
     ----------
@@ -49,10 +59,37 @@ def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.floa
     return views[0] * views[1] * film.pixels_x * film.pixels_y * numbers * np.dtype(dtype).itemsize
 
 
+def recording_bytes(camera: Camera, views: tuple[int, int] = (9, 9), dtype=np.float16, moments: int = 1) -> int:
+    """Size in memory of what `capture_light_field` records: the views, and the same with a margin and finer pixels.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+    views, dtype, moments
+        As for `capture_light_field`.
+
+    Returns
+    -------
+    int
+        Bytes.
+
+    Raises
+    ------
+    LightFieldError
+        For a camera without an aperture.
+    """
+    wide = widened(camera, needed_margin(camera, views, pupil_reach(camera))).film
+    return sum(light_field_bytes(film, views, dtype, moments) for film in (camera.film, wide))
+
+
 def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), samples: int = 16,
                         seed: int = 0, dtype=np.float16, shadows: bool = True, threads: int | None = None,
                         progress: Callable[[float], bool] = lambda share: True, moments: int = 1) -> LightField:
     """A light field: a picture through every cell of a camera's pupil, to be refocused afterwards.
+
+    It is recorded with twice the pixels across and down, and with the margin about the picture that focusing within
+    `LightField.clear_range` needs, at most an eighth of each side.
 
     Parameters
     ----------
@@ -63,7 +100,8 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     views
         Cells of the pupil across and down.
     samples
-        Samples per pixel and view; a cell that the pupil's edge cuts takes fewer, so that the pupil is sampled evenly.
+        Samples per pixel of the picture and view, at least one in each of its four parts; a cell that the pupil's edge
+        cuts takes fewer, so that the pupil is sampled evenly.
     seed
         Sampler seed.
     dtype
@@ -95,6 +133,10 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     if moments > 1 and not (camera.moves or scene.moves):
         raise LightFieldError(f"{moments} moments: nothing moves while the shutter is open, so that all are alike; "
                               "record one, or choose a longer time, a camera or a scene that moves")
+    picture, samples = camera, math.ceil(samples / FINER**2)
+    margin = needed_margin(camera, (across, down), pupil_reach(camera))
+    camera = widened(camera, margin)
+    require_memory(recording_bytes(picture, (across, down), dtype, moments), picture.film, (across, down), moments)
     reach = pupil_reach(camera)
     h, w = camera.film.pixels_y, camera.film.pixels_x
     light = np.zeros((down, across, 3, h, w), dtype)
@@ -125,7 +167,7 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
             coverage[j, i, :, here] = mean[3][..., :w - left]
 
     in_parallel(record, list(np.ndindex(down, across)), progress, "capture", threads)
-    return LightField(camera, reach, light, coverage, FILL, moments=apart)
+    return of_wide(picture, LightField(camera, reach, light, coverage, FILL, moments=apart))
 
 
 def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], radius: float, samples: int = 16,
@@ -194,13 +236,18 @@ def checked_views(film: Film, views: tuple[int, int], samples: int, dtype, momen
         raise LightFieldError(f"{moments} moments: a whole number of at least 1 is needed")
     if np.dtype(dtype) not in (np.float16, np.float32):
         raise LightFieldError("a light field is recorded in float16 or float32")
-    size, free = light_field_bytes(film, (across, down), dtype, moments), free_memory()
+    require_memory(light_field_bytes(film, (across, down), dtype, moments), film, (across, down), moments)
+    return across, down
+
+
+def require_memory(size: int, film: Film, views: tuple[int, int], moments: int = 1) -> None:
+    """LightFieldError for a recording of more bytes than MEMORY_SHARE of what is free."""
+    free = free_memory()
     if size > MEMORY_SHARE * free:
-        raise LightFieldError(f"{across} × {down} views of {film.pixels_x} × {film.pixels_y} pixels take "
+        raise LightFieldError(f"{views[0]} × {views[1]} views of {film.pixels_x} × {film.pixels_y} pixels take "
                               f"{fixed(size / 1e9, 1, grouped=True)} GB, more than the "
                               f"{fixed(free / 1e9, 1, grouped=True)} GB that are free: record "
                               f"fewer views{' or moments' if moments > 1 else ''} or pixels")
-    return across, down
 
 
 def free_memory() -> float:

@@ -16,19 +16,24 @@ shift-and-add. Ng, "Fourier slice photography", 2005: the slice of the spectrum.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
 
 from lensbench.cameras.base import Camera
 from lensbench.cameras.ideal_lens import Gaussian
+from lensbench.imaging.coordinate_spaces import film_window
+from lensbench.imaging.film import Film
 from lensbench.kernels.figures import significant
-from lensbench.lightfields.refocus_kernel import rescaled, shift_and_add, spectral_gain
+from lensbench.lightfields.refocus_kernel import recorded_share, rescaled, shift_and_add, spectral_gain
 
 SUBCELLS = 16           # across and down a cell, to find the share of the cell that a round aperture takes
 CLEAR = 1.0             # pixels between neighbouring views, above which blur separates into dots
 SPREAD = np.array([0.7548776662466927, 0.5698402909980532])        # 1/ρ and 1/ρ², ρ³ = ρ + 1: multiples fill a square
+FINER = 2               # recorded pixels for one of the picture, across and down
+WIDEST = 8              # 1 / part of the picture's side that a margin has at the most
+TAPS = 4                # recorded pixels beside what a refocused picture reads, for its filter
 CENTRE_PART = 24        # the picture's sides over those of its centre, where coverage is averaged
 
 
@@ -72,6 +77,8 @@ class LightField:
     moments
         (n, views down, views across, 3, h, w) light of equal parts of the exposure in turn, whose mean is `light`;
         None: not kept apart.
+    wide
+        The same light with finer pixels and a margin about the picture, which `refocus` sums; None: only these pixels.
 
     Raises
     ------
@@ -86,6 +93,7 @@ class LightField:
     fill: float = 1.0
     aside: np.ndarray | None = None
     moments: np.ndarray | None = None
+    wide: "LightField | None" = None
 
     def __post_init__(self):
         require_focus(self.camera)
@@ -95,7 +103,15 @@ class LightField:
         """The light field of each moment; where none were kept apart, only itself."""
         if self.moments is None:
             return (self,)
-        return tuple(replace(self, light=light, moments=None) for light in self.moments)
+        wide = (None,) * len(self.moments) if self.wide is None else self.wide.instants
+        return tuple(replace(self, light=light, moments=None, wide=instant)
+                     for light, instant in zip(self.moments, wide, strict=True))
+
+    @property
+    def nbytes(self) -> int:
+        """Memory in bytes."""
+        arrays = (self.light, self.coverage, self.moments)
+        return sum(a.nbytes for a in arrays if a is not None) + (0 if self.wide is None else self.wide.nbytes)
 
     @property
     def views(self) -> tuple[int, int]:
@@ -148,17 +164,49 @@ class LightField:
         Returns
         -------
         ndarray
-            float32 (h, w, 3), linear RGB, relative weights.
+            float32 (h, w, 3), linear RGB, relative weights, nowhere negative. Where only some views saw what a pixel
+            needs (`recorded`), it is the mean of these, and black where none did.
 
         Raises
         ------
         LightFieldError
             For an aperture that was not recorded.
         """
-        used, weights, shifts, step, scale = self._shifts_and_weights(distance, f_number, view)
-        begins = shifts + (1.0 - scale) * (self._middle - 0.5)
+        if self.wide is not None:
+            return _binned(self._picture_of(self.wide.refocus(distance, f_number, view).transpose(2, 0, 1))
+                           ).transpose(1, 2, 0)
+        used, weights, begins, step, scale = self._reading(distance, f_number, view)
         return shift_and_add(self.light, used, begins, scale, weights, step, self.fill,
                              1.0 / self._white(used, weights))
+
+    def recorded(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
+        """How much of the light that `refocus` asks for was recorded: by distance the margin is too narrow.
+
+        Parameters
+        ----------
+        distance, f_number, view
+            As for `refocus`.
+
+        Returns
+        -------
+        ndarray
+            float32 (h, w), 0 to 1: the part of the aperture whose views saw what the pixel needs.
+        """
+        if self.wide is not None:
+            return _binned(self._picture_of(self.wide.recorded(distance, f_number, view)))
+        used, weights, begins, _, scale = self._reading(distance, f_number, view)
+        return recorded_share(begins, scale, weights, *self.light.shape[3:])
+
+    def _picture_of(self, wide: np.ndarray) -> np.ndarray:
+        """The picture's part of an array (…, h, w) of the wide recording."""
+        h, w = (FINER * size for size in self.light.shape[3:])
+        y, x = (wide.shape[-2] - h) // 2, (wide.shape[-1] - w) // 2
+        return wide[..., y:y + h, x:x + w]
+
+    def _reading(self, distance: float, f_number: float | None, view: tuple[float, float]):
+        """`_shifts_and_weights`, with the place in each view (n, 2) that the picture's first pixel reads."""
+        used, weights, shifts, step, scale = self._shifts_and_weights(distance, f_number, view)
+        return used, weights, shifts + (1.0 - scale) * (self._middle - 0.5), step, scale
 
     def slice(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
         """The picture of `refocus` as a plane slice of the light field's spectrum: slow, an independent check.
@@ -376,6 +424,60 @@ class LightField:
         fine = (np.stack(np.meshgrid(*2 * [np.arange(SUBCELLS) + 0.5]), -1).reshape(-1, 2) / SUBCELLS - 0.5)
         return axis_coverage(self.camera, self.coverage,
                              self.places[:, :, None] + fine * (2.0 * self.reach / np.array(self.views)))
+
+
+def _binned(pixels: np.ndarray) -> np.ndarray:
+    """Means (…, h, w) of FINER × FINER pixels, float32."""
+    *rest, h, w = pixels.shape
+    parts = pixels.reshape(*rest, h // FINER, FINER, w // FINER, FINER)
+    return np.ascontiguousarray(parts.mean((-3, -1), dtype=np.float32))
+
+
+def of_wide(camera: Camera, wide: LightField) -> LightField:
+    """The light field of a camera from its recording with finer pixels and a margin, by the camera of `widened`."""
+    def part(array: np.ndarray) -> np.ndarray:
+        h, w = camera.film.pixels_y, camera.film.pixels_x
+        out = np.empty((*array.shape[:-2], h, w), array.dtype)
+        y, x = (array.shape[-2] - FINER * h) // 2, (array.shape[-1] - FINER * w) // 2
+        for view in np.ndindex(array.shape[:2]):                # one by one: float32 copies are large
+            out[view] = _binned(array[view][..., y:y + FINER * h, x:x + FINER * w])
+        return out
+
+    # Of a pixel, samples fill the middles of its parts: their spread is that of a filled square of this side
+    fill = math.sqrt(1.0 - (1.0 - wide.fill**2) / FINER**2)
+    return LightField(camera, wide.reach, part(wide.light), part(wide.coverage), fill, wide.offsets / FINER,
+                      None if wide.moments is None else np.stack([part(light) for light in wide.moments]), wide)
+
+
+def widened(camera: Camera, margin: tuple[int, int]) -> Camera:
+    """The camera with a margin of so many of its pixels at each side, across and down, and FINER times the pixels."""
+    film, (mx, my) = camera.film, margin
+    w, h = film.pixels_x + 2 * mx, film.pixels_y + 2 * my
+    if "window" not in {field.name for field in fields(camera)}:        # type: ignore[arg-type]
+        wide = Film(film.width * w / film.pixels_x, film.height * h / film.pixels_y, FINER * w, FINER * h)
+        return replace(camera, film=wide)                               # type: ignore[type-var]
+    left, right, bottom, top = camera.window or film_window(film)
+    x, y = (right - left) * mx / film.pixels_x, (top - bottom) * my / film.pixels_y
+    return replace(camera, film=replace(film, pixels_x=FINER * w, pixels_y=FINER * h),      # type: ignore[type-var]
+                   window=(left - x, right + x, bottom - y, top + y))
+
+
+def needed_margin(camera: Camera, views: tuple[int, int], reach: float) -> tuple[int, int]:
+    """Pixels at each side, across and down, beside a camera's film that refocusing within the clear range reads.
+
+    At the most 1 / WIDEST of the film's pixels: what is farther is not recorded.
+    """
+    one = np.ones((views[1], views[0], 1, 1), np.float32)
+    field, film = LightField(camera, reach, one[:, :, None], one), camera.film
+    most = np.zeros(2)
+    for distance in field.clear_range:
+        scale, shear = field.shear(distance)
+        sides = np.maximum(field._middle, [film.pixels_x, film.pixels_y] - field._middle)
+        aside = np.abs(shear * field.places * field._pixels).max((0, 1))
+        most = np.maximum(most, (scale - 1.0) * sides + aside)
+    across, down = (min(math.ceil(need + TAPS / FINER), size // WIDEST)
+                    for need, size in zip(most, (film.pixels_x, film.pixels_y), strict=True))
+    return across, down
 
 
 def centre_coverage(coverage: np.ndarray) -> np.ndarray:

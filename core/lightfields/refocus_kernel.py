@@ -1,10 +1,9 @@
 """The kernel of refocusing: adding views, each read between its pixels at a shift and a slightly other scale.
 
 The pixel grids of the views are offset against each other by many parts of a pixel, so that samples fill the pixels of
-the sum as they fill those of a picture, when each view gives what lies nearest. The best reading is half-way between
-nearest and linear: it moves no sample far, and blurs less than linear. The fine detail that this reading and
-the shift within a cell of the pupil take is known, and one short filter restores it. (Scaling the sum in place of
-the views costs two decibels: the sum is sampled already, and its edges are finer than its pixels.)
+the sum as they fill those of a picture. The fine detail that linear reading and the shift within a cell of the pupil
+take is known, and one short filter restores it. (Scaling the sum in place of the views costs two decibels: the sum is
+sampled already, and its edges are finer than its pixels.)
 """
 
 import math
@@ -18,8 +17,6 @@ from lensbench.kernels.half_float import as_bits, prefetch, scale_of, unscaled
 
 TAPS = 6                # of the sharpening filter, to either side
 HIGHEST_GAIN = 2.0      # of the sharpening filter
-STEEPNESS = 2.0         # slope of the reading midway between two pixels; 1: linear
-MANY = 16               # views; with fewer, gaps in a pixel would show, and the reading is linear
 LOBES = 5               # of Lanczos's kernel
 BAND = 32               # rows that a thread takes at a time
 CACHE_LINE = 64         # bytes
@@ -31,21 +28,21 @@ def shift_and_add(light: np.ndarray, used: np.ndarray, starts: np.ndarray, scale
 
     light: (views down, views across, 3, h, w), float32, or half floats that are never negative; used: (n, 2) row and
     column of the views; starts: (n, 2) across and down, pixels; step: (2,) pixels across and down by which the rays of
-    one view spread; fill: side of the part of a pixel that a view's samples fill. Where a view ends, the sum of the others
-    counts for all; a pixel that none of them reaches is 0. The filter keeps within HIGHEST_GAIN of its neighbours' range.
+    one view spread; fill: side of the part of a pixel that a view's samples fill. Where a view ends, the sum of the
+    others counts for all; a pixel that none of them reaches is 0. The filter goes no farther beyond the range of its
+    neighbours than by the factor HIGHEST_GAIN, so that light stays light.
     """
     h, w = light.shape[3:]
     bits, weights = as_bits(light), weights.astype(np.float32)
-    steep = np.float32(STEEPNESS if len(used) >= MANY else 1.0)
     across, down = (_sharpening(starts[:, axis] % 1.0 if scale == 1.0 else (np.arange(len(used)) + 0.5) / len(used),
-                                weights, float(steep), abs(step[axis]), fill) for axis in (0, 1))
+                                weights, abs(step[axis]), fill) for axis in (0, 1))
     sums, out = np.zeros((3, h, w), np.float32), np.empty((h, w, 3), np.float32)
     share = recorded_share(starts, scale, weights, h, w)
     whole = bool((share >= 1.0 - 1e-6).all())
     scaled = weights * scale_of(bits)
 
     def add(first: int) -> None:
-        _add(bits, used, starts, scale, steep, scaled, sums, first, min(first + BAND, h))
+        _add(bits, used, starts, scale, scaled, sums, first, min(first + BAND, h))
 
     def sharpen(first: int) -> None:
         _sharpen(sums, across, down, np.float32(gain), out, first, min(first + BAND, h))
@@ -83,15 +80,14 @@ def spectral_gain(f: np.ndarray, step: float, fill: float) -> np.ndarray:
     return 1.0 / np.maximum(np.sinc(f * step) * np.sinc(f * fill) / np.sinc(f), 1.0 / HIGHEST_GAIN)
 
 
-def _sharpening(part: np.ndarray, weights: np.ndarray, steep: float, step: float, fill: float) -> np.ndarray:
+def _sharpening(part: np.ndarray, weights: np.ndarray, step: float, fill: float) -> np.ndarray:
     """The filter (2 TAPS + 1,) that turns views read at these parts of a pixel (n,) into a picture of filled pixels.
 
     Its gain is HIGHEST_GAIN at the most; (1,) where there is nothing to restore.
     """
     f = np.fft.rfftfreq(8 * TAPS)
     turns = np.exp(-2j * math.pi * f[:, None] * part)
-    beyond = np.clip((part - 0.5) * steep + 0.5, 0.0, 1.0)
-    read = ((1.0 - beyond) * turns + beyond * turns * np.exp(2j * math.pi * f[:, None])) @ weights / weights.sum()
+    read = ((1.0 - part) * turns + part * turns * np.exp(2j * math.pi * f[:, None])) @ weights / weights.sum()
     response = read.real * np.sinc(f * step) * np.sinc(f * fill) / np.sinc(f)
     if np.abs(response - 1.0).max() < 1e-6:
         return np.ones(1, np.float32)
@@ -102,16 +98,8 @@ def _sharpening(part: np.ndarray, weights: np.ndarray, steep: float, step: float
     return (taps / taps.sum()).astype(np.float32)
 
 
-@njit(inline="always")
-def _between(part, steep):
-    """Weight of the second of two pixels at a part of the way to it, float32."""
-    f = (part - np.float32(0.5)) * steep + np.float32(0.5)
-    f = f if f > np.float32(0) else np.float32(0)
-    return f if f < np.float32(1) else np.float32(1)
-
-
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
-def _add(light, used, starts, scale, steep, weights, sums, first, last):
+def _add(light, used, starts, scale, weights, sums, first, last):
     """Add all views to the rows first … last − 1 of the sums (3, h, w).
 
     The next view is prefetched: views lie too far apart in memory for the processor to foresee it.
@@ -121,7 +109,7 @@ def _add(light, used, starts, scale, steep, weights, sums, first, last):
     one, ahead = np.float32(1), CACHE_LINE // light.itemsize
     for q in range(len(used)):
         following = min(q + 1, len(used) - 1)
-        number = _runs(starts[q, 0], scale, steep, parts, runs)
+        number = _runs(starts[q, 0], scale, parts, runs)
         top_row, end_row = _reached(starts[q, 1], scale, h)
         for channel in range(3):
             view = light[used[q, 0], used[q, 1], channel]
@@ -136,7 +124,7 @@ def _add(light, used, starts, scale, steep, weights, sums, first, last):
                 # Interpolate between two rows of the view
                 at = starts[q, 1] + scale * y
                 top = int(math.floor(at))
-                below = _between(np.float32(at - top), steep)
+                below = np.float32(at - top)
                 above, under = view[min(max(top, 0), h - 1)], view[min(max(top + 1, 0), h - 1)]
                 b = weights[q] * below
                 a = weights[q] - b
@@ -159,7 +147,7 @@ def _add(light, used, starts, scale, steep, weights, sums, first, last):
 
 
 @njit(inline="always")
-def _runs(start, scale, steep, parts, runs):
+def _runs(start, scale, parts, runs):
     """Weights (w,) of the second of two pixels at start + scale · i, and runs of i with the same whole shift.
 
     A run is its first i and its shift in pixels; the end of what the view holds follows. Returns the number of runs.
@@ -169,7 +157,7 @@ def _runs(start, scale, steep, parts, runs):
     for i in range(first, end):
         at = min(max(start + scale * i, 0.0), float(w - 1))
         whole = int(at)
-        parts[i] = _between(np.float32(at - whole), steep)
+        parts[i] = np.float32(at - whole)
         if number == 0 or runs[number - 1, 1] != whole - i:
             runs[number, 0], runs[number, 1] = i, whole - i
             number += 1

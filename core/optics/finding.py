@@ -76,6 +76,7 @@ class Kind(StrEnum):
     SCENE = "scene"                         # what the reader of its scene assumed or changed
     NO_GHOSTS = "no-ghosts"                 # they are wanted, and cannot be traced
     DIM_LIGHTS = "dim-lights"               # lights that have no ghosts, beyond the brightest ones
+    NO_DIFFRACTION = "no-diffraction"       # it would blur by more than a pixel
 
 
 @dataclass(frozen=True)

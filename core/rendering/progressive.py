@@ -8,8 +8,11 @@ import numpy as np
 
 from lensbench.analysis.model_choice import resolved
 from lensbench.cameras.base import Camera
+from lensbench.cameras.finite_pinhole import AIRY
+from lensbench.kernels.figures import significant
 from lensbench.kernels.tile_order import BAND_LINES
 from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.glass import D_LINE
 from lensbench.rendering.film_sums import FilmSums
 from lensbench.rendering.flare_image import FlareImage
 from lensbench.rendering.ghost_image import Flare
@@ -106,6 +109,7 @@ class Rendering:
             self._light_image = LightImage(camera, scene, self.seed, real, self._programs, light_passes)
         self._light_passes = light_passes
         self._flare = None if flare is None or view else FlareImage(camera, scene, flare)
+        self._no_diffraction = () if view else missing_diffraction(camera)
         self._programs.compose(self.excluded)
         self._sums = FilmSums(self.shape, self._programs, self.seed, real,
                               not adaptive or bool(view) or steps is not None, in_bands)
@@ -226,10 +230,12 @@ class Rendering:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What the scene's reader changed, and what the picture leaves out: why it has no ghosts, or which lights have
-        none, known with the first sample.
+        """What the scene's reader changed, and what the picture leaves out.
+
+        Diffraction, where it would blur by more than a pixel; why it has no ghosts, or which lights have none, known
+        with the first sample.
         """
-        return (*(note(Kind.SCENE, text) for text in self._scene.notes),
+        return (*(note(Kind.SCENE, text) for text in self._scene.notes), *self._no_diffraction,
                 *(() if self._flare is None else self._flare.findings))
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
@@ -380,3 +386,26 @@ class Rendering:
         traced = np.zeros((*self.shape, 3), np.float32) if traced is None else traced.copy()
         self._flare.add_to(traced)
         return traced
+
+
+def missing_diffraction(camera: Camera) -> tuple[Finding, ...]:
+    """The finding that a picture by rays lacks diffraction, where the Airy disk of the camera exceeds a pixel.
+
+    Its diameter to the first dark ring is 2.44 λ N (Airy 1835), N the working f-number at the film, λ the d line.
+    """
+    try:
+        lens = camera.gaussian
+    except ValueError:                          # a panorama or a fisheye has no one aperture
+        return ()
+    slope = abs(lens.approach_pupil) * lens.iris.equivalent_radius
+    if lens.is_hole or not slope > 0.0:         # a point lets all light pass, by assumption
+        return ()
+    across, _, down, _ = camera.film_step.parameters
+    number, pixel = 0.5 / slope, min(abs(across), abs(down))
+    disk = AIRY * 1e-3 * D_LINE * number
+    if not disk > pixel:
+        return ()
+    return (note(Kind.NO_DIFFRACTION, f"the picture has no diffraction: at a working f-number of "
+                 f"{significant(number, 2)} the Airy disk is {significant(1e3 * disk, 2)} µm across, "
+                 f"{significant(disk / pixel, 2)} pixels. The MTF panel and `lensbench analyse` include it",
+                 f_number=number, disk=disk, pixels=disk / pixel),)

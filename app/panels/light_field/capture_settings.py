@@ -1,5 +1,6 @@
 """Settings of a light-field capture: its kind, views, samples and pixels."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -37,12 +38,20 @@ class Form:
     def bytes(self, present: Settings) -> int:
         """Memory (bytes) that the recording will take."""
         film, square = self.settings(present).film, (self.views, self.views)
-        size = lb.light_field_bytes(film, square, moments=self.moments if self.kind == "lens" else 1)
+        if self.kind == "lens":
+            with suppress(ValueError, OSError):         # which recording reports
+                return _recorded(self.settings(present).picture, square, self.moments)
+        size = lb.light_field_bytes(film, square)
         return size if self.kind != "microlenses" else size + lb.light_field_bytes(film, square, np.float32)
 
     def plenoptic(self, present: Settings) -> lb.PlenopticCamera:
         """The plenoptic camera; raises as `lb.PlenopticCamera` for impossible entries."""
         return _plenoptic(self.settings(present).picture, self.views, self.f_number)
+
+
+@lru_cache(maxsize=4)
+def _recorded(settings: Settings, views: tuple[int, int], moments: int) -> int:
+    return lb.recording_bytes(camera(settings), views, moments=moments)
 
 
 @lru_cache(maxsize=4)

@@ -144,6 +144,12 @@ def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None
         ("Shift", f"{fixed(apart, 2)} px", "Shift between neighbouring views"),
         ("Time", "–" if field_picture is None else f"{fixed(1000.0 * field_picture.seconds, 0)} ms",
          "To compute the picture")))
+    unknown = 0.0 if field_picture is None or field_picture.look != look.asked else 1.0 - field_picture.covered
+    if unknown > 0.0:
+        theme.small()
+        paragraph(f"{significant(100.0 * unknown, 2)} % of the picture lies beyond what all views recorded; black: no "
+                  "view saw it", True)
+        imgui.pop_font()
     if not near <= look.distance <= far:
         theme.small()
         paragraph(f"Outside {text_values.format_distance(near)} to {text_values.format_distance(far)}, neighbouring "

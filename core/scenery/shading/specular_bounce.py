@@ -79,10 +79,7 @@ def specular_bounce(lanes, p, ints, key):
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, finish, nx, ny, nz = row[DEPTH], row[FINISH], row[NX], row[NY], row[NZ]
-    tr, tg, tb, side, spread = row[TR], row[TG], row[TB], row[PIXEL_SIDE], row[PIXEL_SPREAD]
-    emits, path = row[EMITS], row[PATH]
+    finish, tr, tg, tb, emits, path = row[FINISH], row[TR], row[TG], row[TB], row[EMITS], row[PATH]
 
     # End the paths that met neither
     many, balls = np.int32(0), np.int32(0)

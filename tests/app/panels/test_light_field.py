@@ -91,12 +91,12 @@ def test_a_pixel_and_a_line_show_what_the_views_see_and_a_ray_meets_both_planes(
 
 def test_colours_of_depth_run_from_far_to_near_and_what_is_not_sure_is_dark():
     distance = np.repeat(np.array([[500.0, 1000.0, 2000.0, 1e9]], np.float32), 100, 0)      # a column each
-    depth = lb.Depth(distance, np.ones_like(distance), np.zeros((100, 4, 3), np.float32))
+    depth = lb.Depth(distance, np.ones_like(distance), 0.1 * distance, np.zeros((100, 4, 3), np.float32))
     assert ends(depth) == pytest.approx((1e9, 500.0))
     codes = depth_codes(depth)[0]
     light = linear(codes.astype(float)) @ [0.2126, 0.7152, 0.0722]
     assert (np.diff(light) < 0.0).all()                 # the nearer the lighter
-    unsure = depth_codes(lb.Depth(distance, np.zeros_like(distance), depth.picture))[0]
+    unsure = depth_codes(lb.Depth(distance, np.zeros_like(distance), 0.1 * distance, depth.picture))[0]
     assert np.allclose(unsure, 0.3 * codes)
     assert np.allclose(depth_picture(depth, Path("a.exr"))[0, :, 1], distance[0] / 1000.0)
     again = develop(depth_picture(depth, Path("a.png")), 0.0, "none")       # what a PNG without tone shows

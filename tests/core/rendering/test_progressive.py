@@ -14,6 +14,7 @@ from lensbench.app.studies.charts.samplers import white_noise
 from lensbench.kernels.block import Step
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
+from lensbench.optics.finding import Kind
 
 FILM = lb.Film(36.0, 24.0, 150, 100)
 
@@ -236,3 +237,23 @@ def test_a_picture_without_shadows_is_lit_from_the_middle_of_lamps_that_move_too
     still.add(2)
     moving.add(2)
     np.testing.assert_allclose(moving.image(), still.image(), rtol=1e-4)
+
+
+@pytest.mark.parametrize(("f_number", "pixels", "missing"), [
+    (22.0, 3600, True), (22.0, 900, False), (2.0, 3600, False)])
+def test_a_picture_states_that_it_lacks_diffraction_where_airys_disk_exceeds_a_pixel(f_number, pixels, missing):
+    """Airy's disk is 2.44 λ N across: 31.5 µm at f/22, of the pixels of 10 and 40 µm. Nothing stated it."""
+    camera = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), lb.Film(36.0, 24.0, pixels, pixels * 2 // 3), math.inf,
+                           f_number)
+    found = lb.Rendering(camera, lb.builtin_scene("still-life")).findings
+    assert [each.kind for each in found] == [Kind.NO_DIFFRACTION] * missing
+    if missing:
+        assert found[0].figures["disk"] == pytest.approx(2.44 * 0.5875618e-3 * 22.0, rel=1e-3)
+        assert found[0].figures["pixels"] == pytest.approx(found[0].figures["disk"] * 100.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("camera", [
+    lb.FisheyeCamera(lb.Film(36.0, 24.0, 3600, 2400)), lb.PerspectiveCamera(lb.Film(36.0, 24.0, 3600, 2400))],
+    ids=["fisheye", "pinhole"])
+def test_cameras_without_an_aperture_state_nothing_about_diffraction(camera):
+    assert lb.Rendering(camera, lb.builtin_scene("still-life")).findings == ()
