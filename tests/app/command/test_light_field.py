@@ -186,5 +186,7 @@ def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
 
 def test_the_archive_is_one_that_numpy_reads(recorded):
     with np.load(recorded, allow_pickle=False) as archive:
-        assert archive["light"].dtype == np.float16 and archive["light"].shape == (2, 3, 3, 24, 36)
+        light = archive["light"]                # of twice the pixels, with a margin
+        assert light.dtype == np.float16 and light.shape[:3] == (2, 3, 3)
+        assert 48 <= light.shape[3] <= 48 + 4 * 3 and 72 <= light.shape[4] <= 72 + 4 * 4
         assert json.loads(str(archive["settings"]))["lens"] == "pbrt-dgauss-50mm"

@@ -145,18 +145,19 @@ def test_a_real_lens_is_refocused_too(real_field, distance):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("distance", "least"), [
-    (700.0, 36.0), (900.0, 38.0), (2000.0, 38.0), (3000.0, 38.0), (5000.0, 37.5)])
-def test_the_whole_frame_is_refocused_from_what_was_recorded(real_field, distance, least):
+def test_the_whole_frame_is_refocused_from_what_was_recorded():
     """Edges repeated the last pixel of the views: 29.8 dB at 3 m, and 12 % of pixels were below 0 beside lights.
 
     At 0.7 m the lens that is focused has moved by 2 mm, which first-order shifts follow in the plane of focus alone.
     """
-    direct = lb.render(real(distance), lb.builtin_scene(STILL), 1024)
-    again = real_field.refocus(distance)
-    off = np.clip(again, 0.0, 1.0) - np.clip(direct, 0.0, 1.0)
-    assert again.min() >= 0.0 and real_field.recorded(distance).min() == 1.0
-    assert -10.0 * math.log10(np.mean(off**2)) > least
+    film, scene = lb.Film(36.0, 24.0, 240, 160), lb.builtin_scene(STILL)
+    field = lb.capture_light_field(replace(real(1200.0), film=film), scene, (9, 9), 32)
+    for distance, least in ((700.0, 36.5), (900.0, 38.0), (2000.0, 38.0), (3000.0, 38.0), (5000.0, 38.0)):
+        direct = lb.render(replace(real(distance), film=film), scene, 1024)
+        again = field.refocus(distance)
+        off = np.clip(again, 0.0, 1.0) - np.clip(direct, 0.0, 1.0)
+        assert again.min() >= 0.0 and field.recorded(distance).min() == 1.0
+        assert -10.0 * math.log10(np.mean(off**2)) > least, distance
 
 
 def test_a_refocused_picture_is_known_within_the_margin_and_black_beyond_it():
@@ -187,15 +188,13 @@ def test_one_view_is_what_a_pinhole_at_its_place_sees():
     u, v = field.places[down, across] * 3.0
     moved = np.eye(4)
     moved[:2, 3] = u, v
-    # The pinhole's window is shifted: it sees the same part of the plane in focus, aside by the view's part of a pixel.
-    # Every other pixel, of half the size, is where the view's samples lie
+    # The pinhole's window is shifted: it sees the same part of the plane in focus, aside by the view's part of a pixel
     half, pixel = math.tan(0.096) * 1200.0, 2.0 / FILM.pixels_y
-    aside = (field.offsets[down, across] + 0.25) * pixel
+    aside = field.offsets[down, across] * pixel
     x, y = -u / half, -v / half
     window = (x - 1.5 + aside[0], x + 1.5 + aside[0], y - 1.0 - aside[1], y + 1.0 - aside[1])
-    fine = replace(FILM, pixels_x=2 * FILM.pixels_x, pixels_y=2 * FILM.pixels_y)
-    hole = lb.PerspectiveCamera(fine, fov=0.192, world_from_camera=moved, window=window)
-    direct = lb.render(hole, scene, 64)[::2, ::2]
+    hole = lb.PerspectiveCamera(FILM, fov=0.192, world_from_camera=moved, window=window)
+    direct = lb.render(hole, scene, 64)
     # A cell of 1.2 mm is no point: the far wall, and the floor's tiles towards its horizon, are blurred by half a pixel
     assert psnr(field.view(across, down), direct) > 30.0
     assert psnr(field.view(2, 2), direct) < 25.0
