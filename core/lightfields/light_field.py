@@ -453,12 +453,12 @@ def widened(camera: Camera, margin: tuple[int, int]) -> Camera:
     """The camera with a margin of so many of its pixels at each side, across and down, and FINER times the pixels."""
     film, (mx, my) = camera.film, margin
     w, h = film.pixels_x + 2 * mx, film.pixels_y + 2 * my
-    if "window" not in {field.name for field in fields(camera)}:        # type: ignore[arg-type]
+    if "window" not in {field.name for field in fields(camera)}:
         wide = Film(film.width * w / film.pixels_x, film.height * h / film.pixels_y, FINER * w, FINER * h)
-        return replace(camera, film=wide)                               # type: ignore[type-var]
+        return replace(camera, film=wide)                               # type: ignore[call-arg]
     left, right, bottom, top = camera.window or film_window(film)
     x, y = (right - left) * mx / film.pixels_x, (top - bottom) * my / film.pixels_y
-    return replace(camera, film=replace(film, pixels_x=FINER * w, pixels_y=FINER * h),      # type: ignore[type-var]
+    return replace(camera, film=replace(film, pixels_x=FINER * w, pixels_y=FINER * h),      # type: ignore[call-arg]
                    window=(left - x, right + x, bottom - y, top + y))
 
 

@@ -47,7 +47,7 @@ def pair_boxes(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pair: 
         if depth == 0 and cells == SCAN and np.count_nonzero(np.isfinite(distance)) < FEW * distance.size:
             work, cells = [(whole, 0)], CLOSE_SCAN
             continue
-        passing = _islands(_around(distance <= 1.0).any(0))
+        passing = _islands(_around(distance <= 1.0).max(0))
         for top, bottom, left, right in passing:
             cut = depth and (min(top, left) < 0 or max(bottom, right) > cells)
             if cut:                                     # goes on beyond the scan's border
@@ -80,7 +80,7 @@ def _around(values: np.ndarray) -> np.ndarray:
 
 def _islands(marked: np.ndarray, top: int = -1, left: int = -1) -> list[tuple[int, int, int, int]]:
     """Boxes of what is marked, cut apart at empty lines and columns: first and last line, first and last column."""
-    lines, columns = _runs(marked.any(1)), _runs(marked.any(0))
+    lines, columns = _runs(marked.max(1, initial=False)), _runs(marked.max(0, initial=False))
     if len(lines) == len(columns) == 1:
         (a, b), (c, d) = lines[0], columns[0]
         return [(top + a, top + b - 1, left + c, left + d - 1)]
