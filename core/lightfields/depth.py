@@ -31,7 +31,7 @@ NOISE = 1e-4            # variance of grey below which there is no confidence
 MOST_VIEWS = 9          # across and down that are compared; of more, some are left out
 TABLE = 129             # distances for which σ is computed; between them it is interpolated
 LEAST_APART = 2.0       # pixels between neighbouring views at the nearest distance, at least
-SHIFT_ERROR = 0.3       # pixels: of the shift of the outermost views, kept by two thirds of the sure pixels
+SHIFT_ERROR = 0.4       # pixels: of the shift of the outermost views, kept by two thirds of the sure pixels
 LIT = 0.3               # of the greatest coverage, below which a view of a pixel is left out
 
 
