@@ -48,7 +48,7 @@ def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form:
         ("Pixel", f"{x}, {y}", "Click in the picture to choose another, across and down"),
         ("Depth", format_distance(distance), "Distance of the object in this pixel, measured as the focus distance is"),
         ("Error", f"± {format_distance(float(found.error[y, x]))}",
-         "Of this depth, for two of three sure pixels: 0.4 of a pixel of the outermost views"),
+         "Of this depth, for most sure pixels: 0.3 of a pixel of the outermost views"),
         ("Sure", f"{fixed(100.0 * sure, 0)} %", "0 %: the views agree at any distance; 100 %: only at this one")))
     if imgui.button("Focus there"):
         look = replace(look, show="focus", distance=max(distance, recording.nearest * MARGIN))
