@@ -31,7 +31,7 @@ NOISE = 1e-4            # variance of grey below which there is no confidence
 MOST_VIEWS = 9          # across and down that are compared; of more, some are left out
 TABLE = 129             # distances for which σ is computed; between them it is interpolated
 LEAST_APART = 2.0       # pixels between neighbouring views at the nearest distance, at least
-SHIFT_ERROR = 0.3       # pixels, of the outermost views' shift: half (still life) to four fifths (room) of sure ones keep it
+SHIFT_ERROR = 0.3       # pixels, of the outermost views' shift: half to four fifths of the sure ones keep it
 LIT = 0.3               # of the greatest coverage, below which a view of a pixel is left out
 
 
@@ -46,7 +46,8 @@ class Depth:
     confidence
         float32 (h, w): 0 where any distance fits, to 1 where no other does.
     error
-        float32 (h, w) mm: what half to four fifths of the sure pixels are off by at the most. It grows with the square of the distance and falls with the baseline, the width of the pupil.
+        float32 (h, w) mm: what half to four fifths of the sure pixels are off by at the most. It grows with the
+        square of the distance and falls with the baseline, the width of the pupil.
     picture
         float32 (h, w, 3), linear RGB, in focus everywhere.
     """
