@@ -266,7 +266,7 @@ class LightFieldWorker:
                 covered = float(pixels.mean())
             else:
                 image = light_field_picture(recording, look, depth)
-                covered = 1.0 - recording.unknown(look)
+                covered = 1.0 - recording.unknown(look) if isinstance(recording, Recording) else 1.0
         except Exception as error:                      # any error: the window shows it, and the next look may do
             self.messages.append((error_text(error, viewer.description), False))
             report_unforeseen(error)
