@@ -41,6 +41,10 @@ if TYPE_CHECKING:
     from lensbench.cameras.perspective import PerspectiveCamera
     from lensbench.cameras.rays import CameraError, Rays
     from lensbench.cameras.real_lens import LensCamera
+    from lensbench.design.goal import Goal
+    from lensbench.design.improve import Improvement, improve
+    from lensbench.design.merit import Judgement, judge
+    from lensbench.design.standard_goal import goal_of
     from lensbench.imaging.animated_transform import AnimatedTransform
     from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, depth_resolution
     from lensbench.imaging.exposure import (
@@ -145,6 +149,10 @@ _HOMES = {           # the imports above, as they are made at run time
     "cameras.perspective": "PerspectiveCamera",
     "cameras.rays": "CameraError Rays",
     "cameras.real_lens": "LensCamera",
+    "design.goal": "Goal",
+    "design.improve": "Improvement improve",
+    "design.merit": "Judgement judge",
+    "design.standard_goal": "goal_of",
     "imaging.animated_transform": "AnimatedTransform",
     "imaging.coordinate_spaces": "Intrinsics Places Spaces depth_resolution",
     "imaging.exposure": "Exposure ExposureError ev100 irradiance luminance metered_stops pixel_energy radiant_exposure",
@@ -192,21 +200,22 @@ __all__ = [
     "ApertureKind", "BareSensor", "Camera", "CameraError", "ChiefRay", "Choice", "Coating", "CoatingError",
     "CustomCamera", "Depth", "Differentials", "Disk", "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil",
     "Exposure", "ExposureError", "Falloff", "Fate", "FieldKind", "FieldPoint", "Film", "FilmError", "FilmPose",
-    "FirstOrder", "FisheyeCamera", "Flare", "Floor", "FocusError", "Glass", "GlassError", "Image", "ImageSky",
-    "Importance", "Intrinsics", "Iris", "IrisError", "Layer", "Lens", "LensCamera", "LensError", "LightField",
-    "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "Mesh", "NovelView", "OrthographicCamera",
-    "Pattern", "PerspectiveCamera", "Picture", "PinholeCamera", "Places", "PlenopticCamera", "PoseError",
-    "Positions", "PositionsError", "RawPicture", "Rays", "Rectangle", "Reflectance", "Rendering", "Scene",
-    "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "StopImage", "StopImageError", "Sun", "Surface",
-    "SurfacePose", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting", "Wavelength",
-    "analysis", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field",
-    "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion", "depth_map", "depth_of_field",
-    "depth_resolution", "develop", "distortion", "distortion_grid", "equivalent", "ev100", "exit_pupil",
-    "f_number_at_infinity", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent",
-    "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance",
-    "light_field_bytes", "load_scene", "look_at", "lumigraph_pinhole", "luminance", "magnification",
-    "metered_stops", "nearest_focus", "open_region", "photograph_scene", "picture_through", "pixel_energy",
-    "radiant_exposure", "real_circle_of_confusion", "recording_bytes", "render", "save", "section_foci", "seidel",
-    "show", "stopped_down", "t_number", "thick_circle_of_confusion", "thick_depth_of_field", "thick_hyperfocal",
-    "trace", "transmission", "unit_disk", "unit_square", "vignetting", "why_no_ghosts", "working_f_number",
+    "FirstOrder", "FisheyeCamera", "Flare", "Floor", "FocusError", "Glass", "GlassError", "Goal", "Image", "ImageSky",
+    "Importance", "Improvement", "Intrinsics", "Iris", "IrisError", "Judgement", "Layer", "Lens", "LensCamera",
+    "LensError", "LightField", "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "Mesh",
+    "NovelView", "OrthographicCamera", "Pattern", "PerspectiveCamera", "Picture", "PinholeCamera", "Places",
+    "PlenopticCamera", "PoseError", "Positions", "PositionsError", "RawPicture", "Rays", "Rectangle", "Reflectance",
+    "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "StopImage", "StopImageError",
+    "Sun", "Surface", "SurfacePose", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting",
+    "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene",
+    "capture_light_field", "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion", "depth_map",
+    "depth_of_field", "depth_resolution", "develop", "distortion", "distortion_grid", "equivalent", "ev100",
+    "exit_pupil", "f_number_at_infinity", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent",
+    "find_depth", "first_order", "focal_length", "focused", "focused_distance", "goal_of", "hyperfocal", "improve",
+    "irradiance", "judge", "light_field_bytes", "load_scene", "look_at", "lumigraph_pinhole", "luminance",
+    "magnification", "metered_stops", "nearest_focus", "open_region", "photograph_scene", "picture_through",
+    "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "recording_bytes", "render", "save",
+    "section_foci", "seidel", "show", "stopped_down", "t_number", "thick_circle_of_confusion", "thick_depth_of_field",
+    "thick_hyperfocal", "trace", "transmission", "unit_disk", "unit_square", "vignetting", "why_no_ghosts",
+    "working_f_number",
 ]

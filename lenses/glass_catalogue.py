@@ -146,6 +146,15 @@ def entries() -> tuple[Entry, ...]:
     return _known().entries
 
 
+def replacements(maker: str | None = None) -> tuple[Glass, ...]:
+    """Glasses with n_d and V_d that are still made, of one maker or of all; GlassError for an unknown maker."""
+    known = [entry for entry in entries() if maker in (None, entry.maker)]
+    if not known:
+        raise GlassError(f"no glass of {maker}: choose one of {', '.join(dict.fromkeys(e.maker for e in entries()))}")
+    return tuple(entry.make() for entry in sorted(known, key=lambda entry: (entry.rank, entry.name))
+                 if entry.n_d and entry.v_d and not entry.obsolete)
+
+
 def findings() -> tuple[str, ...]:
     """Sentences about files and glasses in the user's folder that could not be read; for others see `resolve`."""
     return _known().findings

@@ -1,10 +1,8 @@
 """The command `lensbench render`: one picture, or the frames of a camera or scene that moves."""
 
 import argparse
-import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from lensbench.app.command.errors import UsageError
 from lensbench.app.command.output import print_json, progress
+from lensbench.app.command.stop_signals import stop_signals
 from lensbench.kernels.figures import fixed, significant
 
 if TYPE_CHECKING:
@@ -93,7 +92,7 @@ def render(arguments: argparse.Namespace) -> int:
         pictures = frames(settings, Path(arguments.output), arguments.frames)
     begun = perf_counter()
     done: list[dict[str, Any]] = []
-    with compiling_ahead(settings.scene), progress() as show, _stop_signals(arguments.resume) as signals:
+    with compiling_ahead(settings.scene), progress() as show, stop_signals(arguments.resume) as signals:
         for i, (picture, path) in enumerate(pictures):
             if arguments.resume and arguments.frames is not None and _is_there(
                     picture, path, arguments.until_noise is not None):
@@ -166,31 +165,6 @@ def _is_there(settings: "Settings", path: Path, any_samples: bool) -> bool:
         return there is not None and (replace(there, samples=settings.samples) if any_samples else there) == settings
     except ExportError:                     # a picture of something else, which is rendered over
         return False
-
-
-@contextmanager
-def _stop_signals(kept: bool) -> Iterator[list[int]]:
-    """The signals that have asked for an end: Ctrl-C and a termination, where samples are kept.
-
-    The first one lets the present pass of samples end, the next one ends at once. Where nothing is kept, Ctrl-C
-    interrupts as usual, and a termination unwinds, so that a half-written file is removed.
-    """
-    asked: list[int] = []
-
-    def handle(number: int, frame: object) -> None:
-        if kept and not asked:
-            asked.append(number)
-            return
-        if number == signal.SIGINT:
-            raise KeyboardInterrupt
-        sys.exit(128 + number)
-
-    former = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield asked
-    finally:
-        for number, handler in former.items():
-            signal.signal(number, handler)
 
 
 def _figures(path: Path, found: "Rendered", wanted: float | None, seconds: float) -> dict[str, Any]:

@@ -1,22 +1,28 @@
 """An improvement of the lens in the background; the window takes each step as soon as it is there."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from lensbench.app.workers.task import Task
 from lensbench.lenses.editing.document import LensDocument
+
+if TYPE_CHECKING:
+    from lensbench.design.improve import Step
 
 
 class ImprovementWorker:
     """One improvement at a time.
 
-    first, last: the rms (mm) of its aim at its start and now; None before the first step.
+    first, last: the rms (mm) of its aim at its start and now; None before the first step. ended: why it ended, "" while
+    it runs.
     """
 
     def __init__(self, wake: Callable[[], None] = lambda: None):
         self.first: float | None = None
         self.last: float | None = None
         self.number = 0
-        self.aim = "spot"
+        self.aim, self.ended = "spot", ""
         self._wake = wake
         self._task: Task[None] | None = None
         self._newest: LensDocument | None = None
@@ -36,31 +42,36 @@ class ImprovementWorker:
         """Reason for which the latest improvement ended early; "" while it runs, and where it completed."""
         return self._task.message if self._task is not None and self._task.done else ""
 
-    def start(self, document: LensDocument, cells: Sequence[tuple[int, str]], image_height: float,
+    def start(self, document: LensDocument, cells: Sequence[tuple[int, str]], image_height: float | None,
               hold_back_focus: bool = False, glasses: bool = False, aim: str = "spot") -> None:
-        """Begin; an improvement that is under way ends. image_height: mm. glasses: whether they may change too."""
+        """Begin; an improvement that is running ends.
+
+        image_height: as for `goal_of`. glasses: whether they may change too.
+        """
         self.stop()
         self.first = self.last = self._newest = None
-        self.number, self.aim = 0, aim
+        self.number, self.aim, self.ended = 0, aim, ""
 
         def work(task: Task[None]) -> None:
-            from dataclasses import replace
+            from lensbench.app.state.lens_edit.improving import improved
+            from lensbench.design.improve import ending
+            from lensbench.design.standard_goal import goal_of
+            from lensbench.lenses.glass_catalogue import replacements
 
-            from lensbench.app.studies.improvement.improve import improved
-            from lensbench.app.studies.improvement.merit import back_focus, goal_of
-            from lensbench.app.studies.improvement.substitution import substituted
-
-            goal = goal_of(document, image_height, aim)
-            if hold_back_focus:
-                goal = replace(goal, back_focus=back_focus(document.lens))
-            for step in (substituted if glasses else improved)(document, cells, goal):
+            def progress(step: Step) -> None:
                 if task.cancelled:
                     return
-                if step.number == self.number and self.first is not None:
-                    continue
                 self.first = step.rms if self.first is None else self.first
-                self.last, self.number, self._newest = step.rms, step.number, step.document
+                self.last, self.number = step.rms, step.number
+                if step.number:
+                    self._newest = replace(document, lens=step.lens)
                 self._wake()
+
+            goal = goal_of(document.lens, image_height, aim, hold_back_focus)
+            done = improved(document, cells, goal, replacements() if glasses else None, progress,
+                            lambda: task.cancelled)
+            if not task.cancelled:
+                self.ended = ending(done)
 
         self._task = Task("Improve", work, self._wake)
 

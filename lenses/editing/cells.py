@@ -9,24 +9,13 @@ from math import isfinite
 from lensbench.kernels.figures import significant
 from lensbench.kernels.quotation import excerpt
 from lensbench.lenses import glass_catalogue
-from lensbench.lenses.editing.document import (
-    CURVATURE,
-    CURVATURE_X,
-    QUANTITIES,
-    THICKNESS,
-    EditError,
-    LensDocument,
-    Pickup,
-    Solve,
-    with_surfaces,
-    with_value_of,
-    words,
-)
+from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve, words
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.rows import RowError, check_sizes, curvature
 from lensbench.optics.glass import AIR, Glass, GlassError
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.prescription import Lens
+from lensbench.optics.surface_numbers import CURVATURE, CURVATURE_X, QUANTITIES, THICKNESS, with_surfaces, with_value_of
 from lensbench.optics.zoom_positions import Positions
 
 LONGEST_COMMENT = 200

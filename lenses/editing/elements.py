@@ -3,15 +3,7 @@
 from dataclasses import replace
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.editing.document import (
-    CONIC,
-    SEMI_DIAMETER,
-    THICKNESS,
-    EditError,
-    LensDocument,
-    Pickup,
-    with_surfaces,
-)
+from lensbench.lenses.editing.document import EditError, LensDocument, Pickup
 from lensbench.lenses.editing.order import check_fixed, check_range, pose_behind, reordered, surface_at
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.stop import with_stop
@@ -22,6 +14,7 @@ from lensbench.optics.finding import Kind, note
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.lens_surface import Surface
 from lensbench.optics.prescription import Lens
+from lensbench.optics.surface_numbers import CONIC, SEMI_DIAMETER, THICKNESS, with_surfaces
 
 AIR_GAP = 0.1           # mm: of a cemented surface that is separated
 

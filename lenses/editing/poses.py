@@ -6,11 +6,12 @@ Lengths in mm, angles in radians; surfaces are numbered from 0.
 from dataclasses import replace
 
 from lensbench.lenses.axes import body
-from lensbench.lenses.editing.document import POSE, EditError, LensDocument, with_surfaces, words
+from lensbench.lenses.editing.document import EditError, LensDocument, words
 from lensbench.lenses.editing.elements import element_at
 from lensbench.lenses.editing.solves import settled
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.prescription import Lens
+from lensbench.optics.surface_numbers import POSE, with_surfaces
 from lensbench.optics.surface_pose import PoseError, SurfacePose
 
 

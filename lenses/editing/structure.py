@@ -10,7 +10,7 @@ from math import isfinite
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses.design import MOST_SURFACES
-from lensbench.lenses.editing.document import THICKNESS, EditError, LensDocument, Solve, varies, with_surfaces
+from lensbench.lenses.editing.document import EditError, LensDocument, Solve, varies
 from lensbench.lenses.editing.order import (
     check_fixed,
     check_range,
@@ -24,6 +24,7 @@ from lensbench.optics.adjacent_media import medium_before, refracts
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.lens_surface import LensError, Surface
 from lensbench.optics.prescription import Lens
+from lensbench.optics.surface_numbers import THICKNESS, with_surfaces
 
 IN_FOCUS = 0.05         # of the back focus: how far a film is set from the paraxial image to balance aberrations
 SAME = 1e-9             # relative: rounding

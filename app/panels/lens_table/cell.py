@@ -13,8 +13,9 @@ from lensbench.app.state.lens_edit import cells
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.lenses.editing.cells import with_value
-from lensbench.lenses.editing.document import EditError, LensDocument, value_of
+from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.editing.poses import with_pose
+from lensbench.optics.surface_numbers import value_of
 
 DRAG_THRESHOLD = 3.0            # pixels at a scale of 1
 FINE = 0.1                      # of the mouse's movement, with Shift

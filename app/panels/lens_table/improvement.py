@@ -29,7 +29,7 @@ def improve_button(settings: Settings, document: LensDocument, state: LensTableS
     else:
         if imgui.button(f"{fa.ICON_FA_WAND_MAGIC_SPARKLES}###Improve"):
             imgui.open_popup(TITLE)
-        imgui.set_item_tooltip("Improve: smaller spots over the field by damped least squares")
+        imgui.set_item_tooltip("Improve: smaller spots over the field by least squares")
     imgui.same_line(0.0, theme.em(0.13))
     if not imgui.begin_popup(TITLE):
         return
@@ -39,11 +39,8 @@ def improve_button(settings: Settings, document: LensDocument, state: LensTableS
     state.aim = toggles("Aim", {"spot": "Spots", "wavefront": "Wavefront"}, state.aim, {
         "spot": "The rms radius of the spots: for contrast at coarse detail and lenses that are far from perfect",
         "wavefront": "The rms wave error: for lenses whose sharpness diffraction limits"})
-    imgui.text_disabled("On the axis, at 0.7 and at the edge of the image, in three colours.\n"
-                        "Focal length, solves and thinnest edges are held.")
-    circle = image_circle(settings.lens, document.lens) or math.inf
-    height = 0.5 * min(circle, settings.film.diagonal / settings.crop)
-    for remark in _left_out(document, height):
+    height = _image_height(settings, document)
+    for remark in _remarks(document, height):
         imgui.text_disabled(remark)
     state.hold_back_focus = check_box("Hold the back focus", state.hold_back_focus)
     state.try_glasses = check_box("Try other glasses", state.try_glasses)
@@ -60,24 +57,34 @@ def improve_button(settings: Settings, document: LensDocument, state: LensTableS
     imgui.end_popup()
 
 
+def _image_height(settings: Settings, document: LensDocument) -> float | None:
+    """Largest image height (mm) that is judged; None where the lens states its fields."""
+    if document.lens.system.fields:
+        return None
+    circle = image_circle(settings.lens, document.lens) or math.inf
+    return 0.5 * min(circle, settings.film.diagonal / settings.crop)
+
+
 @lru_cache(maxsize=4)
-def _left_out(document: LensDocument, image_height: float) -> tuple[str, ...]:
-    """What an improvement over an image of this height (mm) does not judge; nothing where it cannot begin at all."""
-    from lensbench.app.studies.improvement.merit import goal_of, left_out
+def _remarks(document: LensDocument, image_height: float | None) -> tuple[str, ...]:
+    """What an improvement judges, holds and leaves out; nothing where it cannot begin at all."""
+    from lensbench.design.standard_goal import goal_of
 
     try:
-        return tuple(left_out(document.lens, goal_of(document, image_height)))
+        goal = goal_of(document.lens, image_height)
     except ValueError:                      # the start says why
         return ()
+    return (*(f"Judged: {each}" for each in goal.judged), *goal.left_out,
+            "Focal length, f-number, solves and thinnest edges are held.")
 
 
 def free_cells(document: LensDocument, state: LensTableState) -> tuple[tuple[int, str], ...]:
     """The numbers that may change: those that are ticked, or all radii."""
-    from lensbench.app.studies.improvement.improve import radii
+    from lensbench.app.state.lens_edit import improving
 
     count = len(document.surfaces)
     ticked = tuple(sorted(cell for cell in state.ticked if cell[0] < count and document.rule(*cell) is None))
-    return ticked or radii(document)
+    return ticked or improving.free_cells(document, "radii")
 
 
 def take_step(settings: Settings, state: LensTableState) -> Settings:
@@ -106,4 +113,5 @@ def progress(settings: Settings, state: LensTableState) -> str:
         return ""
     name, unit, words = ("Wave error", D_LINE, "waves") if worker.aim == "wavefront" else ("Spot", 1.0, "µm")
     first, last = (significant(1000.0 * value / unit, 3) for value in (worker.first, worker.last))
-    return (f"{name} {first} → {last} {words} rms, step {worker.number}{' …' if worker.running else ''}")
+    end = " …" if worker.running else f": {worker.ended}" if worker.ended else ""
+    return f"{name} {first} → {last} {words} rms, step {worker.number}{end}"

@@ -18,7 +18,8 @@ from lensbench.app.widgets.chord import chord
 from lensbench.kernels.figures import significant
 from lensbench.lenses.editing import attachments, elements, stop, structure
 from lensbench.lenses.editing.cells import with_rule, without_rule
-from lensbench.lenses.editing.document import SOLVES, TARGETS, LensDocument, Pickup, Solve, value_of, words
+from lensbench.lenses.editing.document import SOLVES, TARGETS, LensDocument, Pickup, Solve, words
+from lensbench.optics.surface_numbers import value_of
 
 Edit = Callable[[LensDocument], LensDocument]
 SCALE, MORE = "Scale the lens", "More edits of surfaces"

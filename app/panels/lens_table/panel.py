@@ -25,8 +25,9 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.kernels.figures import RAISED, fixed
 from lensbench.lenses.editing.cells import with_comment
-from lensbench.lenses.editing.document import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS, LensDocument
+from lensbench.lenses.editing.document import LensDocument
 from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.surface_numbers import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS
 
 COLUMNS = (("row", "#", 3.0), (CURVATURE, "Radius", 4.7), (THICKNESS, "Thickness", 4.7), ("glass", "Glass", 5.0),
            (SEMI_DIAMETER, "Semi-ø", 4.2), (CONIC, "Conic", 3.8), ("asphere", "Asphere", 4.2),

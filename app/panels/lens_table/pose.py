@@ -8,9 +8,10 @@ from lensbench.app.state.lens_edit import cells
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.marked import radio
-from lensbench.lenses.editing.document import POSE, LensDocument
+from lensbench.lenses.editing.document import LensDocument
 from lensbench.lenses.editing.elements import element_at
 from lensbench.lenses.editing.poses import body_at
+from lensbench.optics.surface_numbers import POSE
 
 POPUP = "Out of line"
 LABELS = {"decentre_x": "Decentre x (mm)", "decentre_y": "Decentre y (mm)", "tilt_x": "Tilt about x (°)",

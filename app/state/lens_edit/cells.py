@@ -8,22 +8,12 @@ from math import degrees, radians
 
 from lensbench.kernels.figures import INFINITE, significant, true_minus
 from lensbench.kernels.quotation import cut
-from lensbench.lenses.editing.document import (
-    CONIC,
-    CURVATURE,
-    CURVATURE_X,
-    POSE,
-    SEMI_DIAMETER,
-    THICKNESS,
-    EditError,
-    LensDocument,
-    value_of,
-    words,
-)
+from lensbench.lenses.editing.document import EditError, LensDocument, words
 from lensbench.lenses.encoding import plain_number
 from lensbench.lenses.rows import RowError, curvature, radius_text
 from lensbench.optics.glass import Glass
 from lensbench.optics.lens_surface import Shape, Surface
+from lensbench.optics.surface_numbers import CONIC, CURVATURE, CURVATURE_X, POSE, SEMI_DIAMETER, THICKNESS, value_of
 
 PLANES = ("", "inf", "infinity", "∞", "plane", "flat")
 ANGLES = ("tilt_x", "tilt_y", "roll")           # radians, in degrees in their cells

@@ -16,17 +16,11 @@ from lensbench.app.state.geometry.elements import elements, surface_curves
 from lensbench.app.state.lens_edit.cells import shown
 from lensbench.kernels.figures import fixed, true_minus
 from lensbench.lenses.editing.cells import with_value
-from lensbench.lenses.editing.document import (
-    CURVATURE,
-    SEMI_DIAMETER,
-    THICKNESS,
-    EditError,
-    LensDocument,
-    words,
-)
+from lensbench.lenses.editing.document import EditError, LensDocument, words
 from lensbench.lenses.editing.elements import element_at
 from lensbench.lenses.editing.poses import body_at, with_pose
 from lensbench.lenses.paraxial import index_of
+from lensbench.optics.surface_numbers import CURVATURE, SEMI_DIAMETER, THICKNESS
 
 BESIDE = 2.5                    # × the reach: from the rims of a body to the handles of its place
 APART = 1.5                     # × the reach: half the way from one of them to the other

@@ -14,7 +14,8 @@ from lensbench.app.state.lens_edit.editing import document_of, edited, original,
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.undo import History
 from lensbench.lenses.editing.cells import with_comment, with_rule, with_value
-from lensbench.lenses.editing.document import CURVATURE, EditError, Pickup, Solve
+from lensbench.lenses.editing.document import EditError, Pickup, Solve
+from lensbench.optics.surface_numbers import CURVATURE
 from tests.lenses.samples import DATA
 
 TRIPLET = replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=None)
