@@ -241,7 +241,7 @@ class Merit:
                film: float) -> np.ndarray:
         """The weighted wave errors (mm), field by field."""
         image = [0.0, 0.0, lens.length + film]
-        lengths = np.stack([one.lengths + one.index * ((image - one.points) * one.directions).sum(1)
+        lengths = np.stack([one.lengths + one.medium * ((image - one.points) * one.directions).sum(1)
                             for one in traced])                                     # (colours, rays)
         ways = np.stack([one.directions for one in traced])
         found = []
@@ -257,12 +257,12 @@ class Merit:
 
 
 class _Traced(NamedTuple):
-    """Points and directions (n, 3) behind the lens, optical lengths (n,) up to there, and the index."""
+    """Points and directions (n, 3) behind the lens, optical lengths (n,) up to there, and the index there."""
 
     points: np.ndarray
     directions: np.ndarray
     lengths: np.ndarray
-    index: float
+    medium: float
 
 
 def _traced(lens: Lens, wavelength: float, origins: np.ndarray, directions: np.ndarray,
