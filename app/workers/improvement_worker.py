@@ -58,7 +58,7 @@ class ImprovementWorker:
             from lensbench.design.standard_goal import goal_of
             from lensbench.lenses.glass_catalogue import replacements
 
-            def progress(step: Step) -> None:
+            def progress(step: "Step") -> None:
                 if task.cancelled:
                     return
                 self.first = step.rms if self.first is None else self.first

@@ -85,9 +85,9 @@ def goal_of(lens: Lens, image_height: float | None = None, aim: str = "spot", ho
             raise MeritError("the lens is telecentric towards the scene: it cannot be judged")
         chief = _chief_rays(moved, replace(given, object_distance=distance), heights, left_out, position.words)
         heights = chief.images if heights is None else heights
-        fields, field_weights = _fields(chief, distance, weights)
+        fields, shared = _fields(chief, distance, weights)
         positions.append(replace(
-            position, fields=fields, weights=field_weights, floors=_floors(moved, edge, centre, varying=bool(positions)),
+            position, fields=fields, weights=shared, floors=_floors(moved, edge, centre, varying=bool(positions)),
             held=held_lengths(moved, distance, given.primary_wavelength, hold_back_focus)))
     if not stated and heights is not None:
         judged.insert(0, "fields: image heights " + ", ".join(dict.fromkeys(
