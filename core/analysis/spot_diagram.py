@@ -35,7 +35,7 @@ class Spots:
     rms
         (F, C, K, 2) root mean square distance from the references, along the sagittal and the tangential axis.
     geo
-        (F, C, K) greatest distance of a ray from the reference.
+        (F, C, K) greatest distance from the reference of a ray, or of light in a cell at a rim.
     """
 
     rays: RayGrid
@@ -154,13 +154,16 @@ def spots(rays: RayGrid, reference: str = "chief", shifts=(0.0,)) -> Spots:
     middle = references[:, None]
     rms = np.sqrt(np.maximum(second - 2.0 * centroids * middle + middle**2, 0.0))
     passed = rays.passed
+    own = rays.offset_s, rays.offset_t, rays.slope_s, rays.slope_t
+    offset_s, offset_t, slope_s, slope_t = (np.where(passed, one, other)      # as the rms has them beyond a rim
+                                            for one, other in zip(own, rays.light, strict=True))
+    seen = passed | (rays.weight > 0.0)
     geo = np.empty(rms.shape[:3])
     for k, shift in enumerate(shifts):
         s, t = (offset + shift * slope - at[:, None, None, None]
-                for offset, slope, at in zip((rays.offset_s, rays.offset_t), (rays.slope_s, rays.slope_t),
-                                             references[:, k].T, strict=True))
-        geo[:, :, k] = np.sqrt(np.where(passed, s * s + t * t, -1.0).max((2, 3), initial=-1.0).clip(0.0))
-    geo[~passed.any((2, 3))] = np.nan
+                for offset, slope, at in zip((offset_s, offset_t), (slope_s, slope_t), references[:, k].T, strict=True))
+        geo[:, :, k] = np.sqrt(np.where(seen, s * s + t * t, -1.0).max((2, 3), initial=-1.0).clip(0.0))
+    geo[~seen.any((2, 3))] = np.nan
     return Spots(rays, reference, shifts, references, centroids, rms, geo)
 
 

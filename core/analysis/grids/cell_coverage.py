@@ -45,6 +45,8 @@ def cover(level, c, s, t, grid, mirrored, coverage, weight, centre):
 
     s, t: (F, C, N, N) pupil coordinates of the rays whose levels these are, near the cells' middles grid (F, 2, N); nan
     counts as the middle.
+    A cell whose own ray is stopped has an open part only beside one whose ray passes: where neighbouring rays part, such
+    as beside those that miss a surface, the slopes of the level say nothing about places cells away.
     mirrored: whether the columns of one half are the mirror images of the others. coverage (F, C, N, N) receives the
     open part of the cells of the exit pupil, weight that of the cells of the beam, whose middles the rays pass; centre
     (2, F, C, N, N) the centroid of the latter from the middle, in cells.
@@ -65,6 +67,8 @@ def cover(level, c, s, t, grid, mirrored, coverage, weight, centre):
                         moved = 0.0
                     a, b = max(abs(up), abs(right)), min(abs(up), abs(right))
                     part, of_beam = _below(1.0 - here - moved, a, b), _below(1.0 - here, a, b)
+                    if here >= 1.0 and part + of_beam > 0.0 and not _beside_light(plane, i, j):
+                        part, of_beam = 0.0, 0.0
                     if of_beam < 1.0 and a > 0.0:
                         ds, dt = -0.5 * (1.0 - of_beam) * right / a, -0.5 * (1.0 - of_beam) * up / a
                 coverage[f, c, i, j], weight[f, c, i, j] = part, of_beam
@@ -72,6 +76,16 @@ def cover(level, c, s, t, grid, mirrored, coverage, weight, centre):
                 if mirrored and other != j:
                     coverage[f, c, i, other], weight[f, c, i, other] = part, of_beam
                     centre[0, f, c, i, other], centre[1, f, c, i, other] = -ds, dt
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _beside_light(level, i, j):
+    """Whether the level of one of the eight cells around a cell is below 1."""
+    for k in range(max(i - 1, 0), min(i + 2, level.shape[0])):
+        for q in range(max(j - 1, 0), min(j + 2, level.shape[1])):
+            if level[k, q] < 1.0:
+                return True
+    return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

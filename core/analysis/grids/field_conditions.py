@@ -208,6 +208,11 @@ def _fields(lens: Lens, film: Film | None, fields, kind: FieldKind, object_dista
             points = tuple((point.x, point.y) for point in lens.system.fields)
             findings.append(note(Kind.ASSUMED, f"fields as the lens states them: {len(points)} by "
                                                f"{lens.system.field_kind}", fields=len(points)))
+            cut = sum(any(point.vignetting) for point in lens.system.fields)
+            if cut:
+                findings.append(note(Kind.LEFT_OUT, f"the vignetting factors of {cut} of these fields are not applied: "
+                                                    "rims end the light, as stated, or estimated from the factors",
+                                     fields=cut))
             return lens.system.field_kind, points
         findings.append(note(Kind.ASSUMED, "the lens states object heights, but its object is at infinity here: "
                                            "fields over the film instead"))

@@ -4,7 +4,7 @@ Lengths in mm, lens frame. F fields, C wavelengths, N × N cells of a field. See
 axes and pupil coordinates.
 """
 
-from math import nan
+from math import inf, isinf, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -20,8 +20,8 @@ from lensbench.kernels.pauses import pause
 FEW = 8000              # rays of all wavelengths, below which threads cost more than they save
 MANY = 24               # fields, from which on a wavelength is divided among the threads
 WIDENED, WIDER = 3, 0.25        # times that a field cut off at the edge of the grid is widened, by which part a side
-MOST_CUT = 0.35         # × the square root of the open cells: open ones at the edge of the rays
 FOLDED = 0.7            # × the square root of the open cells: open ones at a fold
+SOUGHT = 33             # rays of the meridian of a field, that seek light apart from the cells
 BEYOND = 4.0            # cells beyond the rims, of which rays are traced too: half of them
 
 
@@ -74,7 +74,8 @@ def trace_cells(beams: FieldBeams, boxes: np.ndarray, pupil: int,
         _tighten(boxes, wide, landed)
         cells = _cells(beams, boxes, pupil, wide)
         landed = _landed(beams, cells, conditions.wavelengths)
-    return cells, landed, cut | _folded(cells, landed, conditions.primary)
+    missed = _folded(cells, landed, conditions.primary) | _elsewhere(beams, cells, landed, conditions.primary)
+    return cells, landed, cut | missed
 
 
 def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int, wide: np.ndarray) -> Cells:
@@ -123,8 +124,37 @@ def _cut_off(cells: Cells, landed: Landed, primary: int) -> np.ndarray:
     settled = (landed.victim[:, primary] != -2) | cells.lost
     traced = np.pad(settled, ((0, 0), (1, 1), (1, 1)))
     inner = traced[:, 2:, 1:-1] & traced[:, :-2, 1:-1] & traced[:, 1:-1, 2:] & traced[:, 1:-1, :-2]
-    open_ = landed.coverage[:, primary] > 0.999
-    return np.asarray((open_ & ~inner).sum((1, 2)) > MOST_CUT * np.sqrt(open_.sum((1, 2))))
+    open_ = np.maximum(landed.coverage, landed.weight)[:, primary] > 0.999
+    return np.asarray((open_ & ~inner).any((1, 2)))
+
+
+def _elsewhere(beams: FieldBeams, cells: Cells, landed: Landed, primary: int) -> np.ndarray:
+    """(F,) fields whose light also passes apart from the cells: aberrations may turn it back into the stop.
+
+    It is sought by rays of the meridian, across the first surface.
+    """
+    first, count = beams.lens.surfaces[0], len(beams.axes)
+    rim = first.semi_diameter * np.array([-1.0, 1.0])[:, None] * beams.axes[:, None, 1]            # (F, 2, 2)
+    points = np.concatenate([rim, np.broadcast_to(first.sag(0.0, first.semi_diameter), (count, 2, 1))], 2)
+    along = beams.chief.directions[:, None] + 0.0 * points
+    if not isinf(beams.object_distance):
+        along = points - np.column_stack([beams.sources, np.full(count, -beams.object_distance)])[:, None]
+    ends = beams.across(points.transpose(2, 0, 1), along.transpose(2, 0, 1))
+    low, high = ends[:, :1], ends[:, 1:]
+    # Parts of the way between both rims: of the lit cells of the middle columns, and of the rays
+    middle = slice((landed.victim.shape[3] - 1) // 2, landed.victim.shape[3] // 2 + 1)
+    size = ((high - low)**2).sum(2)
+    share = ((cells.places[:, :, middle] - low[:, None]) * (high - low)[:, None]).sum(3) / size[:, :, None]
+    lit = landed.victim[:, primary, :, middle] == -1
+    near, far = (np.where(lit, share, fill).reshape(count, -1) for fill in (inf, -inf))
+    sought, apart = np.linspace(0.0, 1.0, SOUGHT), 1.5 / SOUGHT
+    out = (sought < near.min(1)[:, None] - apart) | (sought > far.max(1)[:, None] + apart)
+    of_field, ray = np.nonzero(out & lit.any((1, 2))[:, None])
+    places = low[of_field, 0] + (high - low)[of_field, 0] * sought[ray, None]
+    _, victim = beams.forward(beams.wavelength, of_field, beams.starts(of_field, places))
+    found = np.zeros(count, bool)
+    found[of_field[victim == -1]] = True
+    return found
 
 
 def _folded(cells: Cells, landed: Landed, primary: int) -> np.ndarray:

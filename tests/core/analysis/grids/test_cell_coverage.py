@@ -60,6 +60,22 @@ def test_a_ray_without_pupil_coordinates_counts_as_that_of_the_middle_of_its_cel
     np.testing.assert_array_equal(found[1], found[0])
 
 
+def test_no_cell_is_open_whose_neighbours_carry_no_light():
+    """Rays that nearly miss a surface have levels that leap, and pass the pupil many cells from where they were sent."""
+    random = np.random.default_rng(5)
+    for _ in range(200):
+        level = random.uniform(1.0, 4.0, (N, N))
+        level[random.random((N, N)) < 0.3] = np.nan
+        lit = random.integers(0, N, 2)
+        level[tuple(lit)] = 0.9
+        s, t = (each + random.normal(0.0, 8.0, (N, N)) * step for each, step in
+                zip(np.meshgrid(*MIDDLE), STEP, strict=True))
+        parts, of_beam, centre = np.zeros((1, 1, N, N)), np.zeros((1, 1, N, N)), np.zeros((2, 1, 1, N, N))
+        cover(level[None, None], 0, s[None, None], t[None, None], MIDDLE[None], False, parts, of_beam, centre)
+        away = np.abs(np.mgrid[:N, :N] - lit[:, None, None]).max(0)
+        assert not np.maximum(parts, of_beam)[0, 0][away > 1].any()
+
+
 @pytest.mark.parametrize("slopes", [(0.4, 0.0), (-0.4, 0.0), (0.0, 0.7), (0.0, -0.7)])
 def test_a_rim_along_the_cells_leaves_rectangles_with_their_centroids(slopes):
     _, parts, centre = covered(np.array(slopes), np.zeros(2))
