@@ -118,33 +118,33 @@ def wavefronts(rays: RayGrid, terms: int = TERMS) -> Wavefront:
     residual, rms, range_, strehl = (np.full((fields, colours), np.nan) for _ in range(4))
     opd, light = rays.grid_opd, rays.coverage * rays.intensity[:, None]
     lines = 1e-3 * np.array(rays.conditions.wavelengths)
-    waves, primary = 2.0 * pi / lines, rays.conditions.primary
+    waves = 2.0 * pi / lines
+    half, edge = _within_cells(rays)
+    x, y = ((rays.pupil[:, a] - centres[:, a, None]) / radii[:, None] for a in (0, 1))
 
     def fill(f: int) -> None:
         """The figures of one field."""
         good = ((rays.coverage[f] > 0.0) & np.isfinite(opd[f])).any(0)
         rows, columns = np.nonzero(good)
-        step = rays.steps[f][:, None]
-        half, edge = (by * step for by in _within_cells(rays.open_centre[:, f, primary][:, good],
-                                                        rays.coverage[f, primary][good]))
-        x, y = (np.stack([rays.pupil[f, 0][columns], rays.pupil[f, 1][rows]]) - centres[f][:, None] + half) / radii[f]
-        basis = zernikes(terms, x, y)
-        tilt = 2.0 * (edge - half) / radii[f]           # what the second and third polynomial grow by, to the extremes
-        _field(basis, opd[f], rays.offset_s[f], rays.offset_t[f], half, edge, tilt, rays.coverage[f], light[f], rows,
-               columns, waves, ENOUGH * terms, noll[f], residual[f], rms[f], range_[f], strehl[f])
+        at, on_rim = half[:, f, rows, columns], edge[:, f, rows, columns]
+        basis = zernikes(terms, x[f][columns] + at[0] / radii[f], y[f][rows] + at[1] / radii[f])
+        _field(basis, opd[f], rays.offset_s[f], rays.offset_t[f], at, on_rim, 2.0 / radii[f], rays.coverage[f],
+               light[f], rows, columns, waves, ENOUGH * terms, noll[f], residual[f], rms[f], range_[f], strehl[f])
 
     each_of(fill, np.flatnonzero(np.isfinite(radii)).tolist())
     return Wavefront(rays, centres, radii, noll, residual, rms, range_, strehl)
 
 
-def _within_cells(centre: np.ndarray, part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points (2, n) of cells, in cells from their middles: for sums over the pupil, and for extremes.
+def _within_cells(rays: RayGrid) -> tuple[np.ndarray, np.ndarray]:
+    """Points (2, F, N, N) from the middles of cells in pupil coordinates: for sums over the pupil, and for extremes.
 
-    centre (2, n) and part (n,): centroid and size of their open parts. In a cell at a rim the first point lies halfway
-    to the centroid, as in `RayGrid.light`, and the second on the rim.
+    In a cell at a rim the former lies halfway to the centroid of its open part, as in `RayGrid.light`, and the latter
+    on the rim; both in the primary wavelength.
     """
-    size = np.abs(centre).max(0)
-    return 0.5 * centre, centre * np.divide(0.5 - part, size, out=np.zeros_like(size), where=(size > 0.0) & (part < 1.0))
+    centre, part = (each[..., rays.conditions.primary, :, :] for each in (rays.open_centre, rays.coverage))
+    size, steps = np.abs(centre).max(0), rays.steps.T[:, :, None, None]
+    to_rim = np.divide(0.5 - part, size, out=np.zeros_like(size), where=(size > 0.0) & (part < 1.0))
+    return 0.5 * centre * steps, centre * to_rim * steps
 
 
 def open_extents(rays: RayGrid) -> np.ndarray:
@@ -198,12 +198,13 @@ def _fit(basis, w, share, out):
 
 
 @njit(fastmath=FAST, error_model="numpy", cache=True, nogil=True)
-def _field(basis, opd, offset_s, offset_t, half, edge, tilt, cover, light, rows, columns, waves, enough, noll, residual, rms, range_, strehl):
+def _field(basis, opd, offset_s, offset_t, half, edge, tilt, cover, light, rows, columns, waves, enough, noll, residual,
+           rms, range_, strehl):
     """Figures of one field in each wavelength, into the last five arguments: (C, k), and (C,) each.
 
     basis: (k, n) polynomials in the cells rows, columns (n,) that are open in some wavelength, half (2, n) from their
     middles in pupil coordinates. opd, offset_s, offset_t, cover, light: (C, N, N). edge: (2, n) where W may be extreme;
-    tilt: (2, n) what the second and third polynomial grow by on the way there. waves: (C,) radians a mm of path.
+    tilt: slope of the second and third polynomial along the pupil's axes. waves: (C,) radians a mm of path.
     enough: open cells that the fit of all polynomials needs.
     """
     k, n = basis.shape
@@ -213,7 +214,8 @@ def _field(basis, opd, offset_s, offset_t, half, edge, tilt, cover, light, rows,
         count, total = 0, 0.0
         for q in range(n):
             i, j = rows[q], columns[q]
-            value, share = opd[c, i, j] + half[0, q] * offset_s[c, i, j] + half[1, q] * offset_t[c, i, j], cover[c, i, j]
+            value = opd[c, i, j] + half[0, q] * offset_s[c, i, j] + half[1, q] * offset_t[c, i, j]
+            share = cover[c, i, j]
             known = share > 0.0 and value == value
             w[q], part[q] = (value, share) if known else (0.0, 0.0)
             count += known
@@ -233,10 +235,11 @@ def _field(basis, opd, offset_s, offset_t, half, edge, tilt, cover, light, rows,
             bright += there
             real += there * cos(waves[c] * flat[q])
             imaginary += there * sin(waves[c] * flat[q])
+        for q in range(n):
             if part[q] > 0.0:
                 i, j = rows[q], columns[q]
-                there = (flat[q] + (edge[0, q] - half[0, q]) * offset_s[c, i, j] - found[1] * tilt[0, q]
-                         + (edge[1, q] - half[1, q]) * offset_t[c, i, j] - found[2] * tilt[1, q])
+                there = (flat[q] + (edge[0, q] - half[0, q]) * (offset_s[c, i, j] - found[1] * tilt)
+                         + (edge[1, q] - half[1, q]) * (offset_t[c, i, j] - found[2] * tilt))
                 low, high = min(low, there), max(high, there)
         rms[c], range_[c] = sqrt(square), high - low
         strehl[c] = (real * real + imaginary * imaginary) / (bright * bright)

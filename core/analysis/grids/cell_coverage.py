@@ -43,10 +43,10 @@ def of_mean_1(beam, open_cells, first, weighed, out):
 def cover(level, c, s, t, grid, mirrored, coverage, weight, centre):
     """The parts of cells where the level is below 1, from its value and slopes, in wavelength c of (F, C, N, N).
 
-    s, t: (F, C, N, N) pupil coordinates of the rays whose levels these are, near the cells' middles grid (F, 2, N); nan
-    counts as the middle.
-    A cell whose own ray is stopped has an open part only beside one whose ray passes: where neighbouring rays part, such
-    as beside those that miss a surface, the slopes of the level say nothing about places cells away.
+    s, t: (F, C, N, N) pupil coordinates of the rays whose levels these are, near the cells' middles grid (F, 2, N);
+    nan counts as the middle.
+    A cell whose own ray is stopped has an open part only beside one whose ray passes: where neighbouring rays part,
+    such as beside those that miss a surface, the slopes of the level say nothing about places cells away.
     mirrored: whether the columns of one half are the mirror images of the others. coverage (F, C, N, N) receives the
     open part of the cells of the exit pupil, weight that of the cells of the beam, whose middles the rays pass; centre
     (2, F, C, N, N) the centroid of the latter from the middle, in cells.

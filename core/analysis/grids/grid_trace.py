@@ -26,6 +26,7 @@ from lensbench.analysis.grids.open_region import open_boxes
 from lensbench.analysis.grids.stop_transmission import stop_transmission
 from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.kernels.byte_cache import byte_cache
+from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.kernels.named_objects import refusing_names
 from lensbench.optics.finding import Finding, Kind
@@ -35,7 +36,7 @@ from lensbench.optics.prescription import Lens
 
 MOST_KEPT = 48 << 20    # bytes of rays: sixteen grids of a moving picture; the newest stays, of 128 points too
 PUPIL = 32              # grid points across the pupil of a field: about 800 rays
-RIM = 6.4               # over the points across: share of the squared spot that rays outside a rim may have
+RIM = 6.4               # over the points across: share of the squares of a sum that rays outside a rim may have
 
 
 @byte_cache(MOST_KEPT, 16)
@@ -90,7 +91,8 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
     open_area = open_areas(cells.open_, cells.grid)
     within = rows[SHARE] <= 1.0
     lost = (within & (victim >= 0)).sum((2, 3))
-    uneven = _rim_shares(landed, weight, conditions.primary) > RIM / pupil
+    uneven, steep = _rim_shares(landed, weight, conditions.primary) > RIM / pupil, np.empty(len(boxes))
+    _steep_shares(rows, cells.grid, coverage, victim, conditions.primary, steep)
     if image is not None:
         seen = stop_transmission(beams, cells.grid, image)
         open_area *= _mean(seen.light, cells.open_)
@@ -103,7 +105,7 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
 
     beyond = beams.beyond_the_plane
     dark = (np.isfinite(cells.grid).all((1, 2)) | beyond) & ~coverage[:, conditions.primary].any((1, 2))
-    findings += _findings(conditions, incomplete, uneven, dark, beyond)
+    findings += _findings(conditions, incomplete, uneven, steep > RIM / pupil, dark, beyond)
     made = RayGrid(
         lens, film_distance, conditions, chief.angles, chief.images, beams.axes, landed.chief, beams.chief_pupil,
         cells.grid, offset_s=rows[OFFSET_S], offset_t=rows[OFFSET_T], slope_s=rows[SLOPE_S], slope_t=rows[SLOPE_T],
@@ -136,9 +138,11 @@ def check_traceable(lens: Lens, film_distance: float, conditions: Conditions) ->
                         "lens that focuses")
 
 
-def _findings(conditions: Conditions, incomplete: np.ndarray, uneven: np.ndarray, dark: np.ndarray,
+def _findings(conditions: Conditions, incomplete: np.ndarray, uneven: np.ndarray, steep: np.ndarray, dark: np.ndarray,
               beyond: np.ndarray) -> list[Finding]:
     """What the rays of a grid do not show, by fields (F,): missed light, too few rays at the rims, no light.
+
+    uneven: for spots; steep: for the wavefront.
 
     beyond: fields from beyond 90°, which a plane object does not light.
     """
@@ -152,6 +156,11 @@ def _findings(conditions: Conditions, incomplete: np.ndarray, uneven: np.ndarray
         found.append(Finding(Kind.SAMPLING, None, "rays at the rims land far from the others: spots and contrast of "
                              f"{field_names(conditions, fields)} need more points across the pupil",
                              figures={"uneven": float(fields.size)}))
+    if steep.any():
+        fields = np.flatnonzero(steep)
+        found.append(Finding(Kind.SAMPLING, None, "the wavefront bends steeply at the rims: its rms, its Strehl ratio "
+                             f"and the PSF of {field_names(conditions, fields)} need more points across the pupil",
+                             figures={"steep": float(fields.size)}))
     if (dark & beyond).any():
         fields = np.flatnonzero(dark & beyond)
         found.append(Finding(Kind.DARK, None, f"{field_names(conditions, fields)} look beyond 90°, where a plane "
@@ -178,3 +187,33 @@ def _rim_shares(landed: Landed, weight: np.ndarray, primary: int) -> np.ndarray:
         middle = (light * offsets).sum((2, 3)) / light.sum((1, 2))
         square = light * ((offsets - middle[:, :, None, None])**2).sum(0)
         return np.asarray((square * ended).sum((1, 2)) / square.sum((1, 2)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _steep_shares(rows, grid, coverage, victim, primary, out):
+    """Into out (F,): the share of the variance of W that such cells hold, on the grid (F, 2, N); 0 where no light is.
+
+    rows (9, F, C, N, N), coverage and victim (F, C, N, N) of Landed.
+    """
+    fields, _, n, _ = coverage.shape
+    for f in range(fields):
+        total, mean, square, beyond = 0.0, 0.0, 0.0, 0.0
+        for again in range(2):
+            for i in range(n):
+                for j in range(n):
+                    part = coverage[f, primary, i, j]
+                    w = (rows[OPD, f, primary, i, j]
+                         + rows[OFFSET_S, f, primary, i, j] * (grid[f, 0, j] - rows[PUPIL_S, f, primary, i, j])
+                         + rows[OFFSET_T, f, primary, i, j] * (grid[f, 1, i] - rows[PUPIL_T, f, primary, i, j]))
+                    if not (part > 0.0 and abs(w) < inf):
+                        continue
+                    if again == 0:
+                        total += part
+                        mean += part * w
+                    else:
+                        here = part * (w - mean) ** 2
+                        square += here
+                        if victim[f, primary, i, j] >= 0:
+                            beyond += here
+            mean = mean / total if again == 0 and total > 0.0 else mean
+        out[f] = beyond / square if square > 0.0 else 0.0

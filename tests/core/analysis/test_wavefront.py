@@ -60,12 +60,12 @@ def test_a_known_wavefront_is_found_again_with_its_rms_and_strehl_ratio():
                         offset_t=0.0 * grid.opd + slope_t)
     found = lb.analysis.wavefronts(aberrated)
     np.testing.assert_allclose(found.noll[0, 0], amount, atol=1e-8)
-    assert found.residual[0, 0] < 2e-8                  # in cells at the rim W is taken along its slope: to second order
+    assert found.residual[0, 0] < 2e-8                  # of W along its slope in cells at the rim
     np.testing.assert_allclose(found.fringe[0, 0, [3, 6, 10]], amount[[3, 6, 10]] * np.sqrt([3.0, 8.0, 5.0]), atol=5e-8)
     assert found.rms[0, 0] == pytest.approx(np.hypot(np.hypot(2e-5, 1e-5), 3e-5), rel=0.01)
     r, turn = np.meshgrid(np.linspace(0.0, 1.0, 201), np.linspace(0.0, 2.0 * pi, 361))
-    within = of(r * np.cos(turn), r * np.sin(turn))     # no piston and no tilt among the polynomials
-    assert found.peak_to_valley[0, 0] == pytest.approx(within.max() - within.min(), rel=0.02)     # to second order at the rim
+    within = of(r * np.cos(turn), r * np.sin(turn))     # no piston or tilt; to second order at the rim
+    assert found.peak_to_valley[0, 0] == pytest.approx(within.max() - within.min(), rel=0.02)
     variance = (2.0 * pi * found.rms_waves[0, 0]) ** 2
     # This lens lights its pupil unevenly, and the exponential holds to the second order of the variance
     assert found.strehl[0, 0] == pytest.approx(np.exp(-variance), abs=0.05 * variance)

@@ -61,7 +61,7 @@ def test_a_ray_without_pupil_coordinates_counts_as_that_of_the_middle_of_its_cel
 
 
 def test_no_cell_is_open_whose_neighbours_carry_no_light():
-    """Rays that nearly miss a surface have levels that leap, and pass the pupil many cells from where they were sent."""
+    """Rays that nearly miss a surface have levels that leap, and pass the pupil many cells from their own."""
     random = np.random.default_rng(5)
     for _ in range(200):
         level = random.uniform(1.0, 4.0, (N, N))
