@@ -25,7 +25,9 @@ def grid(lens, fields, pupil, lines=(lb.D_LINE,)):
 
 def folded_singlet(rim):
     """A biconvex lens whose stop, 60 mm behind it, sees more of its aberrations the farther a field is off the axis."""
-    return lb.Lens((lb.Surface(0.01, 5.0, rim, GLASS), lb.Surface(-0.01, 60.0, rim), lb.Surface(0.0, 0.0, 6.0)), 2)
+    return lb.Lens((lb.Surface(curvature=0.01, thickness=5.0, semi_diameter=rim, glass=GLASS),
+                    lb.Surface(curvature=-0.01, thickness=60.0, semi_diameter=rim),
+                    lb.Surface(curvature=0.0, thickness=0.0, semi_diameter=6.0)), 2)
 
 
 def bundle(rays, f, count=241):
