@@ -15,6 +15,7 @@ from tests.library import EVERY
 
 FINE, ROUGH = 128, 32
 STEADY = 0.02                   # of rms figures from the rough to the fine grid
+SLIVER = 0.2                    # of those of UNSTEADY
 GLASS = lb.Glass(1.5)
 # In the outermost field a sliver of light at a rim turns or parts too quickly for 32 points: 2 to 8 %, of one 19 %
 UNSTEADY = {"canon-178-degree-fisheye-y-155-f28", "enna-munchen-lithagon-24-f4", "fujifilm-fujinon-xf-r-lm-wr-23-f14",
@@ -89,9 +90,8 @@ def test_light_that_passes_apart_from_the_rest_has_a_finding():
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_rms_figures_keep_from_32_to_128_points_or_a_finding_says_so(name, request):
-    if name in UNSTEADY:
-        request.applymarker(pytest.mark.xfail(strict=True, raises=AssertionError, reason="steeper than a finding asks"))
+def test_rms_figures_keep_from_32_to_128_points_or_a_finding_says_so(name):
+    steady = SLIVER if name in UNSTEADY else STEADY
     lens = lenses.load(name)
     rough, fine = (grid(lens, 6, pupil) for pupil in (ROUGH, FINE))
     if sampled(rough):
@@ -99,5 +99,5 @@ def test_rms_figures_keep_from_32_to_128_points_or_a_finding_says_so(name, reque
     waves = [lb.analysis.wavefronts(rays).rms_waves[:, 0] for rays in (rough, fine)]
     spots = [lb.analysis.spots(rays, "centroid").rms_radius[:, 0, 0] for rays in (rough, fine)]
     lit = rough.lit & fine.lit
-    np.testing.assert_allclose(waves[0][lit], waves[1][lit], rtol=STEADY, atol=0.002)
-    np.testing.assert_allclose(spots[0][lit], spots[1][lit], rtol=STEADY, atol=1e-5)
+    np.testing.assert_allclose(waves[0][lit], waves[1][lit], rtol=steady, atol=0.002)
+    np.testing.assert_allclose(spots[0][lit], spots[1][lit], rtol=steady, atol=1e-5)
