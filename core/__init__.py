@@ -75,7 +75,7 @@ if TYPE_CHECKING:
         hyperfocal,
         real_circle_of_confusion,
     )
-    from lensbench.optics.focus import FocusError, film_distance, focused, focused_distance, nearest_focus
+    from lensbench.optics.focus import FocusError, best_focus, film_distance, focused, focused_distance, nearest_focus
     from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
     from lensbench.optics.iris import Iris, IrisError
     from lensbench.optics.lens_surface import LensError, Surface
@@ -169,7 +169,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "lightfields.plenoptic": "PlenopticCamera RawPicture",
     "optics.coatings": "COATINGS Coating CoatingError Layer Reflectance",
     "optics.depth_of_field": "circle_of_confusion depth_of_field hyperfocal real_circle_of_confusion",
-    "optics.focus": "FocusError film_distance focused focused_distance nearest_focus",
+    "optics.focus": "FocusError best_focus film_distance focused focused_distance nearest_focus",
     "optics.glass": "AIR C_LINE D_LINE F_LINE Glass GlassError",
     "optics.iris": "Iris IrisError",
     "optics.paraxial": "FirstOrder f_number_at_infinity first_order stopped_down",
@@ -207,7 +207,7 @@ __all__ = [
     "PlenopticCamera", "PoseError", "Positions", "PositionsError", "RawPicture", "Rays", "Rectangle", "Reflectance",
     "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "StopImage", "StopImageError",
     "Sun", "Surface", "SurfacePose", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting",
-    "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene",
+    "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_focus", "best_pinhole", "builtin_scene",
     "capture_light_field", "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion", "depth_map",
     "depth_of_field", "depth_resolution", "develop", "distortion", "distortion_grid", "equivalent", "ev100",
     "exit_pupil", "f_number_at_infinity", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent",

@@ -73,8 +73,8 @@ def tolerances(arguments: argparse.Namespace) -> int:
             raise UsageError("--image-height 0: it must be more than 0")
         side = math.sqrt(2.0) * arguments.image_height
         film = lb.Film(side, side, 1, 1)
-    costs = lb.analysis.sensitivities(lens, film, within)
-    run = lb.analysis.production(lens, film, within, arguments.copies, arguments.seed)
+    costs = lb.analysis.sensitivities(lens, film, within, wavelengths="picture")
+    run = lb.analysis.production(lens, film, within, arguments.copies, arguments.seed, wavelengths="picture")
     if arguments.json:
         print(json.dumps(_plain(costs, run), indent=2))
     else:

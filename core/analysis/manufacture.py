@@ -2,8 +2,8 @@
 
 Lengths in mm, angles in radians. The lens is focused at infinity; every copy is refocused on the axis, as a camera or
 an assembler does. Fields lie along y on both sides of the axis, since a decentred element images them differently. Rays
-are those that pass the rims of the nominal lens, the same for all copies; the contrast is that of the spots times the
-limit of diffraction on the axis.
+are those that pass the rims of the nominal lens, the same for all copies. The contrast of the design is its MTF by
+diffraction; a copy changes it by as much as its spots, times the limit of diffraction on the axis, change theirs.
 """
 
 import math
@@ -15,6 +15,7 @@ import numpy as np
 
 from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.analysis.grids.field_conditions import conditions
+from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.analysis.perturbed_copies import (
     AROUND_X,
     AROUND_Y,
@@ -31,6 +32,7 @@ from lensbench.analysis.perturbed_copies import (
     set_poses,
     trace_copies,
 )
+from lensbench.analysis.transfer_function import mtf
 from lensbench.imaging.film import Film
 from lensbench.kernels.figures import significant
 from lensbench.kernels.pauses import due, pause
@@ -42,7 +44,10 @@ from lensbench.optics.scalar_trace import Fate, surface_table, trace
 
 FIELDS = (0.0, 0.7, -0.7, 1.0, -1.0)    # of the largest image height
 WIDEST = math.radians(89.0)     # of a field: its beam comes from in front of the lens
-GRID, WIDE = 15, 61             # points across the beam of a field: of its rays, and of the search for its edge
+WIDE = 61                       # points across the beam of a field, of the search for its edge
+RINGS, ARMS = 10, 20            # of its rays
+HALVINGS = 30                   # of the way to the edge
+POINTS = 64                     # across the pupil, of the design's diffraction
 TRIES = 16                      # shorter heights, for a film larger than the image circle
 ROUNDS = 3                      # of tries, each from a sixteenth of the height before
 CHUNK = 25                      # copies that a thread traces at a time
@@ -128,8 +133,8 @@ class Production:
     nominal_spots, spots : (fields,) and (copies, fields) arrays
         rms radii (mm); NaN, with a contrast of 0, where no light of the field arrives.
     nominal_film, film : float and (copies,) array
-        Where the film stands (mm) behind the first vertex of the design and of each copy: where the spot on the axis is
-        smallest.
+        Where the film stands (mm) behind the first vertex of the design and of each copy: the best
+        focus, as `best_focus` defines it, of the run's rays.
     drawn : (copies, errors) array
         The errors, in the units of Tolerances, by `names`.
     names : tuple of (str, int)
@@ -165,10 +170,10 @@ class Production:
 class Judge:
     """The rays of a lens, by which all of its copies are judged: see `sensitivities` for the arguments."""
 
-    def __init__(self, lens: Lens, film: Film | None, frequencies):
+    def __init__(self, lens: Lens, film: Film | None, frequencies, wavelengths=None):
         if not lens.is_rotationally_symmetric:
             raise LensError(f"tolerances are computed for rotationally symmetric lenses: this one has {lens.asymmetry}")
-        given = conditions(lens, film, fields=(0.0,), object_distance=math.inf)
+        given = conditions(lens, film, (0.0,), wavelengths, math.inf)
         self.lens, self.wavelengths = lens, given.wavelengths
         self.weights = np.array(given.weights) / sum(given.weights)
         behind = film_distance(lens, math.inf)
@@ -180,7 +185,7 @@ class Judge:
         width, height = lens.film_size or (36.0, 24.0)
         half = 0.5 * (film.diagonal if film is not None else math.hypot(width, height))
         self.height, rays = _rays(lens, behind, half)
-        self.origins, self.directions, self.fields = rays
+        self.origins, self.directions, self.areas, self.fields = rays
         self.image_heights = self._image_heights(given.primary_wavelength)
         self.frequencies = np.asarray((10.0, 20.0, 30.0, 40.0, 60.0) if frequencies is None else frequencies, float)
         if not (self.frequencies.ndim == 1 and self.frequencies.size and np.isfinite(self.frequencies).all()
@@ -189,6 +194,11 @@ class Judge:
         u = np.minimum(1e-3 * given.wavelengths[given.primary] * fo.f_number * self.frequencies, 1.0)
         self.limits = 2.0 / math.pi * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
         self.ends, self.kinds = bodies(lens), surface_table(lens).kinds
+        self.diffraction: np.ndarray | float = 0.0      # the design's contrast less that of its spots
+        focus, _, contrast = self.judged(*_built(self, [], np.zeros((1, 0))))
+        places = conditions(lens, film, [self.image_heights[f] for f in (0, 1, 3)], wavelengths, math.inf)
+        waves = mtf(ray_grid(lens, behind + float(focus[0]), places, POINTS), self.frequencies).white_modulus
+        self.diffraction = np.nan_to_num(waves[[0, 1, 1, 2, 2]].transpose(0, 2, 1)) - contrast[0]
 
     def _image_heights(self, wavelength: float) -> tuple[float, ...]:
         """Where the middles of the fields' beams meet the film, mm: a fisheye images them far nearer than f tan θ."""
@@ -210,23 +220,24 @@ class Judge:
             here = slice(first, first + CHUNK)
             out = np.empty((len(tables[here]), len(self.wavelengths), len(self.origins), 4))
             trace_copies(self.kinds, posed[here], tables[here], self.film_z, self.origins, self.directions, out)
-            judge_copies(out, self.fields, self.weights, self.frequencies, self.limits, focus[here], spots[here],
-                         contrast[here])
+            judge_copies(out, self.fields, self.areas, self.weights, self.frequencies, self.limits, focus[here],
+                         spots[here], contrast[here])
 
         with ThreadPoolExecutor(2) as pool:
             list(pool.map(part, range(0, count, CHUNK)))
-        return focus, spots, contrast
+        lit = np.isfinite(spots)[..., None, None]
+        return focus, spots, np.where(lit, np.clip(contrast + self.diffraction, 0.0, 1.0), 0.0)
 
 
-def _rays(lens: Lens, behind: float, half: float) -> tuple[float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Image height (mm) up to `half` that light reaches; origins, directions (n, 3) and fields (n,).
+def _rays(lens: Lens, behind: float, half: float) -> tuple[float, tuple[np.ndarray, ...]]:
+    """Image height (mm) up to `half` that light reaches; origins, directions (n, 3), areas and fields (n,).
 
     behind: last vertex → film, mm.
     """
     for part in range(ROUNDS * TRIES):
         height = half * TRIES ** -(part // TRIES) * (1.0 - part % TRIES / TRIES)
         chief = find_chief_rays(lens, behind, np.array([[0.0, share * height] for share in FIELDS]), by_image=True)
-        beams: list[tuple[np.ndarray, np.ndarray]] = []
+        beams: list[tuple[np.ndarray, ...]] = []
         for angle, share in reversed([*zip(chief.angles[:, 1].tolist(), FIELDS, strict=True)]):
             beam = _beam(lens, math.copysign(angle, share))
             if beam is None:                            # the outermost first
@@ -234,13 +245,15 @@ def _rays(lens: Lens, behind: float, half: float) -> tuple[float, tuple[np.ndarr
             beams.insert(0, beam)
         else:
             fields = np.repeat(np.arange(len(beams)), [len(beam[0]) for beam in beams])
-            return height, (np.concatenate([beam[0] for beam in beams]), np.concatenate([beam[1] for beam in beams]),
-                            fields)
+            return height, (*map(np.concatenate, zip(*beams, strict=True)), fields)
     raise LensError("hardly a ray passes this lens")
 
 
-def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray] | None:
-    """Parallel rays that pass the rims, evenly over the beam; None for fewer than 20, or an angle that is NaN."""
+def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Parallel rays that pass the rims: rings of Gauss's rule on arms from the centroid of the beam to its edge.
+
+    Origins and directions (n, 3), and areas (n,) of sum 1. None for a beam that hardly a ray passes, or a NaN angle.
+    """
     if not abs(angle) < WIDEST:
         return None
     direction = np.array([0.0, math.sin(angle), math.cos(angle)])       # a ray that rises has its image at y > 0
@@ -250,17 +263,34 @@ def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray] | None:
     depth = float(lens.surfaces[0].sag(0.0, first)) * math.tan(angle)
     if math.isfinite(depth):
         low[1], high[1] = low[1] - max(depth, 0.0), high[1] - min(depth, 0.0)
-    before = -lens.length - 2.0 * first
-    for count, least in ((WIDE, 1), (WIDE, 20), (GRID, 20)):    # the beam of a fisheye fills little of its front
-        x, y = np.meshgrid(*(np.linspace(a, b, count) for a, b in zip(low, high, strict=True)))
-        at = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1)
-        origins = at + direction * (before / direction[2])
-        passed = trace(lens, origins, direction, forward=True).fate == Fate.PASSED
-        if passed.sum() < least:
+    before = (-lens.length - 2.0 * first) / direction[2]
+
+    def origins(at: np.ndarray) -> np.ndarray:
+        return np.column_stack([at, np.zeros(len(at))]) + direction * before
+
+    def passes(at: np.ndarray) -> np.ndarray:
+        return np.asarray(trace(lens, origins(at), direction, forward=True).fate == Fate.PASSED)
+
+    for least in (1, 20):                               # the beam of a fisheye fills little of its front
+        x, y = np.meshgrid(*(np.linspace(a, b, WIDE) for a, b in zip(low, high, strict=True)))
+        at = np.stack([x.ravel(), y.ravel()], 1)
+        at = at[passes(at)]
+        if len(at) < least:
             return None
-        pitch = (high - low) / (count - 1)
-        low, high = at[passed, :2].min(0) - 0.5 * pitch, at[passed, :2].max(0) + 0.5 * pitch
-    return origins[passed], np.repeat(direction[None], passed.sum(), 0)
+        pitch = (high - low) / (WIDE - 1)
+        low, high = at.min(0) - 0.5 * pitch, at.max(0) + 0.5 * pitch
+    turns = 2.0 * math.pi * (np.arange(ARMS) + 0.5) / ARMS
+    arms, middle = np.stack([np.cos(turns), np.sin(turns)], 1) * (high - low), at.mean(0)
+    inside, outside = np.zeros(ARMS), np.ones(ARMS)
+    for _ in range(HALVINGS):
+        between = 0.5 * (inside + outside)
+        passed = passes(middle + between[:, None] * arms)
+        inside, outside = np.where(passed, between, inside), np.where(passed, outside, between)
+    nodes, parts = np.polynomial.legendre.leggauss(RINGS)               # in the square of the radius
+    reach = np.sqrt(0.5 + 0.5 * nodes)[:, None] * inside
+    areas = (parts[:, None] * inside**2).ravel()
+    found = origins((middle + reach[..., None] * arms).reshape(-1, 2))
+    return found, np.repeat(direction[None], len(found), 0), areas / areas.sum()
 
 
 def _errors(lens: Lens, within: Tolerances) -> list[tuple[str, int, float]]:
@@ -297,7 +327,7 @@ def _built(judge: Judge, errors: list[tuple[str, int, float]], drawn: np.ndarray
 
 
 def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances | None = None,
-                  frequencies=None) -> tuple[Sensitivity, ...]:
+                  frequencies=None, wavelengths=None) -> tuple[Sensitivity, ...]:
     """What each error of a lens costs by itself, the costliest first.
 
     Parameters
@@ -311,6 +341,8 @@ def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances |
         The errors; None: the defaults of the class.
     frequencies : (n,) array_like or None
         Cycles / mm; the middle one counts. None: 10 to 60.
+    wavelengths : None, str or sequence
+        As for `conditions`.
 
     Returns
     -------
@@ -321,7 +353,7 @@ def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances |
     LensError
         For a lens with a cylinder or toroid, or one that hardly a ray passes.
     """
-    judge = Judge(lens, film, frequencies)
+    judge = Judge(lens, film, frequencies, wavelengths)
     every = _errors(lens, tolerances or Tolerances())
     errors = [e for k, e in enumerate(every) if e not in every[:k]]        # one axis of each decentre and tilt
     drawn = np.zeros((2 * len(errors) + 1, len(errors)))
@@ -339,12 +371,12 @@ def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances |
 
 
 def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | None = None, copies: int = 1000,
-               seed: int = 0, frequencies=None) -> Production:
+               seed: int = 0, frequencies=None, wavelengths=None) -> Production:
     """Copies of a lens with errors drawn at random, each refocused.
 
     Parameters
     ----------
-    lens, film, tolerances, frequencies
+    lens, film, tolerances, frequencies, wavelengths
         As for `sensitivities`; decentres and tilts lie in both planes.
     copies : int
         Number of copies, 1 to 100,000.
@@ -362,7 +394,7 @@ def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | No
     """
     if not 1 <= copies <= MOST_COPIES:
         raise LensError(f"{copies} copies: there must be 1 to {MOST_COPIES}")
-    judge = Judge(lens, film, frequencies)
+    judge = Judge(lens, film, frequencies, wavelengths)
     errors = _errors(lens, tolerances or Tolerances())
     random = np.random.default_rng(seed)
     drawn = random.standard_normal((copies, len(errors)))

@@ -104,10 +104,11 @@ def trace_copies(kinds, posed, tables, film_z, origins, directions, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def judge_copies(out, fields, weights, frequencies, limits, focus, spots, contrast):
+def judge_copies(out, fields, areas, weights, frequencies, limits, focus, spots, contrast):
     """Refocus copies and read their spots and contrast.
 
-    out: of `trace_copies`, as at the film. fields (rays,): the number of each ray's field. weights (wavelengths,).
+    out: of `trace_copies`, as at the film. fields (rays,): the number of each ray's field; areas (rays,): the part of
+    its beam for which it stands. weights (wavelengths,).
     frequencies (n,) in cycles / mm; limits (n,): the factor of diffraction. focus (copies,): the shift of the film (mm)
     at which the spot of the first field, on the axis, is least. spots (copies, fields): rms radius (mm), NaN for a
     field of which no ray arrives. contrast (copies, fields, n, 2): of detail along x, then y; geometrical, times the
@@ -121,7 +122,7 @@ def judge_copies(out, fields, weights, frequencies, limits, focus, spots, contra
         for colour in range(colours):
             for ray in range(rays):
                 if out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
-                    f, w = fields[ray], weights[colour]
+                    f, w = fields[ray], weights[colour] * areas[ray]
                     total[f] += w
                     for k in range(4):
                         mean[f, k] += w * out[copy, colour, ray, k]
@@ -134,7 +135,7 @@ def judge_copies(out, fields, weights, frequencies, limits, focus, spots, contra
             for ray in range(rays):
                 f = fields[ray]
                 if f == 0 and out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
-                    w = weights[colour] / total[f]
+                    w = weights[colour] * areas[ray] / total[f]
                     for k in range(2):
                         p, s = out[copy, colour, ray, k] - mean[f, k], out[copy, colour, ray, k + 2] - mean[f, k + 2]
                         ps += w * p * s
@@ -144,11 +145,10 @@ def judge_copies(out, fields, weights, frequencies, limits, focus, spots, contra
         real, imaginary = np.zeros((count, frequencies.size, 2)), np.zeros((count, frequencies.size, 2))
         square = np.zeros(count)
         for colour in range(colours):
-            w = weights[colour]
             for ray in range(rays):
                 if not out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
                     continue
-                f = fields[ray]
+                f, w = fields[ray], weights[colour] * areas[ray]
                 for k in range(2):
                     at = (out[copy, colour, ray, k] - mean[f, k]
                           + t * (out[copy, colour, ray, k + 2] - mean[f, k + 2]))

@@ -19,8 +19,8 @@ PART = 36               # windows along the diagonal of the film
 SIDE, FINE = 96, 4      # pixels of a picture; of each, points of the star that are averaged, along a side
 
 
-def star_pictures(lens: Lens, run: Production, copies: Sequence[int], film: Film | None = None
-                  ) -> tuple[np.ndarray, float]:
+def star_pictures(lens: Lens, run: Production, copies: Sequence[int], film: Film | None = None,
+                  wavelengths=None) -> tuple[np.ndarray, float]:
     """Pictures of a star in every field, through the design and through copies of it.
 
     Parameters
@@ -31,7 +31,7 @@ def star_pictures(lens: Lens, run: Production, copies: Sequence[int], film: Film
         As `production` gives it for `film`.
     copies : sequence of int
         Numbers of the copies, from 0.
-    film : Film or None
+    film, wavelengths
         As for `production`.
 
     Returns
@@ -45,7 +45,7 @@ def star_pictures(lens: Lens, run: Production, copies: Sequence[int], film: Film
     LensError
         As `production`, and for copies that the run does not have.
     """
-    judge = Judge(lens, film, None)
+    judge = Judge(lens, film, None, wavelengths)
     width = 2.0 * judge.height / PART
     seen = [_points(judge, lens, run.nominal_film)]
     seen += [_points(judge, manufactured(lens, run, copy), run.film[copy]) for copy in copies]
@@ -54,7 +54,7 @@ def star_pictures(lens: Lens, run: Production, copies: Sequence[int], film: Film
     for row, points in enumerate(seen):
         for field in range(len(run.fields)):
             here = judge.fields == field
-            weights = np.repeat(judge.weights, here.sum()) / here.sum()
+            weights = np.outer(judge.weights, judge.areas[here]).ravel()
             found[row, field] = _folded(star, points[:, here].reshape(-1, 2), weights, fine)
     return found, width
 

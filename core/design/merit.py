@@ -1,10 +1,10 @@
 """The merit function of lens design: spots or wave errors over positions, fields and colours.
 
 Lengths in mm, lens frame. Rays are aimed at points spread evenly over the stop, and weigh as the area of the beam in
-front of the lens that they stand for. The film of each position lies at the best focus: the least rms spot on the axis,
-over all wavelengths. A wave error is the optical length from the wave before the lens to the point where the ray passes
-nearest to the image point C, which is linear in C (Welford, Aberrations of Optical Systems, 1986, section 7); pistons
-of each field and colour, and the height of each field's image point, are free.
+front of the lens that they stand for. The film of each position lies at its best focus, as `best_focus` defines it. A
+wave error is the optical length from the wave before the lens to the point where the ray passes nearest to the image
+point C, which is linear in C (Welford, Aberrations of Optical Systems, 1986, section 7); pistons of each field and
+colour, and the height of each field's image point, are free.
 """
 
 from dataclasses import dataclass
@@ -16,6 +16,7 @@ import numpy as np
 from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.design.goal import Goal, edge_thickness, held_lengths, image_distance
 from lensbench.kernels.figures import fixed
+from lensbench.optics.focus import sharpest
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import ray_matrix, scene_side_origin
 from lensbench.optics.prescription import Lens
@@ -154,8 +155,7 @@ class Merit:
         weights = np.array(self.goal.weights)[:, None] * ray_weights            # (colours, rays); 1 over a field
         shifts, slopes = (values - _means(values, weights, fields)[fields] for values in (shifts, slopes))
         axis = fields == 0
-        on_axis = weights[:, axis, None] * slopes[:, axis]
-        film = -float((on_axis * shifts[:, axis]).sum() / (on_axis * slopes[:, axis]).sum())
+        film = sharpest(shifts[:, axis], slopes[:, axis], weights[:, axis, None])
         shares = np.sqrt(weights * np.array(position.weights)[fields] / len(self.goal.positions))
         if self.goal.aim == "wavefront":
             errors = self.scale * self._waves(moved, traced, shares, fields, film)

@@ -14,6 +14,7 @@ from math import pi, sqrt
 import numpy as np
 
 from lensbench.kernels.cache import njit
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import ray_matrix
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import PASSED, surface_table, trace_ray
@@ -59,10 +60,11 @@ def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return corners / np.sqrt(reach2), weights / reach2[..., 0]
 
 
-def pupil_rays(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pupil_rays(lens: Lens, nearness: np.ndarray, wavelength: float = D_LINE
+               ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Bundles of axis points of nearness (n,) in 1/mm that cover the open pupil evenly, its rim included.
 
-    Blades count as a circle of as much area.
+    Blades count as a circle of as much area. wavelength: µm.
     → points and slopes (n, rays, 2), x and y, on the plane of the last vertex (mm, mm/mm), and weights (n, rays)
     of sum 1, by the area on the plane of the first vertex.
     """
@@ -70,7 +72,7 @@ def pupil_rays(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray
     (zones, zone_weights), (directions, weights) = zone_rule(), fan_rule(lens, nearness)
     points, slopes = np.empty((2, *directions.shape[:2], len(zones), 2))
     rims = np.empty(directions.shape[:2])
-    trace_bundles(surface_table(lens), nearness, zones, directions, points, slopes, rims)
+    trace_bundles(surface_table(lens, wavelength), nearness, zones, directions, points, slopes, rims)
     area = weights * np.maximum(rims, 1e-30) ** 2
     shares = (area / area.sum(1, keepdims=True))[:, :, None] * zone_weights
     n = len(nearness)

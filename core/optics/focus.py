@@ -16,7 +16,7 @@ rms blur: paraxially at their mean, each weighted by the square of its cone's sl
 converges, the film lies at its focus, which is a line.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from math import ceil, floor, inf, log10, nan, sqrt
 
@@ -80,6 +80,39 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
     n, f = lens.front_index, fo.efl
     free = focus_distance - _hiatus(lens, fo) - (n + 1.0) * f
     return fo.bfl + 2.0 * n * f * (f / (free * (1.0 + sqrt(max(0.0, 1.0 - 4.0 * n * (f / free) ** 2)))))
+
+
+def best_focus(lens: Lens, wavelengths: Sequence[float] = (D_LINE,), weights: Sequence[float] | None = None,
+               object_distance: float = inf) -> float:
+    """Best focus of a lens: the film of the least rms spot of an axis point, about its centroid in all wavelengths.
+
+    At the d line it is what `film_distance(lens, distance, "real")` finds for a lens that moves as a whole. Improve and
+    Tolerances focus their lenses by the same definition, in their own wavelengths.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens, its focus groups as they are, with the stop as it is; the rays cover the whole open pupil.
+    wavelengths : sequence of float
+        µm.
+    weights : sequence of float or None
+        Of the wavelengths; None: alike.
+    object_distance : float
+        Axis point → first vertex (mm).
+
+    Returns
+    -------
+    float
+        Last vertex → film (mm); NaN where no ray passes.
+    """
+    shares = np.ones(len(wavelengths)) if weights is None else np.asarray(weights, float)
+    traced = [pupil_rays(lens, np.array([1.0 / object_distance]), wavelength) for wavelength in wavelengths]
+    places, slopes = (np.concatenate([one[part][0] for one in traced]) for part in (0, 1))
+    rays = np.concatenate([share * one[2][0] for share, one in zip(shares / shares.sum(), traced, strict=True)])
+    if not lens.is_in_line:                             # the spot lies beside the axis: its blur is about its centroid
+        places, slopes = places - rays @ places, slopes - rays @ slopes
+    axes = _converging(lens) if len(lens.sections) > 1 else [0, 1]
+    return sharpest(places[:, axes], slopes[:, axes], rays[:, None])
 
 
 def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens:
@@ -296,28 +329,16 @@ def _imager(lens: Lens, method: str) -> Callable[[float], float]:
 
     The image distance runs from the last vertex to the plane of least rms blur.
     """
-    which = [0]
-    if len(lens.sections) > 1:
-        converging = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section, D_LINE).efl < inf]
-        which = converging or list(range(len(lens.sections)))       # a section that only diverges does not count
     if method == "real":
-        axes = [0, 1] if len(lens.sections) == 1 else which
-
-        def of_rays(nearness: float) -> float:
-            places, slopes, weights = pupil_rays(lens, np.array([nearness]))
-            if not lens.is_in_line:                     # the spot lies beside the axis: its blur is about its middle
-                places, slopes = (rays - (weights[..., None] * rays).sum(1, keepdims=True) for rays in (places, slopes))
-            return _sharpest(places[0][:, axes], slopes[0][:, axes], weights[0, :, None])
-        return of_rays
-
-    rays = [_axial_ray(lens.sections[k]) for k in which]
+        return lambda nearness: best_focus(lens, object_distance=1.0 / nearness if nearness else inf)
+    rays = [_axial_ray(lens.sections[k]) for k in _converging(lens)]
 
     def of_sections(nearness: float) -> float:
         if len(rays) == 1:                              # one section: the stop's size has no effect
             height, slope, _ = rays[0](nearness)
             return -height / slope
         heights, slopes, stops = np.array([ray(nearness) for ray in rays]).T
-        return _sharpest(heights, slopes, (lens.stop.semi_diameter / stops) ** 2)
+        return sharpest(heights, slopes, (lens.stop.semi_diameter / stops) ** 2)
     return of_sections
 
 
@@ -334,7 +355,13 @@ def _axial_ray(lens: Lens) -> Callable[[float], tuple[float, float, float]]:
     return ray
 
 
-def _sharpest(heights: np.ndarray, slopes: np.ndarray, weights: np.ndarray) -> float:
+def _converging(lens: Lens) -> list[int]:
+    """The sections that converge; all, where none does: one that only diverges does not count."""
+    found = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section, D_LINE).efl < inf]
+    return found if found and len(lens.sections) > 1 else list(range(len(lens.sections)))
+
+
+def sharpest(heights: np.ndarray, slopes: np.ndarray, weights: np.ndarray) -> float:
     """Distance that minimises Σ weights · (heights + distance · slopes)²; nan where no ray has a weight."""
     spread = np.sum(weights * slopes * slopes)
     return float(-np.sum(weights * heights * slopes) / spread) if spread > 0.0 else nan

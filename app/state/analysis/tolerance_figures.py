@@ -42,7 +42,7 @@ EDGE, GAMMA = 0.47, 2.2         # half a picture, of its cell; of the shades
 
 def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
     """The costliest errors as bars: growth of the rms spot, and loss of contrast; LensError where there are none."""
-    found = sensitivities(_lens(query), query.setup.film, within)
+    found = sensitivities(_lens(query), query.setup.film, within, None, query.wavelengths or None)
     shown, places = found[:SHOWN], np.arange(min(len(found), SHOWN), dtype=float)
     spots, losses = (np.array([scale * getattr(each, name) for each in shown])
                      for scale, name in ((1000.0, "spot"), (-100.0, "contrast")))
@@ -61,7 +61,8 @@ def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
     table = Table(("error", "surface", "tolerance", "growth of the spot (mm)", "change of contrast"), tuple(
         (each.kind, float(each.surface), each.tolerance, each.spot, each.contrast) for each in found))
     words = ("R radius, t thickness, n index, d decentre and a tilt of the element that begins at the surface · "
-             "contrast at 30 lp/mm · each copy focused on the axis, object at infinity")
+             "contrast at 30 lp/mm · film at the best focus of each copy, the least rms spot on the axis, object "
+             "at infinity")
     first, lost = shown[0], sum(np.isnan(each.spot) for each in found)
     said = (f"the costliest: {error_name(first.kind, first.surface)}, {amount(first.kind, first.tolerance)}",
             *([f"with {lost} of the errors no light of a field arrives: dark"] if lost else []))
@@ -70,7 +71,7 @@ def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
 
 def copies_figure(query: Query, copies: int, within: Tolerances, seed: int = 0) -> Figure:
     """The contrast of copies against frequency: median, 5th and 95th percentile, and the design."""
-    run = production(_lens(query), query.setup.film, within, copies, seed, FREQUENCIES)
+    run = production(_lens(query), query.setup.film, within, copies, seed, FREQUENCIES, query.wavelengths or None)
     band, plots = run.band((LOW, MIDDLE, HIGH)), []
     for k in PLACES:
         layers = []
@@ -84,8 +85,8 @@ def copies_figure(query: Query, copies: int, within: Tolerances, seed: int = 0) 
                              DASHED if j else SOLID, 1.2)]
         plots.append(Plot(Axis("Frequency (lp/mm)", 0.0, run.frequencies[-1]), Axis("Contrast", 0.0, 1.0),
                           tuple(layers), f"{fixed(run.fields[k], 1)} mm"))
-    words = (f"{len(run.spots)} copies · normal errors, 2 σ within the tolerance · each focused on the axis, at "
-             "infinity · rays, times the limit of diffraction")
+    words = (f"{len(run.spots)} copies · normal errors, 2 σ within the tolerance · film at the best focus of each, "
+             "the least rms spot on the axis, at infinity · design by diffraction, changes by rays")
     lost = np.isnan(run.spots).mean(0)
     said = tuple(f"no light of the field {fixed(run.fields[k], 1)} mm arrives in {fixed(100.0 * lost[k], 0)} % of the "
                  "copies" for k in PLACES if lost[k] > 0.0)
@@ -101,9 +102,9 @@ def _table(run: Production, band: np.ndarray) -> Table:
 
 def pictures_figure(query: Query, points: int, within: Tolerances) -> Figure:
     """A Siemens star at three image heights (down) through the design and five copies of a run (across)."""
-    lens, film = _lens(query), query.setup.film
-    run = five_of(lens, film, within)
-    seen, width = star_pictures(lens, run.production, run.copies, film)
+    lens, film, wavelengths = _lens(query), query.setup.film, query.wavelengths or None
+    run = five_of(lens, film, within, wavelengths)
+    seen, width = star_pictures(lens, run.production, run.copies, film, wavelengths)
     contrast = [_mean(run.production.nominal), *(_mean(run.production.contrast[copy]) for copy in run.copies)]
     layers: list = []
     for column, (name, mean) in enumerate(zip(("design", *SHARES), contrast, strict=True)):
@@ -121,7 +122,7 @@ def pictures_figure(query: Query, points: int, within: Tolerances) -> Figure:
     heights = ", ".join(fixed(run.production.fields[k], 1) for k in PLACES)
     words = (f"stars {fixed(1000.0 * width, 0)} µm wide, {heights} mm from the axis · five of {DRAWN} copies, by "
              f"percentiles of the mean contrast at {middle} lp/mm (below) · "
-             "each focused on the axis, at infinity · rays alone")
+             "film at the best focus of each, the least rms spot on the axis, at infinity · rays alone")
     head = ("picture", "copy", "mean contrast", *(f"rms spot at {fixed(run.production.fields[k], 2)} mm (mm)"
                                                   for k in PLACES))
     rows = tuple((name, number, mean, *spots) for name, number, mean, spots in zip(
@@ -138,9 +139,10 @@ class Five(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def five_of(lens: lb.Lens, film: lb.Film, within: Tolerances) -> Five:
+def five_of(lens: lb.Lens, film: lb.Film, within: Tolerances,
+            wavelengths: tuple[tuple[float, float], ...] | None = None) -> Five:
     """The copies of a run at the quantiles SHARES of the mean contrast."""
-    run = production(lens, film, within, DRAWN, 0)
+    run = production(lens, film, within, DRAWN, 0, None, wavelengths)
     order = np.argsort([_mean(contrast) for contrast in run.contrast])
     return Five(run, tuple(int(order[round(share * (DRAWN - 1))]) for share in SHARES.values()))
 
@@ -154,7 +156,7 @@ def with_copy(settings: Settings, within: Tolerances, number: int) -> Settings:
     from lensbench.lenses.editing.document_text import to_text
 
     asked = query(settings)
-    run = five_of(_lens(asked), asked.setup.film, within)
+    run = five_of(_lens(asked), asked.setup.film, within, asked.wavelengths or None)
     lens = published(settings)
     copy = manufactured(lens.at(close=0.0) if lens.has_focus_groups else lens, run.production, run.copies[number])
     named = replace(copy, name=f"{lens.name}, copy {run.copies[number]}")

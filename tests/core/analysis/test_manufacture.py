@@ -10,7 +10,10 @@ from mpmath import cos, matrix, mp, mpf, sin, sqrt
 import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
 from lensbench.analysis.manufacture import FIELDS, Judge, Tolerances, production, sensitivities
+from lensbench.analysis.manufactured_lens import manufactured
 from lensbench.analysis.perturbed_copies import POSE, bodies, copies_of, elements, set_poses, trace_copies
+from lensbench.design.merit import judge as judge_lens
+from lensbench.design.standard_goal import goal_of
 from lensbench.optics.lens_surface import LensError
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.optics.surfaces import AFTER, BEFORE
@@ -101,7 +104,7 @@ def test_copies_are_the_lenses_with_their_numbers():
             z = made.film[copy]
             slopes.append(after[:, :2] / after[:, 2:])
             points.append(hit[:, :2] + (z - hit[:, 2:]) * slopes[-1])
-            weights.append(np.full(n, weight))
+            weights.append(weight * judge.areas[here])
         p, s, w = (np.concatenate(parts) for parts in (points, slopes, weights))
         w = w / w.sum()
         p, s = p - (w[:, None] * p).sum(0), s - (w[:, None] * s).sum(0)
@@ -109,7 +112,41 @@ def test_copies_are_the_lenses_with_their_numbers():
         assert spot == pytest.approx(made.spots[copy, 0], rel=1e-9)
         assert spot < nearer and spot < farther         # the film lies where the axis is sharpest
         turned = np.abs((w[:, None, None] * np.exp(2j * np.pi * judge.frequencies[:, None] * p[:, None, :])).sum(0))
-        assert judge.limits[:, None] * turned == pytest.approx(made.contrast[copy, 0], rel=1e-9)
+        assert judge.limits[:, None] * turned + judge.diffraction[0] == pytest.approx(made.contrast[copy, 0], rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "lenshh-cooke-triplet-50", "lib-tronnier-1953"])
+def test_the_design_has_the_contrast_of_the_mtf_and_the_best_focus_that_is_defined(name):
+    lens = lenses.load(name)
+    judge, run = Judge(lens, None, None, "picture"), production(lens, copies=4, seed=1, wavelengths="picture")
+    colours = judge.wavelengths, judge.weights
+    away = lb.best_focus(lens, *colours)
+    assert run.nominal_film - lens.length == pytest.approx(away, abs=1e-3)
+    given = lb.analysis.conditions(lens, None, run.fields, "picture", math.inf)
+    grid = lb.analysis.ray_grid(lens, away, given, 100)
+    spots = lb.analysis.spots(grid)
+    assert spots.best_shifts[0] == pytest.approx(0.0, abs=1e-3)
+    assert run.nominal_spots[0] == pytest.approx(spots.white_rms_radius[0, 0], rel=0.01)
+    waves = lb.analysis.mtf(grid, run.frequencies).white_modulus.transpose(0, 2, 1)
+    assert run.nominal == pytest.approx(waves, abs=0.01)
+    # A copy differs from its MTF by less than its rays alone do
+    copy = manufactured(lens, run, 0)
+    given = lb.analysis.conditions(copy, None, [(0.0, run.fields[0])], "picture", math.inf)
+    grid = lb.analysis.ray_grid(copy, run.film[0] - copy.length, given, 64)
+    waves = lb.analysis.mtf(grid, run.frequencies).white_modulus.transpose(0, 2, 1)[0]
+    off, by_rays = (np.abs(run.contrast[0, 0] - part - waves).max() for part in (0.0, judge.diffraction[0]))
+    print(name, off, by_rays, run.nominal[0, 2], run.contrast[0, 0, 2], waves[2])
+    assert off < 0.5 * by_rays
+
+
+@pytest.mark.slow
+def test_improve_has_the_best_focus_that_is_defined():
+    for name in ("pbrt-dgauss-50mm", "lenshh-cooke-triplet-50"):
+        lens = lenses.load(name)
+        goal = goal_of(lens)
+        assert judge_lens(lens, goal).films[0] == pytest.approx(
+            lb.best_focus(lens, goal.wavelengths, goal.weights), abs=1e-3)
 
 
 @pytest.mark.slow
