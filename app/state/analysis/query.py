@@ -109,7 +109,8 @@ class Query:
         if len(given.wavelengths) > 1 and self.white in WHITES:
             name = "fdc" if self.white == "lens" and not self.lens.system.wavelengths else self.white
             weighted = f", weighted {WHITES[name]}"
-        parts = [f"object {format_distance(self.focus_distance)}{seen}", f"{lines} nm{weighted}"]
+        film = "film by the least blur" if self.setup.focusing.method == "real" else "film at the paraxial focus"
+        parts = [f"object {format_distance(self.focus_distance)}{seen}", f"{lines} nm{weighted}", film]
         parts += [each for each in more if each != f"{lines} nm alone"]
         if rays is not None:
             parts.append(f"{rays.opd.shape[-1]} × {rays.opd.shape[-1]} rays")

@@ -1,5 +1,6 @@
 """The examples of the documentation run unchanged, one after the other."""
 
+import json
 import re
 import runpy
 from pathlib import Path
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from lensbench import lenses
+from lensbench.app.command.main import main
 from lensbench.optics.finding import Kind, note
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -29,6 +31,23 @@ def test_the_examples_of_a_page_run(page, tmp_path, monkeypatch):
         for offset in (-32.0, 32.0):
             at, _ = names["eye"](offset).raster_from_point([[0.0, 0.0, -1200.0]])
             np.testing.assert_allclose(at, [[120.0, 80.0]], atol=1e-9)
+
+
+@pytest.mark.slow
+def test_the_example_of_the_analyses_has_the_figures_of_the_command(tmp_path):
+    example = next(each for each in re.findall(r"```python\n(.*?)```", (DOCS / "analysis.md").read_text("utf-8"),
+                                               re.DOTALL) if "white_rms_radius" in each)
+    names: dict = {}
+    exec(compile(example, "analysis.md", "exec"), names)
+    path = tmp_path / "spots.json"
+    assert main(["analyse", "lib-tronnier-1953", "--what", "spots", "-o", str(path)]) == 0
+    columns = json.loads(path.read_text("utf-8"))["analyses"]["spots"]["columns"]
+    rows = zip(*(columns[name] for name in ("field (mm)", "film shift (mm)", "wavelength (um)", "rms radius (um)")),
+               strict=True)
+    shown = {line: radius for field, shift, line, radius in rows if field == shift == 0.0}
+    spots = names["lb"].analysis.spots(names["grid"])
+    found = dict(zip(names["given"].wavelengths, (1000.0 * spots.rms_radius[0, :, 0]).tolist(), strict=True))
+    assert len(shown) == 6 and shown == pytest.approx(found, rel=1e-6)
 
 
 @pytest.mark.slow

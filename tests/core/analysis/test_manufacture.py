@@ -136,8 +136,7 @@ def test_the_design_has_the_contrast_of_the_mtf_and_the_best_focus_that_is_defin
     grid = lb.analysis.ray_grid(copy, run.film[0] - copy.length, given, 64)
     waves = lb.analysis.mtf(grid, run.frequencies).white_modulus.transpose(0, 2, 1)[0]
     off, by_rays = (np.abs(run.contrast[0, 0] - part - waves).max() for part in (0.0, judge.diffraction[0]))
-    print(name, off, by_rays, run.nominal[0, 2], run.contrast[0, 0, 2], waves[2])
-    assert off < 0.5 * by_rays
+    assert off < min(0.8 * by_rays, 0.03)
 
 
 @pytest.mark.slow
