@@ -127,7 +127,8 @@ class Production:
     frequencies : (n,) array
         Cycles / mm.
     nominal : (fields, n, 2) array
-        Contrast of the lens as designed, for detail across the field (sagittal), then along it (tangential).
+        Contrast of the lens as designed, for detail across the field (sagittal), then along it (tangential): its MTF
+        by diffraction, or that of its rays where `ray_grid` finds no light at that image height.
     contrast : (copies, fields, n, 2) array
         That of the copies.
     nominal_spots, spots : (fields,) and (copies, fields) arrays
@@ -198,7 +199,7 @@ class Judge:
         focus, _, contrast = self.judged(*_built(self, [], np.zeros((1, 0))))
         places = conditions(lens, film, [self.image_heights[f] for f in (0, 1, 3)], wavelengths, math.inf)
         waves = mtf(ray_grid(lens, behind + float(focus[0]), places, POINTS), self.frequencies).white_modulus
-        self.diffraction = np.nan_to_num(waves[[0, 1, 1, 2, 2]].transpose(0, 2, 1)) - contrast[0]
+        self.diffraction = np.nan_to_num(waves[[0, 1, 1, 2, 2]].transpose(0, 2, 1) - contrast[0])
 
     def _image_heights(self, wavelength: float) -> tuple[float, ...]:
         """Where the middles of the fields' beams meet the film, mm: a fisheye images them far nearer than f tan θ."""
