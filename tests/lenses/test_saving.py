@@ -19,8 +19,8 @@ TRIPLET = "lenshh-cooke-triplet-50"
 SUFFIXES = tuple(lenses.WRITERS)
 lengths = st.floats(-1e12, 1e12) | st.floats(-100.0, 100.0)
 any_surface = st.builds(
-    Surface, st.floats(-1e9, 1e9) | st.floats(-0.1, 0.1), lengths, st.floats(1e-12, 1e12) | st.floats(0.1, 50.0),
-    st.builds(Glass, st.floats(1.0, 20.0)), conic=st.floats(-1e3, 1e3),
+    Surface, lengths, st.floats(1e-12, 1e12) | st.floats(0.1, 50.0), st.builds(Glass, st.floats(1.0, 20.0)),
+    curvature=st.floats(-1e9, 1e9) | st.floats(-0.1, 0.1), conic=st.floats(-1e3, 1e3),
     aspheric=st.lists(st.tuples(st.integers(2, 20), st.floats(-1e3, 1e3)), max_size=3, unique_by=lambda term: term[0])
     .map(tuple))
 

@@ -71,7 +71,7 @@ def _fresnel(cosine, n):
                                    (9.0, -30.0, -25.0)])
 def test_a_plate_passes_what_its_front_lets_in_but_for_two_reflections(light):
     """The part of a distant light lacked cos θ, that of a near one its solid angle: 0.88 of it at 0.5 rad."""
-    plate = lb.Lens((lb.Surface(0.0, 4.0, 10.0, lb.Glass(N)), lb.Surface(0.0, 50.0, 30.0)), 0)
+    plate = lb.Lens((lb.Surface(4.0, 10.0, lb.Glass(N), curvature=0.0), lb.Surface(50.0, 30.0, curvature=0.0)), 0)
     if math.isinf(light[2]):
         cosine = np.array(1.0 / math.hypot(math.tan(light[0]), math.tan(light[1]), 1.0))
         weight = np.array(1.0)
