@@ -188,10 +188,12 @@ def with_view(look: Look, view: tuple[float, float], field: lb.LightField) -> Lo
     return replace(look, view=view, f_number=max(field.pupil_f_number / room, field.f_number))
 
 
-def light_field_picture(recording: Recording, look: Look, depth: lb.Depth | None) -> NDArray[np.float32]:
+def light_field_picture(recording: Recording, look: Look, depth: lb.Depth | None,
+                        coarse: bool = False) -> NDArray[np.float32]:
     """Picture of a look: float32 (h, w, 3), linear light, or codes if the look is `coded`.
 
-    depth: the estimated depth; without it, a look at the depth shows the picture at the recorded focus.
+    depth: the estimated depth; without it, a look at the depth shows the picture at the recorded focus. coarse:
+    refocus without the finer pixels and the margin.
     """
     if look.show == "view" and look.sensor and recording.raw is not None:
         return recording.raw.picture
@@ -201,7 +203,8 @@ def light_field_picture(recording: Recording, look: Look, depth: lb.Depth | None
         return {"sharp": depth.picture, "depth": depth_codes(depth), "sure": confidence_codes(depth)}[look.deep]
     if look.show == "depth":
         return recording.field.refocus(recording.seen(recording.settings.focus_distance))
-    return recording.during(look.moment).refocus(recording.seen(look.distance), look.f_number, look.view)
+    field = recording.during(look.moment)
+    return (field.coarse if coarse else field).refocus(recording.seen(look.distance), look.f_number, look.view)
 
 
 def novel_view(recording: ArrayRecording, look: Look) -> lb.NovelView:

@@ -1,7 +1,8 @@
 """Light fields in the background: captured, opened, saved and compared one after the other, refocused meanwhile.
 
 Two threads at most: a `Task` for what takes long, and one that renders pictures from the light field, for which only
-the newest look counts. The window asks, and finds the answers in `recording`, `field_picture` and `messages`.
+the newest look counts: refocused coarsely at once, in full when still. The window asks, and finds the answers in
+`recording`, `field_picture` and `messages`.
 """
 
 import math
@@ -29,6 +30,7 @@ from lensbench.app.state.light_field_query import (
     radius,
 )
 from lensbench.app.state.settings import Settings
+from lensbench.app.workers.analysis_worker import STILL
 from lensbench.app.workers.render_job import prepare
 from lensbench.app.workers.task import Task, error_text, report_unforeseen
 
@@ -46,6 +48,7 @@ class FieldPicture(NamedTuple):
     covered: float = 1.0                    # the part of its pixels that was recorded
     number: int = 0                         # counts the pictures of the worker
     found: bool = True                      # the depth that a look at the depth needs
+    coarse: bool = False                    # a finer one follows when the look rests
 
     @property
     def coded(self) -> bool:
@@ -81,6 +84,7 @@ class LightFieldWorker:
         self._take: Callable[[Any], None] = lambda result: None     # takes the result of the task
         self._wanted: Wanted | None = None
         self._done: Wanted | None = None            # the newest that has led to a picture or to an error
+        self._refines = False                       # whether that picture is coarse
         self._since = 0.0                           # when the newest was asked for
         self._seconds = math.inf                    # that the picture before took
         self._numbered = 0
@@ -248,16 +252,21 @@ class LightFieldWorker:
         while True:
             with self._change:
                 while not viewer.cancelled and self._wanted in (None, self._done):
-                    self._change.wait()
-                wanted = self._wanted
+                    rest = self._since + STILL - perf_counter() if self._refines and self._wanted else None
+                    if rest is not None and rest <= 0.0:
+                        break
+                    self._change.wait(rest)
+                wanted, refined = self._wanted, self._wanted == self._done
             if viewer.cancelled or wanted is None:
                 return
-            self._answer(viewer, wanted)
+            self._answer(viewer, wanted, refined)
             del wanted                                  # a recording is large, and this thread waits for long
 
-    def _answer(self, viewer: Task[None], wanted: Wanted) -> None:
+    def _answer(self, viewer: Task[None], wanted: Wanted, refined: bool) -> None:
         """Compute the picture that is wanted; nobody sees it if the recording was let go meanwhile."""
         recording, look, depth = wanted
+        coarse = (not refined and look.show == "focus" and isinstance(recording, Recording)
+                  and recording.field.wide is not None)
         begin, picture = perf_counter(), None
         try:
             covered = 1.0
@@ -265,7 +274,7 @@ class LightFieldWorker:
                 image, pixels = novel_view(recording, look)
                 covered = float(pixels.mean())
             else:
-                image = light_field_picture(recording, look, depth)
+                image = light_field_picture(recording, look, depth, coarse)
                 covered = 1.0 - recording.unknown(look) if isinstance(recording, Recording) else 1.0
         except Exception as error:                      # any error: the window shows it, and the next look may do
             self.messages.append((error_text(error, viewer.description), False))
@@ -273,11 +282,12 @@ class LightFieldWorker:
         else:
             self._numbered += 1
             picture = FieldPicture(recording, look, image, perf_counter() - begin, covered, self._numbered,
-                                   look.show != "depth" or depth is not None)
+                                   look.show != "depth" or depth is not None, coarse)
         with self._change:
-            self._seconds = perf_counter() - begin
+            if not refined:                             # no frame is held for a refined picture
+                self._seconds = perf_counter() - begin
             if self._wanted is not None:
-                self._done = wanted
+                self._done, self._refines = wanted, coarse and picture is not None
                 self.field_picture = picture or self.field_picture
             self._change.notify_all()
         self._wake()

@@ -26,7 +26,7 @@ from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.imaging.coordinate_spaces import film_window
 from lensbench.imaging.film import Film
 from lensbench.kernels.figures import significant
-from lensbench.lightfields.refocus_kernel import recorded_share, rescaled, shift_and_add, spectral_gain
+from lensbench.lightfields.refocus_kernel import reached, recorded_share, rescaled, shift_and_add, spectral_gain
 
 SUBCELLS = 16           # across and down a cell, to find the share of the cell that a round aperture takes
 CLEAR = 1.0             # pixels between neighbouring views, above which blur separates into dots
@@ -107,6 +107,11 @@ class LightField:
         return tuple(replace(self, light=light, moments=None, wide=instant)
                      for light, instant in zip(self.moments, wide, strict=True))
 
+    @cached_property
+    def coarse(self) -> "LightField":
+        """The same without `wide`: it refocuses in a fifth of the time, less exactly, for looks in passing."""
+        return self if self.wide is None else replace(self, wide=None)
+
     @property
     def nbytes(self) -> int:
         """Memory in bytes."""
@@ -173,8 +178,11 @@ class LightField:
             For an aperture that was not recorded.
         """
         if self.wide is not None:
-            return _binned(self._picture_of(self.wide.refocus(distance, f_number, view).transpose(2, 0, 1))
-                           ).transpose(1, 2, 0)
+            wide = self.wide.refocus(distance, f_number, view)
+            h, w = self.light.shape[3:]
+            wide = wide[_picture_part(wide.shape[0], h), _picture_part(wide.shape[1], w)]
+            wide = wide[::FINER] + wide[1::FINER]                       # far faster than a mean over two axes
+            return (wide[:, ::FINER] + wide[:, 1::FINER]) * np.float32(1 / FINER**2)
         used, weights, begins, step, scale = self._reading(distance, f_number, view)
         return shift_and_add(self.light, used, begins, scale, weights, step, self.fill,
                              1.0 / self._white(used, weights))
@@ -192,16 +200,13 @@ class LightField:
         ndarray
             float32 (h, w), 0 to 1: the part of the aperture whose views saw what the pixel needs.
         """
-        if self.wide is not None:
-            return _binned(self._picture_of(self.wide.recorded(distance, f_number, view)))
-        used, weights, begins, _, scale = self._reading(distance, f_number, view)
-        return recorded_share(begins, scale, weights, *self.light.shape[3:])
-
-    def _picture_of(self, wide: np.ndarray) -> np.ndarray:
-        """The picture's part of an array (…, h, w) of the wide recording."""
-        h, w = (FINER * size for size in self.light.shape[3:])
-        y, x = (wide.shape[-2] - h) // 2, (wide.shape[-1] - w) // 2
-        return wide[..., y:y + h, x:x + w]
+        whole = self.wide or self
+        _, weights, begins, _, scale = whole._reading(distance, f_number, view)
+        beside, inside = reached(begins, scale, *whole.light.shape[3:])
+        if self.wide is not None:               # the mean of a product of rows and columns is that of their means
+            beside, inside = (line[:, _picture_part(line.shape[1], own)].reshape(-1, own, FINER).mean(-1)
+                              for line, own in zip((beside, inside), self.light.shape[3:], strict=True))
+        return recorded_share(beside, inside, weights)
 
     def _reading(self, distance: float, f_number: float | None, view: tuple[float, float]):
         """`_shifts_and_weights`, with the place in each view (n, 2) that the picture's first pixel reads."""
@@ -426,6 +431,12 @@ class LightField:
                              self.places[:, :, None] + fine * (2.0 * self.reach / np.array(self.views)))
 
 
+def _picture_part(size: int, own: int) -> slice:
+    """Of `size` pixels of the wide recording in a row, those of the picture's `own`."""
+    first = (size - FINER * own) // 2
+    return slice(first, first + FINER * own)
+
+
 def _binned(pixels: np.ndarray) -> np.ndarray:
     """Means (…, h, w) of FINER × FINER pixels, float32."""
     *rest, h, w = pixels.shape
@@ -438,9 +449,9 @@ def of_wide(camera: Camera, wide: LightField) -> LightField:
     def part(array: np.ndarray) -> np.ndarray:
         h, w = camera.film.pixels_y, camera.film.pixels_x
         out = np.empty((*array.shape[:-2], h, w), array.dtype)
-        y, x = (array.shape[-2] - FINER * h) // 2, (array.shape[-1] - FINER * w) // 2
+        rows, columns = _picture_part(array.shape[-2], h), _picture_part(array.shape[-1], w)
         for view in np.ndindex(array.shape[:2]):                # one by one: float32 copies are large
-            out[view] = _binned(array[view][..., y:y + FINER * h, x:x + FINER * w])
+            out[view] = _binned(array[view][..., rows, columns])
         return out
 
     # Of a pixel, samples fill the middles of its parts: their spread is that of a filled square of this side

@@ -37,8 +37,7 @@ def shift_and_add(light: np.ndarray, used: np.ndarray, starts: np.ndarray, scale
     across, down = (_sharpening(starts[:, axis] % 1.0 if scale == 1.0 else (np.arange(len(used)) + 0.5) / len(used),
                                 weights, abs(step[axis]), fill) for axis in (0, 1))
     sums, out = np.zeros((3, h, w), np.float32), np.empty((h, w, 3), np.float32)
-    share = recorded_share(starts, scale, weights, h, w)
-    whole = bool((share >= 1.0 - 1e-6).all())
+    beside, inside = reached(starts, scale, h, w)
     scaled = weights * scale_of(bits)
 
     def add(first: int) -> None:
@@ -49,20 +48,33 @@ def shift_and_add(light: np.ndarray, used: np.ndarray, starts: np.ndarray, scale
 
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         list(pool.map(add, range(0, h, BAND)))
-        if not whole:
-            sums /= np.where(share > 0.0, share, np.float32(1.0))
+        for rows, columns in _edges(beside, inside):
+            share = recorded_share(beside[:, rows], inside[:, columns], weights)
+            sums[:, rows, columns] /= np.where(share > 0.0, share, np.float32(1.0))
         list(pool.map(sharpen, range(0, h, BAND)))
     return out
 
 
-def recorded_share(starts: np.ndarray, scale: float, weights: np.ndarray, h: int, w: int) -> np.ndarray:
-    """float32 (h, w): the part of the weights (n,) whose views, h × w, hold what a sum reads; see `shift_and_add`."""
-    across, down = (np.array([_reached(start, scale, size) for start in starts[:, axis]])
-                    for axis, size in ((0, w), (1, h)))
+def reached(starts: np.ndarray, scale: float, h: int, w: int) -> tuple[np.ndarray, np.ndarray]:
+    """Float32 (n, h) and (n, w): 1 for the rows and columns of a sum that each view, h × w, holds."""
+    down, across = (np.array([_reached(start, scale, size) for start in starts[:, axis]])
+                    for axis, size in ((1, h), (0, w)))
     x, y = np.arange(w), np.arange(h)
-    inside = ((x >= across[:, :1]) & (x < across[:, 1:])).astype(np.float32)
-    beside = ((y >= down[:, :1]) & (y < down[:, 1:])).astype(np.float32)
-    return ((beside * weights[:, None]).T @ inside / weights.sum()).astype(np.float32)
+    return (((y >= down[:, :1]) & (y < down[:, 1:])).astype(np.float32),
+            ((x >= across[:, :1]) & (x < across[:, 1:])).astype(np.float32))
+
+
+def recorded_share(beside: np.ndarray, inside: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Float32 (h, w): the part of the weights (n,) whose views hold a pixel; beside, inside: as of `reached`."""
+    return np.asarray((beside * (weights / weights.sum()).astype(np.float32)[:, None]).T @ inside)
+
+
+def _edges(beside: np.ndarray, inside: np.ndarray) -> list[tuple[slice, slice]]:
+    """Rows and columns of the parts of a sum about the rectangle that all views hold."""
+    (top, bottom), (left, right) = ((int(full.argmax()), len(full) - int(full[::-1].argmax())) if full.any()
+                                    else (len(full), len(full)) for full in (beside.all(0), inside.all(0)))
+    return [(slice(0, top), slice(None)), (slice(bottom, None), slice(None)),
+            (slice(top, bottom), slice(0, left)), (slice(top, bottom), slice(right, None))]
 
 
 @njit(cache=True)

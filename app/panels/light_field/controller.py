@@ -14,7 +14,7 @@ from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
 from lensbench.app.panels.light_field.capture_settings import Form
 from lensbench.app.state.constraints import MARGIN
-from lensbench.app.state.light_field_query import Look, Recorded, Recording, picture_settings
+from lensbench.app.state.light_field_query import Look, Recorded, Recording, light_field_picture, picture_settings
 from lensbench.app.state.picture.false_colours import depth_picture, light_of, with_codes
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
@@ -108,7 +108,8 @@ class LightFieldController:
             return None
         settings = picture_settings(shown.recording, shown.look)
         if not shown.coded:
-            return shown.image, replace(settings, exposure=present.exposure, tone=present.tone)
+            image = light_field_picture(shown.recording, shown.look, None) if shown.coarse else shown.image
+            return image, replace(settings, exposure=present.exposure, tone=present.tone)
         found = self.worker.found
         if shown.look.deep == "depth" and path is not None and found is not None:
             return depth_picture(found, path), with_codes(settings)

@@ -160,7 +160,7 @@ def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None
 def _comparison(look: Look, worker: LightFieldWorker, form: Form) -> None:
     field_picture = worker.field_picture
     ready = (worker.task is None and field_picture is not None and field_picture.look == look.asked
-             and look.show == "focus")
+             and not field_picture.coarse and look.show == "focus")
     imgui.begin_disabled(not ready)
     if imgui.button("Compare with the camera"):
         form.requests.add(Request.COMPARE)

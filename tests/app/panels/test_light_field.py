@@ -52,10 +52,11 @@ def record(hand):
 
 
 def shown(hand):
-    """Wait until the picture is that of the look."""
+    """Wait until the picture is that of the look, in full."""
     controller = hand.session.light_field
     hand.wait(lambda: controller.field_picture is not None
-              and controller.field_picture.look == controller.look.asked, "the picture of the light field")
+              and controller.field_picture.look == controller.look.asked and not controller.field_picture.coarse,
+              "the picture of the light field")
     hand.ctx.yield_(2)
 
 

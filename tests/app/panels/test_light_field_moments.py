@@ -72,7 +72,8 @@ def test_moments_are_recorded_by_buttons_and_looked_at(drive):
         assert controller.worker.recording.size == announced
         hand.ctx.yield_(3)
         hand.ctx.item_click("//Light field/**/Moment 1")
-        hand.wait(lambda: controller.field_picture.look == controller.look.asked, "the picture of the moment")
+        hand.wait(lambda: (shown := controller.field_picture).look == controller.look.asked and not shown.coarse,
+                  "the picture of the moment")
         assert controller.look.moment == 1
         field = controller.worker.recording.field
         assert np.array_equal(controller.field_picture.image, field.instants[1].refocus(controller.look.distance))
@@ -80,7 +81,8 @@ def test_moments_are_recorded_by_buttons_and_looked_at(drive):
         hand.ctx.yield_(3)
         hand.ctx.mouse_move_to_pos(hand.at("**/Over time", 0.5, 0.5))
         hand.ctx.item_click("//Light field/**/Moment -1")
-        hand.wait(lambda: controller.field_picture.look == controller.look.asked, "the picture of the whole")
+        hand.wait(lambda: (shown := controller.field_picture).look == controller.look.asked and not shown.coarse,
+                  "the picture of the whole")
         assert isinstance(field, lb.LightField)
         assert np.array_equal(controller.field_picture.image, field.refocus(controller.look.distance))
 

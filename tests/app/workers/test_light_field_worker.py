@@ -13,7 +13,7 @@ from lensbench.app.workers.light_field_worker import LightFieldWorker
 def test_an_unforeseen_error_becomes_a_message_and_the_next_look_is_rendered(monkeypatch, capsys):
     image = np.zeros((2, 3, 3), np.float32)
     monkeypatch.setattr(module, "light_field_picture",
-                        lambda recording, look, depth: 1 // 0 if look.distance < 1000.0 else image)
+                        lambda recording, look, depth, coarse: 1 // 0 if look.distance < 1000.0 else image)
     worker = LightFieldWorker()
     worker.recording = object()
     end = monotonic() + 120.0
@@ -37,7 +37,7 @@ def test_a_forgotten_recording_is_freed_though_the_thread_of_the_pictures_waits(
         """A recording without content, for weak references."""
 
     monkeypatch.setattr(module, "light_field_picture",
-                        lambda recording, look, depth: np.zeros((2, 3, 3), np.float32))
+                        lambda recording, look, depth, coarse: np.zeros((2, 3, 3), np.float32))
     worker, end = LightFieldWorker(), monotonic() + 120.0
     worker.recording = Held()
     watched = weakref.ref(worker.recording)
