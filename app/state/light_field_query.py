@@ -192,8 +192,8 @@ def light_field_picture(recording: Recording, look: Look, depth: lb.Depth | None
                         coarse: bool = False) -> NDArray[np.float32]:
     """Picture of a look: float32 (h, w, 3), linear light, or codes if the look is `coded`.
 
-    depth: the estimated depth; without it, a look at the depth shows the picture at the recorded focus. coarse:
-    refocus without the finer pixels and the margin.
+    depth: the estimated depth; without it, a look at the depth shows the picture at the recorded focus. coarse: as of
+    `LightField.refocus`.
     """
     if look.show == "view" and look.sensor and recording.raw is not None:
         return recording.raw.picture
@@ -203,8 +203,7 @@ def light_field_picture(recording: Recording, look: Look, depth: lb.Depth | None
         return {"sharp": depth.picture, "depth": depth_codes(depth), "sure": confidence_codes(depth)}[look.deep]
     if look.show == "depth":
         return recording.field.refocus(recording.seen(recording.settings.focus_distance))
-    field = recording.during(look.moment)
-    return (field.coarse if coarse else field).refocus(recording.seen(look.distance), look.f_number, look.view)
+    return recording.during(look.moment).refocus(recording.seen(look.distance), look.f_number, look.view, coarse)
 
 
 def novel_view(recording: ArrayRecording, look: Look) -> lb.NovelView:

@@ -60,7 +60,7 @@ def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.floa
 
 
 def recording_bytes(camera: Camera, views: tuple[int, int] = (9, 9), dtype=np.float16, moments: int = 1) -> int:
-    """Size in memory of what `capture_light_field` records: the views, and the same with a margin and finer pixels.
+    """Size in memory of what `capture_light_field` records: views with a margin, and the same with finer pixels.
 
     Parameters
     ----------
@@ -79,8 +79,8 @@ def recording_bytes(camera: Camera, views: tuple[int, int] = (9, 9), dtype=np.fl
     LightFieldError
         For a camera without an aperture.
     """
-    wide = widened(camera, needed_margin(camera, views, pupil_reach(camera))).film
-    return sum(light_field_bytes(film, views, dtype, moments) for film in (camera.film, wide))
+    margin = needed_margin(camera, views, pupil_reach(camera))
+    return sum(light_field_bytes(widened(camera, margin, finer).film, views, dtype, moments) for finer in (1, FINER))
 
 
 def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), samples: int = 16,

@@ -66,7 +66,7 @@ def reached(starts: np.ndarray, scale: float, h: int, w: int) -> tuple[np.ndarra
 
 def recorded_share(beside: np.ndarray, inside: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Float32 (h, w): the part of the weights (n,) whose views hold a pixel; beside, inside: as of `reached`."""
-    return np.asarray((beside * (weights / weights.sum()).astype(np.float32)[:, None]).T @ inside)
+    return ((beside * weights[:, None]).T @ inside / weights.sum()).astype(np.float32)
 
 
 def _edges(beside: np.ndarray, inside: np.ndarray) -> list[tuple[slice, slice]]:

@@ -158,6 +158,8 @@ def test_the_whole_frame_is_refocused_from_what_was_recorded():
         off = np.clip(again, 0.0, 1.0) - np.clip(direct, 0.0, 1.0)
         assert again.min() >= 0.0 and field.recorded(distance).min() == 1.0
         assert -10.0 * math.log10(np.mean(off**2)) > least, distance
+        off = np.clip(field.refocus(distance, coarse=True), 0.0, 1.0) - np.clip(direct, 0.0, 1.0)
+        assert -10.0 * math.log10(np.mean(off**2)) > 30.0, distance         # 22 without the margin
 
 
 def test_a_refocused_picture_is_known_within_the_margin_and_black_beyond_it():
@@ -170,7 +172,9 @@ def test_a_refocused_picture_is_known_within_the_margin_and_black_beyond_it():
         assert field.recorded(distance).min() > 0.999 and field.refocus(distance).min() > 0.3
     beyond = replace(field, wide=None)                      # without a margin
     share, picture = beyond.recorded(far), beyond.refocus(far)
-    assert share.min() < 0.9 and share[16, 24] > 0.999 and np.all((picture > 0.3) == (share[..., None] > 0.0))
+    assert share.min() < 0.9 and share[16, 24] > 0.999
+    # The lens hides a few cells at the pupil's rim from the edge of the film: alone, they are dark there
+    assert np.all(picture[share > 0.1] > 0.3) and np.all(picture[share == 0.0] < 0.3)
     assert field.nbytes == lb.recording_bytes(camera)
 
 
