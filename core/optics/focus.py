@@ -363,8 +363,9 @@ def _converging(lens: Lens) -> list[int]:
 
 def sharpest(heights: np.ndarray, slopes: np.ndarray, weights: np.ndarray) -> float:
     """Distance that minimises Σ weights · (heights + distance · slopes)²; nan where no ray has a weight."""
-    spread = np.sum(weights * slopes * slopes)
-    return float(-np.sum(weights * heights * slopes) / spread) if spread > 0.0 else nan
+    weighted = weights * slopes
+    spread = np.sum(weighted * slopes)
+    return float(-np.sum(weighted * heights) / spread) if spread > 0.0 else nan
 
 
 def _check_method(method: str) -> None:
