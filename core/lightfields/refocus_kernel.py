@@ -72,7 +72,7 @@ def recorded_share(beside: np.ndarray, inside: np.ndarray, weights: np.ndarray) 
 def _edges(beside: np.ndarray, inside: np.ndarray) -> list[tuple[slice, slice]]:
     """Rows and columns of the parts of a sum about the rectangle that all views hold."""
     (top, bottom), (left, right) = ((int(full.argmax()), len(full) - int(full[::-1].argmax())) if full.any()
-                                    else (len(full), len(full)) for full in (beside.all(0), inside.all(0)))
+                                    else (len(full), len(full)) for full in (beside.min(0) > 0.0, inside.min(0) > 0.0))
     return [(slice(0, top), slice(None)), (slice(bottom, None), slice(None)),
             (slice(top, bottom), slice(0, left)), (slice(top, bottom), slice(right, None))]
 
