@@ -64,7 +64,7 @@ class Hand:
 
         import lensbench as lb
         from lensbench import lenses
-        from lensbench.app.state.camera_kinds import CAMERA_KINDS
+        from lensbench.app.state.camera_facts import CAMERA_KINDS
         from lensbench.app.state.constraints import with_camera
         from lensbench.app.state.lens_choice import with_lens
         from lensbench.app.state.request import Request
@@ -241,7 +241,7 @@ class Hand:
 
         import lensbench as lb
         from lensbench import lenses
-        from lensbench.app.state.camera_kinds import CAMERA_KINDS
+        from lensbench.app.state.camera_facts import CAMERA_KINDS
         from lensbench.app.state.constraints import with_camera
         from lensbench.app.state.lens_choice import with_lens
         from lensbench.app.window.layouts import LAYOUTS

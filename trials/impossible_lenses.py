@@ -97,7 +97,7 @@ class Spoiler(Hand):
 
     def damaged(self, settings: "Settings") -> "Settings":
         """The settings with another random edit of their lens, or another way to look through it."""
-        from lensbench.app.state.camera_kinds import CAMERA_KINDS, MODEL_TITLES
+        from lensbench.app.state.camera_facts import CAMERA_KINDS, MODEL_TITLES
         from lensbench.app.state.constraints import with_camera
         from lensbench.app.state.lens_edit.editing import EditError, edited
         from lensbench.app.state.setting_table import COMPARISONS, OVERLAYS

@@ -56,7 +56,7 @@ def varieties(chance: random.Random, number: int) -> list[Any]:
     """Settings of random lenses, cameras and scenes, each valid before it is changed further."""
     import lensbench as lb
     from lensbench import lenses
-    from lensbench.app.state.camera_kinds import CAMERA_KINDS
+    from lensbench.app.state.camera_facts import CAMERA_KINDS
     from lensbench.app.state.constraints import with_camera
     from lensbench.app.state.lens_choice import with_lens
     from lensbench.app.state.settings import Settings

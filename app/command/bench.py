@@ -21,16 +21,13 @@ def add_bench_options(parser: argparse.ArgumentParser) -> None:
 
 
 def read_part(text: str) -> str:
-    """The name of a part; a former name gives the present one, and says it."""
-    from lensbench.app.command.lens_options import say
-    from lensbench.app.studies.benchmark.parts import FORMER, parts
+    """The name of a part."""
+    from lensbench.app.studies.benchmark.parts import parts
 
-    known, name = parts(), FORMER.get(text, text)
-    if name not in known:
+    known = parts()
+    if text not in known:
         raise ValueError(f"no part is called {excerpt(text)}: choose from {', '.join(known)}")
-    if name != text:
-        say(f"{text} is now {name}")
-    return name
+    return text
 
 
 def read_parts(text: str) -> list[str]:

@@ -24,8 +24,8 @@ def export(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.options import settings_from
     from lensbench.app.files.camera_export import PROGRAMS, export_camera
     from lensbench.app.files.export import check_writable
-    from lensbench.app.state.build import camera
-    from lensbench.app.state.camera_kinds import CAMERA_KINDS
+    from lensbench.app.state.camera_facts import CAMERA_KINDS
+    from lensbench.app.state.camera_kinds import camera
 
     if CAMERA_KINDS[arguments.camera or "lens"].has_lens and arguments.lens is None and arguments.settings is None:
         raise UsageError("which LENS? Name one, or a --camera without a lens")

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.picture.exposure import has_triangle
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.setting_table import SHAPES

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import Field, fields
 from typing import Any
 
@@ -47,7 +47,7 @@ def add_lens_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_setting(parser: argparse.ArgumentParser, of: Field) -> None:
-    """The option of one setting, and its former name."""
+    """The option of one setting."""
     about = spec(of)
     form: dict[str, Any] = {"dest": dest(of), "default": None}
     if about.read is not None:
@@ -59,10 +59,6 @@ def add_setting(parser: argparse.ArgumentParser, of: Field) -> None:
         parser.add_argument(name, action=argparse.BooleanOptionalAction, help=about.help, **form)
     else:
         parser.add_argument(name, help=about.help, **form)
-    if about.former:
-        former = [f"--{about.former}", f"--no-{about.former}"][:2 if of.type is bool else 1]
-        parser.add_argument(*former, action=_FormerName, present=name, nargs=0 if of.type is bool else None,
-                            help=argparse.SUPPRESS, **form)
 
 
 def _option_name(of: Field) -> str:
@@ -78,18 +74,3 @@ def dest(of: Field) -> str:
 def say(text: str) -> None:
     """One line on stderr, beside what the command prints."""
     print(f"lensbench: {escaped(text)}", file=sys.stderr)
-
-
-class _FormerName(argparse.Action):
-    """An option under its former name: it still works, and names its present one."""
-
-    def __init__(self, option_strings: Sequence[str], dest: str, present: str, **form: Any):
-        super().__init__(option_strings, dest, **form)
-        self.present = present
-
-    def __call__(self, parser, namespace, values, option_string=None):
-        """Store the value; `--no-…` and its counterpart take none."""
-        off = option_string.startswith("--no-")
-        present = self.present.replace("--", "--no-", 1) if off else self.present
-        say(f"{option_string} is now {present}")
-        setattr(namespace, self.dest, not off if self.nargs == 0 else values)

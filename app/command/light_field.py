@@ -120,13 +120,12 @@ def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Rec
 
 def _refocus(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.errors import UsageError
-    from lensbench.app.command.options import say
     from lensbench.app.files.export import save_picture
     from lensbench.app.files.light_field_file import load_light_field
     from lensbench.app.state.light_field_query import Look
 
     path = checked_picture_path(arguments.output)
-    recording = load_light_field(arguments.field, say)
+    recording = load_light_field(arguments.field)
     field, settings = recording.field, recording.settings
     wanted = settings.focus_distance if arguments.focus is None else arguments.focus
     replace(settings, focus_distance=wanted).checked()

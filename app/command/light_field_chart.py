@@ -35,7 +35,7 @@ def read_numbers(text: str) -> tuple[int, ...]:
 def _chart(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.options import settings_from
     from lensbench.app.command.output import checked_chart_path, is_json, print_json, progress, save_json
-    from lensbench.app.state.build import camera
+    from lensbench.app.state.camera_kinds import camera
     from lensbench.app.state.scene_file import cached_scene
     from lensbench.app.studies.charts.light_fields import VIEWS, draw, measure
     from lensbench.app.studies.timing import machine

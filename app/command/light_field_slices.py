@@ -60,7 +60,7 @@ def _view(arguments: argparse.Namespace) -> int:
         raise UsageError("name a picture by -o FILE, or ask for the figures by --json")
     path = None if arguments.output is None else checked_picture_path(arguments.output)
     large = path is not None and path.suffix.lower() in ENLARGED
-    recording = load_light_field(arguments.field, say)
+    recording = load_light_field(arguments.field)
     if arguments.depth or arguments.all_in_focus:
         image, figures, settings = _of_depth(arguments, recording, path)
     else:

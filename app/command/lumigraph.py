@@ -51,7 +51,7 @@ def _array(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.capture_options import prepare_capture
     from lensbench.app.command.output import progress
     from lensbench.app.files.lumigraph_file import save_lumigraph
-    from lensbench.app.state.build import camera
+    from lensbench.app.state.camera_kinds import camera
     from lensbench.app.state.scene_file import cached_scene
 
     settings, path = prepare_capture(arguments)
@@ -72,7 +72,6 @@ def _array(arguments: argparse.Namespace) -> int:
 
 def _novel(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.errors import UsageError
-    from lensbench.app.command.options import say
     from lensbench.app.command.output import checked_picture_path
     from lensbench.app.files.export import save_picture
     from lensbench.app.files.lumigraph_file import load_lumigraph
@@ -84,7 +83,7 @@ def _novel(arguments: argparse.Namespace) -> int:
         if not all(map(math.isfinite, getattr(arguments, name))):
             raise UsageError(f"--{name} {' '.join(map(significant, getattr(arguments, name)))}: type finite numbers")
     path = checked_picture_path(arguments.output)
-    made, settings = load_lumigraph(arguments.lumigraph, say)
+    made, settings = load_lumigraph(arguments.lumigraph)
     film = made.camera.film
     across, down = arguments.size or (max(film.pixels_x // 2, 1), max(film.pixels_y // 2, 1))
     pose = placed(arguments.at, *map(math.radians, arguments.turn))

@@ -11,9 +11,8 @@ from pathlib import Path
 
 from lensbench.app.command.ignored_options import LINEAR, remarks
 from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
-from lensbench.app.state import former_settings
 from lensbench.app.state.build import design
-from lensbench.app.state.camera_kinds import CAMERAS, LENS_MODELS
+from lensbench.app.state.camera_kinds import MAKERS
 from lensbench.app.state.coating import missing_ghost
 from lensbench.app.state.constraints import (
     beyond_view,
@@ -78,26 +77,10 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--fov", type=option(read_angle), metavar="ANGLE",
         help="field of view along the shorter side, such as 30deg, of a lens without its distortion: zooms the lens, "
              "crops the film, or sets the view of a camera without a lens")
-    add("--model", action=_FormerModel, choices=(*LENS_MODELS, *CAMERAS, *former_settings.MODELS),
-        help=argparse.SUPPRESS)
     of_lens = fields(LensSettings)
     for field in fields(Settings):
         if spec(field).help and field not in of_lens:
             add_setting(parser, field)
-
-
-class _FormerModel(argparse.Action):
-    """The former option --model: it still works with former and present words, and names the present option."""
-
-    def __call__(self, parser, namespace, values, option_string=None):
-        """Store the value of the word."""
-        found = former_settings.model_settings(values, CAMERAS, LENS_MODELS)
-        assert found is not None                        # one of the choices
-        shown = {name: word for name, word in found.settings.items() if name != "camera" or len(found.settings) == 1}
-        options = " ".join(f"--{name.replace('_', '-')} {word}" for name, word in shown.items())
-        say(f"--model {values} is now {options}" + (f": {found.reason}" if found.reason else ""))
-        for name, word in found.settings.items():
-            setattr(namespace, name, word)
 
 
 def carries_settings(lens: str) -> bool:
@@ -122,15 +105,15 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     camera = arguments.camera or ("lens" if arguments.lens_model is not None else None)
     if arguments.settings is not None:
         from lensbench.app.files.settings_file import load_settings
-        settings = load_settings(arguments.settings, say)
+        settings = load_settings(arguments.settings)
         if lens is not None:
             settings = constrained(replace(settings, lens=_name_or_file(lens), edited="",
                                            focal_length=arguments.focal_length))
     elif lens is not None and lens.startswith(STATE):
-        settings = settings_of_text(lens, say)
+        settings = settings_of_text(lens)
     elif lens is not None and Path(lens).suffix.lower() in PICTURES:
         from lensbench.app.files.settings_file import load_settings
-        settings = load_settings(lens, say)
+        settings = load_settings(lens)
     else:
         opened = with_camera(replace(Settings(), focal_length=arguments.focal_length,
                                      lens_model=arguments.lens_model or Settings.lens_model,
@@ -171,7 +154,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         settings = constrained(settings.checked())
     settings = settings.checked()                       # errors come alone, before remarks
     if not settings.has_lens:
-        settings.kind.maker(settings)
+        MAKERS[settings.camera].camera(settings)
     if arguments.ghost_pair and (why := missing_ghost(settings)):
         raise SettingsError(f"--ghost-pair {arguments.ghost_pair}: {why}")
     named = {field.name: spec(field).option or field.name.replace("_", "-") for field in fields(Settings)}
@@ -229,7 +212,7 @@ def _framed(settings: Settings, fov: float | None, keep_zoom: bool) -> Settings:
     if fov is None:
         return settings
     if not settings.has_lens:
-        if settings.kind.with_view is None:
+        if not settings.kind.has_view:
             instead = settings.kind.without_view
             raise SettingsError(f"--fov: the camera {settings.camera} has no field of view to be set"
                                 + (f": {instead}" if instead else ""))

@@ -59,8 +59,9 @@ def render(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.options import settings_from
     from lensbench.app.files.picture_render import export_render, kept_path
     from lensbench.app.files.settings_file import save_settings
-    from lensbench.app.state.build import camera, wavelength_remark
-    from lensbench.app.state.camera_kinds import CAMERA_KINDS
+    from lensbench.app.state.build import wavelength_remark
+    from lensbench.app.state.camera_facts import CAMERA_KINDS
+    from lensbench.app.state.camera_kinds import camera
     from lensbench.app.state.scene_file import cached_scene
     from lensbench.app.workers.warm_cache import compiling_ahead
 

@@ -13,7 +13,7 @@ import os
 import secrets
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from itertools import chain
@@ -125,8 +125,8 @@ def _joined(shape: tuple[int, int], bands: Iterable[np.ndarray]) -> np.ndarray:
     return image
 
 
-def read_settings(path: str | Path, say: Callable[[str], object] = lambda text: None) -> Settings:
-    """The settings of an exported picture; `say` receives a sentence if names of an earlier version occur.
+def read_settings(path: str | Path) -> Settings:
+    """The settings of an exported picture.
 
     ExportError if there are none (another program's picture), if the file is incomplete
     or damaged, and for settings of a newer version.
@@ -155,11 +155,11 @@ def read_settings(path: str | Path, say: Callable[[str], object] = lambda text: 
     if text is None:
         raise ExportError(f"{path}: this picture holds no settings: it was not exported by lensbench; a scene "
                           "file shows photographs: docs/scenes.md")
-    return settings_of(text, path, say)
+    return settings_of(text, path)
 
 
-def settings_of(text: str, path: Path, say: Callable[[str], object] = lambda text: None) -> Settings:
-    """The settings of a file's JSON; ExportError where they are damaged or invalid. say: as for `read_settings`."""
+def settings_of(text: str, path: Path) -> Settings:
+    """The settings of a file's JSON; ExportError where they are damaged or invalid."""
     try:
         plain = json.loads(text)
     except (ValueError, RecursionError) as error:       # of JSON, of a number of 5000 digits, of nested brackets
@@ -167,7 +167,7 @@ def settings_of(text: str, path: Path, say: Callable[[str], object] = lambda tex
     if not isinstance(plain, dict):
         raise ExportError(f"{path}: its settings are damaged: they must be an object in braces")
     try:
-        return Settings.from_dict(plain, lambda note: say(f"{path}: {note}"))
+        return Settings.from_dict(plain)
     except ValueError as error:
         raise ExportError(f"{path}: {error}") from error
 

@@ -8,7 +8,7 @@ also `moments` (n, views down, views across, 3, h, w). A plenoptic camera has in
 f-number. Not compressed: noise does not shrink, and reading is as fast as the disk.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.files.export import ExportError
 from lensbench.app.files.npz import ArrayHeader, load_arrays, save_arrays
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.light_field_query import Recording
 from lensbench.app.state.settings import Settings
 from lensbench.kernels.figures import significant
@@ -40,12 +40,9 @@ def save_light_field(path: str | Path, recording: Recording) -> None:
                     microlenses=raw.camera.microlens_f_number)
 
 
-def load_light_field(path: str | Path, say: Callable[[str], object] = lambda text: None) -> Recording:
-    """Read a file of save_light_field; ExportError if it is missing, incomplete or no light field; or lens errors.
-
-    `say` receives a sentence if the settings have names of an earlier version.
-    """
-    found, settings = load_arrays(Path(path), "light field", "lightfield capture", _wanted, _fit, say)
+def load_light_field(path: str | Path) -> Recording:
+    """Read a file of save_light_field; ExportError if it is missing, incomplete or no light field; or lens errors."""
+    found, settings = load_arrays(Path(path), "light field", "lightfield capture", _wanted, _fit)
     try:
         return _of_sensor(found, settings) if "raw" in found else _of_views(found, settings)
     except lb.LightFieldError as error:

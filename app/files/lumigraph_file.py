@@ -4,7 +4,7 @@ Arrays: `pictures` (down, across, 3, h, w) and `nearness` (down, across, h, w) a
 mm, and `settings`, the JSON text of exported pictures, from which the middle pinhole is built.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.files.export import ExportError
 from lensbench.app.files.npz import ArrayHeader, load_arrays, save_arrays
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.settings import Settings
 
 ARRAYS = ("pictures", "nearness", "spacing", "distance")
@@ -24,14 +24,10 @@ def save_lumigraph(path: str | Path, lumigraph: lb.Lumigraph, settings: Settings
                 distance=lumigraph.distance)
 
 
-def load_lumigraph(path: str | Path, say: Callable[[str], object] = lambda text: None
-                   ) -> tuple[lb.Lumigraph, Settings]:
-    """Read a file of save_lumigraph. ExportError: missing, no lumigraph, incomplete; and errors of its lens file.
-
-    `say` receives a sentence if the settings have names of an earlier version.
-    """
+def load_lumigraph(path: str | Path) -> tuple[lb.Lumigraph, Settings]:
+    """Read a file of save_lumigraph. ExportError: missing, no lumigraph, incomplete; and errors of its lens file."""
     found, settings = load_arrays(Path(path), "lumigraph", "lightfield array",
-                                  lambda names: set() if set(ARRAYS) - names else set(ARRAYS), _fit, say)
+                                  lambda names: set() if set(ARRAYS) - names else set(ARRAYS), _fit)
     pictures, nearness, spacing, distance = (found[name] for name in ARRAYS)
     if not min(float(spacing), float(distance)) > 0.0:
         raise ExportError(f"{path}: this lumigraph is damaged: its distances must be positive")

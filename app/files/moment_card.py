@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from lensbench.app.files.export import replacing
 from lensbench.app.state.build import design
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.geometry.elements import elements
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number, format_time

@@ -2,8 +2,8 @@
 
 An archive of npy members, as `np.savez` writes it, and a member `checksum`: the SHA-256 of the names, lengths and
 CRC-32 of all others. Everything is checked before memory is reserved: the number of members, their
-lengths, the header of each array and its shape beside the settings; then the content, as it is read. Files of earlier
-versions carry no `checksum`; their members are checked by their own CRC-32 alone.
+lengths, the header of each array and its shape beside the settings; then the content, as it is read. Archives of
+other programs may lack a `checksum`; their members are checked by their own CRC-32 alone.
 """
 
 import hashlib
@@ -78,14 +78,14 @@ def save_arrays(path: str | Path, settings: Settings, **arrays) -> None:
 
 
 def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], set[str]],
-                fits: Callable[[Mapping[str, ArrayHeader], Settings], bool], say: Callable[[str], object],
-                light: bool = True, into: Mapping[str, np.ndarray] = MappingProxyType({}),
+                fits: Callable[[Mapping[str, ArrayHeader], Settings], bool], light: bool = True,
+                into: Mapping[str, np.ndarray] = MappingProxyType({}),
                 ) -> tuple[dict[str, np.ndarray], Settings]:
     """The arrays of a file, by name, and its settings.
 
     what: the kind of file, in words. maker: the command that records one. wanted: maps the names in the file to those
     that such a file holds; to none for another kind of file. fits: whether arrays of these headers are those of the
-    settings. `say` receives a sentence if names of an earlier version occur. light: whether the numbers must be finite
+    settings. light: whether the numbers must be finite
     and not negative. into: arrays of zeros by name, which take the values of those of their kind and shape; on an error
     they hold anything. ExportError if the file is missing, of another kind, incomplete, damaged, too large, or has
     invalid settings.
@@ -104,7 +104,7 @@ def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], 
                 if CHECKSUM in members and _text(archive, members[CHECKSUM]) != _checksum(
                         [member for name, member in members.items() if name != CHECKSUM]):
                     raise DamagedError("its checksum is another one")
-                settings = settings_of(_text(archive, members[SETTINGS]), path, say)
+                settings = settings_of(_text(archive, members[SETTINGS]), path)
                 headers = {name: _header(archive, members[name]) for name in known}
                 if not fits(headers, settings):
                     raise ExportError(f"{path}: the arrays of this {what} are not those of its settings")

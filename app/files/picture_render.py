@@ -24,7 +24,7 @@ from lensbench.app.files.export import ExportError, check_writable, checked_plac
 from lensbench.app.files.npz import TEXTS, load_arrays, save_arrays
 from lensbench.app.files.picture_noise import NOISE_STATE, Noise
 from lensbench.app.state.auto_model import is_automatic
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.coating import flare
 from lensbench.app.state.scene_file import cached_scene, scene_files
 from lensbench.app.state.settings import Settings
@@ -246,7 +246,7 @@ def _restore(rendering: lb.Rendering, kept: Path, settings: Settings, made_by: n
     """Begin with the kept samples and their noise; ExportError where they are not of this picture."""
     arrays, former = load_arrays(kept, "render that was stopped", "render --resume",
                                  lambda names: names - set(TEXTS) if "made_by" in names else set(),
-                                 lambda headers, former: True, lambda note: None, light=False, into=rendering.state)
+                                 lambda headers, former: True, light=False, into=rendering.state)
     if replace(former, samples=settings.samples) != settings or int(arrays.pop("made_by")) != made_by:
         raise ExportError(f"{kept}: these are samples of a former lens or scene file, of other settings or of another "
                           "version: remove the file, or render without --resume")

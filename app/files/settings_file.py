@@ -7,13 +7,11 @@ for each field that may be None. A lens or scene file may be given by its path r
 import json
 import re
 import tomllib
-from collections.abc import Callable
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
 from lensbench.app.files.export import read_settings, replacing
-from lensbench.app.state import former_settings
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import PICTURES, VERSION, Settings, SettingsError
 from lensbench.kernels.quotation import MOST, cut
@@ -32,14 +30,14 @@ def save_settings(path: str | Path, settings: Settings) -> None:
         part.write_text(HEAD + "".join(lines), encoding="utf-8")
 
 
-def load_settings(path: str | Path, say: Callable[[str], object] = lambda text: None) -> Settings:
+def load_settings(path: str | Path) -> Settings:
     """Read settings, or those of an exported picture; SettingsError with the file, the line and the key at fault.
 
-    `say` receives a sentence if names of an earlier version occur. ExportError for a picture without settings.
+    ExportError for a picture without settings.
     """
     path = Path(path)
     if path.suffix.lower() in PICTURES:
-        return read_settings(path, say)
+        return read_settings(path)
     try:
         with open_regular(path) as file:
             raw = file.read(LONGEST + 1)
@@ -57,7 +55,7 @@ def load_settings(path: str | Path, say: Callable[[str], object] = lambda text: 
         raise SettingsError(f"{path}: this is no TOML: {cut(str(error), 4 * MOST)}") from error
     plain = {name: None if value == WORDS.get(name) else value for name, value in plain.items()}
     try:
-        return _placed(Settings.from_dict(plain, lambda note: say(f"{path}: {note}")), path.parent)
+        return _placed(Settings.from_dict(plain), path.parent)
     except ValueError as error:
         raise SettingsError(f"{path}:{_where(plain, text)} {error}") from error
 
@@ -81,7 +79,7 @@ def _toml(value: Any) -> str:
 
 def _where(plain: dict[str, Any], text: str) -> str:
     """Line and key of the first setting that is invalid on its own; "" if only the combination is invalid."""
-    known = {field.name for field in fields(Settings)} | set(former_settings.NAMES)
+    known = {field.name for field in fields(Settings)}
     for name, value in plain.items():
         try:
             if name == "version" or name in known:

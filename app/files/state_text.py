@@ -7,7 +7,6 @@ import base64
 import binascii
 import json
 import zlib
-from collections.abc import Callable
 from pathlib import Path
 
 from lensbench.app.state.settings import Settings, SettingsError
@@ -33,11 +32,8 @@ def is_state_text(text: str) -> bool:
     return text.strip().startswith(PREFIX)
 
 
-def settings_of_text(text: str, say: Callable[[str], object] = lambda note: None) -> Settings:
-    """The settings of a `state_text`; SettingsError for another text, a cut one, or settings that cannot be.
-
-    `say` receives a sentence if names of an earlier version occur.
-    """
+def settings_of_text(text: str) -> Settings:
+    """The settings of a `state_text`; SettingsError for another text, a cut one, or settings that cannot be."""
     word = "".join(text.split())
     if not word.startswith(PREFIX) or len(word) > LONGEST:
         raise SettingsError(f"“{excerpt(text[:60])}”: a state of lensbench begins with {PREFIX}")
@@ -53,7 +49,7 @@ def settings_of_text(text: str, say: Callable[[str], object] = lambda note: None
         raise SettingsError("this state of lensbench is incomplete or damaged: copy the whole text again") from error
     if not isinstance(plain, dict):
         raise SettingsError("this state of lensbench is damaged: it holds no settings")
-    return Settings.from_dict(plain, say)
+    return Settings.from_dict(plain)
 
 
 def left_behind(settings: Settings) -> list[str]:

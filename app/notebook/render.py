@@ -88,7 +88,7 @@ def _camera(camera: Any, scene: "lb.Scene", scene_name: str | None) -> "lb.Camer
     if not isinstance(camera, str | Path):
         raise TypeError(f"{_kind(camera)} is no camera: give a camera such as lb.LensCamera, the name of a lens or the "
                         "path of its file")
-    from lensbench.app.state.build import camera as camera_of
+    from lensbench.app.state.camera_kinds import camera as camera_of
     from lensbench.app.state.lens_choice import with_lens
     from lensbench.app.state.settings import Settings
 

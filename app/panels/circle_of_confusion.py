@@ -12,7 +12,8 @@ from functools import partial
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from lensbench.app.state.figures import Readings, readings
+from lensbench.app.state.camera_kinds import readings
+from lensbench.app.state.figures import Readings
 from lensbench.app.state.geometry.circle_of_confusion import Curves, curves, main_curve, plot_range
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.pixel.readings import pixel_readings

@@ -19,7 +19,8 @@ from lensbench.app.panels.analysis.drawing import Drawn, draw_figure
 from lensbench.app.state.analysis.figure import Figure, Table, light_limit
 from lensbench.app.state.analysis.ghost import with_ghost
 from lensbench.app.state.analysis.grid_figure import distortion_words, film_distortion, grid_plot
-from lensbench.app.state.build import Setup, camera, setup
+from lensbench.app.state.build import Setup, setup
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.picture.statistics import round_above
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme

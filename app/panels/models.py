@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui, implot
 
 from lensbench.app.panels.task_progress import task_progress
-from lensbench.app.state.camera_kinds import LENS_MODELS
+from lensbench.app.state.camera_facts import LENS_MODELS
 from lensbench.app.state.settings import Settings
 from lensbench.app.studies.charts.values import Chart, Mark
 from lensbench.app.widgets import theme

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.geometry.plan import Plan, Thing, above, extent, plan, things
 from lensbench.app.state.pixel.beam import beam
 from lensbench.app.state.pixel.pointed import Pointed

@@ -7,9 +7,10 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench.app.state.build import design, focus_text, picture_wavelength, published
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.coating import coating
 from lensbench.app.state.comparison.difference import difference
-from lensbench.app.state.figures import SOFT, Readings, colours, readings
+from lensbench.app.state.figures import SOFT, Readings, colours
 from lensbench.app.state.setting_table import LIMITS
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_angle, format_distance, format_length

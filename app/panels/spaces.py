@@ -11,7 +11,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.figures import intrinsics
 from lensbench.app.state.pixel.beam import thing_at
 from lensbench.app.state.scene_file import cached_scene

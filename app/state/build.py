@@ -17,6 +17,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.setting import SettingsError
+from lensbench.app.state.settings import Settings
 from lensbench.app.state.stop_picture import stop_picture
 from lensbench.app.state.water_window import port_before, seen_by_rays, seen_focus
 from lensbench.cameras.dispersion import has_dispersion
@@ -28,7 +29,6 @@ from lensbench.lenses.paraxial import at_reference, is_d_line
 from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
 if TYPE_CHECKING:
-    from lensbench.app.state.settings import Settings
     from lensbench.lenses.editing.document import LensDocument
 
 VISIBLE = WAVELENGTHS[BLUE][0], WAVELENGTHS[RED][-1]    # µm, of pictures with dispersion
@@ -116,14 +116,14 @@ def _edited(text: str, name: str, stamp: Stamp) -> lb.Lens:
     return replace(lens, findings=(*assumed, *(f for f in lens.findings if f not in assumed)))
 
 
-def prescription(settings: "Settings") -> lb.Lens:
+def prescription(settings: Settings) -> lb.Lens:
     """The lens as its file, or the user's edits of it, state it: wide open, in its first positions, not scaled."""
     stamp = file_stamp(settings.lens)
     lens = _edited(settings.edited, settings.lens, stamp) if settings.edited else _load(settings.lens, stamp)
     return lens if lens.stop_image is None else _with_present_picture(lens)
 
 
-def own_picture(settings: "Settings") -> str:
+def own_picture(settings: Settings) -> str:
     """The file of the picture that the lens itself has in its stop; "" for none."""
     if not settings.has_lens:
         return ""
@@ -151,7 +151,7 @@ def _pictured(lens: lb.Lens, image: lb.StopImage) -> lb.Lens:
     return replace(lens, stop_image=image)
 
 
-def design(settings: "Settings") -> lb.Lens:
+def design(settings: Settings) -> lb.Lens:
     """The lens of `published` as figures and the position of the film see it: at the primary wavelength of its design.
 
     A lens for the d line is that of `published` itself. Errors are those of `published`.
@@ -159,7 +159,7 @@ def design(settings: "Settings") -> lb.Lens:
     return at_reference(published(settings))[0]
 
 
-def picture_wavelength(settings: "Settings", lens: lb.Lens) -> float | None:
+def picture_wavelength(settings: Settings, lens: lb.Lens) -> float | None:
     """The wavelength (µm) of pictures through a lens that was designed for another one than the d line.
 
     It is the primary one of its design. None for a lens whose pictures are those of the d line, or of the visible
@@ -177,14 +177,14 @@ def is_in_colour(settings: "Settings", lens: lb.Lens) -> bool:
             VISIBLE[1] and has_dispersion(lens))
 
 
-def wavelength_remark(settings: "Settings") -> str:
+def wavelength_remark(settings: Settings) -> str:
     """What a user should know of the wavelength of these pictures; "" for the d line and the visible spectrum."""
     wavelength = picture_wavelength(settings, published(settings)) if settings.has_lens else None
     return "" if wavelength is None else (f"its pictures and figures are those at {significant(1000.0 * wavelength)} "
                                           "nm alone, the primary wavelength of its design")
 
 
-def published(settings: "Settings") -> lb.Lens:
+def published(settings: Settings) -> lb.Lens:
     """The lens wide open with its glasses, scaled to the chosen focal length (for a zoom, its shortest), then zoomed.
 
     LensError if the settings zoom a lens that cannot zoom, SettingsError for a picture in the stop that cannot be read.
@@ -203,13 +203,13 @@ def published(settings: "Settings") -> lb.Lens:
     return lens.at(zoom=settings.zoom)
 
 
-def setup(settings: "Settings") -> Setup:
+def setup(settings: Settings) -> Setup:
     """The lens of the settings in front of its film; ValueError or OSError if the lens cannot be loaded or built."""
     return _setup(design(settings), settings.optics)
 
 
 @lru_cache(maxsize=64)
-def _setup(lens: lb.Lens, settings: "Settings") -> Setup:
+def _setup(lens: lb.Lens, settings: Settings) -> Setup:
     reasons = []
     if settings.f_number is not None:
         try:
@@ -230,7 +230,7 @@ def _setup(lens: lb.Lens, settings: "Settings") -> Setup:
                  port_before(lens, film_distance, settings), seen, refused, "; ".join(reasons))
 
 
-def _focus(lens: lb.Lens, settings: "Settings") -> tuple[float, FocusPosition]:
+def _focus(lens: lb.Lens, settings: Settings) -> tuple[float, FocusPosition]:
     """The focus distance (mm) as the lens sees it, and the position of the film; LensError where there is none."""
     seen = seen_focus(lens, settings)
     found = focusing(lens, settings, seen)
@@ -259,7 +259,7 @@ def _at_nearest(lens: lb.Lens, wanted: float) -> tuple[lb.Lens, float, float]:
         return lens, max(lens.length, lens.surfaces[-1].semi_diameter), wanted
 
 
-def focusing(lens: lb.Lens, settings: "Settings", seen: float) -> FocusPosition:
+def focusing(lens: lb.Lens, settings: Settings, seen: float) -> FocusPosition:
     """The position of the film behind a lens that is stopped down already, for a focus distance (mm) as it sees it.
 
     It is the paraxial focus for ideal models, and where the whole bundle cannot be focused so near.
@@ -300,15 +300,7 @@ def focus_text(found: FocusPosition) -> str:
             f"µm {other_method}. The difference is spherical aberration, which grows with the aperture")
 
 
-def camera(settings: "Settings") -> lb.Camera:
-    """The camera of these settings.
-
-    SettingsError, LensError or CameraError for impossible settings, such as a focus nearer than the nearest.
-    """
-    return settings.kind.maker(settings)
-
-
-def lens_camera(settings: "Settings") -> lb.LensCamera:
+def lens_camera(settings: Settings) -> lb.LensCamera:
     """A camera with the real lens of the settings, or an ideal lens that follows from it.
 
     The film lies where the primary wavelength of the design is in focus. Groups that focus move as for the d line.
@@ -328,7 +320,7 @@ def lens_camera(settings: "Settings") -> lb.LensCamera:
                          **place_and_shutter(settings))
 
 
-def place_and_shutter(settings: "Settings") -> dict[str, Any]:
+def place_and_shutter(settings: Settings) -> dict[str, Any]:
     """The arguments common to all cameras: pose, shutter, and the medium in front."""
     return {"world_from_camera": settings.placement, "shutter_open": settings.moment,
             "shutter_close": settings.moment + settings.shutter,
@@ -336,7 +328,7 @@ def place_and_shutter(settings: "Settings") -> dict[str, Any]:
             "readout_direction": settings.readout_direction, "medium": medium(settings)}
 
 
-def medium(settings: "Settings") -> lb.Medium | None:
+def medium(settings: Settings) -> lb.Medium | None:
     """The medium in front of the camera; None for clear air."""
     if settings.medium == "air":
         return None

@@ -13,7 +13,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.analysis.traced_focus import beams
 from lensbench.app.state.build import setup
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import Place, lens_leans, seen_from
 from lensbench.app.state.water_window import port_index, port_of

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import lensbench as lb
 from lensbench.app.state.lens_settings import AUTO
+from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import read_ghost_pair
 
 if TYPE_CHECKING:
-    from lensbench.app.state.settings import Settings
     from lensbench.rendering.ghost_image import Flare
 
 LAST_UNCOATED, LAST_SINGLE = 1945, 1970         # years: coating became usual, then coating with several layers
@@ -20,7 +20,7 @@ class Coating(NamedTuple):
     why: str
 
 
-def coating(settings: "Settings", lens: lb.Lens) -> Coating:
+def coating(settings: Settings, lens: lb.Lens) -> Coating:
     """The coating of these settings; by default that of the year of the lens, and single-layer where none is known.
 
     Surfaces that carry a coating of their own keep it.
@@ -31,7 +31,7 @@ def coating(settings: "Settings", lens: lb.Lens) -> Coating:
                                                     "coating of their own")
 
 
-def _assumed(settings: "Settings", lens: lb.Lens) -> Coating:
+def _assumed(settings: Settings, lens: lb.Lens) -> Coating:
     if settings.coating != AUTO:
         return Coating(settings.coating, f"{_loss(settings.coating)}; chosen")
     if lens.year is None:
@@ -40,7 +40,7 @@ def _assumed(settings: "Settings", lens: lb.Lens) -> Coating:
     return Coating(name, f"{_loss(name)}; by its year, {lens.year}")
 
 
-def flare(settings: "Settings") -> "Flare | None":
+def flare(settings: Settings) -> "Flare | None":
     """The ghosts and stars that the settings ask for, also where the picture can have none, which it says; or None."""
     if not (settings.ghosts or settings.stars):
         return None
@@ -56,7 +56,7 @@ def flare(settings: "Settings") -> "Flare | None":
                  wavelength=picture_wavelength(settings, published(settings)) if settings.has_lens else None)
 
 
-def missing_ghost(settings: "Settings") -> str:
+def missing_ghost(settings: Settings) -> str:
     """Why the ghost that is shown alone does not exist in the present lens, in a sentence; "" where it does."""
     if not (settings.ghosts and settings.ghost_pair and settings.has_lens):
         return ""

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import lensbench as lb
 from lensbench.app.state.build import design
-from lensbench.app.state.figures import colours, readings
+from lensbench.app.state.camera_kinds import MAKERS, readings
+from lensbench.app.state.figures import colours
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_angle
 from lensbench.app.state.water_window import nearest_in_focus
@@ -88,8 +89,8 @@ def full_view(settings: Settings) -> tuple[float, float]:
 
     Of a camera with a field of view of its own: that one, along its own axis.
     """
-    if settings.kind.view is not None:
-        return settings.kind.view(settings)
+    if (view := MAKERS[settings.camera].view) is not None:
+        return view(settings)
     efl = _focal_length(settings)
     return 2.0 * math.atan(0.5 * min(settings.film_width, settings.film_height) / (_index(settings) * efl)), efl
 
@@ -155,8 +156,8 @@ def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) 
 
     A lens that zooms does so first; only a view narrower than at its longest end crops the film.
     """
-    if settings.kind.with_view is not None:
-        return settings.kind.with_view(settings, fov)
+    if (with_view := MAKERS[settings.camera].with_view) is not None:
+        return with_view(settings, fov)
     if not keep_zoom and _zooms_by_length(settings):
         lens = design(_unzoomed(settings))
         wanted = 0.5 * min(settings.film_width, settings.film_height) / (

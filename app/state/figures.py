@@ -9,7 +9,7 @@ import json
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,15 +18,13 @@ from lensbench.analysis.grids.chief_rays import find_chief_rays
 from lensbench.app.state.build import VISIBLE, FocusPosition, design, picture_wavelength, published, setup
 from lensbench.app.state.coating import coating
 from lensbench.app.state.geometry.ray_fans import lit_radius
+from lensbench.app.state.settings import Settings
 from lensbench.app.state.water_window import nearest_in_focus, true_focus
 from lensbench.cameras.dispersion import missing_dispersion
 from lensbench.cameras.flat_port import FlatPort
 from lensbench.kernels.figures import fixed, significant
 from lensbench.pupils.image_circle import edge_of_light
 from lensbench.pupils.ray_aiming import Aim
-
-if TYPE_CHECKING:
-    from lensbench.app.state.settings import Settings
 
 SOFT = ". First order alone: aberrations blur even what is in focus beyond the limit, see Blur in focus"
 SEEN = f"{fixed(VISIBLE[0], 2)} to {fixed(VISIBLE[1], 2)} µm"
@@ -78,7 +76,7 @@ class Readings:
         return (self.focusing.blur or 0.0) > (self.limit or math.inf) and self.near_limit is not None
 
 
-def blur_limit(settings: "Settings") -> float:
+def blur_limit(settings: Settings) -> float:
     """The circle of confusion (mm) up to which a point counts as sharp."""
     film = settings.film
     return film.pitch if settings.limit == "pixel" else film.diagonal / 1500.0
@@ -92,7 +90,7 @@ class Colours(NamedTuple):
     why: str
 
 
-def colours(settings: "Settings") -> Colours:
+def colours(settings: Settings) -> Colours:
     """The dispersion of the lens under these settings; ValueError or OSError if the lens cannot be loaded."""
     if not settings.has_lens:
         return Colours(False, False, "Only the real lens disperses: this camera is an ideal one, at the d line")
@@ -117,21 +115,13 @@ def colours(settings: "Settings") -> Colours:
                                   if settings.is_automatic else ""))
 
 
-def readings(settings: "Settings") -> Readings:
-    """All read-outs of these settings; for invalid settings the reason, never an exception."""
-    try:
-        return settings.kind.readings(settings.optics)
-    except (ValueError, OSError) as error:
-        return Readings(reason=str(error))
-
-
-def lens_readings(settings: "Settings") -> Readings:
+def lens_readings(settings: Settings) -> Readings:
     """The read-outs of a camera with a lens."""
     return _of_lens(design(settings), settings)
 
 
 @lru_cache(maxsize=64)
-def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
+def _of_lens(lens: lb.Lens, settings: Settings) -> Readings:
     lens_setup = setup(settings)
     film, limit, port = lens_setup.film, blur_limit(settings), lens_setup.port
     wavelength = lens.reference_wavelength
@@ -255,7 +245,7 @@ def intrinsics(of: lb.Camera) -> str | None:
 # The image circle on the film
 
 
-def lit(settings: "Settings") -> float:
+def lit(settings: Settings) -> float:
     """Radius (mm) to which light reaches the film: to its corner for a camera without a lens."""
     corner = 0.5 * settings.film.diagonal
     if not settings.has_lens:
@@ -266,7 +256,7 @@ def lit(settings: "Settings") -> float:
         return corner
 
 
-def dark_corners(settings: "Settings") -> str:
+def dark_corners(settings: Settings) -> str:
     """Reason for dark corners, or ""; an ideal lens lights any film."""
     if not settings.follows_lens:
         return ""
@@ -283,7 +273,7 @@ def dark_corners(settings: "Settings") -> str:
     return f"Image circle ø {fixed(reach, 1)} mm, film diagonal {fixed(diagonal, 1)} mm"
 
 
-def _dark_shifted(settings: "Settings") -> str:
+def _dark_shifted(settings: Settings) -> str:
     """Reason for dark corners of a film that is shifted across the axis, or ""."""
     pose, film = settings.film_pose, settings.film
     away, half = np.array([abs(pose.shift), abs(pose.rise)]), 0.5 * np.array([film.width, film.height])
@@ -299,7 +289,7 @@ def _dark_shifted(settings: "Settings") -> str:
     return f"Image circle ø {fixed(2.0 * reach, 1)} mm, and the film is shifted out to ø {fixed(2.0 * far, 1)} mm"
 
 
-def _towards_the_corner(settings: "Settings") -> float | None:
+def _towards_the_corner(settings: Settings) -> float | None:
     """Part of the way to the film's corner that light reaches, for a lens without rotational symmetry; else None."""
     try:
         lens_setup = setup(settings)

@@ -8,23 +8,26 @@ view. Lengths in mm.
 import math
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.build import place_and_shutter
-from lensbench.app.state.figures import Readings, airy_diameter, angles, blur_limit, readings
+from lensbench.app.state.figures import (
+    Readings,
+    airy_diameter,
+    angles,
+    blur_limit,
+)
 from lensbench.app.state.setting import SettingsError
+from lensbench.app.state.settings import Settings
 from lensbench.app.state.stop_picture import stop_picture
 from lensbench.app.state.water_window import port_of
 from lensbench.kernels.figures import significant
 
-if TYPE_CHECKING:
-    from lensbench.app.state.settings import Settings
 
-
-def _stop(settings: "Settings") -> dict[str, Any]:
+def _stop(settings: Settings) -> dict[str, Any]:
     """The shape of the stop, as cameras without a lens take it: corners of blades lie on the circle of its radius."""
     if settings.stop_image:
         return {"stop_image": stop_picture(settings.stop_image)}
@@ -40,21 +43,10 @@ def seen_angles(camera: lb.Camera) -> np.ndarray:
     return np.where(rays.weights > 0.0, 2.0 * np.arccos(np.clip(-rays.directions[:, 2], -1.0, 1.0)), math.nan)
 
 
-@lru_cache(maxsize=64)
-def seen_readings(settings: "Settings") -> Readings:
-    """The read-outs of a kind without any of its own: the angles that it sees, and the `reason` of its row."""
-    plain = Readings(limit=blur_limit(settings), reason=settings.kind.reason)
-    if not settings.kind.bounded:
-        return plain
-    across, down, diagonal = (None if math.isnan(angle) else float(angle)
-                              for angle in seen_angles(settings.kind.maker(settings)))
-    return replace(plain, fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal)
-
-
 # Perspective
 
 
-def perspective(settings: "Settings") -> lb.PerspectiveCamera:
+def perspective(settings: Settings) -> lb.PerspectiveCamera:
     """An ideal thin lens; SettingsError where it is focused nearer than twice its focal length."""
     focal_length = perspective_focal_length(settings)
     shape, radius = _stop(settings), 0.0
@@ -74,13 +66,13 @@ def perspective(settings: "Settings") -> lb.PerspectiveCamera:
                                 focus_distance=focus, **shape, **place_and_shutter(settings))
 
 
-def perspective_focal_length(settings: "Settings") -> float:
+def perspective_focal_length(settings: Settings) -> float:
     """The focal length (mm) of the perspective camera, which follows from its field of view and its film."""
     return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis).film_distance
 
 
 @lru_cache(maxsize=64)
-def perspective_readings(settings: "Settings") -> Readings:
+def perspective_readings(settings: Settings) -> Readings:
     """The read-outs of an ideal thin lens of the focal length that the field of view implies."""
     film, limit, port = settings.film, blur_limit(settings), port_of(settings)
     efl = perspective_focal_length(settings)
@@ -99,19 +91,19 @@ def perspective_readings(settings: "Settings") -> Readings:
     return replace(plain, near_limit=port.true(near), far_limit=port.true(far), magnification=efl / focus)
 
 
-def focused_lens(settings: "Settings") -> tuple[float, float]:
+def focused_lens(settings: Settings) -> tuple[float, float]:
     """Focal length (mm) and f-number of the ideal lens in focus: its film stays where it is, and its power rises."""
     efl = perspective_focal_length(settings)
     focused = 1.0 / (1.0 / efl + 1.0 / port_of(settings).apparent(settings.focus_distance))
     return focused, (settings.f_number or math.inf) * focused / efl
 
 
-def perspective_view(settings: "Settings") -> tuple[float, float]:
+def perspective_view(settings: Settings) -> tuple[float, float]:
     """The field of view along its own axis, and the focal length."""
     return settings.fov, perspective_focal_length(settings)
 
 
-def perspective_with_view(settings: "Settings", fov: float) -> "Settings":
+def perspective_with_view(settings: Settings, fov: float) -> Settings:
     """Another field of view along its own axis."""
     return replace(settings, fov=fov)
 
@@ -119,7 +111,7 @@ def perspective_with_view(settings: "Settings", fov: float) -> "Settings":
 # Orthographic
 
 
-def orthographic(settings: "Settings") -> lb.OrthographicCamera:
+def orthographic(settings: Settings) -> lb.OrthographicCamera:
     """Parallel rays, or cones of them about parallel axes."""
     return lb.OrthographicCamera(settings.film, settings.scene_width * settings.crop, settings.lens_radius,
                                  port_of(settings).apparent(settings.focus_distance), **_stop(settings),
@@ -127,7 +119,7 @@ def orthographic(settings: "Settings") -> lb.OrthographicCamera:
 
 
 @lru_cache(maxsize=64)
-def orthographic_readings(settings: "Settings") -> Readings:
+def orthographic_readings(settings: Settings) -> Readings:
     """The magnification, the same at every distance."""
     return Readings(magnification=settings.film_width / settings.scene_width, limit=blur_limit(settings),
                     reason="An orthographic camera sees along parallel rays: it has neither a focal length nor a "
@@ -137,14 +129,14 @@ def orthographic_readings(settings: "Settings") -> Readings:
 # Fisheye
 
 
-def fisheye(settings: "Settings") -> lb.FisheyeCamera:
+def fisheye(settings: Settings) -> lb.FisheyeCamera:
     """A camera that maps angles from the axis to lengths on the film by a projection."""
     return lb.FisheyeCamera(settings.film, settings.fisheye_fov, settings.projection, settings.fov_axis,
                             **place_and_shutter(settings))
 
 
 @lru_cache(maxsize=64)
-def fisheye_readings(settings: "Settings") -> Readings:
+def fisheye_readings(settings: Settings) -> Readings:
     """Twice the angle from the axis of rays at the film's sides and corner, within the image circle."""
     of = fisheye(settings)
     seen = seen_angles(of)
@@ -153,12 +145,12 @@ def fisheye_readings(settings: "Settings") -> Readings:
                     fov_diagonal=diagonal, reason="An ideal fisheye sees from a point: it has no lens to focus")
 
 
-def fisheye_view(settings: "Settings") -> tuple[float, float]:
+def fisheye_view(settings: Settings) -> tuple[float, float]:
     """The field of view of the image circle, and the focal length."""
-    return settings.fisheye_fov, readings(settings).efl or 50.0
+    return settings.fisheye_fov, fisheye(settings).focal_length
 
 
-def fisheye_with_view(settings: "Settings", fov: float) -> "Settings":
+def fisheye_with_view(settings: Settings, fov: float) -> Settings:
     """Another field of view of the image circle."""
     return replace(settings, fisheye_fov=fov)
 
@@ -166,13 +158,13 @@ def fisheye_with_view(settings: "Settings", fov: float) -> "Settings":
 # Panorama
 
 
-def environment(settings: "Settings") -> lb.EnvironmentCamera:
+def environment(settings: Settings) -> lb.EnvironmentCamera:
     """Every direction from one point, in one picture."""
     return lb.EnvironmentCamera(settings.film, settings.layout, **place_and_shutter(settings))
 
 
 @lru_cache(maxsize=64)
-def environment_readings(settings: "Settings") -> Readings:
+def environment_readings(settings: Settings) -> Readings:
     """The whole sphere."""
     return Readings(fov_horizontal=2.0 * math.pi, fov_vertical=math.pi,
                     reason="A panorama sees in every direction from a point: nothing is out of focus")
@@ -181,19 +173,19 @@ def environment_readings(settings: "Settings") -> Readings:
 # Pinhole of finite size
 
 
-def finite_pinhole(settings: "Settings") -> lb.PinholeCamera:
+def finite_pinhole(settings: Settings) -> lb.PinholeCamera:
     """A round hole before a film."""
     return lb.PinholeCamera(settings.film, settings.hole_distance, hole_diameter(settings) / 2.0,
                             **place_and_shutter(settings))
 
 
-def hole_diameter(settings: "Settings") -> float:
+def hole_diameter(settings: Settings) -> float:
     """The diameter of the hole (mm): as it is set, or the sharpest for distant objects."""
     return settings.hole_diameter or lb.best_pinhole(settings.hole_distance)
 
 
 @lru_cache(maxsize=64)
-def finite_pinhole_readings(settings: "Settings") -> Readings:
+def finite_pinhole_readings(settings: Settings) -> Readings:
     """The read-outs of a hole: the blur of hole and diffraction is nearly the same at every distance."""
     film, of = settings.film, finite_pinhole(settings)
     return replace(angles(film, of.distance, port=port_of(settings)), efl=of.distance, limit=blur_limit(settings),
@@ -202,13 +194,27 @@ def finite_pinhole_readings(settings: "Settings") -> Readings:
                    airy=of.diffraction())
 
 
-def finite_pinhole_view(settings: "Settings") -> tuple[float, float]:
+def finite_pinhole_view(settings: Settings) -> tuple[float, float]:
     """The field of view along the shorter side of the film in use, and the distance from hole to film."""
     shorter = min(settings.film_width, settings.film_height)
     return 2.0 * math.atan(0.5 * shorter * settings.crop / settings.hole_distance), settings.hole_distance
 
 
-def finite_pinhole_with_view(settings: "Settings", fov: float) -> "Settings":
+def finite_pinhole_with_view(settings: Settings, fov: float) -> Settings:
     """Another distance from the hole to the film."""
     shorter = min(settings.film.width, settings.film.height)
     return replace(settings, hole_distance=0.5 * shorter / math.tan(0.5 * fov))
+
+
+# Bare sensor
+
+
+def bare_sensor(settings: Settings) -> lb.BareSensor:
+    """A film without a lens."""
+    return lb.BareSensor(settings.film, **place_and_shutter(settings))
+
+
+def bare_sensor_readings(settings: Settings) -> Readings:
+    """The reason why there are no read-outs."""
+    return Readings(limit=blur_limit(settings),
+                    reason="Without a lens each point of the film gets light from the whole scene: no picture forms")

@@ -60,8 +60,7 @@ class Spec:
     `bounds` or `choices` alone would be unclear. restarts: what a change restarts, PICTURE, MOTION (the picture, where
     anything moves) or NOTHING. figures: whether the read-outs of lens and film depend on it, as on most settings
     that restart the picture. none: the word for None in a settings file. read, metavar, help: of the command-line
-    option, which is `option` or the field's own name; a setting without `help` has no option. former: an earlier name
-    of the option, which still works.
+    option, which is `option` or the field's own name; a setting without `help` has no option.
     """
 
     words: str = ""
@@ -76,7 +75,6 @@ class Spec:
     metavar: str = ""
     help: str = ""
     option: str = ""
-    former: str = ""
 
     def shown(self, value: float) -> str:
         """A number with its unit, as a person reads it."""

@@ -7,7 +7,7 @@ is one field here; `settings` has what follows from the values.
 import math
 from dataclasses import dataclass
 
-from lensbench.app.state.camera_kinds import CAMERAS, LENS_MODELS, MODEL_TITLES
+from lensbench.app.state.camera_facts import CAMERAS, LENS_MODELS, MODEL_TITLES
 from lensbench.app.state.lens_settings import LensSettings
 from lensbench.app.state.setting import (
     ANGLE,
@@ -103,7 +103,7 @@ class SettingTable(LensSettings):
         "auto", choices=DISPERSIONS, figures=False, help="colour errors of the lens: traced where its glasses are "
         "known (auto), on (an error where they are not), or off")
     light_tracing: bool = setting(
-        True, figures=False, former="splats",
+        True, figures=False,
         help="trace small lights from the light to the film, so that their blur is smooth at once (by default), or not")
     ghosts: bool = setting(
         False, figures=False,
@@ -178,7 +178,7 @@ class SettingTable(LensSettings):
         help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given. Without it and "
         "without a position of the camera, the camera is placed where it frames the scene's subject in focus")
     focus_position: str = setting(
-        "auto", choices=FOCUS_POSITIONS, former="focusing",
+        "auto", choices=FOCUS_POSITIONS,
         help="position of the film behind a real lens: the paraxial focus (paraxial), the position of least blur of "
         "all rays (real), or the latter only where it is half a pixel sharper (auto)")
     medium: str = setting("air", choices=MEDIUMS, help="the medium before the camera")
@@ -187,7 +187,7 @@ class SettingTable(LensSettings):
         help="of fog or water: distance at which a black object keeps 2%% of its contrast, such as 10m")
     fog_light: float = setting(0.5, "light of the fog", bounds=Interval(0.0, 1e6), figures=False, read=read_light,
                                metavar="L", help="radiance that fog or water scatters into the view")
-    immersed: bool = setting(False, former="wet",
+    immersed: bool = setting(False,
                              help="put the lens itself into the water, without a flat window before it")
     position: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.0), unit="mm", bounds=PLACE, figures=False, read=read_position, metavar="X,Y,Z",

@@ -5,7 +5,6 @@ function of them. Lengths in mm, angles in radians, exposure in stops. The field
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -13,8 +12,7 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state import former_settings
-from lensbench.app.state.camera_kinds import CAMERA_KINDS, CAMERAS, LENS_MODELS, MODEL_TITLES, CameraKind
+from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS, MODEL_TITLES, CameraKind
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.setting import MOTION, NOTHING, SettingsError, check, converted, spec
 from lensbench.app.state.setting_table import SHAPES, SettingTable
@@ -23,7 +21,7 @@ from lensbench.imaging.film_pose import UPRIGHT, FilmPose
 from lensbench.kernels.hashed import hashed_once
 from lensbench.kernels.quotation import MOST, cut, excerpt
 
-VERSION = 5                     # of the settings in a picture's metadata
+VERSION = 1                     # of the settings in a picture's metadata
 PICTURES = (".png", ".ppm", ".exr")             # formats of pictures that carry their settings
 CHOSEN = "chosen"               # key of the automatic model's choice there: a record, and no setting
 
@@ -43,30 +41,23 @@ class Settings(SettingTable):
         return {"version": VERSION, **plain}
 
     @classmethod
-    def from_dict(cls, plain: dict[str, Any], say: Callable[[str], object] = lambda text: None) -> "Settings":
-        """Read the result of `to_dict`, or a part; `say` receives a sentence if names of an earlier version occur.
+    def from_dict(cls, plain: dict[str, Any]) -> "Settings":
+        """Read the result of `to_dict`, or a part of it.
 
         SettingsError for a newer version, unknown names or values of a wrong kind, FilmError for an invalid film.
         """
         version = plain.get("version")
         if not isinstance(version, int) or isinstance(version, bool):
-            raise SettingsError("these settings carry no version: they are not of lensbench")
+            raise SettingsError("not a lensbench settings file: it has no `version`")
         if version > VERSION:
             raise SettingsError(f"these settings are of version {excerpt(version)}, "
                                 f"newer than this lensbench reads ({VERSION}): update lensbench")
-        before = {"focus_position": "paraxial"} if version < 3 else {}      # the only focus of those versions
-        plain, notes = former_settings.converted(plain, CAMERAS, LENS_MODELS)
-        if notes:
-            say(f"settings of version {version}: {'; '.join(notes)}")
         unknown = sorted(set(plain) - {f.name for f in fields(cls)} - {"version", CHOSEN})
-        if unknown == ["model"]:
-            raise SettingsError(f"model {excerpt(plain['model'])}: choose one of {', '.join((*LENS_MODELS, *CAMERAS))}")
         if unknown:
             raise SettingsError("these settings have names that lensbench does not know: "
                                 f"{cut(', '.join(cut(name) for name in unknown), 4 * MOST)}")
         given = {f.name: converted(f.name, f.type, plain[f.name]) for f in fields(cls) if f.name in plain}
-        found = replace(cls(), **{**before, **given}).checked()
-        return former_settings.true_in_water(found, say) if version < 5 else found
+        return replace(cls(), **given).checked()
 
     def checked(self) -> "Settings":
         """Itself; SettingsError or FilmError with the range where a value is invalid."""

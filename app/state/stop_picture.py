@@ -3,16 +3,13 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import lensbench as lb
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.setting import SettingsError
+from lensbench.app.state.settings import Settings
 from lensbench.kernels.quotation import excerpt
 from lensbench.lenses.stop_picture import read_picture
-
-if TYPE_CHECKING:
-    from lensbench.app.state.settings import Settings
 
 
 def stop_picture(path: str) -> lb.StopImage:
@@ -23,7 +20,7 @@ def stop_picture(path: str) -> lb.StopImage:
     return _read(path, file_stamp(path))
 
 
-def with_readable_stop(settings: "Settings", say: Callable[[str], object]) -> "Settings":
+def with_readable_stop(settings: Settings, say: Callable[[str], object]) -> Settings:
     """The settings without a picture in the stop that cannot be read; `say` receives a sentence on it."""
     if settings.stop_image:
         try:
@@ -34,7 +31,7 @@ def with_readable_stop(settings: "Settings", say: Callable[[str], object]) -> "S
     return settings
 
 
-def stop_picture_path(settings: "Settings", text: str) -> str:
+def stop_picture_path(settings: Settings, text: str) -> str:
     """The absolute path of a picture that was typed: relative to the folder of the lens file, else to the present one.
 
     SettingsError where neither folder has it; the message names them.

@@ -10,7 +10,8 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.build import Setup, camera, setup
+from lensbench.app.state.build import Setup, setup
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.figures import blur_limit
 from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.settings import Settings

@@ -5,39 +5,36 @@ settings is the true one; a lens is focused on the distance at which it sees wha
 """
 
 import math
-from typing import TYPE_CHECKING
 
 import lensbench as lb
+from lensbench.app.state.settings import Settings
 from lensbench.cameras.flat_port import FlatPort
 from lensbench.cameras.traced_light import foremost
 from lensbench.kernels.figures import significant
 from lensbench.kernels.root_finding import find_root
 from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
-if TYPE_CHECKING:
-    from lensbench.app.state.settings import Settings
-
 SEEN_ALIKE = 1e-10              # of a distance: error of the focus through a window
 STEPS = 30                      # of a search, each of which leaves a third of the error or less
 
 
-def port_index(settings: "Settings") -> float:
+def port_index(settings: Settings) -> float:
     """The index of the water behind the flat window of the camera; 1 without a window."""
     return WATER_INDEX if settings.medium == "water" and not (settings.has_lens and settings.immersed) else 1.0
 
 
-def port_before(lens: lb.Lens, film_distance: float, settings: "Settings") -> FlatPort:
+def port_before(lens: lb.Lens, film_distance: float, settings: Settings) -> FlatPort:
     """The window before a focused lens; distances from the film. None leaves them as they are, to the bit."""
     index = port_index(settings)
     return FlatPort(lens.length + film_distance - foremost(lens), index) if index != 1.0 else FlatPort()
 
 
-def nearest_in_focus(lens: lb.Lens, settings: "Settings") -> float:
+def nearest_in_focus(lens: lb.Lens, settings: Settings) -> float:
     """The nearest focus distance (mm) of a lens, through its window; LensError as `lb.nearest_focus`."""
     return true_focus(lens, lb.nearest_focus(lens), settings)
 
 
-def true_focus(lens: lb.Lens, seen: float, settings: "Settings", method: str = "paraxial") -> float:
+def true_focus(lens: lb.Lens, seen: float, settings: Settings, method: str = "paraxial") -> float:
     """The distance (mm) beyond the window of what a lens is focused on that it sees at a distance.
 
     method: of focusing, as of `lb.focused`, whose errors this raises.
@@ -48,7 +45,7 @@ def true_focus(lens: lb.Lens, seen: float, settings: "Settings", method: str = "
     return float(port_before(there, lb.film_distance(there, seen, method), settings).true(seen))
 
 
-def seen_focus(lens: lb.Lens, settings: "Settings") -> float:
+def seen_focus(lens: lb.Lens, settings: Settings) -> float:
     """The focus distance (mm) of the settings as a lens sees it that is focused paraxially, through its window.
 
     FocusError, with distances beyond the window, where that is nearer than the lens can focus.
@@ -68,7 +65,7 @@ def seen_focus(lens: lb.Lens, settings: "Settings") -> float:
     return find_root(excess, nearest, wanted, SEEN_ALIKE * wanted)
 
 
-def seen_by_rays(lens: lb.Lens, settings: "Settings", seen: float) -> float:
+def seen_by_rays(lens: lb.Lens, settings: Settings, seen: float) -> float:
     """The same of a lens that is focused by all its rays, from the distance that it sees when focused paraxially.
 
     Its film, and so the window, and its groups stand a little elsewhere. FocusError where rays focus no nearer.
@@ -83,6 +80,6 @@ def seen_by_rays(lens: lb.Lens, settings: "Settings", seen: float) -> float:
     return seen
 
 
-def port_of(settings: "Settings") -> FlatPort:
+def port_of(settings: Settings) -> FlatPort:
     """The window into water of a camera without a lens, which touches its centre of projection."""
     return FlatPort(0.0, port_index(settings))

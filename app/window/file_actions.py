@@ -173,7 +173,7 @@ class Files:
             from lensbench.app.files.settings_file import load_settings
 
             say = partial(self._state.view.say, change=True)
-            settings = read_settings(path, say) if kind == "picture" else load_settings(path, say)
+            settings = read_settings(path) if kind == "picture" else load_settings(path)
             settings = with_readable_stop(settings, say)
             constrained(settings)              # raises if the lens file is gone
             return settings
@@ -236,7 +236,7 @@ class Files:
     def save_intrinsics(self, path: Path) -> None:
         """Save the camera's intrinsics and pose as JSON."""
         from lensbench.app.files.export import replacing
-        from lensbench.app.state.build import camera
+        from lensbench.app.state.camera_kinds import camera
         from lensbench.app.state.figures import intrinsics
 
         try:

@@ -16,8 +16,8 @@ from lensbench.app.files.moment_shelf import Moment, MomentShelf, moments_folder
 from lensbench.app.files.state_text import is_state_text, left_behind, settings_of_text, state_text
 from lensbench.app.panels import moments as panel
 from lensbench.app.panels.controls.controls import lens_title, scene_title
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.constraints import constrained
-from lensbench.app.state.figures import readings
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.stop_picture import with_readable_stop
@@ -92,7 +92,7 @@ class Moments:
             self._window.view.say("The clipboard holds no state of lensbench: such a text begins with lensbench:",
                                   note=True)
             return
-        self._take(settings_of_text(text, partial(self._window.view.say, note=True, change=True)))
+        self._take(settings_of_text(text))
 
     def save_card(self, path: Path) -> None:
         """Write the card of the moment that was asked for."""

@@ -174,7 +174,7 @@ def _entries(state: WindowState) -> list[Entry]:
             entries += _of_field(field, present)
     if zoom is not None:
         entries += [Entry(name, _zoomed(zoom, present.zoom), fills=f"{name} ") for name in ZOOM]
-    if present.has_lens or present.kind.view is not None:
+    if present.has_lens or present.kind.has_view:
         entries.append(Entry(VIEW, format_angle(field_of_view(present)), fills=f"{VIEW} "))
     for card in lenses.describe():
         entries.append(Entry(f"Lens: {card.title}", "", _sets(

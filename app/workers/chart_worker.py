@@ -57,7 +57,7 @@ class ChartWorker(Measurements[Settings, Chart]):
 
 def _measured(key: Settings, task: Task[Chart]) -> Chart:
     import lensbench as lb
-    from lensbench.app.state.build import camera
+    from lensbench.app.state.camera_kinds import camera
     from lensbench.app.studies.charts.models import chart
     from lensbench.app.studies.charts.subjects import Subject
 

@@ -127,10 +127,7 @@ class LightFieldWorker:
 
     def open(self, path: Path) -> None:
         """Open a recording."""
-        def say(text: str) -> None:
-            self.messages.append((text, False))
-
-        self._begin(f"Opening {path.name}", lambda task: _opened(path, say), self._take_recording)
+        self._begin(f"Opening {path.name}", lambda task: _opened(path), self._take_recording)
 
     def save(self, path: Path) -> None:
         """Save the recording."""
@@ -323,12 +320,12 @@ def _compared(task: Task, field_picture: FieldPicture) -> Compared | None:
     return None if image is None else Compared(field_picture, image, settings, decibels(field_picture.image, image))
 
 
-def _opened(path: Path, say: Callable[[str], object]) -> Recorded:
+def _opened(path: Path) -> Recorded:
     """The light field or the array that the file holds; raises what its reader raises."""
     from lensbench.app.files.light_field_file import load_light_field
     from lensbench.app.files.lumigraph_file import load_lumigraph
 
     with suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(path) as archive:
         if "pictures.npy" in archive.namelist():
-            return ArrayRecording(*load_lumigraph(path, say))
-    return load_light_field(path, say)
+            return ArrayRecording(*load_lumigraph(path))
+    return load_light_field(path)

@@ -13,7 +13,7 @@ PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
 
 def prepare(settings: Settings) -> tuple[Any, Any]:
     """The camera and the scene of the settings."""
-    from lensbench.app.state.build import camera
+    from lensbench.app.state.camera_kinds import camera
     from lensbench.app.state.scene_file import cached_scene
 
     return camera(settings), cached_scene(settings.scene)

@@ -46,7 +46,7 @@ LENSES = ("pbrt-dgauss-50mm",                       # spheres
 
 def pictures() -> Iterator[Any]:
     """Settings of one small picture for each kind of camera, lens, scene and view."""
-    from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
+    from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
     from lensbench.app.state.constraints import with_camera
     from lensbench.app.state.lens_choice import with_lens
     from lensbench.app.state.settings import Settings
@@ -92,7 +92,8 @@ def cameras() -> Iterator[lb.LensCamera]:
 def exercise(progress: Any = print) -> None:
     """Ask for the kernels of every picture and panel."""
     from lensbench.app.state.auto_model import choose, is_automatic
-    from lensbench.app.state.build import camera, setup
+    from lensbench.app.state.build import setup
+    from lensbench.app.state.camera_kinds import camera
     from lensbench.app.state.coating import flare
     from lensbench.app.state.scene_file import find_scene
     from lensbench.app.workers.warm_panels import prepare

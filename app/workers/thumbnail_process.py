@@ -7,7 +7,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.files.export import develop
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.constraints import with_longer_side
 from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.picture.exposure import exposed

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.scene_file import cached_scene, find_scene
 from lensbench.app.state.settings import Settings
 from lensbench.kernels.program import is_stage_compiled, stage_address

@@ -5,7 +5,7 @@ is done.
 """
 
 from lensbench.app.state.build import setup
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.geometry.circle_of_confusion import curves, plot_range
 from lensbench.app.state.geometry.exit_pupil import box_samples
 from lensbench.app.state.geometry.section import sketch

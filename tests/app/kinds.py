@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.constraints import with_camera
 from lensbench.app.state.settings import Settings
 

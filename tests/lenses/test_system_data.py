@@ -12,7 +12,7 @@ import lensbench as lb
 from lensbench import Glass, Lens, Positions, Surface, lenses
 from lensbench.app.command.main import main
 from lensbench.app.panels.readouts import Status, rows
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.settings import Settings
 from lensbench.lenses import READERS, WRITERS, Kind
 from lensbench.lenses.system_text import system_rows

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
 from lensbench.app.state.analysis.aperture_figures import breathing_figure, focus_shift_figure
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets.toggles import toggles
 

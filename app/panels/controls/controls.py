@@ -16,7 +16,8 @@ from lensbench.app.panels.controls import film_dials, iris_popup, medium_popup, 
 from lensbench.app.panels.controls.dials import dial_count, dials
 from lensbench.app.panels.controls.dispersion_popup import can_disperse, dispersion_popup
 from lensbench.app.panels.controls.focus_popup import focus_popup
-from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS, unfit
+from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.state.camera_kinds import unfit
 from lensbench.app.state.constraints import (
     constrained,
     with_camera,

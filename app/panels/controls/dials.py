@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 
 from lensbench.app.state import dial_scales
 from lensbench.app.state.build import design
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.constraints import (
     WIDEST_FISHEYE,
     constrained,
@@ -17,7 +18,7 @@ from lensbench.app.state.constraints import (
     with_field_of_view,
     zooms,
 )
-from lensbench.app.state.figures import SOFT, readings
+from lensbench.app.state.figures import SOFT
 from lensbench.app.state.lens_choice import APERTURE, FOCUS, LOCKS
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_length
@@ -66,7 +67,7 @@ def _focus(settings: Settings) -> Settings:
     figures = readings(settings)
     nearest = figures.nearest_focus
     if nearest is None or not math.isfinite(nearest):       # an edited lens may focus on nothing
-        nearest = full_view(settings)[1] if settings.has_lens or settings.kind.view is not None else NEAREST
+        nearest = full_view(settings)[1] if settings.has_lens or settings.kind.has_view else NEAREST
     zone = None
     if figures.near_limit is not None and figures.far_limit is not None:
         zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)

@@ -11,7 +11,7 @@ from imgui_bundle import ImVec2, ImVec4, imgui
 
 from lensbench.app.display.frame import View
 from lensbench.app.state import dial_scales
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.picture.auto_exposure import METERED, MODES, mode_of, with_mode
 from lensbench.app.state.picture.exposure import AppliedExposure, exposure_text
 from lensbench.app.state.scales import Scale

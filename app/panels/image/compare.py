@@ -73,7 +73,7 @@ def plate_lines(text: str, samples: str, room: float, width: Callable[[str], flo
 
 def differences(a: Settings, b: Settings) -> tuple[str, str]:
     """The differences between two settings, each in a few words."""
-    from lensbench.app.state.figures import readings
+    from lensbench.app.state.camera_kinds import readings
 
     def angle(settings: Settings) -> str:
         return format_angle(readings(settings).fov_diagonal or 0.0)

@@ -28,8 +28,9 @@ from lensbench.app.panels.image.overlays import (
     draw_pointed,
 )
 from lensbench.app.panels.image.toolbar import picture_tools
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.click_focus import focused_at
-from lensbench.app.state.figures import dark_corners, readings
+from lensbench.app.state.figures import dark_corners
 from lensbench.app.state.picture.false_colours import aov_note
 from lensbench.app.state.pose import dollied, orbited, panned, pivot_distance
 from lensbench.app.state.settings import Settings

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import lensbench as lb
 from lensbench.app.display.frame import Box, Mark
 from lensbench.app.state.build import design
-from lensbench.app.state.camera_kinds import LENS_MODELS
+from lensbench.app.state.camera_facts import LENS_MODELS
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance

@@ -29,7 +29,7 @@ from lensbench.app.panels.lens_section.switches import dead_ray_switch, edit_swi
 from lensbench.app.panels.lens_section.viewport import View, fitted
 from lensbench.app.state.analysis import film_drag
 from lensbench.app.state.build import design, setup
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.geometry.elements import elements
 from lensbench.app.state.geometry.exit_pupil import region
 from lensbench.app.state.geometry.ray_fans import Fan

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.constraints import with_longer_side
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings

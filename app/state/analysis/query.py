@@ -17,7 +17,7 @@ from lensbench.analysis.grids.field_conditions import FIELDS, Conditions, condit
 from lensbench.analysis.grids.grid_trace import ray_grid
 from lensbench.analysis.grids.traced_grid import RayGrid
 from lensbench.app.state.build import Setup, is_in_colour, published, setup
-from lensbench.app.state.camera_kinds import LENS_MODELS
+from lensbench.app.state.camera_facts import LENS_MODELS
 from lensbench.app.state.geometry.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance

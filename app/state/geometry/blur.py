@@ -16,7 +16,8 @@ import numpy as np
 import lensbench as lb
 from lensbench.analysis.traced_focus import Beams, beams
 from lensbench.app.state.build import Setup, setup
-from lensbench.app.state.figures import blur_limit, readings
+from lensbench.app.state.camera_kinds import readings
+from lensbench.app.state.figures import blur_limit
 from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.view_camera import lens_leans

@@ -11,8 +11,9 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.build import setup
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.dial_scales import WHOLE_STOPS
-from lensbench.app.state.figures import Readings, readings
+from lensbench.app.state.figures import Readings
 from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.ideal_cameras import focused_lens
 from lensbench.app.state.settings import Settings

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.build import camera
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import camera, readings
 from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.scene_file import SceneFileError, cached_scene, scene_stamp
 from lensbench.app.state.settings import Settings

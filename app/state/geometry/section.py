@@ -10,7 +10,8 @@ from functools import lru_cache
 
 import lensbench as lb
 from lensbench.app.state.build import Setup, design, published, setup
-from lensbench.app.state.figures import AIR, readings
+from lensbench.app.state.camera_kinds import readings
+from lensbench.app.state.figures import AIR
 from lensbench.app.state.geometry.elements import cut
 from lensbench.app.state.geometry.ray_fans import FIELDS, Fan, fans, ideal_fan
 from lensbench.app.state.geometry.top_view import quarter_turned

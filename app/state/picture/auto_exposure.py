@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.picture.exposure import applied_exposure
 from lensbench.app.state.setting import Interval
 from lensbench.app.state.settings import Settings

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.settings import Settings
 from lensbench.imaging.exposure import SATURATION
 from lensbench.kernels.figures import fixed, significant, true_minus

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import lensbench as lb
 from lensbench.app.state.build import setup
-from lensbench.app.state.camera_kinds import LENS_MODELS
+from lensbench.app.state.camera_facts import LENS_MODELS
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
 from lensbench.kernels.figures import significant

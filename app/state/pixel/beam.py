@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.pixel.pointed import Place
 from lensbench.app.state.scene_file import SceneFileError, cached_scene, scene_stamp

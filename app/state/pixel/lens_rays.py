@@ -12,7 +12,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.build import Setup, setup
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.geometry.exit_pupil import from_film, region, turn
 from lensbench.app.state.geometry.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan
 from lensbench.app.state.geometry.top_view import quarter_turned

@@ -11,7 +11,8 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.analysis.traced_focus import beams
-from lensbench.app.state.build import camera, setup
+from lensbench.app.state.build import setup
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.file_cache import Stamp, file_stamp
 from lensbench.app.state.geometry.exit_pupil import from_film, region
 from lensbench.app.state.geometry.ray_fans import lit_radius

@@ -270,7 +270,6 @@ PARTS = {"tracer": block_against_scalar, "render": fused, "crowds": crowds, "cam
          "setup": setup, "sampling": sampling, "allocation": allocation, "light-tracing": light_tracing_errors,
          "precision": precision}
 LONG = ("sampling", "allocation", "light-tracing", "precision", "light-field", "differentials")    # minutes each
-FORMER = {"splats": "light-tracing"}        # former: present name of a part
 
 
 def parts() -> dict[str, Callable[[], Iterator[tuple[str, float, str]]]]:

@@ -15,7 +15,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.light_field_query import Look
 from lensbench.app.state.picture import tone

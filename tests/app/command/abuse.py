@@ -10,7 +10,7 @@ import OpenEXR
 
 from lensbench.app.command.lens_options import dest
 from lensbench.app.command.main import main
-from lensbench.app.state.camera_kinds import CAMERAS
+from lensbench.app.state.camera_facts import CAMERAS
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import Settings
 

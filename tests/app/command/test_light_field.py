@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench.app.command.main import main
 from lensbench.app.files.export import ExportError, read_settings
 from lensbench.app.files.light_field_file import load_light_field, save_light_field
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.picture.false_colours import depth_codes, ends
 
 pytestmark = pytest.mark.slow

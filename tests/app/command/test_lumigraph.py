@@ -9,7 +9,7 @@ import lensbench as lb
 from lensbench.app.command.main import main
 from lensbench.app.files.export import read_settings
 from lensbench.app.files.lumigraph_file import load_lumigraph, save_lumigraph
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 
 pytestmark = pytest.mark.slow
 

@@ -411,7 +411,7 @@ def one_line(capsys):
     ("view pbrt-dgauss-50mm --ghosts --ghost-pair 0-5", "surfaces of this lens that reflect"),
     ("render pbrt-dgauss-50mm --bits 12 -o a.png", "16"),
     ("render pbrt-dgauss-50mm --tone warm -o a.png", "filmic"),
-    ("render pbrt-dgauss-50mm --model magic -o a.png", "pinhole"),
+    ("render pbrt-dgauss-50mm --lens-model magic -o a.png", "pinhole"),
     ("render pbrt-dgauss-50mm --scene nowhere -o a.png", "still-life"),
     ("render pbrt-dgauss-50mm --focal-length 0 -o a.png", "focal length"),
     ("render pbrt-dgauss-50mm --lens-model thin --focal-length 300mm --focus 25cm -o a.png", " m"),

@@ -16,7 +16,7 @@ from lensbench.app.files.export import ExportError, save_picture
 from lensbench.app.files.light_field_file import load_light_field, save_light_field
 from lensbench.app.files.lumigraph_file import load_lumigraph, save_lumigraph
 from lensbench.app.files.settings_file import load_settings, save_settings
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.light_field_query import Recording
 from lensbench.app.state.setting import SettingsError
 from lensbench.app.state.settings import VERSION, Settings
@@ -84,11 +84,11 @@ def by_values(whole, rng):
     """A file whose settings have odd values, or names, with every checksum right."""
     plain = SMALL.to_dict()
     for _ in range(rng.randint(1, 3)):
-        name = rng.choice([*plain, "model", "splats", "no such name", "\x1b[2J\n"])
+        name = rng.choice([*plain, "lens_model", "no such name", "\x1b[2J\n"])
         plain[name] = rng.choice(ODD)
     text = json.dumps(plain, ensure_ascii=True).encode()
     text = rng.choice([text, text, text, b"[" * 10**5, b"9" * 5000, text.replace(b'"', b"'"), b'"' + text,
-                       b"\xff" + text, b"[[1, 2]]", b'[["version", 4]]', b"null"])
+                       b"\xff" + text, b"[[1, 2]]", b'[["version", 1]]', b"null"])
     return with_settings(whole, text, plain)
 
 

@@ -232,7 +232,7 @@ def test_the_noise_of_another_picture_is_refused(tmp_path):
     path = tmp_path / "a.exr"
     assert export_render(NOISY, path, noise=1e-5, resume=True, stopping=stops_after(20)) is None
     _, settings = load_arrays(kept_path(path), "", "", lambda names: names - set(TEXTS), lambda headers, found: True,
-                              print, light=False)
+                              light=False)
     with np.load(kept_path(path)) as kept:
         arrays = {name: kept[name] for name in kept.files if name not in TEXTS}
     for change, why in (({"noise_samples": arrays["samples"] + 1}, "noise of another picture"),

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from lensbench.app.command.main import main
 from lensbench.app.files.export import ExportError, save_picture
 from lensbench.app.files.settings_file import load_settings, save_settings
-from lensbench.app.state.camera_kinds import CAMERAS, LENS_MODELS
+from lensbench.app.state.camera_facts import CAMERAS, LENS_MODELS
 from lensbench.app.state.setting_table import TONES
 from lensbench.app.state.settings import VERSION, Settings, SettingsError
 
@@ -36,7 +36,7 @@ def test_settings_come_back_from_their_file_to_the_last_bit(tmp_path_factory, se
 
 def test_what_a_hand_has_written_is_read_and_what_it_left_out_is_as_the_bench_has_it(tmp_path):
     path = tmp_path / "a.toml"
-    path.write_text('version = 3\nf_number = "open"  # as far as it goes\nfocus_distance = inf\nexposure = 1\n'
+    path.write_text('version = 1\nf_number = "open"  # as far as it goes\nfocus_distance = inf\nexposure = 1\n'
                     'position = [0, 1.5, 2]\n')
     read = load_settings(path)
     assert read == replace(Settings(), f_number=None, focus_distance=math.inf, exposure=1.0, position=(0.0, 1.5, 2.0))
@@ -50,12 +50,12 @@ def test_a_lens_beside_the_settings_is_found_from_anywhere(tmp_path):
 
 
 @pytest.mark.parametrize(("text", "said"), [
-    ("", "no version"), ("version = 1\n\ncrop = 3.0\n", ":3: crop:"), ("version = 1\nfov = 4.0", ":2: fov:"),
+    ("", "no `version`"), ("version = 1\n\ncrop = 3.0\n", ":3: crop:"), ("version = 1\nfov = 4.0", ":2: fov:"),
     ("version = 1\nfilm_width = -36", ":2: film_width:"), ("version = 1\nf_number = 'wide'", ":2: f_number:"),
     ("version = 1\nposition = [1, 2]", ":2: position:"), ("version = 1\nlense = 'x'", ":2: lense:"),
     ("version = 1\nsamples = true", "whole number"), ("version = 1\npixels_x = 1e3", "whole number"),
-    ("version = 1\nmodel = 'zoom'", "choose one of auto, trace"), (f"version = {VERSION + 1}", "update lensbench"),
-    ("version = 1\nfov = ", "no TOML: "), ("[version]\na = 1", ":1: version:|no version"),
+    ("version = 1\nlens_model = 'zoom'", "auto, trace"), (f"version = {VERSION + 1}", "update lensbench"),
+    ("version = 1\nfov = ", "no TOML: "), ("[version]\na = 1", ":1: version:|no `version`"),
     ("version = 1\npixels_x = 20000\npixels_y = 20000", "million are possible"),
 ])
 def test_what_cannot_be_is_named_by_file_line_and_key(tmp_path, text, said):
@@ -105,6 +105,6 @@ def test_an_exported_picture_is_a_settings_file_too(tmp_path):
     for name in ("a.png", "a.ppm", "a.exr"):
         save_picture(tmp_path / name, np.zeros((640, 960, 3), np.float32), settings)
         assert load_settings(tmp_path / name) == settings
-    (tmp_path / "a.png").write_bytes(b"version = 3")
+    (tmp_path / "a.png").write_bytes(b"version = 1")
     with pytest.raises(ExportError, match="neither a PNG"):
         load_settings(tmp_path / "a.png")

@@ -9,7 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench.app.panels import circle_of_confusion
 from lensbench.app.state.build import setup
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.geometry.circle_of_confusion import SMALLEST, curves, main_curve, plot_range
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets.plot_axes import PlotMap, log_ticks, pieces

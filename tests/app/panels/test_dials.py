@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.lens_edit.editing import edited
 from lensbench.app.state.settings import Settings
 from lensbench.lenses.editing.cells import with_radius

@@ -9,9 +9,9 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.panels.readouts import NONE, Status, rows
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera, readings
 from lensbench.app.state.constraints import constrained
-from lensbench.app.state.figures import colours, readings
+from lensbench.app.state.figures import colours
 from lensbench.app.state.settings import Settings, SettingsError
 from tests.app.command.test_main import settings_of, viewed  # noqa: F401 - the fixture
 from tests.app.conftest import SMALL

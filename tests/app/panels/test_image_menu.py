@@ -42,7 +42,7 @@ def test_stars_and_their_strength_are_set_in_the_menu(drive, tmp_path, size):
 
 def test_the_choice_is_kept_with_the_settings():
     assert Settings().light_tracing
-    assert not Settings.from_dict({"version": 1, "splats": False}).light_tracing
+    assert not Settings.from_dict({"version": 1, "light_tracing": False}).light_tracing
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 import lensbench as lb
 from lensbench.app.files.export import read_settings
 from lensbench.app.files.light_field_file import load_light_field
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.constraints import with_longer_side
 from lensbench.app.state.light_field_query import (
     Look,

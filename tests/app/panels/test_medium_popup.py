@@ -8,9 +8,9 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
-from lensbench.app.state.build import camera, design, medium, setup
+from lensbench.app.state.build import design, medium, setup
+from lensbench.app.state.camera_kinds import camera, readings
 from lensbench.app.state.constraints import with_camera
-from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings, SettingsError
 from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
 from tests.app.conftest import SMALL

@@ -8,7 +8,7 @@ import pytest
 from imgui_bundle import ImVec2
 
 from lensbench.app.panels.models import ModelsState, _free, _model, _present, models_panel
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.settings import Settings, SettingsError
 from lensbench.app.studies.charts.models import chart
 from lensbench.app.studies.charts.subjects import Subject

@@ -12,8 +12,8 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.falloff import falling
 from lensbench.app.panels.spaces import along, intrinsics, rows
-from lensbench.app.state.build import camera, setup
-from lensbench.app.state.figures import readings
+from lensbench.app.state.build import setup
+from lensbench.app.state.camera_kinds import camera, readings
 from lensbench.app.state.geometry.plan import extent, plan, things
 from lensbench.app.state.pixel.beam import thing_at
 from lensbench.app.state.settings import Settings

@@ -13,7 +13,7 @@ from lensbench.app.command.main import main
 from lensbench.app.files.export import read_settings
 from lensbench.app.files.picture_render import export_render
 from lensbench.app.state.auto_model import choice_details, choice_summary, record
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.render_worker import RenderWorker
 from tests.app.conftest import SMALL
@@ -43,7 +43,7 @@ def done(worker, settings):
 
 def test_the_bench_opens_with_the_automatic_model():
     assert (Settings().camera, Settings().lens_model) == ("lens", "auto")
-    assert Settings.from_dict({"version": 1, "model": "trace"}).lens_model == "trace"
+    assert Settings.from_dict({"version": 1, "lens_model": "trace"}).lens_model == "trace"
     assert (choice(PART).model, choice(WIDE).model) == ("thin", "polynomial")
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lensbench import lenses
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.click_focus import BEYOND, TOO_NEAR, UNLIT, focused_at
 from lensbench.app.state.settings import Settings
 from tests.core.optics.test_surface_pose import posed

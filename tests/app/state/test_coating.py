@@ -7,8 +7,8 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.readouts import Status, rows
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.coating import coating, missing_ghost
-from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings
 
 LENS = lenses.load("pbrt-dgauss-50mm")

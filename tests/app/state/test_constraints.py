@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state import constraints
-from lensbench.app.state.build import camera, design
-from lensbench.app.state.figures import readings
+from lensbench.app.state.build import design
+from lensbench.app.state.camera_kinds import camera, readings
 from lensbench.app.state.settings import Settings, SettingsError
 from tests.library import CLASSICS
 

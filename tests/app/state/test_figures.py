@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.state.build import camera, setup
+from lensbench.app.state.build import setup
+from lensbench.app.state.camera_kinds import camera, readings
 from lensbench.app.state.constraints import constrained
-from lensbench.app.state.figures import Readings, blur_limit, readings
+from lensbench.app.state.figures import Readings, blur_limit
 from lensbench.app.state.geometry.blur import Blur
 from lensbench.app.state.settings import Settings
 from tests.app.kinds import of_kind

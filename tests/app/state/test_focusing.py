@@ -6,10 +6,14 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-import lensbench as lb
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
-from lensbench.app.state.build import camera, design, focus_text, focusing, setup
-from lensbench.app.state.figures import readings
+from lensbench.app.state.build import (
+    design,
+    focus_text,
+    focusing,
+    setup,
+)
+from lensbench.app.state.camera_kinds import camera, readings
 from lensbench.app.state.settings import Settings
 from tests.app.stand import drive
 from tests.core.oracles import rms_on_film
@@ -59,16 +63,6 @@ def test_the_read_out_says_what_is_done_and_what_the_other_way_would_give():
     said = focus_text(got.focusing)
     assert said.startswith("Focused by the least blur") and "µm paraxially" in said
     assert focus_text(readings(replace(WIDE, focus_position="paraxial")).focusing).startswith("Focused paraxially")
-
-
-def test_settings_from_before_there_was_a_choice_keep_their_paraxial_focus():
-    plain = WIDE.to_dict()
-    assert Settings.from_dict(plain).focus_position == "auto"
-    del plain["focus_position"]
-    assert Settings.from_dict(plain).focus_position == "auto"
-    old = Settings.from_dict({**plain, "version": 2})
-    assert old.focus_position == "paraxial"
-    assert setup(old).film_distance == lb.film_distance(design(old), 1200.0)
 
 
 def test_the_choice_is_made_by_hand_below_the_dials():

@@ -9,8 +9,8 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.build import design
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.constraints import constrained
-from lensbench.app.state.figures import readings
 from lensbench.app.state.lens_choice import (
     FILM,
     FRAME,

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.state.build import camera, setup
+from lensbench.app.state.build import setup
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.light_field_query import Look, Recording, light_field_picture, picture_settings
 from lensbench.app.state.settings import Settings
 

@@ -13,9 +13,16 @@ from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.state.analysis.ghost_images import ghosts_figure
 from lensbench.app.state.analysis.query import query
-from lensbench.app.state.build import camera, design, picture_wavelength, published, setup, wavelength_remark
+from lensbench.app.state.build import (
+    design,
+    picture_wavelength,
+    published,
+    setup,
+    wavelength_remark,
+)
+from lensbench.app.state.camera_kinds import camera, readings
 from lensbench.app.state.coating import flare
-from lensbench.app.state.figures import colours, readings
+from lensbench.app.state.figures import colours
 from lensbench.app.state.geometry.section import sketch
 from lensbench.app.state.settings import Settings
 from lensbench.rendering.ghost_image import GhostImage

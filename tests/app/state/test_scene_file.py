@@ -94,7 +94,7 @@ MISTAKES = {
     "an unknown key": (BALL + "radios = 3\n", r"sphere has no 'radios': did you mean radius"),
     "an unknown table": (BALL + "[[cone]]\n", r"a scene file has no 'cone' \(known: name, .* disk\)"),
     "a lens": ("format = 1\n[surfaces]\n", r"this is a lens file: a scene file is TOML that holds name, .* disk"),
-    "settings": ('version = 4\nlens = "a"\n', r"this is a settings file: a scene file is TOML that holds"),
+    "settings": ('version = 1\nlens = "a"\n', r"this is a settings file: a scene file is TOML that holds"),
     "one bracket": (BALL.replace("[[sphere]]", "[sphere]"), r"write \[\[sphere\]\]"),
     "an unknown material": (BALL + 'material = "gold"\n', r"write a table \[material.gold\]"),
     "an unknown kind": (BALL + 'material = { kind = "velvet" }\n', r"'velvet': choose one of matte, coat"),

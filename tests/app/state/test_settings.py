@@ -1,4 +1,4 @@
-"""The declarations of the settings: ranges, choices, options, what a change restarts, and names of earlier versions."""
+"""The declarations of the settings: ranges, choices, options, and what a change restarts."""
 
 import math
 import os
@@ -8,8 +8,7 @@ from dataclasses import fields, replace
 import pytest
 
 from lensbench.app.command.main import main
-from lensbench.app.state.build import camera
-from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.state.camera_facts import CAMERA_KINDS
 from lensbench.app.state.geometry.plan import things
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.setting import Interval, spec
@@ -84,51 +83,12 @@ def test_what_restarts_nothing_leaves_the_picture_alone_and_what_moves_it_does_s
     assert replace(start, limit="pixel").optics != start.optics
 
 
-# Names of earlier versions
+# Names of cameras and lens models
 
 
-@pytest.mark.parametrize(("word", "settings"), [
-    *((name, Settings(lens_model=name)) for name in LENS_MODELS),
-    *((name, Settings(camera=name)) for name in ("perspective", "orthographic", "fisheye", "environment")),
-    ("hole", Settings(camera="finite-pinhole")), ("bare", Settings(camera="bare-sensor")),
-    ("table", Settings(lens_model="polynomial"))])
-def test_settings_of_version_3_open_under_the_present_names_and_name_them_once(word, settings):
-    said = []
-    assert Settings.from_dict({"version": 3, "model": word}, said.append) == settings
-    assert len(said) == 1 and ("camera" in said[0] or "lens_model" in said[0])
-
-
-def test_former_fields_keep_their_values_and_name_the_present_ones():
-    said = []
-    former = {"version": 3, "splats": False, "wet": True, "focusing": "real"}
-    assert Settings.from_dict(former, said.append) == Settings(light_tracing=False, immersed=True,
-                                                               focus_position="real")
-    assert len(said) == 1 and all(name in said[0] for name in ("light_tracing", "immersed", "focus_position"))
-
-
-def test_present_settings_come_back_without_a_word():
-    said = []
+def test_settings_come_back_equal():
     settings = replace(Settings(), camera="finite-pinhole", lens_model="thin", immersed=True)
-    assert settings.to_dict()["version"] == VERSION == 5
-    assert Settings.from_dict(settings.to_dict(), said.append) == settings and not said
-
-
-@pytest.mark.parametrize(("words", "changes", "said"), [
-    (["--model", "thin"], {"lens_model": "thin"}, "--lens-model thin"),
-    (["--model", "perspective"], {"camera": "perspective"}, "--camera perspective"),
-    (["--model", "hole"], {"camera": "finite-pinhole"}, "--camera finite-pinhole"),
-    (["--model", "finite-pinhole"], {"camera": "finite-pinhole"}, "--camera finite-pinhole"),
-    (["--model", "bare"], {"camera": "bare-sensor"}, "--camera bare-sensor"),
-    (["--model", "table"], {"lens_model": "polynomial"}, "a polynomial is faster"),
-    (["--no-splats"], {"light_tracing": False}, "--no-light-tracing"),
-    (["--wet", "--medium", "water"], {"immersed": True}, "--immersed"),
-    (["--focusing", "real"], {"focus_position": "real"}, "--focus-position")])
-def test_a_former_option_works_and_names_the_present_one(viewed, capsys, words, changes, said):  # noqa: F811
-    found = settings_of(viewed, LENS, *words)
-    assert {name: getattr(found, name) for name in changes} == changes
-    error = capsys.readouterr().err
-    ignored = 0 if found.has_lens else 1                # the lens, which this camera does not have
-    assert said in error and error.count("\n") == 1 + ignored and error.count("has no effect") == ignored
+    assert Settings.from_dict(settings.to_dict()) == settings
 
 
 def test_a_present_option_says_nothing(viewed, capsys):  # noqa: F811
@@ -139,20 +99,13 @@ def test_a_present_option_says_nothing(viewed, capsys):  # noqa: F811
 
 
 def test_a_lens_model_asks_for_the_camera_that_has_a_lens(viewed, tmp_path):  # noqa: F811
-    (tmp_path / "a.toml").write_text('version = 4\ncamera = "fisheye"\n')
+    (tmp_path / "a.toml").write_text('version = 1\ncamera = "fisheye"\n')
     found = settings_of(viewed, "--settings", str(tmp_path / "a.toml"), "--lens-model", "thin")
     assert (found.camera, found.lens_model) == ("lens", "thin")
 
 
-def test_a_file_of_version_3_is_named_on_stderr(viewed, capsys, tmp_path):  # noqa: F811
-    (tmp_path / "a.toml").write_text('version = 3\nmodel = "hole"\n')
-    assert settings_of(viewed, "--settings", str(tmp_path / "a.toml")).camera == "finite-pinhole"
-    error = capsys.readouterr().err
-    assert "a.toml" in error and 'camera = "finite-pinhole"' in error and error.count("\n") == 1
-
-
 def test_an_unknown_model_is_refused_with_the_words(viewed, capsys):  # noqa: F811
-    assert main(["view", LENS, "--model", "magic"]) == 2
+    assert main(["view", LENS, "--camera", "magic"]) == 2
     assert "finite-pinhole" in capsys.readouterr().err
 
 
@@ -192,17 +145,3 @@ def test_an_edited_texture_is_seen(tmp_path):
         os.utime(tmp_path / "t.png", ns=(level, level))
         levels.append(cached_scene(str(path)).plates[0].material.pattern.image)
     assert levels[0] != levels[1]
-
-
-def test_a_focus_in_water_of_a_former_version_becomes_the_true_distance():
-    said = []
-    former = {"version": 4, "lens": "double-gauss-100-f412", "medium": "water", "focus_distance": 1200.0,
-              "f_number": None}
-    found = Settings.from_dict(former, said.append)
-    assert camera(found).focus_distance == pytest.approx(1200.0, rel=1e-9) and found.focus_distance > 1500.0
-    assert len(said) == 1 and "1.20 m became 1.56 m" in said[0]
-    assert Settings.from_dict({**former, "version": 5}).focus_distance == 1200.0
-    for same in ({"medium": "air"}, {"immersed": True}, {"focus_distance": "inf"}):
-        plain = {**former, **same}
-        assert Settings.from_dict(plain) == Settings.from_dict({**plain, "version": 5})
-    assert Settings.from_dict({**former, "lens": "gone.toml"}).focus_distance == pytest.approx(1.333 * 1200.0)

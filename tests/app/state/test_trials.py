@@ -4,7 +4,8 @@ import pytest
 
 from lensbench import lenses
 from lensbench.app.panels.readouts import Status, rows
-from lensbench.app.state.figures import Readings, readings
+from lensbench.app.state.camera_kinds import readings
+from lensbench.app.state.figures import Readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.terms import TERMS
 from lensbench.app.state.trials import TRIALS, tried

@@ -12,7 +12,8 @@ from lensbench.app.command.ignored_options import remarks
 from lensbench.app.files.settings_file import load_settings, save_settings
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.state.analysis.query import query
-from lensbench.app.state.build import camera, setup
+from lensbench.app.state.build import setup
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.click_focus import focused_at
 from lensbench.app.state.constraints import constrained, with_equivalent_film
 from lensbench.app.state.dial_scales import curvature_scale
@@ -69,7 +70,7 @@ def test_flat_is_a_radius_of_the_film():
     assert spec(radius).read("flat") == spec(radius).read("inf") == math.inf and spec(radius).read("-90 mm") == -90.0
     flat = replace(Settings(), film_radius=math.inf)
     assert flat == Settings() and flat.checked().film_pose.is_upright
-    assert Settings.from_dict({"version": 4, "film_radius": "inf"}).film_radius is None
+    assert Settings.from_dict({"version": 1, "film_radius": "inf"}).film_radius is None
 
 
 def test_figures_of_a_film_in_line_say_so():

@@ -14,8 +14,8 @@ from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.state import constraints, dial_scales
-from lensbench.app.state.build import camera, design, setup
-from lensbench.app.state.figures import readings
+from lensbench.app.state.build import design, setup
+from lensbench.app.state.camera_kinds import camera, readings
 from lensbench.app.state.lens_edit.editing import edited
 from lensbench.app.state.lens_shelf import short_title
 from lensbench.app.state.settings import Settings, SettingsError

@@ -10,7 +10,7 @@ import numba.core.event
 from imgui_bundle import hello_imgui, imgui
 
 import lensbench as lb
-from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.constraints import constrained, with_camera
 from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.settings import Settings

@@ -5,7 +5,7 @@ from imgui_bundle import ImVec2, hello_imgui, imgui, immapp
 from imgui_bundle.immapp import testing
 from PIL import Image
 
-from lensbench.app.state.camera_kinds import CAMERA_KINDS
+from lensbench.app.state.camera_facts import CAMERA_KINDS
 from lensbench.app.widgets import theme
 from lensbench.app.window import window
 from tests.app.conftest import SMALL

@@ -12,7 +12,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.image import camera_strip
 from lensbench.app.panels.lens_section import panel as section_panel
-from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets.chord import chord
 from lensbench.app.window import window

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers import automatic_model, picture_lights, warm_cache
 from lensbench.app.workers import render_worker as module

@@ -26,7 +26,7 @@ from lensbench.app.state.analysis.seidel_figure import seidel_figure
 from lensbench.app.state.analysis.spots import spots_figure
 from lensbench.app.state.analysis.stack_figure import stack_figure
 from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.geometry.ray_fans import end_text
 from lensbench.app.state.settings import Settings
 

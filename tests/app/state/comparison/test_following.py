@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.comparison.difference import difference
 from lensbench.app.state.comparison.following import followed
-from lensbench.app.state.figures import readings
 from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.settings import Settings
 

@@ -8,7 +8,7 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
-from lensbench.app.state.figures import readings
+from lensbench.app.state.camera_kinds import readings
 from lensbench.app.state.picture.auto_exposure import (
     NARROWEST,
     TIMES,

@@ -12,7 +12,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench.app.files.export import save_picture
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.dial_scales import ISOS, iso_scale
 from lensbench.app.state.picture.exposure import applied_exposure, exposed, exposure_text, look
 from lensbench.app.state.settings import Settings

@@ -10,7 +10,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench.app.command.main import main
-from lensbench.app.state.build import camera
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.picture.false_colours import NOTES, aov_codes, aov_note
 from lensbench.app.state.setting_table import VIEWS
 from lensbench.app.state.settings import Settings
