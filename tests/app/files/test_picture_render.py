@@ -14,7 +14,7 @@ from lensbench import lenses
 from lensbench.app.files.export import ExportError, develop, read_settings
 from lensbench.app.files.npz import TEXTS, load_arrays, save_arrays
 from lensbench.app.files.picture_render import export_render, kept_path, render
-from lensbench.app.state.build import camera as camera_of
+from lensbench.app.state.camera_kinds import camera as camera_of
 from lensbench.app.state.constraints import with_camera
 from lensbench.app.state.settings import Settings
 

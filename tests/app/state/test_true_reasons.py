@@ -8,7 +8,8 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
-from lensbench.app.state.build import camera, setup
+from lensbench.app.state.build import setup
+from lensbench.app.state.camera_kinds import camera
 from lensbench.app.state.settings import Settings
 from lensbench.lenses.checks.geometry import geometry_findings
 from lensbench.optics.finding import Kind
