@@ -41,7 +41,7 @@ test-slow: needs $(VENV)/.installed-test
 # From a copy, so that compiled kernels of this moment never lie beside sources that change
 wheel: $(VENV)/.installed
 	rm -rf build/tree && mkdir -p build/tree
-	cp -r core lenses shaders app pyproject.toml README.md LICENSE build/tree
+	cp -r lensbench core lenses shaders app pyproject.toml setup.py README.md LICENSE build/tree
 	$(BIN)/python -m lensbench.app.workers.shipped_kernels build/tree/core/kernels/shipped
 	$(BIN)/python -m pip wheel -q --no-deps -w dist build/tree
 
@@ -49,7 +49,7 @@ lint: $(VENV)/.installed-test
 	$(BIN)/ruff check .
 	@# The rooms as the one package that they are installed as: mypy does not see an editable install
 	@rm -rf build/typed && mkdir -p build/typed/lensbench
-	@ln -s $(CURDIR)/core/* $(CURDIR)/lenses $(CURDIR)/shaders $(CURDIR)/app build/typed/lensbench/
+	@ln -s $(CURDIR)/lensbench/* $(CURDIR)/core $(CURDIR)/lenses $(CURDIR)/shaders $(CURDIR)/app build/typed/lensbench/
 	MYPYPATH=build/typed $(BIN)/mypy -p lensbench -p trials
 
 fuzz: $(VENV)/.installed-test

@@ -10,23 +10,23 @@ Lengths are millimetres; a file of another unit is converted as it is read.
 
 from typing import TYPE_CHECKING
 
-from lensbench.kernels.lazy_names import lazy_names
+from lensbench.core.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from lensbench.lenses.catalogue import Card, card, describe, names
+    from lensbench.core.optics.finding import Finding, Kind, Severity
     from lensbench.lenses.checks import check
     from lensbench.lenses.file_error import LensFileError
     from lensbench.lenses.formats.table import FORMATS, READERS, WRITERS, Format
     from lensbench.lenses.lens_file import load, load_document, save
-    from lensbench.optics.finding import Finding, Kind, Severity
+    from lensbench.lenses.library.catalogue import Card, card, describe, names
 
 _HOMES = {           # the imports above, as they are made at run time
-    "lenses.catalogue": "Card card describe names",
+    "core.optics.finding": "Finding Kind Severity",
     "lenses.checks": "check",
     "lenses.file_error": "LensFileError",
     "lenses.formats.table": "FORMATS READERS WRITERS Format",
     "lenses.lens_file": "load load_document save",
-    "optics.finding": "Finding Kind Severity",
+    "lenses.library.catalogue": "Card card describe names",
 }
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 

@@ -1,8 +1,14 @@
-"""The error of a lens file, in one line."""
+"""The error of a lens file, in one line; its checked numbers; and files that may be opened."""
 
+import errno
+import os
+import stat
+from decimal import Decimal
+from math import inf, isinf, isnan
 from os import PathLike
+from typing import BinaryIO
 
-from lensbench.kernels.quotation import cut, escaped
+from lensbench.core.text import cut, escaped, excerpt
 
 
 class LensFileError(ValueError):
@@ -27,3 +33,66 @@ class LensFileError(ValueError):
 def _one_line(text: str) -> str:
     """The text with line ends and control characters escaped, cut if long: a damaged file can contain anything."""
     return cut(escaped(text), 300)
+
+
+class RowError(ValueError):
+    """An invalid value in a row or a header; the reader adds the file and the line."""
+
+
+def number(value: object, name: str, infinite: bool = False) -> float:
+    """The value, a number or its text, as a float. RowError: no number, NaN, or infinite without permission."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str | Decimal):
+        raise RowError(f"{name} is {excerpt(value)}: it must be a number")
+    try:
+        result = float(value)
+    except OverflowError:
+        result = inf
+    except ValueError:
+        raise RowError(f"{name} is {excerpt(value)}: it must be a number") from None
+    if isnan(result) or (isinf(result) and not infinite):
+        raise RowError(f"{name} is {result}: it must be a finite number")
+    return result
+
+
+def not_understood(what: str) -> str:
+    """The reason for which a file with an unknown command or entry is refused."""
+    return f"{cut(what)} is not understood, and may change the lens: if it does not, remove it"
+
+
+def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
+    """A file opened for reading.
+
+    Parameters
+    ----------
+    path : str or path
+        Links are followed.
+
+    Returns
+    -------
+    BinaryIO
+        At the first byte.
+
+    Raises
+    ------
+    OSError
+        The file is missing or unreadable, or is a folder, pipe, device or socket: `strerror` states which. A pipe that
+        nobody writes would block, and a device may have no end.
+    """
+    try:
+        _check(os.stat(path).st_mode)       # before it is opened: that alone makes some devices act
+    except ValueError as error:             # a NUL in the path
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)) from error
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        _check(os.fstat(handle).st_mode)    # another file may have taken its place
+        return os.fdopen(handle, "rb")
+    except BaseException:
+        os.close(handle)
+        raise
+
+
+def _check(mode: int) -> None:
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "this is a folder, not a file")
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "this is a pipe, device or socket: give an ordinary file")

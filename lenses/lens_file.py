@@ -7,15 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lensbench.kernels.figures import fixed, significant
-from lensbench.lenses import catalogue
-from lensbench.lenses.encoding import decoded
-from lensbench.lenses.file_error import LensFileError
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import fixed, significant
+from lensbench.lenses.file_error import LensFileError, open_regular
 from lensbench.lenses.formats.table import READERS, UTF8_SUFFIXES, WRITERS, Writer
-from lensbench.lenses.regular_file import open_regular
+from lensbench.lenses.library import catalogue
 from lensbench.lenses.stop_picture import with_picture_beside
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.prescription import Lens
+from lensbench.lenses.tables.text import decoded
 
 if TYPE_CHECKING:
     from lensbench.lenses.editing.document import LensDocument

@@ -9,8 +9,8 @@ import warnings
 from io import BytesIO
 from typing import Any
 
-from lensbench.kernels.figures import significant
-from lensbench.lenses.regular_file import open_regular
+from lensbench.core.text import significant
+from lensbench.lenses.file_error import open_regular
 
 FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP")
 SIGNATURES = ((b"\x89PNG\r\n\x1a\n", "PNG"), (b"\xff\xd8\xff", "JPEG"), (b"II*\0", "TIFF"), (b"MM\0*", "TIFF"),

@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from lensbench.kernels.quotation import excerpt
-from lensbench.kernels.srgb import linear, srgb
+from lensbench.core.kernels.numeric import linear, srgb
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.stop_image import StopImage, StopImageError
+from lensbench.core.text import excerpt
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.picture_file import PictureFileError, read_picture_file
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.prescription import Lens
-from lensbench.optics.stop_image import StopImage, StopImageError
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp")
 MOST_PIXELS = 4096 * 4096               # of the file; known from its header

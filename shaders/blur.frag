@@ -2,7 +2,7 @@
 //
 // in   picture   in alpha how far what is seen lies before the film, mm; the picture's first row first
 //      blur      nodes from the picture's upper left corner to its lower right one, evenly: what is in focus (pixels),
-//                the gain (pixels · mm) and the distance of the pupil before the film (mm); see app/state/geometry/blur.py
+//                the gain (pixels · mm) and the distance of the pupil before the film (mm); see app/plots/blur.py
 
 uniform sampler2D picture;
 uniform sampler2D blur;

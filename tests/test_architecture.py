@@ -4,51 +4,46 @@ import ast
 import re
 import subprocess
 import sys
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parent.parent
-ROOMS = {"core": "lensbench", "lenses": "lensbench.lenses", "app": "lensbench.app"}
-PACKAGES = ROOMS | {"shaders": "lensbench.shaders"}
-SETTINGS = "lensbench.app.state.settings"
 GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
+MOST_FILES = 25                 # of code in a folder
 
-# The rooms of core and app in layers, the lowest first: a room imports rooms of lower layers alone
-CORE = (
-    {"kernels"},
-    {"imaging", "optics", "scenery"},
-    {"pupils"},
-    {"lens_models"},
-    {"cameras"},
-    {"analysis"},
-    {"design", "rendering"},
-    {"lightfields"},
-)
-APP = (
-    {"state"},
-    {"widgets", "files"},
-    {"notebook"},
-    {"studies"},
-    {"workers"},
-    {"display"},
-    {"panels"},
-    {"window"},
-    {"studies.benchmark"},
-    {"command"},
-    {"__main__"},
-)
+# Rooms in layers, the lowest first: a room imports rooms of lower layers alone. A room is a folder, or a file beside it
+LAYERS = {
+    "core": ("named_objects", "lazy text", "kernels", "imaging optics scenery", "pupils", "lens_models", "cameras",
+             "analysis", "design rendering", "lightfields"),
+    "lenses": ("file_error", "picture_file", "stop_picture tables", "glass", "checks formats", "editing library",
+               "lens_file"),
+    "app": ("scenes", "settings", "bench", "plots", "session", "drawing notebook", "studies", "workers", "display",
+            "panels", "window", "benchmark", "command", "__main__"),
+}
+# What `lenses` knows of the core: the prescription side; its rooms that trace know more
+PRESCRIPTION = {"lazy", "text", "optics.adjacent_media", "optics.coatings", "optics.finding", "optics.glass",
+                "optics.lens_surface", "optics.prescription", "optics.surface_numbers", "optics.system",
+                "optics.zoom_positions"}
+TRACING = {"tables": {"optics.scalar_trace"}, "checks": {"optics.paraxial", "optics.scalar_trace"},
+           "stop_picture": {"optics.stop_image", "kernels.numeric"}}
 
 
-def files(room):
-    return sorted(path for path in (ROOT / room).rglob("*.py") if "__pycache__" not in path.parts)
+def files(folder):
+    return sorted(path for path in (ROOT / folder).rglob("*.py") if "__pycache__" not in path.parts)
 
 
 def module(path):
-    """The dotted name that a file is imported by."""
-    room, *inside = path.relative_to(ROOT).with_suffix("").parts
-    return ".".join([PACKAGES[room], *(part for part in inside if part != "__init__")])
+    """The dotted name that a file is imported by: its path, with lensbench in front."""
+    parts = [part for part in path.relative_to(ROOT).with_suffix("").parts if part != "__init__"]
+    return ".".join(parts if parts[0] == "lensbench" else ["lensbench", *parts])
+
+
+@cache
+def modules():
+    return {module(path): path for folder in ("lensbench", *LAYERS, "shaders") for path in files(folder)}
 
 
 @cache
@@ -59,62 +54,30 @@ def parsed(path):
 @cache
 def imports(path):
     """Dotted names of the modules that a file imports, anywhere in it, types too; of our own, down to the file."""
-    found = set()
-    tree = parsed(path)
-    for node in ast.walk(tree):
+    names = set()
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Import):
-            found |= {name.name for name in node.names}
+            names |= {name.name for name in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: imports are absolute"
             inside = {f"{node.module}.{name.name}" for name in node.names}
-            ours = {name for name in inside if name in modules()}
-            found |= ours or {node.module}
-    return found
+            names |= (inside & modules().keys()) or {node.module}
+    return names
 
 
-def typed_settings(path):
-    """Whether a file of app.state names Settings in types alone, as makers do that settings.py itself imports."""
-    hints = [node for node in ast.walk(parsed(path))
-             if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
-    return path.parent == ROOT / "app" / "state" and any(
-        isinstance(inner, ast.ImportFrom) and inner.module == SETTINGS for hint in hints for inner in hint.body)
+def packages(path):
+    return {name.split(".")[0] for name in imports(path)}
 
 
-@cache
-def modules():
-    return {module(path) for room in ROOMS for path in files(room)}
-
-
-def room(name, layers):
-    """The deepest room of these layers that a module lies in, by its path inside core or app."""
-    rooms = set().union(*layers)
-    words = name.split(".")[1 if layers is CORE else 2:]
-    found = [".".join(words[:n]) for n in range(len(words), 0, -1) if ".".join(words[:n]) in rooms]
-    assert found, f"{name} lies in no room: name its layer here"
-    return found[0]
-
-
-def part(name):
-    """Of a core module, its path inside core; None for the other top folders and for other packages."""
-    words = name.split(".")
-    if words[0] != "lensbench" or words[1:2] in (["lenses"], ["app"], ["shaders"]):
-        return None
-    return ".".join(words[1:])
-
-
-def core_files():
-    return [path for path in files("core") if path != ROOT / "core" / "__init__.py"]
-
-
-def inside(layers):
-    """Modules of core or app that are files of a room."""
-    top = ROOT / ("core" if layers is CORE else "app")
-    return [path for path in files(top.name) if path != top / "__init__.py"]
+def room(name):
+    """Top folder and room of a module; the room is "" for the facade and the top folders themselves."""
+    words = [*name.split("."), "", ""]
+    return words[1], words[2]
 
 
 def circles(graph):
     """Groups of nodes that reach each other, by Tarjan's algorithm."""
-    index, low, stack, found = {}, {}, [], []
+    index, low, stack, groups = {}, {}, [], []
 
     def visit(node):
         index[node] = low[node] = len(index)
@@ -128,178 +91,141 @@ def circles(graph):
         if low[node] == index[node]:
             group = stack[stack.index(node):]
             del stack[stack.index(node):]
-            found.append(sorted(group))
+            groups.append(sorted(group))
 
     for node in graph:
         if node not in index:
             visit(node)
-    return [group for group in found if len(group) > 1]
+    return [group for group in groups if len(group) > 1]
 
 
-def packages(path):
-    return {name.split(".")[0] for name in imports(path)}
+def test_imports_run_downward():
+    heights = {(top, name): height for top, layers in LAYERS.items()
+               for height, layer in enumerate(layers) for name in layer.split()}
+    wrong = []
+    for name, path in modules().items():
+        own = room(name)
+        if own not in heights:
+            assert name in ("lensbench", *(f"lensbench.{top}" for top in (*LAYERS, "shaders"))), f"{name}: in no room"
+            continue
+        for other in imports(path) & modules().keys():
+            theirs = room(other)
+            if theirs[0] == own[0] and theirs in heights and theirs != own and heights[theirs] >= heights[own]:
+                wrong.append(f"{name} imports {other}")
+    assert not wrong
+    assert set(heights) <= {room(name) for name in modules()}, "a room is named that does not exist"
 
 
-@pytest.mark.parametrize("path", files("core"), ids=module)
-def test_the_core_knows_numpy_numba_and_itself(path):
+def test_no_files_import_each_other_in_a_circle():
+    facade = {"lensbench", "lensbench.lenses", "lensbench.core.analysis"}          # they import names when used
+    graph = {name: imports(path) & modules().keys() for name, path in modules().items() if name not in facade}
+    assert circles(graph) == []
+
+
+def test_the_page_of_the_architecture_draws_the_layers():
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    for top, layers in LAYERS.items():
+        drawn = next(line for line in page.split("\n") if line.startswith(f"| `{top}` |")).split("|")[2]
+        assert [set(re.findall(r"\w+", layer)) for layer in drawn.split("·")] == [
+            set(layer.split()) for layer in layers if layer != "__main__"]
+
+
+def test_no_folder_has_more_than_25_files():
+    counts = Counter(path.parent for path in modules().values() if path.name != "__init__.py")
+    assert not {folder: n for folder, n in counts.items() if n > MOST_FILES}
+
+
+def test_the_core_knows_numpy_numba_and_itself():
     allowed = {"numpy", "numba", "llvmlite", "lensbench"} | set(sys.stdlib_module_names)
-    if path == ROOT / "core" / "design" / "improve.py":         # the solver, imported when it runs
-        allowed |= {"scipy"}
-    assert packages(path) <= allowed
-    above = {name for name in imports(path) if name.startswith("lensbench") and part(name) is None}
-    if path == ROOT / "core" / "__init__.py":           # the names of `lb`, each imported when it is used
-        above = {name for name in above if not name.startswith("lensbench.app.notebook.")}
-    assert not above
+    for path in files("core"):
+        solver = {"scipy"} if room(module(path))[1] == "design" else set()
+        assert packages(path) <= allowed | solver, path
+        assert not {name for name in imports(path) if name.startswith("lensbench")
+                    and not name.startswith("lensbench.core")} - {"lensbench"}, path
 
 
-@pytest.mark.parametrize("path", core_files(), ids=module)
-def test_the_core_reads_no_file_but_its_key_tile_and_prints_nothing(path):
-    called = {ast.unparse(node.func) for node in ast.walk(parsed(path))
-              if isinstance(node, ast.Call)}
-    if path.parts[-1] == "sampling.py" or "sampling" in path.parts:
-        called -= {"np.load"}
-    if module(path) == "lensbench.kernels.cache":       # it keeps compiled kernels
-        called -= {"path.open", "part.write_bytes"}
-    if module(path) == "lensbench.kernels.kernel_version":      # it hashes sources
-        called -= {"Path(str(sys.modules[module].__file__)).read_text"}
-    assert not {name for name in called if name in ("print", "open") or re.fullmatch(
-        r"np\.(load|save|savez|loadtxt|savetxt|genfromtxt|fromfile|memmap)|.*\.(open|(read|write)_(text|bytes)|tofile)",
-        name)}
+def test_only_the_facade_names_the_notebook():
+    outside = [path for top in ("core", "lenses") for path in files(top)]
+    assert not [path for path in outside if any(name.startswith("lensbench.app") for name in imports(path))]
+
+
+def test_the_core_reads_no_file_but_its_key_tile_and_prints_nothing():
+    forbidden = re.compile(r"(print|open)|np\.(load|save|savez|loadtxt|savetxt|genfromtxt|fromfile|memmap)|"
+                           r".*\.(open|(read|write)_(text|bytes)|tofile)")
+    allowed = {"lensbench.core.kernels.sampling": {"np.load"},                  # its key tile
+               "lensbench.core.kernels.cache": {"path.open", "part.write_bytes"},       # compiled kernels
+               "lensbench.core.kernels.compiled_code": {"Path(str(sys.modules[module].__file__)).read_text"}}
+    for path in files("core"):
+        called = {ast.unparse(node.func) for node in ast.walk(parsed(path)) if isinstance(node, ast.Call)}
+        assert not {name for name in called - allowed.get(module(path), set()) if forbidden.fullmatch(name)}, path
 
 
 def test_kernels_are_declared_with_the_njit_that_keeps_what_it_compiles():
     own = [module(path) for path in files("core") + files("app") if {"numba.njit", "numba.jit"} & {
         f"{node.module}.{name.name}" for node in ast.walk(parsed(path))
         if isinstance(node, ast.ImportFrom) for name in node.names}]
-    assert own == ["lensbench.kernels.cache"]
+    assert own == ["lensbench.core.kernels.cache"]
 
 
-@pytest.mark.parametrize("package", ["core", "core/analysis", "lenses"])
+@pytest.mark.parametrize("package", ["lensbench", "core/analysis", "lenses"])
 def test_the_names_of_a_package_are_found_where_its_typed_imports_find_them(package):
     tree = ast.parse((ROOT / package / "__init__.py").read_text(encoding="utf-8"))
     typed = next(node.body for node in tree.body if isinstance(node, ast.If))
     named = {(name.asname or name.name, node.module, name.name) for node in typed for name in node.names}
     lists = {node.targets[0].id: ast.literal_eval(node.value) for node in tree.body
              if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)}
-    found = {(each.partition("=")[0], f"lensbench.{home}", each.rpartition("=")[2])
-             for home, names in lists["_HOMES"].items() for each in names.split()}
-    found |= {(home, "lensbench", home) for home, names in lists["_HOMES"].items() if not names}    # a whole module
-    assert found == named
+    listed = {(each.partition("=")[0], f"lensbench.{home}", each.rpartition("=")[2])
+              for home, names in lists["_HOMES"].items() for each in names.split()}
+    listed |= {(home.split(".")[-1], f"lensbench.{home}".rpartition(".")[0], home.split(".")[-1])
+               for home, names in lists["_HOMES"].items() if not names}         # a whole module
+    assert listed == named
     assert sorted(lists["__all__"]) == sorted(name for name, *_ in named)
 
 
-@pytest.mark.parametrize("layers", [CORE, APP], ids=["core", "app"])
-def test_imports_run_downward(layers):
-    height = {name: place for place, names in enumerate(layers) for name in names}
-    wrong = []
-    for path in inside(layers):
-        own = room(module(path), layers)
-        for name in imports(path):
-            ours = part(name) if layers is CORE else name.startswith("lensbench.app.")
-            if not ours or name == module(path).rpartition(".")[0]:
-                continue
-            other = room(name, layers)
-            if other != own and height[other] >= height[own]:
-                wrong.append(f"{module(path)} imports {name}")
-    assert not wrong
+def test_lenses_know_the_prescription_and_their_checks_what_they_trace():
+    for path in files("lenses"):
+        allowed = PRESCRIPTION | TRACING.get(room(module(path))[1], set())
+        core = {name.removeprefix("lensbench.core.") for name in imports(path) if name.startswith("lensbench.core.")}
+        assert core <= allowed, path
+        pictures = {"PIL"} if path.name in ("stop_picture.py", "picture_file.py") else set()
+        assert packages(path) <= {"lensbench", "numpy"} | pictures | set(sys.stdlib_module_names), path
 
 
-@pytest.mark.parametrize("layers", [CORE, APP], ids=["core", "app"])
-def test_no_room_is_named_that_does_not_exist(layers):
-    top = ROOT / ("core" if layers is CORE else "app")
-    for name in set().union(*layers):
-        place = top.joinpath(*name.split("."))
-        assert place.is_dir() or place.with_suffix(".py").is_file(), f"{name} is no room of {top.name}"
+def test_only_the_window_meets_both_imgui_and_the_screen():
+    for path in files("app"):
+        if path.name != "window.py" and "imgui_bundle" in packages(path):
+            assert not {"moderngl", "lensbench.app.display.gl_texture"} & (packages(path) | imports(path)), path
 
 
-@pytest.mark.parametrize("layers", [CORE, APP], ids=["core", "app"])
-def test_the_page_of_the_architecture_draws_the_layers(layers):
-    page = re.sub(r'\w+\["(studies\.\w+)"\]', r"\1", (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8"))
-    drawn = next(line for line in page.split("\n") if "-->" in line and set(line.split()) & layers[0])
-    rows = [set(row.split()) - {"&"} for row in reversed(drawn.split("-->"))]
-    assert rows == [layer for layer in layers if layer != {"__main__"}]
-
-
-def test_no_files_import_each_other_in_a_circle():
-    graph = {module(path): imports(path) & modules() - ({SETTINGS} if typed_settings(path) else set())
-             for name in ROOMS for path in files(name) if path != ROOT / "core" / "__init__.py"}
-    assert circles(graph) == []
-
-
-def test_no_rooms_import_each_other_in_a_circle():
-    graph = {}
-    for layers in (CORE, APP):
-        for path in inside(layers):
-            own = (layers is APP, room(module(path), layers))
-            ours = {name for name in imports(path) & modules() if name != "lensbench"
-                    and (part(name) if layers is CORE else name.startswith("lensbench.app."))}
-            graph.setdefault(own, set()).update((layers is APP, room(name, layers)) for name in ours
-                                                if name != module(path).rpartition(".")[0])
-    assert circles(graph) == []
-
-
-def test_every_folder_with_python_files_is_a_package_that_is_installed():
-    listed = set(re.findall(r'^    "(lensbench[\w.]*)",$', (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.M))
-    folders = {path.parent for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
-    assert {module(folder / "__init__.py") for folder in folders} == listed
-
-
-@pytest.mark.parametrize("path", files("lenses"), ids=module)
-def test_lenses_know_the_prescription_and_the_glass_and_their_check_what_it_traces(path):
-    allowed = {"optics.adjacent_media", "optics.lens_surface", "optics.prescription", "optics.surface_pose",
-               "optics.zoom_positions", "optics.glass", "optics.coatings", "optics.finding", "optics.system",
-               "kernels.figures", "kernels.hashed", "kernels.lazy_names", "kernels.quotation"}
-    if path.name == "aperture.py":
-        allowed |= {"optics.scalar_trace"}
-    if path.parent.name == "checks":
-        allowed |= {"optics.paraxial", "optics.scalar_trace"}
-    if path.parent.name == "editing":
-        allowed |= {"optics.surface_numbers"}
-    if path.name == "stop_picture.py":
-        allowed |= {"optics.stop_image", "kernels.srgb"}
-    assert {part(name) for name in imports(path)} - {None} <= allowed
-    assert not {name for name in imports(path) if name.startswith("lensbench.app")}
-    pictures = {"PIL"} if path.name in ("stop_picture.py", "picture_file.py") else set()
-    assert packages(path) <= {"lensbench", "numpy"} | pictures | set(sys.stdlib_module_names)
-
-
-@pytest.mark.parametrize("path", files("app"), ids=module)
-def test_only_the_window_meets_both_imgui_and_the_screen(path):
-    if path.name != "window.py" and "imgui_bundle" in packages(path):
-        assert not {"moderngl", "lensbench.app.display.gl_texture"} & (packages(path) | imports(path))
-
-
-@pytest.mark.parametrize("path", [path for name in ("state", "files", "command", "workers")
-                                  for path in files(f"app/{name}")], ids=module)
-def test_what_works_without_a_window_imports_no_graphics(path):
-    assert not packages(path) & GRAPHICS
+def test_what_works_without_a_window_imports_no_graphics():
+    for room_ in ("scenes", "settings", "bench", "plots", "session", "command", "workers"):
+        for path in files(f"app/{room_}"):
+            assert not packages(path) & GRAPHICS, path
 
 
 # Names that decode a picture, and the files that may call them: each bounds the memory by the header first
-DECODERS = {"open": {"lenses/picture_file.py"}, "File": {"app/state/scene_assets/sky_picture.py"},
-            "open_heif": {"app/state/scene_assets/heic_depth.py"}, "imread": set(), "load_image": set()}
+DECODERS = {"open": {"lenses/picture_file.py"}, "File": {"app/scenes/sky_picture.py"},
+            "open_heif": {"app/scenes/photograph.py"}, "imread": set(), "load_image": set()}
+LIBRARIES = {"PIL", "OpenEXR", "pillow_heif", "imageio", "cv2", "matplotlib", "skimage", "tifffile"}
 
 
 def decoders(path):
-    """The names of DECODERS that a file calls on something of PIL, OpenEXR, pillow_heif or another picture library."""
-    tree, libraries, found = ast.parse(path.read_text(encoding="utf-8")), set(), set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            top = (getattr(node, "module", None) or node.names[0].name).split(".")[0]
-            if top in {"PIL", "OpenEXR", "pillow_heif", "imageio", "cv2", "matplotlib", "skimage", "tifffile"}:
-                libraries |= {alias.asname or alias.name.split(".")[0] for alias in node.names}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in libraries:
-            found |= {node.attr} & set(DECODERS)
-    return found | (libraries & {"open", "imread", "open_heif", "File"})
+    """The names of DECODERS that a file calls on something of a picture library."""
+    imported = {alias.asname or alias.name.split(".")[0] for node in ast.walk(parsed(path))
+                if isinstance(node, ast.Import | ast.ImportFrom)
+                and (getattr(node, "module", None) or node.names[0].name).split(".")[0] in LIBRARIES
+                for alias in node.names}
+    return {node.attr for node in ast.walk(parsed(path)) if isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Name) and node.value.id in imported} & set(DECODERS) | (
+        imported & {"open", "imread", "open_heif", "File"})
 
 
 def test_pictures_are_decoded_in_listed_places_alone():
-    found = {name: set() for name in DECODERS}
-    for path in (each for top in (*PACKAGES, "trials") for each in files(top)):
+    places = {name: set() for name in DECODERS}
+    for path in [*modules().values(), *files("trials")]:
         for name in decoders(path):
-            found[name].add(path.relative_to(ROOT).as_posix())
-    assert found == DECODERS
+            places[name].add(path.relative_to(ROOT).as_posix())
+    assert places == DECODERS
 
 
 # How little a start loads
@@ -313,13 +239,13 @@ def loaded_by(code):
 
 
 def test_the_library_and_the_lenses_load_no_graphics_and_no_picture_formats():
-    loaded = loaded_by("import lensbench, lensbench.lenses, lensbench.app.state.settings")
+    loaded = loaded_by("import lensbench, lensbench.lenses, lensbench.app.settings.settings")
     assert not loaded & (GRAPHICS | {"PIL", "OpenEXR", "lensbench.app.window.window"})
 
 
 def test_the_help_of_the_command_loads_no_graphics_no_formats_and_no_lens_files():
     loaded = loaded_by("from lensbench.app.command.main import main; main(['render', '--help'])")
-    assert not loaded & (GRAPHICS | {"PIL", "OpenEXR", "lensbench.app.window.window", "lensbench.app.files.export"})
+    assert not loaded & (GRAPHICS | {"PIL", "OpenEXR", "lensbench.app.window.window", "lensbench.app.session.export"})
 
 
 @pytest.mark.parametrize("words", ["lenses --json", "--version", "info --help"])
@@ -333,24 +259,23 @@ def test_the_list_of_lenses_and_help_load_neither_numba_nor_numpy(words):
 def test_the_window_loads_neither_hidden_plots_nor_checks_nor_picture_formats():
     loaded = loaded_by("import lensbench.app.window.window")
     assert not loaded & {"PIL", "OpenEXR", "matplotlib", "lensbench.lenses.checks",
-                         "lensbench.app.panels.analysis.spots"}
+                         "lensbench.app.panels.analysis.plots"}
 
 
 # What the window owns
 
 
-@pytest.mark.parametrize("path", [path for name in ("widgets", "display", "panels", "window")
-                                  for path in files(f"app/{name}")], ids=module)
-def test_no_state_of_the_window_is_global(path):
+def test_no_state_of_the_window_is_global():
     """Modules hold constants; a mutable dataclass, a class instance of state or a cache of what is drawn does not."""
-    tree = parsed(path)
-    assert not [node for node in ast.walk(tree) if isinstance(node, ast.Global)]
-    mutable = {node.name for node in tree.body if isinstance(node, ast.ClassDef) and not any(
-        "frozen=True" in ast.unparse(decorator) for decorator in node.decorator_list)
-        and not {ast.unparse(base) for base in node.bases} & {"NamedTuple", "Enum"}}
-    made = {ast.unparse(node.value.func) for node in tree.body
-            if isinstance(node, ast.Assign | ast.AnnAssign) and isinstance(node.value, ast.Call)}
-    assert not made & mutable
-    cached = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
-              and any("cache" in ast.unparse(decorator) for decorator in node.decorator_list)]
-    assert not [node.name for node in cached if "ImVec2" in ast.unparse(node) or "imgui." in ast.unparse(node)]
+    for path in [path for room_ in ("drawing", "display", "panels", "window") for path in files(f"app/{room_}")]:
+        tree = parsed(path)
+        assert not [node for node in ast.walk(tree) if isinstance(node, ast.Global)], path
+        mutable = {node.name for node in tree.body if isinstance(node, ast.ClassDef) and not any(
+            "frozen=True" in ast.unparse(decorator) for decorator in node.decorator_list)
+            and not {ast.unparse(base) for base in node.bases} & {"NamedTuple", "Enum"}}
+        made = {ast.unparse(node.value.func) for node in tree.body
+                if isinstance(node, ast.Assign | ast.AnnAssign) and isinstance(node.value, ast.Call)}
+        assert not made & mutable, path
+        cached = [ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
+                  and any("cache" in ast.unparse(decorator) for decorator in node.decorator_list)]
+        assert not [text for text in cached if "ImVec2" in text or "imgui." in text], path

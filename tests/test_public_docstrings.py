@@ -13,13 +13,13 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.cameras.base import Camera
+from lensbench.core.cameras.base import Camera
+from lensbench.core.scenery.objects.shape import Shape
 from lensbench.lenses import editing
-from lensbench.scenery.objects.shape import Shape
 
 # Classes that document members of others, by the modules of the others
-CONTRACTS = {"lensbench.scenery.objects": Shape, **dict.fromkeys((
-    f"lensbench.cameras.{part}" for part in ("camera_stages", "ray_generation", "film_projection")), Camera)}
+CONTRACTS = {"lensbench.core.scenery.objects": Shape, **dict.fromkeys((
+    f"lensbench.core.cameras.{part}" for part in ("camera_stages", "ray_generation", "film_projection")), Camera)}
 
 
 def sections(text):

@@ -77,14 +77,14 @@ class _Tracer:
 
 def _kernel_lines() -> Iterator[tuple[str, set[int]]]:
     """Lines of the kernels that this process uses, and of what they may call."""
-    from lensbench.kernels import cache, kernel_version
+    from lensbench.core.kernels import cache, compiled_code
     waiting = [function for function, _ in cache.used.values()]
     found = set()
     while waiting:
         each = waiting.pop()
         if each not in found:
             found.add(each)
-            waiting += kernel_version._alone(each)[1]
+            waiting += compiled_code._alone(each)[1]
             yield each.__code__.co_filename, lines_of(each.__code__)
 
 

@@ -75,7 +75,7 @@ KINDS = {
     "depth of the nearest": Fault(
         "core/scenery/intersect/spheres.py", "hit = (t > real(0)) & (t < near)", "hit = t > real(0)"),
     "power in the spread of pixels": Fault(
-        "core/cameras/differentials.py", "part = real(1) / (root * math.sqrt(root))", "part = real(1) / root"),
+        "core/cameras/ray_generation.py", "part = real(1) / (root * math.sqrt(root))", "part = real(1) / root"),
     "coefficient of fog": Fault(
         "core/scenery/shading/participating_medium.py", "(1.0 - passed)", "(1.0 - passed * passed)"),
     "coefficient of fog in the kernel": Fault(
@@ -87,7 +87,7 @@ KINDS = {
     "radiance of the sun's disk": Fault(
         "core/scenery/intersect/sky.py", "/ math.sin(radius) ** 2", "/ math.sin(radius)"),
     "texel of reduced textures": Fault(
-        "core/scenery/intersect/ripmap.py", "b = (real(1) - v[i]) * real(0.5) * tall - real(0.5)",
+        "core/scenery/intersect/texture.py", "b = (real(1) - v[i]) * real(0.5) * tall - real(0.5)",
         "b = (real(1) - v[i]) * real(0.5) * tall"),
     "plate of gleams": Fault(
         "core/scenery/shading/clearcoat.py", "hit = inside_edge(real, qa, qb, disk) & (t > real(0)) & (t < near[i])",

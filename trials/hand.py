@@ -10,7 +10,7 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lensbench.app.state.settings import Settings
+    from lensbench.app.settings.settings import Settings
     from lensbench.app.window.session import Session
 
 KEYS = ("a b c d e f g h i j k l m n o p q r s t u v w x y z _0 _1 _2 _5 enter escape tab space backspace delete home "
@@ -64,11 +64,11 @@ class Hand:
 
         import lensbench as lb
         from lensbench import lenses
-        from lensbench.app.state.camera_facts import CAMERA_KINDS
-        from lensbench.app.state.constraints import with_camera
-        from lensbench.app.state.lens_choice import with_lens
-        from lensbench.app.state.request import Request
-        from lensbench.app.state.setting_table import COMPARISONS, OVERLAYS, TONES
+        from lensbench.app.bench.constraints import with_camera
+        from lensbench.app.bench.lens_choice import with_lens
+        from lensbench.app.session.notices import Request
+        from lensbench.app.settings.camera_facts import CAMERA_KINDS
+        from lensbench.app.settings.setting_table import COMPARISONS, OVERLAYS, TONES
         from lensbench.app.window.layouts import LAYOUTS
 
         first, docking = session.history.present, hello_imgui.get_runner_params().docking_params
@@ -241,9 +241,9 @@ class Hand:
 
         import lensbench as lb
         from lensbench import lenses
-        from lensbench.app.state.camera_facts import CAMERA_KINDS
-        from lensbench.app.state.constraints import with_camera
-        from lensbench.app.state.lens_choice import with_lens
+        from lensbench.app.bench.constraints import with_camera
+        from lensbench.app.bench.lens_choice import with_lens
+        from lensbench.app.settings.camera_facts import CAMERA_KINDS
         from lensbench.app.window.layouts import LAYOUTS
 
         imgui.get_io().add_key_event(imgui.Key.escape, True)

@@ -20,7 +20,7 @@ from trials.hand import Hand
 from trials.soak import SIZE, at_home
 
 if TYPE_CHECKING:
-    from lensbench.app.state.settings import Settings
+    from lensbench.app.settings.settings import Settings
     from lensbench.app.window.session import Session
     from lensbench.lenses.editing.document import LensDocument
 
@@ -34,7 +34,7 @@ class Spoiler(Hand):
     def script(self, session: "Session", every: float) -> Iterator[None]:
         """One damage after the other; goes on once a frame. every: not used, for nothing is measured at rest."""
         from lensbench import lenses
-        from lensbench.app.state.lens_choice import with_lens
+        from lensbench.app.bench.lens_choice import with_lens
         from lensbench.app.window.layouts import LAYOUTS
 
         first = session.history.present
@@ -97,10 +97,11 @@ class Spoiler(Hand):
 
     def damaged(self, settings: "Settings") -> "Settings":
         """The settings with another random edit of their lens, or another way to look through it."""
-        from lensbench.app.state.camera_facts import CAMERA_KINDS, MODEL_TITLES
-        from lensbench.app.state.constraints import with_camera
-        from lensbench.app.state.lens_edit.editing import EditError, edited
-        from lensbench.app.state.setting_table import COMPARISONS, OVERLAYS
+        from lensbench.app.bench.constraints import with_camera
+        from lensbench.app.session.edited_lens import edited
+        from lensbench.app.settings.camera_facts import CAMERA_KINDS, MODEL_TITLES
+        from lensbench.app.settings.setting_table import COMPARISONS, OVERLAYS
+        from lensbench.lenses.editing.document import EditError
 
         choose = self.random.choice
         if self.random.random() < 0.2:
@@ -121,7 +122,7 @@ class Spoiler(Hand):
 
     def edit(self, settings: "Settings") -> tuple[str, Callable[["LensDocument"], "LensDocument"]]:
         """A random edit of the lens, and its name."""
-        from lensbench.app.state.lens_edit.editing import document_of
+        from lensbench.app.session.edited_lens import document_of
         from lensbench.lenses.editing.cells import with_glass, with_radius, with_value
         from lensbench.lenses.editing.poses import with_pose
         from lensbench.lenses.editing.stop import with_stop

@@ -38,8 +38,8 @@ class Tally(NamedTuple):
 
 def bounds_are_checked() -> bool:
     """Whether a stage that reads beyond its parameters raises, through the driver that renders."""
-    from lensbench.kernels.block import RED, Step, stage
-    from lensbench.kernels.program import Program
+    from lensbench.core.kernels.block import RED, Step, stage
+    from lensbench.core.kernels.program import Program
 
     @stage
     def beyond(lanes, p, ints, key):
@@ -56,10 +56,10 @@ def varieties(chance: random.Random, number: int) -> list[Any]:
     """Settings of random lenses, cameras and scenes, each valid before it is changed further."""
     import lensbench as lb
     from lensbench import lenses
-    from lensbench.app.state.camera_facts import CAMERA_KINDS
-    from lensbench.app.state.constraints import with_camera
-    from lensbench.app.state.lens_choice import with_lens
-    from lensbench.app.state.settings import Settings
+    from lensbench.app.bench.constraints import with_camera
+    from lensbench.app.bench.lens_choice import with_lens
+    from lensbench.app.settings.camera_facts import CAMERA_KINDS
+    from lensbench.app.settings.settings import Settings
 
     names, found = chance.sample(list(lenses.names()), LENSES), []
     for _ in range(number):

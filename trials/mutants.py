@@ -63,8 +63,7 @@ def importers() -> dict[str, set[str]]:
     for path in [*(ROOT / "core").rglob("*.py"), *(ROOT / "lenses").rglob("*.py")]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and str(node.module).startswith("lensbench.") and path.parent != CORE:
-                name = str(node.module).partition(".")[2].replace(".", "/")
-                name = name if name.startswith("lenses") else f"core/{name}"
+                name = str(node.module).removeprefix("lensbench.").replace(".", "/")
                 for each in (f"{name}.py", *(f"{name}/{alias.name}.py" for alias in node.names)):
                     found.setdefault(each, set()).add(str(path.relative_to(ROOT)))
     return found
@@ -73,7 +72,7 @@ def importers() -> dict[str, set[str]]:
 @cache
 def naming_tests(path: str) -> list[str]:
     """Test files that have the name of a module, those that name it, and those that use its public names."""
-    *rooms, name = Path(path.removeprefix("core/")).with_suffix("").parts
+    *rooms, name = Path(path).with_suffix("").parts
     room = ".".join(["lensbench", *rooms])
     public = [each.partition("=")[0] for each in lensbench._HOMES.get(".".join([*rooms, name]), "").split()]
     own = [file for file in test_files() if re.fullmatch(rf"test_(\w+_)?{name}", Path(file).stem)]

@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import replace
 
 import lensbench as lb
-from lensbench.analysis.model_choice import LADDER
+from lensbench.core.analysis.model_choice import LADDER
 from tests.core.point_lights import setting, verdict
 
 SETTINGS = 400

@@ -14,14 +14,14 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state.scene_file import SceneFileError, load_scene
-from lensbench.lenses import agf
+from lensbench.app.scenes.scene_file import SceneFileError, load_scene
 from lensbench.lenses.formats.table import READERS, WRITERS
-from tests.app.files.test_damaged_files import WAYS, files, goes_on  # noqa: F401 - the fixture
-from tests.app.state.test_scene_file import DOCUMENT
+from lensbench.lenses.glass import agf
+from tests.app.scenes.test_scene_file import DOCUMENT
+from tests.app.session.test_damaged_files import WAYS, files, goes_on  # noqa: F401 - the fixture
 from tests.lenses.damage import lenses_outlive
+from tests.lenses.glass.test_glass_catalogue import BK7
 from tests.lenses.samples import DATA
-from tests.lenses.test_glass_catalogue import BK7
 from tests.lenses.wrong_types import outlived, rng_of, texts
 from tests.mishaps import by_bytes, by_lines, outlive
 

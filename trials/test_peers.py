@@ -17,9 +17,9 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.charts.peers import BEFORE, PEERS, batoid_has
 from lensbench.app.studies.timing import least_times, machine
-from lensbench.kernels import block
-from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import trace_steps
+from lensbench.core.kernels import block
+from lensbench.core.kernels.program import Program
+from lensbench.core.optics.block_trace import trace_steps
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")         # of the peers' own

@@ -11,7 +11,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.files.camera_export import Z_UP, export_camera
+from lensbench.app.session.camera_export import Z_UP, export_camera
 
 WORLD = lb.look_at((300.0, 250.0, 900.0), (0.0, 60.0, -1500.0), (0.1, 1.0, 0.0))
 WIDE, TALL = lb.Film(36.0, 24.0, 240, 160), lb.Film(24.0, 36.0, 160, 240)

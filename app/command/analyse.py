@@ -19,9 +19,9 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
 
     from lensbench.app.command.lens_options import LENS_HELP, add_lens_options, add_setting, option
     from lensbench.app.command.options import read_film, read_size
-    from lensbench.app.state.settings import Settings
-    from lensbench.app.state.text_values import read_distance
-    from lensbench.imaging.spectrum import WHITES
+    from lensbench.app.settings.settings import Settings
+    from lensbench.app.settings.text_values import read_distance
+    from lensbench.core.imaging.spectrum import WHITES
 
     add = parser.add_argument
     add("lens", nargs="?", metavar="LENS", help=LENS_HELP)
@@ -60,13 +60,11 @@ def analyse(arguments: argparse.Namespace) -> int:
     from dataclasses import replace
 
     import lensbench as lb
-    from lensbench.app.command.errors import UsageError
-    from lensbench.app.command.output import print_json, progress, save_json
-    from lensbench.app.files.export import check_writable
-    from lensbench.app.state.analysis.catalogue import ANALYSES
-    from lensbench.app.state.analysis.own_conditions import with_own
-    from lensbench.app.state.analysis.query import query
-    from lensbench.app.studies.analysis_sheet import write_figures
+    from lensbench.app.command.output import UsageError, print_json, progress, save_json
+    from lensbench.app.drawing.sheet import write_figures
+    from lensbench.app.plots.catalogue import ANALYSES
+    from lensbench.app.plots.query import query, with_own
+    from lensbench.app.session.export import check_writable
 
     if arguments.what == "list":
         print("\n".join(f"{name:14}{each.shows}" for name, each in ANALYSES.items()))
@@ -128,13 +126,13 @@ def analyse(arguments: argparse.Namespace) -> int:
 
 def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, Any]:
     """What the options of the command change of one analysis."""
-    from lensbench.analysis.onion_rings import check_ripple_surface
-    from lensbench.app.command.errors import UsageError
-    from lensbench.app.state.analysis.bokeh_figure import Ripple, ripple_surface
-    from lensbench.app.state.analysis.mtf_figures import FINEST
-    from lensbench.app.state.analysis.stack_figure import Stack
-    from lensbench.app.state.lens_settings import AUTO
-    from lensbench.optics.lens_surface import LensError
+    from lensbench.app.command.output import UsageError
+    from lensbench.app.plots.bokeh_plots import Ripple, ripple_surface
+    from lensbench.app.plots.mtf_plots import FINEST
+    from lensbench.app.plots.stack_plots import Stack
+    from lensbench.app.settings.lens_settings import AUTO
+    from lensbench.core.analysis.onion_rings import check_ripple_surface
+    from lensbench.core.optics.lens_surface import LensError
 
     if name == "stack" and arguments.stack is not None:
         return {"stack": Stack(*arguments.stack)}
@@ -160,13 +158,13 @@ def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, A
 
 
 def _read_fields(text: str) -> Any:
-    from lensbench.app.state.analysis.own_conditions import read_fields
+    from lensbench.app.plots.query import read_fields
 
     return read_fields(text)
 
 
 def _read_wavelengths(text: str) -> Any:
-    from lensbench.app.state.analysis.own_conditions import read_wavelengths
+    from lensbench.app.plots.query import read_wavelengths
 
     return read_wavelengths(text)
 
@@ -175,8 +173,8 @@ def _read_frequencies(text: str) -> tuple[float, ...]:
     """Cycles a millimetre, rising."""
     values = _numbers(text, 1, 4)
     if not 0.0 < min(values) or max(values) > MOST_LINES:
-        from lensbench.app.command.errors import UsageError
-        from lensbench.kernels.figures import significant
+        from lensbench.app.command.output import UsageError
+        from lensbench.core.text import significant
 
         raise UsageError(f"{text!r}: give frequencies above 0 and up to {significant(MOST_LINES)} lp/mm")
     return values
@@ -198,7 +196,7 @@ def _read_ripple(text: str) -> tuple[float | None, float, float]:
 
 
 def _numbers(text: str, fewest: int, most: int) -> tuple[float, ...]:
-    from lensbench.app.command.errors import UsageError
+    from lensbench.app.command.output import UsageError
 
     parts = text.split(",")
     try:

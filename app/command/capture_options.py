@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lensbench.app.state.settings import Settings
+    from lensbench.app.settings.settings import Settings
 
 MOST_VIEWS = 999
 
@@ -25,9 +25,10 @@ def prepare_capture(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
 
     What a light field does not record is left out of the settings, and named.
     """
-    from lensbench.app.command.options import say, settings_from
-    from lensbench.app.files.export import check_writable
-    from lensbench.app.files.npz import checked_suffix
+    from lensbench.app.command.lens_options import say
+    from lensbench.app.command.options import settings_from
+    from lensbench.app.session.export import check_writable
+    from lensbench.app.session.recordings import checked_suffix
 
     settings = settings_from(arguments)
     if arguments.samples is None and arguments.settings is None:

@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
-from lensbench.app.state.picture.exposure import has_triangle
-from lensbench.app.state.scene_file import cached_scene
-from lensbench.app.state.setting_table import SHAPES
-from lensbench.app.state.settings import Settings
+from lensbench.app.bench.exposure import has_triangle
+from lensbench.app.scenes.scene_file import cached_scene
+from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.settings.setting_table import SHAPES
+from lensbench.app.settings.settings import Settings
 
 
 class _Need(NamedTuple):

@@ -7,8 +7,7 @@ from typing import Any
 
 from lensbench.app.command.lens_options import add_close_option, add_lens_options
 from lensbench.app.command.output import print_json
-from lensbench.kernels.figures import f_number_text, fixed, significant
-from lensbench.kernels.quotation import escaped
+from lensbench.core.text import escaped, f_number_text, fixed, significant
 
 PIXELS = 960                            # across a picture, for intrinsics: as the bench has it
 
@@ -24,15 +23,15 @@ def add_info_options(parser: argparse.ArgumentParser) -> None:
 def info(arguments: argparse.Namespace) -> int:
     """Print what is known of a lens, as text or JSON."""
     import lensbench as lb
+    from lensbench.app.bench.build import design, picture_wavelength, published
+    from lensbench.app.bench.coating import coating
+    from lensbench.app.bench.lens_choice import USUAL, own_film
+    from lensbench.app.bench.zoom import positioned, station_lines, stations
     from lensbench.app.command import lens_card
-    from lensbench.app.state.build import design, picture_wavelength, published
-    from lensbench.app.state.coating import coating
-    from lensbench.app.state.lens_choice import USUAL, own_film
-    from lensbench.app.state.lens_settings import AUTO
-    from lensbench.app.state.settings import Settings
-    from lensbench.app.state.text_values import format_distance
-    from lensbench.app.state.zoom import positioned, station_lines, stations
-    from lensbench.lenses.paraxial import is_d_line
+    from lensbench.app.settings.lens_settings import AUTO
+    from lensbench.app.settings.settings import Settings
+    from lensbench.app.settings.text_values import format_distance
+    from lensbench.lenses.tables.paraxial import is_d_line
 
     settings = replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked()
     lens = published(settings)
@@ -110,7 +109,7 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
     film_size: width and height for field of view and intrinsics.
     """
     import lensbench as lb
-    from lensbench.lenses.paraxial import at_reference
+    from lensbench.lenses.tables.paraxial import at_reference
 
     lens, wavelength = at_reference(lens)
     fo, at_infinity = lb.first_order(lens, wavelength), lens.at(close=0.0)      # an f-number counts at infinity
@@ -150,7 +149,7 @@ def _field_of_view(lens, film, wavelength: float) -> dict[str, float | None]:
     Of a smaller image circle where the film is dark outside; None where no light through the middle of the stop comes.
     """
     import lensbench as lb
-    from lensbench.app.state.figures import traced_angles
+    from lensbench.app.bench.readouts import traced_angles
 
     axes = ("horizontal", "vertical", "diagonal")
     if lens.is_rotationally_symmetric:

@@ -4,8 +4,8 @@ from dataclasses import asdict
 from itertools import pairwise
 from typing import Any
 
-from lensbench.kernels.figures import fixed, significant
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import fixed, significant
 
 WIDTH = 46              # of the labels
 # Figures of `lensbench info` that follow from what is estimated, by a word of the estimates; and their labels
@@ -30,8 +30,8 @@ def lens_card(lens: Lens) -> dict[str, Any]:
         `check` the findings of `lenses.check`.
     """
     from lensbench import lenses
-    from lensbench.lenses.counts import counts
-    from lensbench.lenses.system_text import system_rows
+    from lensbench.lenses.tables.counts import counts
+    from lensbench.lenses.tables.system_text import system_rows
 
     return {"maker": lens.maker, "designer": lens.designer, "patent": lens.patent, "film_size": lens.film_size,
             "notes": lens.notes, **asdict(counts(lens)), "estimates": lens.estimates,

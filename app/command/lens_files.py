@@ -3,6 +3,8 @@
 Rays are read and written as tables: x, y, z (mm, lens frame: the first vertex is the origin, light travels
 along +z) and the direction l, m, n, of any length when read and a unit vector when written. Each number is
 written with enough digits to read it back to the last bit.
+
+The command `lensbench export`: the camera of a picture in the words of another renderer.
 """
 
 import argparse
@@ -15,10 +17,49 @@ from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any, TextIO
 
-from lensbench.kernels.figures import fixed, significant
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses.regular_file import open_regular
-from lensbench.optics.finding import Finding, Kind
+from lensbench.core.optics.finding import Finding, Kind
+from lensbench.core.text import excerpt, fixed, significant
+from lensbench.lenses.file_error import open_regular
+
+
+def add_export_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench export`."""
+    from lensbench.app.command.lens_options import LENS_HELP
+    from lensbench.app.command.options import add_picture_options
+
+    parser.add_argument("what", choices=("camera",), help="what to write: the camera, with its place and its film")
+    parser.add_argument("lens", nargs="?", metavar="LENS", help=f"{LENS_HELP}; not needed for a --camera without one")
+    add_picture_options(parser)
+    parser.add_argument("--to", required=True, choices=("pbrt", "mitsuba", "blender"), help="for which program")
+    parser.add_argument("-o", "--output", required=True, metavar="FILE",
+                        help="the file: .pbrt with the lens as .dat beside it, .xml, or .py for Blender")
+
+
+def export(arguments: argparse.Namespace) -> int:
+    """Write what the arguments ask for; the exit code."""
+    from lensbench.app.bench.camera_kinds import camera
+    from lensbench.app.command.lens_options import say
+    from lensbench.app.command.options import settings_from
+    from lensbench.app.command.output import UsageError
+    from lensbench.app.session.camera_export import PROGRAMS, export_camera
+    from lensbench.app.session.export import check_writable
+    from lensbench.app.settings.camera_facts import CAMERA_KINDS
+
+    if CAMERA_KINDS[arguments.camera or "lens"].has_lens and arguments.lens is None and arguments.settings is None:
+        raise UsageError("which LENS? Name one, or a --camera without a lens")
+    path = Path(arguments.output)
+    if path.suffix.lower() != PROGRAMS[arguments.to]:
+        raise UsageError(f"{path}: cameras for {arguments.to} are {PROGRAMS[arguments.to]} files")
+    check_writable(path)
+    try:
+        remarks = export_camera(camera(settings_from(arguments)), arguments.to, path)
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror or error}") from error
+    for remark in remarks:
+        say(remark)
+    print(f"{path}: camera for {arguments.to}")
+    return 0
+
 
 COLUMNS = ("x", "y", "z", "l", "m", "n")
 NAMES = {"dx": "l", "dy": "m", "dz": "n", "origin_x": "x", "origin_y": "y", "origin_z": "z"}
@@ -43,13 +84,13 @@ def add_convert_options(parser: argparse.ArgumentParser) -> None:
 def convert(arguments: argparse.Namespace) -> int:
     """Write a lens in the format of the target's suffix; print the findings and what the format cannot hold."""
     from lensbench import lenses
-    from lensbench.app.state.zoom import positioned
+    from lensbench.app.bench.zoom import positioned
+    from lensbench.core.optics.lens_surface import LensError
     from lensbench.lenses.editing.document import EditError, LensDocument
     from lensbench.lenses.editing.document_text import lost_edits
     from lensbench.lenses.editing.structure import scaled
-    from lensbench.lenses.reversal import reversed_lens
-    from lensbench.lenses.stations import at_one_position
-    from lensbench.optics.lens_surface import LensError
+    from lensbench.lenses.tables.reversal import reversed_lens
+    from lensbench.lenses.tables.stations import at_one_position
 
     source, target = arguments.source, Path(arguments.target)
     document, lost = lenses.load_document(source), list[lenses.Finding]()
@@ -105,10 +146,10 @@ def trace(arguments: argparse.Namespace) -> int:
     """Trace the rays of a table through a lens; write their end points, directions and fates."""
     import lensbench as lb
     from lensbench import lenses
-    from lensbench.analysis.grids.field_conditions import check_wavelength, unknown_dispersion
+    from lensbench.app.bench.zoom import positioned
     from lensbench.app.command.lens_options import say
-    from lensbench.app.files.export import check_writable, replacing
-    from lensbench.app.state.zoom import positioned
+    from lensbench.app.session.export import check_writable, replacing
+    from lensbench.core.analysis.grids.field_conditions import check_wavelength, unknown_dispersion
 
     suffix = Path(arguments.output).suffix.lower() if arguments.output else (".json" if arguments.json else ".csv")
     if suffix not in (".csv", ".json"):

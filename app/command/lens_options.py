@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import Field, fields
 from typing import Any
 
-from lensbench.app.state.lens_settings import LensSettings
-from lensbench.app.state.setting import spec
-from lensbench.app.state.text_values import read_aperture, read_close, read_zoom
-from lensbench.kernels.quotation import escaped
+from lensbench.app.settings.lens_settings import LensSettings
+from lensbench.app.settings.setting import spec
+from lensbench.app.settings.text_values import read_aperture, read_close, read_zoom
+from lensbench.core.text import escaped
 
 LENS_HELP = "a lens of the library (see `lensbench lenses`), a lens file, or an exported picture with its settings"
 

@@ -5,11 +5,10 @@ import json
 import math
 from dataclasses import asdict
 
-from lensbench.app.command.errors import UsageError
-from lensbench.kernels.figures import fixed, significant
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses.catalogue import Card, describe
-from lensbench.lenses.search import FILMS, ORDERS, SearchError, filtered, searched
+from lensbench.app.command.output import UsageError
+from lensbench.core.text import excerpt, fixed, significant
+from lensbench.lenses.library.catalogue import Card, describe
+from lensbench.lenses.library.search import FILMS, ORDERS, SearchError, filtered, searched
 
 
 def add_library_options(parser: argparse.ArgumentParser) -> None:

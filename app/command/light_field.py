@@ -1,28 +1,96 @@
-"""The command `lensbench lightfield`: capture the light through each part of the pupil, refocus it, show its rays."""
+"""The command `lensbench lightfield`: capture the light through each part of the pupil, refocus it, show its rays.
+
+The command `lensbench lightfield chart`: comparison of refocused light fields with focused cameras.
+"""
 
 import argparse
 import math
+import time
 from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 from lensbench.app.command.capture_options import prepare_capture, read_views
 from lensbench.app.command.output import checked_picture_path, progress
-from lensbench.kernels.figures import fixed, significant
+from lensbench.core.text import fixed, significant
 
 if TYPE_CHECKING:
-    from lensbench.app.state.light_field_query import Recording
-    from lensbench.app.state.settings import Settings
+    from lensbench.app.bench.light_field_query import Recording
+    from lensbench.app.settings.settings import Settings
+
+
+def add_field_chart_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench lightfield chart`."""
+    from lensbench.app.command.lens_options import option
+    from lensbench.app.command.options import add_picture_options
+
+    parser.set_defaults(command=_chart)
+    parser.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file")
+    add_picture_options(parser)
+    parser.add_argument("-o", "--output", metavar="FILE", help=".svg or .png: the chart; .json: its figures")
+    parser.add_argument("--views", type=option(read_numbers), default=None, metavar="N,N…",
+                        help="views across and down of each light field (3,5,9,17); each light field has the same "
+                             "number of rays")
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+
+
+def read_numbers(text: str) -> tuple[int, ...]:
+    """“3,5,9”: numbers of views across."""
+    try:
+        numbers = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if not numbers or not all(1 <= number <= 99 for number in numbers):
+        raise ValueError(f"“{text}”: type whole numbers from 1 to 99 with commas, such as 3,5,9,17")
+    return numbers
+
+
+def _chart(arguments: argparse.Namespace) -> int:
+    from lensbench.app.bench.camera_kinds import camera
+    from lensbench.app.command.options import settings_from
+    from lensbench.app.command.output import checked_chart_path, is_json, print_json, progress, save_json
+    from lensbench.app.scenes.scene_file import cached_scene
+    from lensbench.app.studies.charts.methods import VIEWS, draw, measure
+    from lensbench.app.studies.timing import machine
+
+    settings = settings_from(arguments)
+    path = checked_chart_path(arguments.output)
+    with progress() as show:
+        curves = measure(camera(settings), cached_scene(settings.scene), arguments.views or VIEWS, settings.seed, show)
+    data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "lens": settings.lens,
+            "model": settings.lens_model, "scene": settings.scene, "focus mm": settings.focus_distance,
+            "f-number": settings.f_number, "pixels": [settings.pixels_x, settings.pixels_y],
+            "fields": [curve._asdict() for curve in curves]}
+    if arguments.json:
+        print_json(data)
+    else:
+        print("decibels against a camera focused at:")
+        print("views   " + " ".join(f"{significant(distance / 1000.0, 3):>7} m" for distance in curves[0].distances))
+        for curve in curves:
+            ends = (f"a pixel apart at {significant(curve.near / 1000.0, 3)} m and "
+                    f"{significant(curve.far / 1000.0, 3)} m")
+            figures = " ".join(f"{fixed(value, 1):>9}" for value in curve.decibels)
+            print(f"{curve.views:2} × {curve.views:2} {figures}  {ends}")
+    if path is None:
+        return 0
+    if is_json(path):
+        save_json(path, data)
+        return 0
+    title = (f"Light fields focused afterwards: {settings.scene}, recorded at "
+             f"{significant(settings.focus_distance / 1000.0)} m")
+    draw(curves, settings.focus_distance, title,
+         f"{settings.lens}, {settings.lens_model} model, {settings.pixels_x} × {settings.pixels_y} pixels, as many "
+         "rays for each field. Dashed: where neighbouring views lie a pixel apart; dotted beyond.", path)
+    return 0
 
 
 def add_light_field_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield`."""
     from lensbench.app.command.lens_options import option
-    from lensbench.app.command.light_field_chart import add_field_chart_options
     from lensbench.app.command.light_field_slices import add_view_options
     from lensbench.app.command.lumigraph import add_lumigraph_options
     from lensbench.app.command.options import add_picture_options
-    from lensbench.app.state.text_values import read_aperture, read_count, read_distance
+    from lensbench.app.settings.text_values import read_aperture, read_count, read_distance
 
     kinds = parser.add_subparsers(metavar="capture | refocus | view | array | novel | chart", required=True)
     capture = kinds.add_parser("capture", help="Record a light field through a lens.")
@@ -69,8 +137,8 @@ def read_place(text: str) -> tuple[float, float]:
 
 
 def _capture(arguments: argparse.Namespace) -> int:
-    from lensbench.app.command.errors import UsageError
-    from lensbench.app.files.light_field_file import save_light_field
+    from lensbench.app.command.output import UsageError
+    from lensbench.app.session.recordings import save_light_field
 
     if arguments.microlens_f_number is not None and not arguments.microlenses:
         raise UsageError("--microlens-f-number goes with --microlenses N")
@@ -88,7 +156,7 @@ def _capture(arguments: argparse.Namespace) -> int:
 
 def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
     import lensbench as lb
-    from lensbench.app.state.light_field_query import Recording
+    from lensbench.app.bench.light_field_query import Recording
     from lensbench.app.workers.render_job import prepare
 
     camera, scene = prepare(settings)
@@ -102,7 +170,7 @@ def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording"
 
 def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
     import lensbench as lb
-    from lensbench.app.state.light_field_query import Recording
+    from lensbench.app.bench.light_field_query import Recording
     from lensbench.app.workers.render_job import prepare
 
     camera, scene = prepare(settings)
@@ -119,10 +187,10 @@ def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Rec
 
 
 def _refocus(arguments: argparse.Namespace) -> int:
-    from lensbench.app.command.errors import UsageError
-    from lensbench.app.files.export import save_picture
-    from lensbench.app.files.light_field_file import load_light_field
-    from lensbench.app.state.light_field_query import Look
+    from lensbench.app.bench.light_field_query import Look
+    from lensbench.app.command.output import UsageError
+    from lensbench.app.session.export import save_picture
+    from lensbench.app.session.recordings import load_light_field
 
     path = checked_picture_path(arguments.output)
     recording = load_light_field(arguments.field)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
+from lensbench.core.text import significant
 
 if TYPE_CHECKING:
-    from lensbench.app.state.light_field_query import Recording
+    from lensbench.app.bench.light_field_query import Recording
 
 EPIPOLAR_LINES = 8              # rows of an enlarged epipolar image for each view
 CELL_PIXELS = 24                # side of a pupil cell in an enlarged picture
@@ -21,7 +21,7 @@ ENLARGED = (".png", ".ppm")     # formats to look at; the others hold the record
 def add_view_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield view`."""
     from lensbench.app.command.lens_options import option
-    from lensbench.app.state.text_values import read_distance
+    from lensbench.app.settings.text_values import read_distance
 
     parser.set_defaults(command=_view)
     parser.add_argument("field", metavar="FILE.npz", help="file written by `capture`")
@@ -50,11 +50,10 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _view(arguments: argparse.Namespace) -> int:
-    from lensbench.app.command.errors import UsageError
-    from lensbench.app.command.options import say
-    from lensbench.app.command.output import checked_picture_path
-    from lensbench.app.files.export import save_picture
-    from lensbench.app.files.light_field_file import load_light_field
+    from lensbench.app.command.lens_options import say
+    from lensbench.app.command.output import UsageError, checked_picture_path
+    from lensbench.app.session.export import save_picture
+    from lensbench.app.session.recordings import load_light_field
 
     if arguments.output is None and not arguments.json:
         raise UsageError("name a picture by -o FILE, or ask for the figures by --json")
@@ -88,8 +87,8 @@ def _format(value: Any) -> str:
 
 def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path | None):
     """Picture, figures and settings of the depth, or of the all-in-focus picture."""
+    from lensbench.app.bench.false_colours import depth_picture, ends, with_codes
     from lensbench.app.command.output import progress
-    from lensbench.app.state.picture.false_colours import depth_picture, ends, with_codes
 
     with progress() as show:
         found = recording.find_depth(
@@ -107,8 +106,8 @@ def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path 
 
 def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool):
     """Picture and figures of a view, an epipolar image or a pixel; large: enlarge the picture to look at."""
-    from lensbench.app.command.errors import UsageError
-    from lensbench.app.state.light_field_query import epipolar, radiance, radiance_over_time, ray
+    from lensbench.app.bench.light_field_query import epipolar, radiance, radiance_over_time, ray
+    from lensbench.app.command.output import UsageError
 
     field, (w, h) = recording.field, (recording.settings.pixels_x, recording.settings.pixels_y)
     across, down = field.views
@@ -145,7 +144,7 @@ def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool)
 
 def _of_sensor(arguments: argparse.Namespace, recording: "Recording", large: bool):
     """Picture and figures of a plenoptic sensor, or of the pixels behind one of its microlenses."""
-    from lensbench.app.command.errors import UsageError
+    from lensbench.app.command.output import UsageError
 
     raw, (w, h) = recording.raw, (recording.settings.pixels_x, recording.settings.pixels_y)
     if raw is None:

@@ -15,11 +15,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, NoReturn
 
-from lensbench.app.command.errors import UsageError
-from lensbench.kernels.quotation import MOST, cut, escaped
+from lensbench.app.command.output import UsageError
+from lensbench.core.text import MOST_CHARACTERS, cut, escaped
 
 if TYPE_CHECKING:
-    from lensbench.app.state.settings import Settings
+    from lensbench.app.settings.settings import Settings
 
 SCREENSHOT = "lensbench-window.png"     # where there is no display
 LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libXext.so.6")
@@ -42,8 +42,8 @@ class _Parser(argparse.ArgumentParser):
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
-        short = re.sub(rf"\S{{{MOST + 1},}}", lambda word: cut(word[0]), message)
-        raise UsageError(f"{cut(short, 20 * MOST)} (see {self.prog} --help)")
+        short = re.sub(rf"\S{{{MOST_CHARACTERS + 1},}}", lambda word: cut(word[0]), message)
+        raise UsageError(f"{cut(short, 20 * MOST_CHARACTERS)} (see {self.prog} --help)")
 
 
 class _Version(argparse.Action):
@@ -100,9 +100,9 @@ def _mistakes() -> tuple[type[Exception], ...]:
     import lensbench as lb
     from lensbench import lenses
     from lensbench.app.command.lens_files import RaysError
-    from lensbench.app.files.export import ExportError
-    from lensbench.app.state.scene_file import SceneFileError
-    from lensbench.app.state.settings import SettingsError
+    from lensbench.app.scenes.scene_file import SceneFileError
+    from lensbench.app.session.export import ExportError
+    from lensbench.app.settings.setting import SettingsError
 
     return (SettingsError, ExportError, SceneFileError, RaysError, lenses.LensFileError, lb.LensError,
             lb.LightFieldError, lb.GlassError, lb.MediumError, lb.ExposureError, lb.TransformError,
@@ -112,18 +112,17 @@ def _mistakes() -> tuple[type[Exception], ...]:
 def _parser() -> argparse.ArgumentParser:
     from lensbench.app.command import (
         analyse,
-        bench,
-        chart,
         check,
-        export,
-        improve,
+        design,
         info,
         lens_files,
         library,
         light_field,
         render,
-        stability,
-        tolerances,
+        studies,
+    )
+    from lensbench.app.command import (
+        lens_files as export,
     )
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
@@ -146,14 +145,14 @@ def _parser() -> argparse.ArgumentParser:
              "Draw spots, focus shift and other figures of a lens as a sheet, or write their numbers."),
             ("lightfield", None, light_field.add_light_field_options,
              "Record a light field through a lens; focus it afterwards."),
-            ("improve", improve.improve, improve.add_improve_options,
+            ("improve", design.improve, design.add_improve_options,
              "Improve a lens by damped least squares on its radii, thicknesses or other numbers."),
-            ("tolerances", tolerances.tolerances, tolerances.add_tolerance_options,
+            ("tolerances", design.tolerances, design.add_tolerance_options,
              "Show what errors of manufacture cost a lens, and the spread of many copies."),
-            ("chart", chart.chart, chart.add_chart_options, "Chart the speed of methods against their accuracy."),
-            ("stability", stability.stability, stability.add_stability_options,
+            ("chart", studies.chart, studies.add_chart_options, "Chart the speed of methods against their accuracy."),
+            ("stability", studies.stability, studies.add_stability_options,
              "Show where each numerical method breaks down, and what it returns there."),
-            ("bench", bench.bench, bench.add_bench_options, "Measure the program's speed on this machine.")):
+            ("bench", studies.bench, studies.add_bench_options, "Measure the program's speed on this machine.")):
         command = commands.add_parser(name, help=summary, description=summary)
         command.set_defaults(command=run)
         command.add_options = add
@@ -187,10 +186,10 @@ def loading() -> Iterator[None]:
 
 def _view(arguments: argparse.Namespace) -> int:
     with loading():
+        from lensbench.app.bench.stop_picture import with_readable_stop
         from lensbench.app.command.lens_options import say
         from lensbench.app.command.options import carries_settings, settings_from
         from lensbench.app.command.output import checked_screenshot_path
-        from lensbench.app.state.stop_picture import with_readable_stop
 
         shot = arguments.screenshot or (None if _has_display() else SCREENSHOT)
         screenshot = None if shot is None else checked_screenshot_path(shot)
@@ -199,7 +198,7 @@ def _view(arguments: argparse.Namespace) -> int:
             settings = with_readable_stop(settings, say)
         asked = {name for name, value in vars(arguments).items() if value is not None} - {"command"}
         if arguments.scene is not None:
-            from lensbench.app.state.scene_file import cached_scene
+            from lensbench.app.scenes.scene_file import cached_scene
 
             cached_scene(settings.scene)                    # refused here: the window would show another
         if not asked and _has_display():
@@ -228,10 +227,10 @@ def _view(arguments: argparse.Namespace) -> int:
 
 def _last_session(otherwise: "Settings") -> "Settings":
     """The settings of the last session, if its lens and scene are still there."""
+    from lensbench.app.bench.constraints import constrained
+    from lensbench.app.bench.stop_picture import with_readable_stop
     from lensbench.app.command.lens_options import say
-    from lensbench.app.files.session_file import last_session
-    from lensbench.app.state.constraints import constrained
-    from lensbench.app.state.stop_picture import with_readable_stop
+    from lensbench.app.session.settings_file import last_session
 
     try:
         last = last_session()

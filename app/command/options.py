@@ -9,12 +9,10 @@ from dataclasses import fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from lensbench.app.command.ignored_options import LINEAR, remarks
-from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
-from lensbench.app.state.build import design
-from lensbench.app.state.camera_kinds import MAKERS
-from lensbench.app.state.coating import missing_ghost
-from lensbench.app.state.constraints import (
+from lensbench.app.bench.build import design
+from lensbench.app.bench.camera_kinds import MAKERS
+from lensbench.app.bench.coating import missing_ghost
+from lensbench.app.bench.constraints import (
     beyond_view,
     constrained,
     full_view,
@@ -23,15 +21,17 @@ from lensbench.app.state.constraints import (
     with_film,
     with_layout,
 )
-from lensbench.app.state.figures import colours
-from lensbench.app.state.lens_choice import APERTURE, FILM, FOCUS, with_lens, with_scene
-from lensbench.app.state.lens_settings import LensSettings
-from lensbench.app.state.setting import spec
-from lensbench.app.state.settings import PICTURES, Settings, SettingsError
-from lensbench.app.state.stop_picture import stop_picture
-from lensbench.app.state.text_values import format_angle, read_angle
-from lensbench.app.state.zoom import asked_zoom
-from lensbench.kernels.quotation import cut
+from lensbench.app.bench.lens_choice import APERTURE, FILM, FOCUS, with_lens, with_scene
+from lensbench.app.bench.readouts import colours
+from lensbench.app.bench.stop_picture import stop_picture
+from lensbench.app.bench.zoom import asked_zoom
+from lensbench.app.command.ignored_options import LINEAR, remarks
+from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
+from lensbench.app.settings.lens_settings import LensSettings
+from lensbench.app.settings.setting import SettingsError, spec
+from lensbench.app.settings.settings import PICTURES, Settings
+from lensbench.app.settings.text_values import format_angle, read_angle
+from lensbench.core.text import cut
 
 
 def read_size(text: str) -> tuple[int, int]:
@@ -85,7 +85,7 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
 
 def carries_settings(lens: str) -> bool:
     """Whether what is given in place of the LENS is an exported picture, or the text of a state."""
-    from lensbench.app.files.state_text import PREFIX as STATE
+    from lensbench.app.session.settings_file import PREFIX as STATE
 
     return lens.startswith(STATE) or Path(lens).suffix.lower() in PICTURES
 
@@ -98,13 +98,13 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     not name is limited to the range of the lens. SettingsError,
     LensError, LensFileError, ExportError.
     """
-    from lensbench.app.files.state_text import PREFIX as STATE
-    from lensbench.app.files.state_text import settings_of_text
+    from lensbench.app.session.settings_file import PREFIX as STATE
+    from lensbench.app.session.settings_file import settings_of_text
 
     lens = arguments.lens
     camera = arguments.camera or ("lens" if arguments.lens_model is not None else None)
     if arguments.settings is not None:
-        from lensbench.app.files.settings_file import load_settings
+        from lensbench.app.session.settings_file import load_settings
         settings = load_settings(arguments.settings)
         if lens is not None:
             settings = constrained(replace(settings, lens=_name_or_file(lens), edited="",
@@ -112,7 +112,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     elif lens is not None and lens.startswith(STATE):
         settings = settings_of_text(lens)
     elif lens is not None and Path(lens).suffix.lower() in PICTURES:
-        from lensbench.app.files.settings_file import load_settings
+        from lensbench.app.session.settings_file import load_settings
         settings = load_settings(lens)
     else:
         opened = with_camera(replace(Settings(), focal_length=arguments.focal_length,

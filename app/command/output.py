@@ -1,4 +1,7 @@
-"""Output of the commands: JSON, and a progress bar."""
+"""Output of the commands: JSON, and a progress bar.
+
+Errors that the command line reports to a user.
+"""
 
 import json
 import math
@@ -9,8 +12,12 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from lensbench.app.command.errors import UsageError
-from lensbench.kernels.figures import fixed
+from lensbench.core.text import fixed
+
+
+class UsageError(ValueError):
+    """Invalid request of a user; the message says what to do."""
+
 
 WIDTH = 30                      # of the progress bar, in characters
 
@@ -47,8 +54,8 @@ def print_json(data: Any) -> None:
 
 def checked_chart_path(path: str | None, figures: bool = True) -> Path | None:
     """The path of a chart (.svg, .png) or, with figures, of its figures (.json), checked before the work begins."""
-    from lensbench.app.files.export import check_writable
-    from lensbench.app.studies.plotting import checked_suffix
+    from lensbench.app.drawing.sheet import checked_suffix
+    from lensbench.app.session.export import check_writable
 
     if path is None:
         return None
@@ -60,7 +67,7 @@ def checked_chart_path(path: str | None, figures: bool = True) -> Path | None:
 
 def checked_picture_path(path: str) -> Path:
     """The path of a picture, whose suffix and place are checked before the work begins."""
-    from lensbench.app.files.export import check_writable, checked_place
+    from lensbench.app.session.export import check_writable, checked_place
 
     checked_place(Path(path))
     check_writable(Path(path))
@@ -69,7 +76,7 @@ def checked_picture_path(path: str) -> Path:
 
 def checked_screenshot_path(path: str) -> Path:
     """The path of a picture of the window, a PNG, checked before the window opens."""
-    from lensbench.app.files.export import check_writable
+    from lensbench.app.session.export import check_writable
 
     if Path(path).suffix.lower() != ".png":
         raise UsageError(f"{path}: a picture of the window is written as .png: choose this suffix")
@@ -79,7 +86,7 @@ def checked_screenshot_path(path: str) -> Path:
 
 def checked_lens_path(path: str | None) -> Path | None:
     """The path of a lens file, whose suffix and place are checked before the work begins."""
-    from lensbench.app.files.export import check_writable
+    from lensbench.app.session.export import check_writable
     from lensbench.lenses.lens_file import writer_of
 
     if path is None:
@@ -96,7 +103,7 @@ def is_json(path: Path) -> bool:
 
 def save_json(path: Path, data: Any) -> None:
     """Write data as `print_json` prints it; ExportError if the file cannot be written."""
-    from lensbench.app.files.export import replacing
+    from lensbench.app.session.export import replacing
 
     with replacing(path) as part:
         part.write_text(_json_text(data) + "\n", encoding="utf-8")

@@ -9,14 +9,13 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from lensbench.app.command.errors import UsageError
-from lensbench.app.command.output import print_json, progress
+from lensbench.app.command.output import UsageError, print_json, progress
 from lensbench.app.command.stop_signals import stop_signals
-from lensbench.kernels.figures import fixed, significant
+from lensbench.core.text import fixed, significant
 
 if TYPE_CHECKING:
-    from lensbench.app.files.picture_render import Rendered
-    from lensbench.app.state.settings import Settings
+    from lensbench.app.session.picture_render import Rendered
+    from lensbench.app.settings.settings import Settings
 
 MOST_SAMPLES = 1 << 16          # where the noise is to end the render and no number of samples is given
 MOST_FRAMES = 100_000
@@ -26,7 +25,7 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench render`."""
     from lensbench.app.command.lens_options import LENS_HELP, option
     from lensbench.app.command.options import add_picture_options
-    from lensbench.app.state.text_values import read_count, read_percent
+    from lensbench.app.settings.text_values import read_count, read_percent
 
     add = parser.add_argument
     add("lens", nargs="?", metavar="LENS",
@@ -54,15 +53,15 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
 def render(arguments: argparse.Namespace) -> int:
     """Render what the arguments ask for; the exit code."""
     import lensbench as lb
+    from lensbench.app.bench.build import wavelength_remark
+    from lensbench.app.bench.camera_kinds import camera
     from lensbench.app.command.ignored_options import LINEAR
     from lensbench.app.command.lens_options import say
     from lensbench.app.command.options import settings_from
-    from lensbench.app.files.picture_render import export_render, kept_path
-    from lensbench.app.files.settings_file import save_settings
-    from lensbench.app.state.build import wavelength_remark
-    from lensbench.app.state.camera_facts import CAMERA_KINDS
-    from lensbench.app.state.camera_kinds import camera
-    from lensbench.app.state.scene_file import cached_scene
+    from lensbench.app.scenes.scene_file import cached_scene
+    from lensbench.app.session.picture_render import export_render, kept_path
+    from lensbench.app.session.settings_file import save_settings
+    from lensbench.app.settings.camera_facts import CAMERA_KINDS
     from lensbench.app.workers.warm_cache import compiling_ahead
 
     needs_lens = CAMERA_KINDS[arguments.camera or "lens"].has_lens
@@ -129,7 +128,7 @@ def frames(settings: "Settings", path: Path, count: int) -> list[tuple["Settings
     They begin at the moment of the settings and are evenly spaced up to their duration, so that one more frame
     would be at its end. UsageError where nothing moves.
     """
-    from lensbench.app.state.text_values import format_time
+    from lensbench.app.settings.text_values import format_time
 
     if not 2 <= count <= MOST_FRAMES:
         raise UsageError(f"--frames {count}: 2 to {MOST_FRAMES} frames make a sequence")
@@ -154,9 +153,9 @@ def _is_there(settings: "Settings", path: Path, any_samples: bool) -> bool:
 
     One that is older than a file that the settings name has to be rendered again.
     """
-    from lensbench.app.files.export import ExportError, read_settings
-    from lensbench.app.state.build import own_picture
-    from lensbench.app.state.scene_file import scene_files
+    from lensbench.app.bench.build import own_picture
+    from lensbench.app.scenes.scene_file import scene_files
+    from lensbench.app.session.export import ExportError, read_settings
 
     named = [*scene_files(settings.scene), *map(Path, (settings.lens, settings.stop_image, own_picture(settings)))]
     if path.exists() and any(each.is_file() and each.stat().st_mtime_ns > path.stat().st_mtime_ns for each in named):
@@ -169,7 +168,7 @@ def _is_there(settings: "Settings", path: Path, any_samples: bool) -> bool:
 
 
 def _figures(path: Path, found: "Rendered", wanted: float | None, seconds: float) -> dict[str, Any]:
-    from lensbench.app.state.auto_model import record
+    from lensbench.app.bench.auto_model import record
 
     down, across = found.shape
     return {"path": str(path), "pixels": [across, down], "samples": found.samples, "seconds": seconds,
@@ -180,7 +179,7 @@ def _figures(path: Path, found: "Rendered", wanted: float | None, seconds: float
 
 def _summary(figures: dict[str, Any], found: "Rendered") -> str:
     """The figures of a picture in a line, and the choice of its model in another."""
-    from lensbench.app.state.auto_model import choice_summary
+    from lensbench.app.bench.auto_model import choice_summary
 
     across, down = figures["pixels"]
     words = [f"{across} × {down} pixels", f"{found.samples} sample{'s' if found.samples > 1 else ''} each",

@@ -13,7 +13,7 @@ if __name__ == "__main__":
     began = float(sys.argv[1])
     with loading():
         parsed(["view"])
-        from lensbench.app.studies.benchmark.driven_window import SMALL, DrivenSession, run
+        from lensbench.app.benchmark.live import SMALL, DrivenSession, run
 
     def first(session: DrivenSession) -> bool:
         """Print the time when the first picture is on the screen, and end."""

@@ -5,13 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.state.notices import Notice, NoticeKind, Notices
-from lensbench.app.state.picture.exposure import AppliedExposure
-from lensbench.app.state.picture.look_around import LookAround
-from lensbench.app.state.picture.statistics import Difference
-from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
+from lensbench.app.bench.exposure import AppliedExposure
+from lensbench.app.bench.pose import LookAround
+from lensbench.app.bench.tone import Difference
+from lensbench.app.plots.pixel_rays import Pointed
+from lensbench.app.session.notices import Notice, NoticeKind, Notices, Request
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.compilers import Part
 
 Box = tuple[float, float, float, float]     # left, top, right, bottom on the screen (pixels)

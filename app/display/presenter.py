@@ -10,23 +10,21 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from lensbench.app.bench.exposure import AppliedExposure, applied_exposure, exposed, look, meter_stops
+from lensbench.app.bench.false_colours import aov_codes
+from lensbench.app.bench.light_field_query import note, picture_settings
+from lensbench.app.bench.tone import Difference, histogram
+from lensbench.app.bench.view_camera import leans
 from lensbench.app.display.frame import Light, Mark, Picture, Pinned, View
-from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
-from lensbench.app.display.panorama import Panorama
-from lensbench.app.display.passes import one_by_one, queue
+from lensbench.app.display.gl_texture import SQUARES, Development, Screen, one_by_one, queue, softening
+from lensbench.app.display.small_textures import Panorama
 from lensbench.app.display.solid_view import Drawing, SolidView
-from lensbench.app.state.geometry.blur import NONE, Blur
-from lensbench.app.state.light_field_query import note, picture_settings
-from lensbench.app.state.picture.auto_exposure import meter_stops
-from lensbench.app.state.picture.exposure import AppliedExposure, applied_exposure, exposed, look
-from lensbench.app.state.picture.false_colours import aov_codes
-from lensbench.app.state.picture.statistics import Difference, histogram
-from lensbench.app.state.settings import RESTARTS_NOTHING, Settings
-from lensbench.app.state.view_camera import leans
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.memo import Memo
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.recorded import Memo
+from lensbench.app.plots.blur import NONE, Blur
+from lensbench.app.settings.settings import RESTARTS_NOTHING, Settings
 from lensbench.app.workers.light_field_worker import FieldPicture
-from lensbench.app.workers.render_update import RenderUpdate
+from lensbench.app.workers.render_job import RenderUpdate
 from lensbench.app.workers.render_worker import RenderWorker
 
 OFF_CENTRE = 0.35               # of the picture: farther from its middle nothing is marked as in focus

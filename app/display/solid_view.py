@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from lensbench.app.display.gl_texture import shader_source
-from lensbench.app.display.passes import drawn_into
-from lensbench.app.state.solid.shapes import Part, Strokes
-from lensbench.app.state.solid.turntable import Eye
+from lensbench.app.display.gl_texture import drawn_into, shader_source
+from lensbench.app.plots.solids import Eye, Part, Strokes
 
 Rgba = tuple[float, float, float, float]
 SAMPLES = 4                     # of each pixel, against jagged edges

@@ -10,8 +10,8 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.notebook.picture import png
 from lensbench.app.notebook.render import render
-from lensbench.app.state.geometry.elements import elements, surface_curves
-from lensbench.kernels.figures import fixed, significant
+from lensbench.app.plots.section import elements, surface_curves
+from lensbench.core.text import fixed, significant
 
 WIDTH = 460                     # of a section, in pixels
 PREVIEW, PREVIEW_SAMPLES = (300, 200), 8    # pixels of the picture of a scene

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from lensbench.app.files.export import ExportError, save_picture, write_png
-from lensbench.app.state.picture import tone as tones
-from lensbench.app.state.setting_table import TONES
-from lensbench.app.state.settings import Settings
+from lensbench.app.bench import tone as tones
+from lensbench.app.session.export import ExportError, save_picture, write_png
+from lensbench.app.settings.setting_table import TONES
+from lensbench.app.settings.settings import Settings
 
 LINEAR_SUFFIXES = (".exr", ".pfm")
 DEVELOPED = "raw"               # tone of values that are screen codes

@@ -1,16 +1,78 @@
-"""`lb.render`: pictures of cameras and scenes, or of their names, with a progress bar in a notebook."""
+"""`lb.render`: pictures of cameras and scenes, or of their names, with a progress bar in a notebook.
+
+A progress bar below the cell of a notebook.
+"""
 
 import os
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from numbers import Integral
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import lensbench as lb
 from lensbench.app.notebook.picture import Picture
-from lensbench.app.notebook.progress import shown_progress
-from lensbench.app.state.scene_file import find_scene
-from lensbench.rendering.progressive import Rendering
+from lensbench.app.scenes.scene_file import find_scene
+from lensbench.core.rendering.progressive import Rendering
+from lensbench.core.text import fixed
+
+SILENT = 1.0                    # seconds before a bar appears
+
+
+def notebook_display() -> Any:
+    """The function `IPython.display.display` in a notebook; None elsewhere, as in a terminal."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    if shell is None or not hasattr(shell, "kernel"):
+        return None
+    from IPython.display import display  # type: ignore[import-not-found]
+    return display
+
+
+class _Html:
+    def __init__(self, html: str):
+        self._html = html
+
+    def _repr_html_(self) -> str:
+        return self._html
+
+
+@contextmanager
+def shown_progress(wanted: bool | Callable[[float], object] | None) -> Iterator[Callable[[float], object] | None]:
+    """Function to call with the share that is done, 0 to 1; None where no progress is shown.
+
+    wanted: a function of the caller; True or False for a bar; None: a bar in a notebook alone.
+    """
+    if callable(wanted):
+        yield wanted
+        return
+    display = notebook_display()
+    if wanted is False or display is None:
+        yield None
+        return
+    started, handle = perf_counter(), None
+
+    def show(part: float) -> None:
+        nonlocal handle
+        passed = perf_counter() - started
+        if handle is None and passed > SILENT:
+            handle = display(_Html(_bar(part, passed)), display_id=True)
+        elif handle is not None:
+            handle.update(_Html(_bar(part, passed)))
+
+    try:
+        yield show
+    finally:
+        if handle is not None:
+            handle.update(_Html(""))
+
+
+def _bar(part: float, passed: float) -> str:
+    left = f"{fixed(passed / part - passed, 0)} s left" if part > 0.02 else ""
+    return f'<progress value="{fixed(part, 3)}"></progress> {fixed(100.0 * part, 0)} % {left}'
+
 
 MOST_BATCH = 16                 # samples between two steps of the progress bar
 
@@ -88,9 +150,9 @@ def _camera(camera: Any, scene: "lb.Scene", scene_name: str | None) -> "lb.Camer
     if not isinstance(camera, str | Path):
         raise TypeError(f"{_kind(camera)} is no camera: give a camera such as lb.LensCamera, the name of a lens or the "
                         "path of its file")
-    from lensbench.app.state.camera_kinds import camera as camera_of
-    from lensbench.app.state.lens_choice import with_lens
-    from lensbench.app.state.settings import Settings
+    from lensbench.app.bench.camera_kinds import camera as camera_of
+    from lensbench.app.bench.lens_choice import with_lens
+    from lensbench.app.settings.settings import Settings
 
     name = scene_name or next((name for name in lb.SCENES if lb.builtin_scene(name) is scene), None)
     if name is None:

@@ -11,7 +11,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.notebook.cards import camera_card, lens_card, picture_element, scene_card
 from lensbench.app.notebook.picture import DEVELOPED, checked, png
-from lensbench.app.notebook.progress import notebook_display
+from lensbench.app.notebook.render import notebook_display
 
 
 class Page:

@@ -12,29 +12,30 @@ from functools import partial
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.figures import Readings
-from lensbench.app.state.geometry.circle_of_confusion import Curves, curves, main_curve, plot_range
-from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.pixel.readings import pixel_readings
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import format_distance, format_f_number
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.curve_paths import Paths, crosses, simplified
-from lensbench.app.widgets.memo import Memo
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import (
+from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.bench.readouts import Readings
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph
+from lensbench.app.drawing.plot_axes import (
     AXIS_FLAGS,
     PLOT_FLAGS,
+    Paths,
     PlotMap,
+    crosses,
     dashed_line,
     log_ticks,
     pieces,
     polyline,
+    simplified,
     text,
 )
-from lensbench.app.widgets.recorded import Recorded
-from lensbench.kernels.figures import significant
+from lensbench.app.drawing.recorded import Memo, Recorded
+from lensbench.app.plots.blur import Curves, curves, main_curve, plot_range
+from lensbench.app.plots.pixel_rays import Pointed
+from lensbench.app.plots.pixel_spot import pixel_readings
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import format_distance, format_f_number
+from lensbench.core.text import significant
 
 BESIDE = 10.0                   # em beside the plot: figures and titles of its axes
 NEAR_END = 0.7                  # of the plot's width: with the focus beyond it, lines have their names at the left

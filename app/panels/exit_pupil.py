@@ -11,25 +11,21 @@ from functools import lru_cache, partial
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from lensbench.app.panels.lens_section.viewport import round_length
-from lensbench.app.state.build import Setup, setup
-from lensbench.app.state.dial_scales import radius_scale
-from lensbench.app.state.geometry.exit_pupil import BoxSamples, Region, box_samples, region, turn
-from lensbench.app.state.geometry.ray_fans import lit_radius
-from lensbench.app.state.pixel.lens_rays import ray_through, rear_place
-from lensbench.app.state.pixel.pointed import Pointed, PointedRay
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import format_area
-from lensbench.app.state.view_camera import seen_from
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.curve_paths import simplified
-from lensbench.app.widgets.dial import dial
-from lensbench.app.widgets.marked import check_box
-from lensbench.app.widgets.memo import FrameMemo
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
-from lensbench.app.widgets.recorded import Recorded
-from lensbench.kernels.figures import fixed, significant, true_minus
+from lensbench.app.bench.build import Setup, setup
+from lensbench.app.bench.ray_fans import lit_radius
+from lensbench.app.bench.view_camera import seen_from
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import check_box, paragraph
+from lensbench.app.drawing.dial import dial
+from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, simplified, text
+from lensbench.app.drawing.recorded import FrameMemo, Recorded
+from lensbench.app.panels.lens_section.draw import round_length
+from lensbench.app.plots.exit_pupil import BoxSamples, Region, box_samples, region, turn
+from lensbench.app.plots.pixel_rays import Pointed, PointedRay, ray_through, rear_place
+from lensbench.app.settings.dial_scales import radius_scale
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import format_area
+from lensbench.core.text import fixed, significant, true_minus
 
 FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the illuminated film
 UPWARDS = "Film points up the picture, in the section y–z"

@@ -13,21 +13,20 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
 import lensbench as lb
-from lensbench.analysis.distortion import Distortion
-from lensbench.analysis.falloff import Falloff
-from lensbench.app.panels.analysis.drawing import Drawn, draw_figure
-from lensbench.app.state.analysis.figure import Figure, Table, light_limit
-from lensbench.app.state.analysis.ghost import with_ghost
-from lensbench.app.state.analysis.grid_figure import distortion_words, film_distortion, grid_plot
-from lensbench.app.state.build import Setup, setup
-from lensbench.app.state.camera_kinds import camera
-from lensbench.app.state.picture.statistics import round_above
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, pieces, polyline, text
-from lensbench.app.widgets.toggles import toggles
-from lensbench.kernels.figures import fixed, significant, true_minus
+from lensbench.app.bench.build import Setup, setup
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.bench.tone import round_above
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph, toggles
+from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, pieces, polyline, text
+from lensbench.app.panels.analysis.plot_painter import Drawn, draw_figure
+from lensbench.app.plots.plot import Figure, Table, light_limit
+from lensbench.app.plots.ray_plots import distortion_words, film_distortion, grid_plot
+from lensbench.app.plots.reference_plot import with_ghost
+from lensbench.app.settings.settings import Settings
+from lensbench.core.analysis.distortion import Distortion
+from lensbench.core.analysis.vignetting import Falloff
+from lensbench.core.text import fixed, significant, true_minus
 
 RADII = 49
 ACROSS = 16                                     # points across the pupil of a camera without a lens

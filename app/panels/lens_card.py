@@ -10,17 +10,17 @@ from imgui_bundle import ImVec2, imgui, implot
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state.build import published
-from lensbench.app.state.lens_shelf import film_name
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap
+from lensbench.app.bench.build import published
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph
+from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap
+from lensbench.app.session.lens_shelf import film_name
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.measurements import Measurements
 from lensbench.app.workers.task import Task
-from lensbench.kernels.figures import f_number_text, fixed, significant
-from lensbench.lenses.counts import counts
-from lensbench.lenses.system_text import system_rows
+from lensbench.core.text import f_number_text, fixed, significant
+from lensbench.lenses.tables.counts import counts
+from lensbench.lenses.tables.system_text import system_rows
 
 LABEL = 5.6                     # em, the column of labels
 MAP = 11.0                      # em, the height of the map of glasses

@@ -9,16 +9,15 @@ from dataclasses import dataclass, replace
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui, implot
 
-from lensbench.app.panels.task_progress import task_progress
-from lensbench.app.state.camera_facts import LENS_MODELS
-from lensbench.app.state.settings import Settings
-from lensbench.app.studies.charts.values import Chart, Mark
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, text
-from lensbench.app.widgets.toggles import toggles
-from lensbench.app.workers.chart_worker import ChartWorker, charted
-from lensbench.kernels.figures import fixed, significant
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph, toggles
+from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, text
+from lensbench.app.panels.snapshots import task_progress
+from lensbench.app.settings.camera_facts import LENS_MODELS
+from lensbench.app.settings.settings import Settings
+from lensbench.app.studies.charts.curves import Chart, Mark
+from lensbench.app.workers.study_workers import ChartWorker, charted
+from lensbench.core.text import fixed, significant
 
 TOLERANCE = {"rms": 0.5, "worst": 0.5, "light": 0.05}       # of the automatic model: pixels, stops
 ERRORS = {"rms": ("RMS", "rms, px", "Error, rms (px)"), "worst": ("Worst ray", "worst, px", "Error, worst ray (px)"),

@@ -11,19 +11,16 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 from numpy.typing import NDArray
 
-from lensbench.app.state.picture import tone
-from lensbench.app.state.pixel.beam import landing
-from lensbench.app.state.pixel.lens_rays import film_place
-from lensbench.app.state.pixel.pointed import Place, Pointed, PointedRay
-from lensbench.app.state.pixel.readings import PixelReadings, colour_of, pixel_readings
-from lensbench.app.state.pixel.spot import Spot, spot
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import format_distance
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.memo import Memo
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, text
-from lensbench.kernels.figures import fixed, significant, true_minus
+from lensbench.app.bench import tone
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph
+from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, text
+from lensbench.app.drawing.recorded import Memo
+from lensbench.app.plots.pixel_rays import Place, Pointed, PointedRay, film_place, landing
+from lensbench.app.plots.pixel_spot import PixelReadings, Spot, colour_of, pixel_readings, spot
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import format_distance
+from lensbench.core.text import fixed, significant, true_minus
 
 NOTHING = "Point at the picture: this panel shows how the pixel under the mouse comes about. " \
           "I, or Alt + click, pins the pixel; Escape unpins it"

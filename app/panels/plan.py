@@ -9,17 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.geometry.plan import Plan, Thing, above, extent, plan, things
-from lensbench.app.state.pixel.beam import beam
-from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.scene_file import cached_scene
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import format_distance
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, linear_ticks, polyline, text
-from lensbench.kernels.figures import fixed, true_minus
+from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph
+from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, linear_ticks, polyline, text
+from lensbench.app.plots.pixel_rays import Pointed, beam
+from lensbench.app.plots.plan import Plan, Thing, above, extent, plan, things
+from lensbench.app.scenes.scene_file import cached_scene
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import format_distance
+from lensbench.core.text import fixed, true_minus
 
 FARTHEST = 1e6                  # mm: the plane in focus is not drawn beyond it
 

@@ -6,18 +6,18 @@ from dataclasses import dataclass, replace
 from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
-from lensbench.app.state.build import design, focus_text, picture_wavelength, published
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.coating import coating
-from lensbench.app.state.comparison.difference import difference
-from lensbench.app.state.figures import SOFT, Readings, colours
-from lensbench.app.state.setting_table import LIMITS
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import format_angle, format_distance, format_length
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.kernels.figures import f_number_text, fixed, significant
-from lensbench.lenses.paraxial import is_d_line
+from lensbench.app.bench.build import design, focus_text, picture_wavelength, published
+from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.bench.coating import coating
+from lensbench.app.bench.comparison import difference
+from lensbench.app.bench.readouts import SOFT, Readings, colours
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph
+from lensbench.app.settings.setting_table import LIMITS
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import format_angle, format_distance, format_length
+from lensbench.core.text import f_number_text, fixed, significant
+from lensbench.lenses.tables.paraxial import is_d_line
 
 NONE = "–"
 

@@ -11,16 +11,16 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.camera_kinds import camera
-from lensbench.app.state.figures import intrinsics
-from lensbench.app.state.pixel.beam import thing_at
-from lensbench.app.state.scene_file import cached_scene
-from lensbench.app.state.setting_table import VIEWS
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.kernels.figures import fixed, significant, true_minus
-from lensbench.rendering.aovs import sees_behind
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.bench.readouts import intrinsics
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph
+from lensbench.app.plots.pixel_rays import thing_at
+from lensbench.app.scenes.scene_file import cached_scene
+from lensbench.app.settings.setting_table import VIEWS
+from lensbench.app.settings.settings import Settings
+from lensbench.core.rendering.aovs import sees_behind
+from lensbench.core.text import fixed, significant, true_minus
 
 fa = icons_fontawesome_6
 NONE = "–"

@@ -10,16 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from lensbench.app.panels.task_progress import task_progress
-from lensbench.app.studies.stability.families import FAMILIES
-from lensbench.app.studies.stability.plots import method_name, method_names, plotted_errors
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph, picked
+from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, pieces, text
+from lensbench.app.panels.snapshots import task_progress
+from lensbench.app.studies.stability.plots import FAMILIES, method_name, method_names, plotted_errors
 from lensbench.app.studies.stability.sweep import Curve, Sweep, quantity_text
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.drop_list import picked
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, pieces, text
-from lensbench.app.workers.stability_worker import Key, StabilityWorker
-from lensbench.kernels.figures import significant
+from lensbench.app.workers.study_workers import Key, StabilityWorker
+from lensbench.core.text import significant
 
 DASH = (5.0, 3.0)               # dashes and gaps of single-precision curves, pixels
 LIST = 25.0                     # em: width of the column beside the plot

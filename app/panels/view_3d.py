@@ -11,21 +11,27 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
+from lensbench.app.bench import tone
 from lensbench.app.display.solid_view import Drawing, Line, Rgba, Solid
-from lensbench.app.state.geometry.section import Sketch, sketch
-from lensbench.app.state.picture import tone
-from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.solid.focused_surface import focused_surface
-from lensbench.app.state.solid.lens_solid import film_outline, film_part, lens_outlines, lens_parts
-from lensbench.app.state.solid.ray_lines import fan_lines, lost_lines, pixel_lines, pointed_line
-from lensbench.app.state.solid.scene_solid import scene_parts
-from lensbench.app.state.solid.shapes import Part, Strokes, grid_part, strokes
-from lensbench.app.state.solid.turntable import Eye
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.memo import FrameMemo
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.toggles import toggles
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph, toggles
+from lensbench.app.drawing.recorded import FrameMemo
+from lensbench.app.plots.pixel_rays import Pointed
+from lensbench.app.plots.section import Sketch, sketch
+from lensbench.app.plots.solid_rays import fan_lines, focused_surface, lost_lines, pixel_lines, pointed_line
+from lensbench.app.plots.solids import (
+    Eye,
+    Part,
+    Strokes,
+    film_outline,
+    film_part,
+    grid_part,
+    lens_outlines,
+    lens_parts,
+    scene_parts,
+    strokes,
+)
+from lensbench.app.settings.settings import Settings
 
 TURN = math.radians(0.35)       # per pixel of a drag at a scale of 1
 ZOOM = 1.15                     # per click of the wheel

@@ -2,6 +2,8 @@
 
 Pieces of work run in turn, so that other load of the machine affects all of them alike. The cost is the least of many
 times, because other load can only add time; the median shows how much it added.
+
+Evenly spread points in the unit square, for measurements without sampling noise.
 """
 
 import os
@@ -14,10 +16,19 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.kernels import block
-from lensbench.kernels.block import B, Step
-from lensbench.kernels.cache import njit
-from lensbench.kernels.program import Program, run_steps
+from lensbench.core.kernels import block
+from lensbench.core.kernels.block import B, Step
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.program import Program, run_steps
+
+GOLDEN = 0.6180339887498949             # the golden ratio less 1
+
+
+def even_points(count: int) -> np.ndarray:
+    """Points (count, 2) in [0, 1)²: the first coordinate in equal steps, the second in steps of the golden ratio."""
+    k = np.arange(count)
+    return np.column_stack([(k + 0.5) / count, k * GOLDEN % 1.0])
+
 
 LENS = "pbrt-dgauss-50mm"
 FILM = lb.Film(32.0, 18.0, 640, 360)

@@ -8,31 +8,32 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lensbench.app.state.build import design
-from lensbench.app.state.settings import Settings
+from lensbench.app.bench.build import design
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.analysis_worker import NO_JOBS, AnalysisWorker, Job
 from lensbench.app.workers.task import Task
-from lensbench.kernels.cache import NotCompiledError
+from lensbench.core.kernels.cache import NotCompiledError
 
 if TYPE_CHECKING:
     from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
 
-# Panels by name: the file of `panels.analysis` that draws each. It is loaded when the panel is first shown
+# Panels by name: the function that draws each, and its file in `panels.analysis`, loaded when one is first shown
 PANELS = {
-    "Spots": "spots", "Ray fans": "fans", "Field curves": "field_curves", "MTF": "mtf", "MTF map": "mtf_map",
-    "Point spread": "point_spread", "Bokeh": "bokeh", "Sunstar": "sunstar", "Ghosts": "ghosts",
-    "Depth of field": "depth_of_field", "Wavefront": "wavefront", "Seidel": "seidel", "On the axis": "axial",
-    "Focus shift": "focus_shift", "Illumination": "illumination", "Sensor stack": "sensor_stack",
-    "Tolerances": "tolerances",
+    "Spots": "plots.spots", "Ray fans": "plots.fans", "Field curves": "plots.field_curves", "MTF": "plots.mtf",
+    "MTF map": "plots.mtf_map", "Point spread": "point_spread.point_spread", "Bokeh": "point_spread.bokeh",
+    "Sunstar": "plots.sunstar", "Ghosts": "ghosts.ghosts", "Depth of field": "plots.depth_of_field",
+    "Wavefront": "plots.wavefront", "Seidel": "plots.seidel", "On the axis": "plots.axial",
+    "Focus shift": "plots.focus_shift", "Illumination": "plots.illumination", "Sensor stack": "plots.sensor_stack",
+    "Tolerances": "tolerances.tolerances",
 }
 Draw = Callable[[Settings, "AnalysisState", "Sheet"], Settings | None]
 
 
 @cache
 def _drawing(name: str) -> Draw:
-    file = PANELS[name]
-    return getattr(import_module(f"lensbench.app.panels.analysis.{file}"), f"{file}_panel")
+    file, panel = PANELS[name].split(".")
+    return getattr(import_module(f"lensbench.app.panels.analysis.{file}"), f"{panel}_panel")
 
 
 class Analyses:
@@ -128,7 +129,7 @@ class Analyses:
             return
 
         def work(_: Task[None]) -> None:
-            from lensbench.app.studies.analysis_sheet import write_figure
+            from lensbench.app.drawing.sheet import write_figure
 
             write_figure(figure, path, design(settings).name)
 

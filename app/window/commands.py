@@ -8,17 +8,16 @@ from dataclasses import dataclass, replace
 
 from imgui_bundle import hello_imgui, imgui
 
-from lensbench.app.panels.image.magnifier import toggle_magnifier
-from lensbench.app.state.constraints import constrained
-from lensbench.app.state.lens_choice import FOCUS, with_scene
-from lensbench.app.state.lens_edit.editing import reverted
-from lensbench.app.state.picture.auto_exposure import METERED, MODES, with_mode
-from lensbench.app.state.picture.look_around import LookAround
-from lensbench.app.state.request import Request
-from lensbench.app.state.setting_table import VIEWS
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.trials import TRIALS, Trial, tried
-from lensbench.app.widgets.chord import chord
+from lensbench.app.bench.constraints import constrained
+from lensbench.app.bench.exposure import METERED, MODES, with_mode
+from lensbench.app.bench.lens_choice import FOCUS, TRIALS, Trial, tried, with_scene
+from lensbench.app.bench.pose import LookAround
+from lensbench.app.drawing.controls import chord
+from lensbench.app.panels.image.overlays import toggle_magnifier
+from lensbench.app.session.edited_lens import reverted
+from lensbench.app.session.notices import Request
+from lensbench.app.settings.setting_table import VIEWS
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.state import WindowState
 

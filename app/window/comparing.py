@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.state.comparison.following import followed
-from lensbench.app.state.settings import Settings
+from lensbench.app.bench.comparison import followed
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window.state import WindowState
-from lensbench.app.workers.render_update import RenderUpdate
+from lensbench.app.workers.render_job import RenderUpdate
 from lensbench.app.workers.render_worker import RenderWorker
 
 

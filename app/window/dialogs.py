@@ -15,14 +15,13 @@ from typing import Any
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from imgui_bundle import portable_file_dialogs as native
 
-from lensbench.app.files.picture_render import export_render
-from lensbench.app.panels.task_progress import task_progress
-from lensbench.app.state.constraints import with_longer_side
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.marked import radio
-from lensbench.app.widgets.paragraph import paragraph
+from lensbench.app.bench.constraints import with_longer_side
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph, radio
+from lensbench.app.panels.snapshots import task_progress
+from lensbench.app.session.notices import Request
+from lensbench.app.session.picture_render import export_render
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.task import Task
 
 fa = icons_fontawesome_6

@@ -13,21 +13,20 @@ from pathlib import Path
 from imgui_bundle import hello_imgui
 
 from lensbench import lenses
-from lensbench.app.files.edited_lens import save_document
-from lensbench.app.files.moment_shelf import cleaned
+from lensbench.app.bench.build import published
+from lensbench.app.bench.constraints import constrained
+from lensbench.app.bench.lens_choice import with_lens, with_scene
+from lensbench.app.bench.stop_picture import stop_picture, with_readable_stop
 from lensbench.app.panels.controls.controls import lens_title
-from lensbench.app.state.build import published
-from lensbench.app.state.constraints import constrained
-from lensbench.app.state.lens_choice import with_lens, with_scene
-from lensbench.app.state.lens_edit.editing import can_save_in_place
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.stop_picture import stop_picture, with_readable_stop
+from lensbench.app.session.edited_lens import can_save_in_place, save_document
+from lensbench.app.session.notices import Request
+from lensbench.app.session.snapshots import cleaned
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
 from lensbench.app.window.state import WindowState
 from lensbench.lenses import READERS, WRITERS
-from lensbench.lenses.regular_file import open_regular
+from lensbench.lenses.file_error import open_regular
 from lensbench.lenses.stop_picture import SUFFIXES
 
 MOST_READ = 1 << 20             # bytes of a .toml file to know its kind: no kind has more
@@ -169,8 +168,8 @@ class Files:
 
     def _opened(self, path: Path, kind: str, present: Settings) -> Settings:
         if kind in ("picture", "settings"):
-            from lensbench.app.files.export import read_settings
-            from lensbench.app.files.settings_file import load_settings
+            from lensbench.app.session.export import read_settings
+            from lensbench.app.session.settings_file import load_settings
 
             say = partial(self._state.view.say, change=True)
             settings = read_settings(path) if kind == "picture" else load_settings(path)
@@ -178,7 +177,7 @@ class Files:
             constrained(settings)              # raises if the lens file is gone
             return settings
         if kind == "scene":
-            from lensbench.app.state.scene_file import load_scene
+            from lensbench.app.scenes.scene_file import load_scene
 
             load_scene(path)
             return with_scene(present, str(path), self._state.chooser.locked)
@@ -224,7 +223,7 @@ class Files:
 
     def save_settings(self, path: Path) -> None:
         """Save the present settings."""
-        from lensbench.app.files.settings_file import save_settings
+        from lensbench.app.session.settings_file import save_settings
 
         try:
             save_settings(path, self._state.history.present)
@@ -235,9 +234,9 @@ class Files:
 
     def save_intrinsics(self, path: Path) -> None:
         """Save the camera's intrinsics and pose as JSON."""
-        from lensbench.app.files.export import replacing
-        from lensbench.app.state.camera_kinds import camera
-        from lensbench.app.state.figures import intrinsics
+        from lensbench.app.bench.camera_kinds import camera
+        from lensbench.app.bench.readouts import intrinsics
+        from lensbench.app.session.export import replacing
 
         try:
             of = camera(self._state.history.present)
@@ -253,7 +252,7 @@ class Files:
 
     def save_picture(self, path: Path, bits: int = 8) -> None:
         """Save the picture with its present samples, and with its settings."""
-        from lensbench.app.files.export import save_picture
+        from lensbench.app.session.export import save_picture
 
         if self._state.presenter.field_picture is not None:
             self._state.light_field.save_picture(path, self._state.history.present, bits)

@@ -12,17 +12,16 @@ from time import perf_counter
 from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from lensbench import lenses
+from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.display.frame import Box
 from lensbench.app.display.small_textures import SmallTextures
+from lensbench.app.drawing import theme
 from lensbench.app.panels.lens_browser.panel import BrowserState, lens_browser_panel
 from lensbench.app.panels.lens_browser.section import SectionLook
-from lensbench.app.state.lens_choice import with_lens
-from lensbench.app.state.lens_shelf import noted
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.window.preference import preference, texts
-from lensbench.app.window.state import WindowState
+from lensbench.app.session.lens_shelf import noted
+from lensbench.app.session.notices import Request
+from lensbench.app.settings.settings import Settings
+from lensbench.app.window.state import WindowState, preference, texts
 from lensbench.app.workers.lens_pictures import LensPictures, Pixels, pictures_folder
 
 TITLE = "Lens browser"

@@ -10,11 +10,11 @@ from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
-from lensbench.app.files.unsaved_lens import Autosave, Unsaved, left_behind, unsaved_folder
+from lensbench.app.drawing import theme
 from lensbench.app.panels.controls.controls import lens_name
-from lensbench.app.state.lens_edit.editing import reverted
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
+from lensbench.app.session.edited_lens import reverted
+from lensbench.app.session.unsaved_lens import Autosave, Unsaved, left_behind, unsaved_folder
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window.dialogs import centre_next
 from lensbench.app.window.state import WindowState
 

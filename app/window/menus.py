@@ -5,11 +5,11 @@ from pathlib import Path
 
 from imgui_bundle import ImVec2, hello_imgui, icons_fontawesome_6, imgui
 
-from lensbench.app.panels.image.magnifier import toggle_magnifier
-from lensbench.app.state.lens_edit.editing import reverted
-from lensbench.app.state.request import Request
-from lensbench.app.state.trials import TRIALS
-from lensbench.app.widgets import theme
+from lensbench.app.bench.lens_choice import TRIALS
+from lensbench.app.drawing import theme
+from lensbench.app.panels.image.overlays import toggle_magnifier
+from lensbench.app.session.edited_lens import reverted
+from lensbench.app.session.notices import Request
 from lensbench.app.window.analyses import PANELS
 from lensbench.app.window.commands import (
     COMMANDS,

@@ -9,19 +9,19 @@ import numpy as np
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
+from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.bench.constraints import constrained
+from lensbench.app.bench.stop_picture import with_readable_stop
 from lensbench.app.display.small_textures import SmallTextures
-from lensbench.app.files.clipboard import copy_picture
-from lensbench.app.files.export import save_picture
-from lensbench.app.files.moment_shelf import Moment, MomentShelf, moments_folder
-from lensbench.app.files.state_text import is_state_text, left_behind, settings_of_text, state_text
-from lensbench.app.panels import moments as panel
+from lensbench.app.panels import snapshots as panel
 from lensbench.app.panels.controls.controls import lens_title, scene_title
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.constraints import constrained
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.stop_picture import with_readable_stop
-from lensbench.app.state.text_values import format_f_number
+from lensbench.app.session.export import save_picture
+from lensbench.app.session.notices import Request
+from lensbench.app.session.picture_formats import copy_picture
+from lensbench.app.session.settings_file import is_state_text, left_behind, settings_of_text, state_text
+from lensbench.app.session.snapshots import Moment, MomentShelf, moments_folder
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import format_f_number
 from lensbench.app.window.comparing import Comparing
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.task import Task
@@ -96,7 +96,7 @@ class Moments:
 
     def save_card(self, path: Path) -> None:
         """Write the card of the moment that was asked for."""
-        from lensbench.app.files.moment_card import write_card
+        from lensbench.app.session.snapshot_card import write_card
 
         moment, dark = self._carding, self._window.dark
         if moment is not None:

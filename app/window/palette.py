@@ -15,17 +15,19 @@ from imgui_bundle import ImVec2, hello_imgui, imgui
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.bench.build import design
+from lensbench.app.bench.camera_kinds import unfit
+from lensbench.app.bench.constraints import constrained, field_of_view, with_camera, with_field_of_view, zooms
+from lensbench.app.bench.lens_choice import with_lens, with_scene
+from lensbench.app.bench.stop_picture import stop_picture_path
+from lensbench.app.bench.zoom import asked_zoom, focal_length, is_engraved
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import two_lines
 from lensbench.app.panels.controls.controls import scene_title
-from lensbench.app.state.build import design
-from lensbench.app.state.camera_kinds import unfit
-from lensbench.app.state.constraints import constrained, field_of_view, with_camera, with_field_of_view, zooms
-from lensbench.app.state.fuzzy import ranked, score
-from lensbench.app.state.lens_choice import with_lens, with_scene
-from lensbench.app.state.setting import check, spec, titles, words
-from lensbench.app.state.setting_text import reader, value_text
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.stop_picture import stop_picture_path
-from lensbench.app.state.text_values import (
+from lensbench.app.session.lens_shelf import ranked, score
+from lensbench.app.settings.setting import check, reader, spec, titles, value_text, words
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import (
     format_angle,
     format_length,
     format_part,
@@ -34,14 +36,10 @@ from lensbench.app.state.text_values import (
     read_length,
     read_percent,
 )
-from lensbench.app.state.zoom import asked_zoom, focal_length, is_engraved
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import two_lines
 from lensbench.app.window.commands import COMMANDS
 from lensbench.app.window.state import WindowState
-from lensbench.kernels.cache import NotCompiledError
-from lensbench.kernels.figures import significant, true_minus
-from lensbench.kernels.quotation import cut
+from lensbench.core.kernels.cache import NotCompiledError
+from lensbench.core.text import cut, significant, true_minus
 from lensbench.lenses.stop_picture import SUFFIXES
 
 NAME = "Command palette"

@@ -1,25 +1,131 @@
-"""The panels of a window: what each draws, and the passage of the settings through them."""
+"""The panels of a window: what each draws, and the passage of the settings through them.
+
+What the panels keep from frame to frame: made, and its panel imported, when that is first drawn.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from imgui_bundle import ImVec2, hello_imgui, imgui
 from numpy.typing import NDArray
 
+from lensbench.app.bench.readouts import lit
 from lensbench.app.panels.image.image_panel import image_panel
-from lensbench.app.state.figures import lit
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings, differences
+from lensbench.app.session.notices import Request
+from lensbench.app.settings.settings import Settings, differences
 from lensbench.app.window.analyses import PANELS, Analyses
 from lensbench.app.window.docking import RENDER, Docking
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.moments import Moments
-from lensbench.app.window.panel_states import PanelStates
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
 from lensbench.app.workers.render_worker import RenderWorker
+
+if TYPE_CHECKING:
+    from lensbench.app.panels.circle_of_confusion import CocState
+    from lensbench.app.panels.exit_pupil import PupilState
+    from lensbench.app.panels.falloff import FalloffState
+    from lensbench.app.panels.lens_card import LensCardState
+    from lensbench.app.panels.lens_section.panel import SectionState
+    from lensbench.app.panels.lens_table.state import LensTableState
+    from lensbench.app.panels.models import ModelsState
+    from lensbench.app.panels.pixel import PixelState
+    from lensbench.app.panels.plan import PlanState
+    from lensbench.app.panels.view_3d import View3DState
+
+
+class PanelStates:
+    """The states of the panels of one window, but of those for analysis."""
+
+    def __init__(self, window: WindowState):
+        self._window = window
+
+    @cached_property
+    def confusion(self) -> "CocState":
+        """Of the circles of confusion."""
+        from lensbench.app.panels.circle_of_confusion import CocState
+
+        return CocState()
+
+    @cached_property
+    def pupil(self) -> "PupilState":
+        """Of the exit pupil."""
+        from lensbench.app.panels.exit_pupil import PupilState
+
+        return PupilState()
+
+    @cached_property
+    def falloff(self) -> "FalloffState":
+        """Of the falloff."""
+        from lensbench.app.panels.falloff import FalloffState
+
+        return FalloffState()
+
+    @cached_property
+    def card(self) -> "LensCardState":
+        """Of the lens card."""
+        from lensbench.app.panels.lens_card import LensCardState
+
+        return LensCardState(self._window.wake)
+
+    @cached_property
+    def section(self) -> "SectionState":
+        """Of the section."""
+        from lensbench.app.panels.lens_section.panel import SectionState
+
+        return SectionState()
+
+    @cached_property
+    def table(self) -> "LensTableState":
+        """Of the surface table, with the worker that improves its lens."""
+        from lensbench.app.panels.lens_table.state import LensTableState
+        from lensbench.app.workers.study_workers import ImprovementWorker
+
+        return LensTableState(self._window.requests, worker=ImprovementWorker(self._window.wake))
+
+    @cached_property
+    def models(self) -> "ModelsState":
+        """Of the models."""
+        from lensbench.app.panels.models import ModelsState
+
+        return ModelsState()
+
+    @cached_property
+    def pixel(self) -> "PixelState":
+        """Of the pixel."""
+        from lensbench.app.panels.pixel import PixelState
+
+        return PixelState()
+
+    @cached_property
+    def plan(self) -> "PlanState":
+        """Of the plan."""
+        from lensbench.app.panels.plan import PlanState
+
+        return PlanState()
+
+    @cached_property
+    def view_3d(self) -> "View3DState":
+        """Of the 3-D view."""
+        from lensbench.app.panels.view_3d import View3DState
+
+        return View3DState()
+
+    @property
+    def has_table(self) -> bool:
+        """Whether something asked for the state of the surface table, so that a lens may be improved."""
+        return "table" in vars(self)
+
+    def stop(self) -> None:
+        """End the workers of the panels; the window is about to close."""
+        if "card" in vars(self):
+            self.card.checks.stop()
+        if self.has_table:
+            self.table.worker.stop()
+
 
 PATIENCE = 0.3                  # s that panels of another lens wait for its picture, at most
 
@@ -177,7 +283,7 @@ class Panels:
 
     def _under(self, settings: Settings) -> Settings | None:
         """The settings whose lens is ghosted under the section: A, or the lens before its edits."""
-        from lensbench.app.state.lens_edit.editing import reverted
+        from lensbench.app.session.edited_lens import reverted
 
         if self._other is None and self.kept.table.ghost and settings.edited:
             return reverted(settings)
@@ -245,7 +351,7 @@ class Panels:
 
     def _stability(self) -> None:
         from lensbench.app.panels.stability import StabilityState, stability_panel  # loads every study
-        from lensbench.app.workers.stability_worker import StabilityWorker
+        from lensbench.app.workers.study_workers import StabilityWorker
 
         if self._stability_worker is None:
             self._stability_worker, self._stability_state = StabilityWorker(self._state.wake), StabilityState()

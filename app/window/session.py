@@ -17,21 +17,20 @@ from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
+from lensbench.app.bench.constraints import constrained, longer_side_within
+from lensbench.app.bench.exposure import METERED, Metering
+from lensbench.app.bench.lens_choice import LOCKS
 from lensbench.app.display.presenter import save_window
-from lensbench.app.files.session_file import save_session, session_path
-from lensbench.app.state.constraints import constrained, longer_side_within
-from lensbench.app.state.lens_choice import LOCKS
-from lensbench.app.state.picture.auto_exposure import METERED, Metering
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings, differences
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import use_dials
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.dial import use_dials
+from lensbench.app.session.notices import Request
+from lensbench.app.session.settings_file import save_session, session_path
+from lensbench.app.settings.settings import Settings, differences
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.commands import NOTHING_PINNED, Keyboard, shortcuts
 from lensbench.app.window.comparing import Comparing
+from lensbench.app.window.docking import MINIMUM, Folding
 from lensbench.app.window.file_actions import QUESTIONS, Files
-from lensbench.app.window.file_watch import forget_derived
-from lensbench.app.window.folding import MINIMUM, Folding
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.lens_editing import LensEditing
@@ -39,12 +38,10 @@ from lensbench.app.window.menus import Help
 from lensbench.app.window.moments import Moments
 from lensbench.app.window.palette import Palette
 from lensbench.app.window.panels import Panels
-from lensbench.app.window.preference import preference, texts
-from lensbench.app.window.state import WindowState
+from lensbench.app.window.state import WindowState, forget_derived, preference, texts
 from lensbench.app.window.terms import Terms
-from lensbench.app.workers.heap import Heap
-from lensbench.app.workers.task import Task
-from lensbench.kernels.cache import NotCompiledError
+from lensbench.app.workers.task import Heap, Task
+from lensbench.core.kernels.cache import NotCompiledError
 
 COMPILING_FPS = 8.0             # of the window while it waits for its first picture's kernels,
 LOADING_FPS = 30.0              # and while these are compiled already
@@ -129,7 +126,7 @@ class Session(WindowState):
 
     def _prepare(self, task: Task[None]) -> None:
         """Compile the kernels of the panels, after those of the picture."""
-        from lensbench.app.workers.warm_panels import prepare
+        from lensbench.app.workers.first_kernels import prepare
 
         try:
             while self.worker.newest() is None and self.worker.error is None and self.worker.alive:

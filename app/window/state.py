@@ -2,42 +2,124 @@
 
 Settings and their history, the picture and its view, the background workers, and the requests of panels. `Session`
 adds the life of the window and its frames.
+
+Preferences that are kept as JSON beyond a session, in the file of imgui's own settings.
+
+Notices when a file of the settings changes on disk: the lens, the scene, or the picture in the stop.
 """
 
+import json
 import math
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 import numpy as np
 from imgui_bundle import hello_imgui, imgui
 from numpy.typing import NDArray
 
-import glfw  # isort: skip - after imgui_bundle, so that both share one library
+from lensbench import lenses
+from lensbench.app.bench.build import own_picture
+from lensbench.app.bench.stop_picture import stop_picture
+from lensbench.app.scenes.file_cache import file_stamp
+from lensbench.app.scenes.scene_file import find_scene, scene_stamp
+from lensbench.app.settings.settings import Settings
 
+import glfw  # isort: skip - after imgui_bundle, so that both share one library
 import lensbench as lb
+from lensbench.app.bench.build import published, wavelength_remark
+from lensbench.app.bench.coating import missing_ghost
+from lensbench.app.bench.constraints import coarser, longer_side_within, showable, with_longer_side
+from lensbench.app.bench.lens_choice import in_the_way
 from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.dial import DialState
 from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.panels.light_field.controller import LightFieldController
-from lensbench.app.state.build import published, wavelength_remark
-from lensbench.app.state.coating import missing_ghost
-from lensbench.app.state.constraints import coarser, longer_side_within, showable, with_longer_side
-from lensbench.app.state.lens_choice import in_the_way
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import RESTARTS_MOTION, RESTARTS_NOTHING, Settings
-from lensbench.app.state.undo import History
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import DialState
+from lensbench.app.session.notices import Request
+from lensbench.app.session.undo import History
+from lensbench.app.settings.settings import RESTARTS_MOTION, RESTARTS_NOTHING
 from lensbench.app.window.dialogs import ExportDialog
-from lensbench.app.window.file_watch import FileWatch, forget_derived
 from lensbench.app.window.layouts import BENCH, LAYOUTS
-from lensbench.app.workers.chart_worker import ChartWorker
 from lensbench.app.workers.compilers import Compilers
 from lensbench.app.workers.render_worker import RenderWorker
-from lensbench.kernels.cache import NotCompiledError
+from lensbench.app.workers.study_workers import ChartWorker
+from lensbench.core.kernels.cache import NotCompiledError
+
+
+def preference(name: str, otherwise: Any) -> Any:
+    """The kept value; `otherwise` where none was kept, where it is damaged, and where it is of another type."""
+    try:
+        kept = json.loads(hello_imgui.load_lasting_pref(name) or "null")
+    except ValueError:
+        return otherwise
+    return kept if isinstance(kept, type(otherwise)) else otherwise
+
+
+def texts(values: Any) -> list[str]:
+    """The texts of a list that was kept; what is none is left out, and all of it where it is no list."""
+    return [value for value in values if isinstance(value, str)] if isinstance(values, list) else []
+
+
+SECONDS = 1.0                   # between two looks at the disk
+
+
+class FileWatch:
+    """Compares the stamps of the files with those of the last look."""
+
+    def __init__(self) -> None:
+        self._stamps: dict[str, tuple] = {}
+        self._next = 0.0
+
+    def note(self, name: str) -> None:
+        """The present content of a file is known, such as one that the window has written."""
+        self._stamps[name] = file_stamp(name)
+
+    def changed(self, settings: Settings, now: float) -> tuple[list[str], dict[str, str]]:
+        """Names of the files that have changed and can be read, and messages by name about those that cannot.
+
+        At most once a second. A file that the settings have not named before counts as unchanged; its stamp is taken
+        at once, so that a change within that second is seen.
+        """
+        files = [each for each in ((settings.lens, file_stamp, lenses.load),
+                                   (settings.scene, scene_stamp, find_scene),
+                                   (settings.stop_image, file_stamp, stop_picture),
+                                   (own_picture(settings), file_stamp, stop_picture)) if each[0]]
+        for name, stamp_of, _ in files:
+            if name not in self._stamps:
+                self._stamps[name] = stamp_of(name)
+        if now < self._next:
+            return [], {}
+        self._next = now + SECONDS
+        found, problems = [], dict[str, str]()
+        for name, stamp_of, load in files:
+            stamp = stamp_of(name)
+            if self._stamps[name] == stamp:
+                continue
+            self._stamps[name] = stamp
+            try:
+                load(name)
+            except (ValueError, OSError) as error:
+                problems[name] = (f"{Path(name).name} has changed and cannot be read; its last good content stays in "
+                                  f"use: {error}")
+            else:
+                found.append(name)
+        return found, problems
+
+
+def forget_derived() -> None:
+    """Clear the caches that are keyed by settings: their values come from the old content of a file."""
+    for name, module in list(sys.modules.items()):
+        if name.startswith(("lensbench.app.settings.", "lensbench.app.panels.")):
+            for value in list(vars(module).values()):
+                if hasattr(value, "cache_clear"):
+                    value.cache_clear()
+
 
 DRAG_SECONDS = 0.1              # that a first pass may take during a drag, if the picture follows the window
 MOST_AROUND = 4.0               # a panorama in which one looks around has so many times the pixels of the room

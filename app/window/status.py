@@ -4,18 +4,18 @@ import math
 
 from imgui_bundle import ImVec2, hello_imgui, imgui
 
+from lensbench.app.bench.auto_model import choice_details, choice_summary
+from lensbench.app.bench.build import design
 from lensbench.app.display.frame import View
+from lensbench.app.drawing import theme
 from lensbench.app.panels.controls.controls import lens_name
-from lensbench.app.panels.task_progress import task_progress
-from lensbench.app.state.auto_model import choice_details, choice_summary
-from lensbench.app.state.build import design
-from lensbench.app.state.pixel.readings import pixel_readings
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import format_distance
-from lensbench.app.widgets import theme
-from lensbench.app.workers.render_update import RenderUpdate
+from lensbench.app.panels.snapshots import task_progress
+from lensbench.app.plots.pixel_spot import pixel_readings
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import format_distance
+from lensbench.app.workers.render_job import RenderUpdate
 from lensbench.app.workers.task import Task
-from lensbench.kernels.figures import fixed, significant
+from lensbench.core.text import fixed, significant
 
 
 def status_bar(settings: Settings, update: RenderUpdate | None, view: View, drawn_by: str = "",

@@ -7,8 +7,8 @@ from imgui_bundle import hello_imgui, immapp
 
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
+from lensbench.app.drawing import theme
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window.menus import menus
 from lensbench.app.window.session import Session
 

@@ -17,11 +17,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from lensbench.app.workers.task import Task, error_text, report_unforeseen
-from lensbench.kernels.pauses import pause, pausing
+from lensbench.core.kernels.pauses import pause, pausing
 
 if TYPE_CHECKING:
-    from lensbench.app.state.analysis.figure import Figure
-    from lensbench.app.state.analysis.query import Query
+    from lensbench.app.plots.plot import Figure
+    from lensbench.app.plots.query import Query
 
 STILL = 0.25                    # seconds without a change before a figure is refined
 NO_JOBS: Mapping[str, "Job"] = MappingProxyType({})

@@ -15,17 +15,16 @@ from typing import Any
 
 from numba.core.dispatcher import Dispatcher
 
-import lensbench
-from lensbench import app, lenses
+from lensbench import app, core, lenses
 
 STAGE = ("lanes", "p", "ints", "key")           # arguments of a stage
-ELSEWHERE = "lensbench.app.studies."            # charts and benchmarks of developers compile their own
+ELSEWHERE = "lensbench.app.studies.", "lensbench.app.benchmark."        # they compile their own
 
 
 def called_kernels() -> dict[tuple[str, str], Any]:
     """Compiled functions by module and name."""
     found: dict[tuple[str, str], Any] = {}
-    for package in (lensbench, lenses, app):
+    for package in (core, lenses, app):
         for each in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             if not each.name.startswith(ELSEWHERE) and not each.name.endswith("__main__"):      # which runs
                 for kernel in _named(import_module(each.name)):

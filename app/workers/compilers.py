@@ -18,12 +18,12 @@ from queue import PriorityQueue
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.first_kernels import missing_kernels
 from lensbench.app.workers.kernel import PROCESS, Kernel
-from lensbench.app.workers.threads import thread_count
-from lensbench.kernels import cache
-from lensbench.kernels.cache import NotCompiledError
+from lensbench.app.workers.task import thread_count
+from lensbench.core.kernels import cache
+from lensbench.core.kernels.cache import NotCompiledError
 
 END, PLANNED, DRAWN, AWAITED = range(4)     # order of the queue; panels get theirs once the first picture has its own
 LOWEST = 19                     # the nice value of the process that compiles for later
@@ -133,7 +133,7 @@ class Compilers:
             return []
         found = {title: [0, 0] for title in TITLES}
         for key in wanted:
-            count = found[PARTS.get(key[0].split(".")[1], "camera")]
+            count = found[PARTS.get(key[0].split(".")[2], "camera")]
             count[0] += key in done
             count[1] += 1
         return [Part(title, have, asked) for title, (have, asked) in found.items() if asked]

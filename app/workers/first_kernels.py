@@ -2,6 +2,11 @@
 
 A picture asks for a kernel where it comes to it, one after the other. The list here is that of a camera with a lens of
 rotational symmetry, longest compilations first, and of any scene; other lenses and cameras ask for the rest of theirs.
+
+Cache warm-up of the kernels that the panels use, before the first panel is drawn.
+
+Compiling takes seconds at the very first start: call `prepare` from a thread of its own, and draw the panels when it
+is done.
 """
 
 from collections.abc import Iterator
@@ -10,17 +15,38 @@ from typing import Any
 import numpy as np
 from numba import boolean, float32, float64, int64, types, uint32
 
-from lensbench.app.state.build import prescription
-from lensbench.app.state.scene_file import cached_scene
-from lensbench.app.state.settings import Settings
-from lensbench.cameras import differentials, pupil_footprint
-from lensbench.imaging import film
-from lensbench.kernels import program, sampling, tile_order
-from lensbench.kernels.cache import is_compiled
-from lensbench.kernels.program import Code, stage_signature
-from lensbench.optics import axial_bundle, clearance, surfaces
-from lensbench.optics.block_trace import surface_steps
-from lensbench.pupils import equal_areas, irregular_regions, radial_sampler, rim_solver
+from lensbench.app.bench.build import prescription, setup
+from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.plots.blur import curves, plot_range
+from lensbench.app.plots.exit_pupil import box_samples
+from lensbench.app.plots.pixel_spot import pixel_readings
+from lensbench.app.plots.section import sketch
+from lensbench.app.scenes.scene_file import cached_scene
+from lensbench.app.settings.settings import Settings
+from lensbench.core.cameras import pupil_footprint, ray_generation
+from lensbench.core.imaging import film
+from lensbench.core.kernels import program, sampling, tile_order
+from lensbench.core.kernels.cache import is_compiled
+from lensbench.core.kernels.program import Code, stage_signature
+from lensbench.core.optics import axial_bundle, surfaces
+from lensbench.core.optics import block_trace as clearance
+from lensbench.core.optics.block_trace import surface_steps
+from lensbench.core.pupils import irregular_regions, radial_sampler, rim_solver
+from lensbench.core.pupils import radial_sampler as equal_areas
+
+
+def prepare(settings: Settings) -> None:
+    """Compute once what every panel shows of these settings; the panels show the errors."""
+    try:
+        got = readings(settings)
+        sketch(settings)
+        curves(settings.optics, *plot_range(got)[:2])
+        built = setup(settings)
+        box_samples(built.lens, built.film_distance, 0.0)
+        pixel_readings(settings, (0.5 * settings.film.pixels_x, 0.5 * settings.film.pixels_y))
+    except (ValueError, OSError):
+        return
+
 
 TRACED = ("auto", "trace", "polynomial")        # lens models whose first picture needs the pupil of the lens
 
@@ -68,7 +94,7 @@ def _wanted(settings: Settings) -> Iterator[tuple[Any, Any]]:
         yield step.kernel, single
     if scene.is_patterned or scene.is_rough:
         yield program._run, (numbers, int64[::1], numbers, int64[::1], float32[::1], code)
-        yield differentials.pixel_spread, single
+        yield ray_generation.pixel_spread, single
     if scene.is_rough:
         yield pupil_footprint.pupil_size, single
         yield pupil_footprint.pupil_part, single

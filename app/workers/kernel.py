@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from numba.core import sigutils
 
-from lensbench.kernels import cache  # noqa: F401 — it sets the processor for which numba compiles
+from lensbench.core.kernels import cache  # noqa: F401 — it sets the processor for which numba compiles
 
 PROCESS = "lensbench.app.workers.kernel"
 

@@ -21,9 +21,8 @@ from time import time
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.workers.task import Task
-from lensbench.app.workers.threads import thread_count
-from lensbench.lenses import catalogue
+from lensbench.app.workers.task import Task, thread_count
+from lensbench.lenses.library import catalogue
 from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 
 THUMBNAIL = "2"                 # the look of a thumbnail: another one draws all of them again

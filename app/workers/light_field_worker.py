@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.light_field_query import (
+from lensbench.app.bench.light_field_query import (
     ArrayRecording,
     Look,
     Recorded,
@@ -29,7 +29,7 @@ from lensbench.app.state.light_field_query import (
     picture_settings,
     radius,
 )
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.analysis_worker import STILL
 from lensbench.app.workers.render_job import prepare
 from lensbench.app.workers.task import Task, error_text, report_unforeseen
@@ -292,8 +292,7 @@ class LightFieldWorker:
 
 def _save(path: Path, recording: Recorded) -> str:
     """Write the recording; returns the name of the file."""
-    from lensbench.app.files.light_field_file import save_light_field
-    from lensbench.app.files.lumigraph_file import save_lumigraph
+    from lensbench.app.session.recordings import save_light_field, save_lumigraph
 
     if isinstance(recording, ArrayRecording):
         save_lumigraph(path, recording.array, recording.settings)
@@ -304,8 +303,8 @@ def _save(path: Path, recording: Recorded) -> str:
 
 def _compared(task: Task, field_picture: FieldPicture) -> Compared | None:
     """The camera's own picture; None after a cancellation."""
-    from lensbench.app.files.picture_render import render
-    from lensbench.app.state.picture.statistics import decibels
+    from lensbench.app.bench.tone import decibels
+    from lensbench.app.session.picture_render import render
 
     look, recording = field_picture.look, field_picture.recording
     settings = replace(picture_settings(recording, look), samples=COMPARED)
@@ -322,8 +321,7 @@ def _compared(task: Task, field_picture: FieldPicture) -> Compared | None:
 
 def _opened(path: Path) -> Recorded:
     """The light field or the array that the file holds; raises what its reader raises."""
-    from lensbench.app.files.light_field_file import load_light_field
-    from lensbench.app.files.lumigraph_file import load_lumigraph
+    from lensbench.app.session.recordings import load_light_field, load_lumigraph
 
     with suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(path) as archive:
         if "pictures.npy" in archive.namelist():

@@ -1,20 +1,62 @@
-"""One picture of the render worker: its camera, its scene, its rendering, and how many samples the next pass has."""
+"""One picture of the render worker: its camera, its scene, its rendering, and how many samples the next pass has.
+
+What the renderer hands to the window: a picture with its samples so far, or the reason why there is none.
+"""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.finding import Finding
+
+
+class RenderUpdate(NamedTuple):
+    """A picture with its samples so far."""
+
+    generation: int                             # counts the restarts
+    image: NDArray[np.float32]                  # (h, w, 3) linear
+    samples: int                                # a pixel
+    seconds: float                              # since the restart, without pauses
+    settings: Settings
+    rate: float                                 # samples a second, over the whole picture
+    depth: NDArray[np.float32] | None = None    # (h, w) mm from the film along the axis, inf for the sky
+    choice: Any = None                          # of the automatic model: the Choice
+    speeds: tuple[float, float] | None = None   # ns a ray by that model, and by the full trace
+    is_provisional: bool = False                # model or light of earlier settings: the picture may restart
+    coded: bool = False                         # the image holds codes of the screen, neither exposed nor toned
+    field_picture: int = 0                      # of a light field: its number
+    plain: NDArray[np.float32] | None = None    # the image without samples of the picture before; None: it has none
+    findings: tuple[Finding, ...] = ()        # what it leaves out, as `Rendering.findings`
+
+    @property
+    def key(self) -> tuple[int, int, bool, int]:
+        """Distinguishes the image from all other images of the window."""
+        return self.generation, self.samples, self.is_provisional, self.field_picture
+
+    @property
+    def raw(self) -> bool:
+        """Whether it shows something else than light."""
+        return self.coded or bool(self.settings.sample_view)
+
+
+class Failure(NamedTuple):
+    """Settings that cannot be rendered, and why."""
+
+    generation: int
+    settings: Settings
+    error: Exception
+
 
 PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
 
 
 def prepare(settings: Settings) -> tuple[Any, Any]:
     """The camera and the scene of the settings."""
-    from lensbench.app.state.camera_kinds import camera
-    from lensbench.app.state.scene_file import cached_scene
+    from lensbench.app.bench.camera_kinds import camera
+    from lensbench.app.scenes.scene_file import cached_scene
 
     return camera(settings), cached_scene(settings.scene)
 
@@ -40,7 +82,7 @@ class RenderJob:
     def begin(self, layer: Any) -> None:
         """Begin the picture of the camera with a layer of light of another picture, or None."""
         import lensbench as lb
-        from lensbench.app.state.coating import flare
+        from lensbench.app.bench.coating import flare
 
         self.pass_samples = 1
         self.rendering = lb.Rendering(self.camera, self.scene, seed=self.settings.seed, view=self.settings.sample_view,

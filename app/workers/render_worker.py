@@ -15,14 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from lensbench.app.state.settings import Settings
-from lensbench.app.workers.automatic_model import AutomaticModel, Finished
-from lensbench.app.workers.picture_before import PictureBefore
-from lensbench.app.workers.picture_lights import PictureLights
-from lensbench.app.workers.render_job import RenderJob, prepare
-from lensbench.app.workers.render_update import Failure, RenderUpdate
-from lensbench.app.workers.task import Task
-from lensbench.app.workers.threads import lower_priority, thread_count
+from lensbench.app.settings.settings import Settings
+from lensbench.app.workers.measurements import AutomaticModel, Finished
+from lensbench.app.workers.picture_before import PictureBefore, PictureLights
+from lensbench.app.workers.render_job import Failure, RenderJob, RenderUpdate, prepare
+from lensbench.app.workers.task import Task, lower_priority, thread_count
 
 FIRST_SECONDS = 0.15        # for a first pass once started, so that pictures appear even during a drag
 HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its first picture
@@ -247,7 +244,7 @@ class RenderWorker:
 
     def _compile_light_tracing(self, scene: Any) -> None:
         """Compile its kernels by the lights of a small picture; then begin the picture again with light."""
-        from lensbench.scenery.small_lights import small_lights
+        from lensbench.core.scenery.small_lights import small_lights
 
         def begin_again() -> None:
             self._traces_lights = True

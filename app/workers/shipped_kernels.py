@@ -3,7 +3,7 @@
 Small pictures of every camera kind, lens shape and scene, and the figures of every panel, ask for the kernels; every
 stage of the sources is one too. A function of the sources that nothing asks for (`called_kernels`) ends the build. All
 are compiled for every level of x86-64, also for those that this processor cannot run, and packed into FOLDER/LEVEL.zip,
-where `lensbench.kernels.cache` finds them in an installed package.
+where `lensbench.core.kernels.cache` finds them in an installed package.
 """
 
 import os
@@ -24,16 +24,16 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state.scene_assets.radiance_hdr import read_hdr
+from lensbench.app.scenes.sky_picture import read_hdr
 from lensbench.app.workers.called_kernels import called_kernels, is_stage
 from lensbench.app.workers.kernel import Kernel
-from lensbench.kernels import cache
-from lensbench.kernels.figures import fixed
-from lensbench.kernels.program import stage_signature
-from lensbench.rendering.sample_allocation import EVEN
-from lensbench.rendering.temporal_reuse import Reusable
-from lensbench.scenery.builtin.benchmark import lamps_scene
-from lensbench.scenery.shading.many_lamps import MANY_LAMPS
+from lensbench.core.kernels import cache
+from lensbench.core.kernels.program import stage_signature
+from lensbench.core.rendering.sample_allocation import EVEN
+from lensbench.core.rendering.temporal_reuse import Reusable
+from lensbench.core.scenery.builtin.benchmark import lamps_scene
+from lensbench.core.scenery.shading.many_lamps import MANY_LAMPS
+from lensbench.core.text import fixed
 
 LENSES = ("pbrt-dgauss-50mm",                       # spheres
           "pbrt-fisheye-10mm",
@@ -46,10 +46,10 @@ LENSES = ("pbrt-dgauss-50mm",                       # spheres
 
 def pictures() -> Iterator[Any]:
     """Settings of one small picture for each kind of camera, lens, scene and view."""
-    from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
-    from lensbench.app.state.constraints import with_camera
-    from lensbench.app.state.lens_choice import with_lens
-    from lensbench.app.state.settings import Settings
+    from lensbench.app.bench.constraints import with_camera
+    from lensbench.app.bench.lens_choice import with_lens
+    from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS
+    from lensbench.app.settings.settings import Settings
 
     plain = Settings(pixels_x=48, pixels_y=32, samples=2)
     for name in CAMERA_KINDS:
@@ -91,12 +91,12 @@ def cameras() -> Iterator[lb.LensCamera]:
 
 def exercise(progress: Any = print) -> None:
     """Ask for the kernels of every picture and panel."""
-    from lensbench.app.state.auto_model import choose, is_automatic
-    from lensbench.app.state.build import setup
-    from lensbench.app.state.camera_kinds import camera
-    from lensbench.app.state.coating import flare
-    from lensbench.app.state.scene_file import find_scene
-    from lensbench.app.workers.warm_panels import prepare
+    from lensbench.app.bench.auto_model import choose, is_automatic
+    from lensbench.app.bench.build import setup
+    from lensbench.app.bench.camera_kinds import camera
+    from lensbench.app.bench.coating import flare
+    from lensbench.app.scenes.scene_file import find_scene
+    from lensbench.app.workers.first_kernels import prepare
 
     shown = set()
     for settings in pictures():
@@ -166,10 +166,10 @@ def exercise(progress: Any = print) -> None:
 
 def analyses(settings: Any) -> None:
     """Compute every figure of the analysis panels that this lens has."""
-    from lensbench.app.state.analysis.bokeh_figure import Ripple, bokeh_figure
-    from lensbench.app.state.analysis.catalogue import ANALYSES
-    from lensbench.app.state.analysis.mtf_figures import mtf_field_figure
-    from lensbench.app.state.analysis.query import query
+    from lensbench.app.plots.bokeh_plots import Ripple, bokeh_figure
+    from lensbench.app.plots.catalogue import ANALYSES
+    from lensbench.app.plots.mtf_plots import mtf_field_figure
+    from lensbench.app.plots.query import query
 
     bladed = query(replace(settings, blades=7))
     for asked, make in ((query(settings), [each.figure for each in ANALYSES.values()]),

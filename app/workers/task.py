@@ -1,16 +1,39 @@
-"""One piece of background work: its progress, its cancellation, and its result or its error.
+"""One piece of background work, the threads that do it, and the memory that it leaves.
 
 A `Task` runs once, on a thread of its own. The window polls `done`; the work reports its progress and learns from the
 answer whether it goes on.
+
+glibc gives threads arenas of their own. A window has many short-lived threads; what one leaves free in its arena serves
+no other one, so that the process grows while it holds no more. Other systems' heaps are left as they are.
 """
 
+import ctypes
+import os
+import sys
 import threading
 import traceback
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
-from lensbench.app.workers.threads import lower_priority
-from lensbench.kernels.cache import NotCompiledError
+from lensbench.core.kernels.cache import NotCompiledError
+
+NICE = 10                   # of the rendering threads, so that the window keeps its pace
+
+
+def lower_priority() -> None:
+    """Lower the priority of the calling thread, below the window's, if the system allows it; never raise it."""
+    if sys.platform == "linux":
+        thread = threading.get_native_id()
+        try:
+            os.setpriority(os.PRIO_PROCESS, thread, max(NICE, os.getpriority(os.PRIO_PROCESS, thread)))
+        except OSError:                         # not allowed here: unchanged
+            pass
+
+
+def thread_count() -> int:
+    """The cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
 
 Result = TypeVar("Result")
 STEP = 0.01                     # of progress, at which the window is woken
@@ -98,3 +121,30 @@ class Task(Generic[Result]):
         finally:
             self._done.set()
             self._wake()
+
+
+ARENAS = 2
+EVERY = 20.0                    # seconds between two times that free memory is given back
+_ARENA_MAX = -8                 # M_ARENA_MAX of mallopt
+
+
+class Heap:
+    """Keeps the heap of this process small, from its creation on."""
+
+    def __init__(self) -> None:
+        library: Any = ctypes.CDLL(None) if sys.platform == "linux" else None
+        self._library: Any = library if hasattr(library, "malloc_trim") else None
+        if self._library is not None:
+            self._library.mallopt(_ARENA_MAX, ARENAS)
+        self._last = 0.0
+        self._task: Task[None] | None = None
+
+    def advance(self, now: float) -> None:
+        """Give back what is free, on a thread of its own, where it is time for it. now: seconds."""
+        if self._library is None or now - self._last < EVERY or (self._task is not None and not self._task.done):
+            return
+        self._last = now
+        self._task = Task("Memory", self._give_back)
+
+    def _give_back(self, _: Task[None]) -> None:
+        self._library.malloc_trim(0)

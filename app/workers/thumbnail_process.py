@@ -1,20 +1,50 @@
-"""A process that renders small pictures through lenses; its argument is the number of threads."""
+"""A process that renders small pictures through lenses; its argument is the number of threads.
 
+What a process answers that draws small pictures of lenses, so that the window never waits for them.
+
+Each line of its input is a name of the library, a tab, and the PNG file to be written; each line of its output is “ok”,
+or why there is no picture. The process ends with its input.
+"""
+
+import os
 import sys
+from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
 
 import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
 
 import lensbench as lb
-from lensbench.app.files.export import develop
-from lensbench.app.state.camera_kinds import camera
-from lensbench.app.state.constraints import with_longer_side
-from lensbench.app.state.lens_choice import with_lens
-from lensbench.app.state.picture.exposure import exposed
-from lensbench.app.state.scene_file import find_scene
-from lensbench.app.state.settings import Settings
-from lensbench.app.workers.picture_process import Pixels, answer
-from lensbench.app.workers.threads import lower_priority, thread_count
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.bench.constraints import with_longer_side
+from lensbench.app.bench.exposure import exposed
+from lensbench.app.bench.lens_choice import with_lens
+from lensbench.app.scenes.scene_file import find_scene
+from lensbench.app.session.export import develop
+from lensbench.app.settings.settings import Settings
+from lensbench.app.workers.task import lower_priority, thread_count
+
+Pixels = NDArray[np.uint8]
+
+
+def answer(picture: Callable[[str], Pixels]) -> None:
+    """Answer the lines of the input one after the other. picture: of a lens by its name, (h, w, 3 or 4)."""
+    for line in sys.stdin:
+        name, _, path = line.rstrip("\n").partition("\t")
+        try:
+            _write(path, picture(name))
+            outcome = "ok"
+        except Exception as error:              # the window shows it in the lens's place
+            outcome = f"{type(error).__name__}: {error}"
+        print(" ".join(outcome.split()), flush=True)
+
+
+def _write(path: str, codes: Pixels) -> None:
+    """Write a PNG beside its place and rename it. Unlike an export, it may be lost with the power."""
+    Image.fromarray(codes).save(f"{path}.part", "PNG", compress_level=1)
+    os.replace(f"{path}.part", path)
+
 
 LONGER_SIDE = 192               # pixels
 SAMPLES = 12

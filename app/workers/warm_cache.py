@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from lensbench.app.state.camera_kinds import camera
-from lensbench.app.state.scene_file import cached_scene, find_scene
-from lensbench.app.state.settings import Settings
-from lensbench.kernels.program import is_stage_compiled, stage_address
-from lensbench.rendering.progressive import Rendering
-from lensbench.scenery.small_lights import small_lights
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.scenes.scene_file import cached_scene, find_scene
+from lensbench.app.settings.settings import Settings
+from lensbench.core.kernels.program import is_stage_compiled, stage_address
+from lensbench.core.rendering.progressive import Rendering
+from lensbench.core.scenery.small_lights import small_lights
 
 
 @contextmanager

@@ -14,13 +14,13 @@ from math import atan2, copysign, cos, inf, isinf, isnan, nan, pi, sin, tan
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.root_finding import find_minimum, find_root
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.lens_surface import LensError, Surface
-from lensbench.optics.paraxial import first_order, ray_matrix
-from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import PASSED, Fate, surface_table, trace_ray, trace_rays
+from lensbench.core.kernels.numeric import find_minimum, find_root
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.lens_surface import LensError, Surface
+from lensbench.core.optics.paraxial import first_order, ray_matrix
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import PASSED, Fate, surface_table, trace_ray, trace_rays
+from lensbench.core.text import significant
 
 _FIELD_STEP = 0.02              # rad in the scene, between the rays from the stop that bracket a field angle
 _LEAST_STEP = 1e-3              # rad at the stop, at the least

@@ -10,25 +10,23 @@ from math import inf, isinf, nan
 
 import numpy as np
 
-from lensbench.analysis.axial_curves import paraxial_focus
-from lensbench.analysis.axial_rays import RadialBeam, axial_rays, on_axis
-from lensbench.analysis.falloff import Falloff, falloff
-from lensbench.analysis.focus_map import best_places, through_focus
-from lensbench.analysis.grids.chief_rays import find_chief_rays
-from lensbench.analysis.grids.field_conditions import Conditions
-from lensbench.analysis.grids.grid_trace import ray_grid
-from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.imaging.film import Film
-from lensbench.kernels.figures import f_number_text, significant
-from lensbench.kernels.pauses import pause
-from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.focus import FocusError, focused, nearest_focus
-from lensbench.optics.focus import film_distance as focus_on
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.paraxial import f_number_at_infinity, first_order, stopped_down
-from lensbench.optics.prescription import Lens
-from lensbench.optics.thick_depth import magnification
+from lensbench.core.analysis.axial_curves import RadialBeam, axial_rays, on_axis, paraxial_focus
+from lensbench.core.analysis.focus_map import best_places, through_focus
+from lensbench.core.analysis.grids.chief_rays import find_chief_rays
+from lensbench.core.analysis.grids.field_conditions import Conditions
+from lensbench.core.analysis.grids.traced_grid import RayGrid, ray_grid
+from lensbench.core.analysis.vignetting import Falloff, falloff
+from lensbench.core.imaging.film import Film
+from lensbench.core.kernels.pauses import pause
+from lensbench.core.optics.depth_of_field import magnification
+from lensbench.core.optics.finding import Finding, Kind
+from lensbench.core.optics.focus import FocusError, focused, nearest_focus
+from lensbench.core.optics.focus import film_distance as focus_on
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.paraxial import f_number_at_infinity, first_order, stopped_down
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import f_number_text, significant
 
 STOPS = 8               # half stops from the widest, that focus shift takes by default
 FREQUENCY = 30.0        # cycles/mm, at which the MTF chooses a focus

@@ -11,16 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.analysis.grids.chief_rays import find_chief_rays
-from lensbench.cameras.fisheye import PROJECTIONS, image_height
-from lensbench.imaging.film import Film
-from lensbench.optics.focus import focused_distance
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import trace
-from lensbench.pupils.region import exit_pupil
+from lensbench.core.analysis.grids.chief_rays import find_chief_rays
+from lensbench.core.cameras.fisheye import PROJECTIONS, image_height
+from lensbench.core.imaging.film import Film
+from lensbench.core.optics.focus import focused_distance
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import trace
+from lensbench.core.pupils.region import exit_pupil
 
 RECTILINEAR = "rectilinear"
 SLIGHT = 0.05           # percent, below which the kind is "none"

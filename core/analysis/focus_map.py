@@ -9,16 +9,14 @@ from math import floor, sqrt
 
 import numpy as np
 
-from lensbench.analysis.grids.field_conditions import Conditions
-from lensbench.analysis.grids.field_threads import each_of
-from lensbench.analysis.grids.grid_trace import ray_grid
-from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.analysis.spot_diagram import light_shares
-from lensbench.analysis.transfer_function import FAST, PAD, cosine_of_turns, pupil_functions, sine_of_turns
-from lensbench.kernels.cache import njit
-from lensbench.kernels.figures import significant
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.prescription import Lens
+from lensbench.core.analysis.grids.field_conditions import Conditions, each_of
+from lensbench.core.analysis.grids.traced_grid import RayGrid, ray_grid
+from lensbench.core.analysis.spot_diagram import light_shares
+from lensbench.core.analysis.transfer_function import FAST, PAD, cosine_of_turns, pupil_functions, sine_of_turns
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
 
 FIELDS = SHIFTS = 64
 RANGE = 0.3             # mm to either side of the film

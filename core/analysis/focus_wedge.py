@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lensbench.analysis.traced_focus import focused_plane
-from lensbench.cameras.flat_port import FlatPort
-from lensbench.cameras.rays import CameraError
-from lensbench.cameras.real_lens import LensCamera
-from lensbench.kernels.figures import significant
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.paraxial import first_order
+from lensbench.core.analysis.depth_over_field import focused_plane
+from lensbench.core.cameras.flat_port import FlatPort
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.cameras.real_lens import LensCamera
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.text import significant
 
 BESIDE = 0.01           # of half the film's sides: from the axis to film points whose beams give a plane
 FARTHEST = 1e-12        # 1/mm: a plane in focus farther than its inverse lies at infinity

@@ -9,13 +9,13 @@ from math import inf, isinf
 
 import numpy as np
 
-from lensbench.analysis.aberrations import check_symmetry, coddington
-from lensbench.analysis.grids.chief_rays import find_chief_rays
-from lensbench.analysis.grids.field_conditions import Conditions, wanted_chief_rays
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import trace
+from lensbench.core.analysis.aberrations import check_symmetry, coddington
+from lensbench.core.analysis.grids.chief_rays import find_chief_rays
+from lensbench.core.analysis.grids.field_conditions import Conditions, wanted_chief_rays
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import trace
 
 POINTS = 41
 

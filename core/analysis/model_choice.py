@@ -11,15 +11,15 @@ from time import perf_counter
 
 import numpy as np
 
-from lensbench.analysis.model_error import ModelErrors, Rung
-from lensbench.cameras.base import Camera
-from lensbench.cameras.rays import CameraError
-from lensbench.cameras.real_lens import LensCamera
-from lensbench.kernels.block import B, lane_buffer
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampling_steps
-from lensbench.lens_models.polynomial import DEGREES
-from lensbench.scenery.scene import Scene
+from lensbench.core.analysis.model_error import ModelErrors, Rung
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.cameras.real_lens import LensCamera
+from lensbench.core.kernels.block import B, lane_buffer
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import sampling_steps
+from lensbench.core.lens_models.polynomial import DEGREES
+from lensbench.core.scenery.scene import Scene
 
 TOLERANCE_PX, TOLERANCE_STOPS = 0.5, 0.05    # within which a simpler model may replace the trace
 KEEP = 0.8                                  # share of a tolerance in which a simpler model must lie to replace one

@@ -14,19 +14,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.cameras.rays import CameraError
-from lensbench.cameras.real_lens import LensCamera
-from lensbench.imaging.spectrum import WAVELENGTHS
-from lensbench.kernels.block import BLUE, CLEARANCE, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.figures import fixed, significant
-from lensbench.kernels.program import Program
-from lensbench.lens_models.polynomial import Polynomial
-from lensbench.optics.block_trace import trace_steps
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.paraxial import scene_side_origin
-from lensbench.pupils.radial_sampler import PupilTable
+from lensbench.core.cameras.ideal_lens import Gaussian
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.cameras.real_lens import LensCamera
+from lensbench.core.imaging.spectrum import WAVELENGTHS
+from lensbench.core.kernels.block import BLUE, CLEARANCE, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.lens_models.polynomial import Polynomial
+from lensbench.core.optics.block_trace import trace_steps
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.paraxial import scene_side_origin
+from lensbench.core.pupils.radial_sampler import PupilTable
+from lensbench.core.text import fixed, significant
 
 FIELDS = np.array([0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.98])    # film radii, of half the diagonal
 AZIMUTHS, RADII = 12, 4                     # rays of one region: around it, and from its centre to its rim

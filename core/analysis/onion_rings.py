@@ -15,13 +15,13 @@ from math import cos, inf, pi
 
 import numpy as np
 
-from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.kernels.figures import significant
-from lensbench.optics.adjacent_media import refracts
-from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import trace
+from lensbench.core.analysis.grids.traced_grid import RayGrid
+from lensbench.core.optics.adjacent_media import refracts
+from lensbench.core.optics.finding import Finding, Kind
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import trace
+from lensbench.core.text import significant
 
 RESOLVED = 2.5          # points of the grid to a period, at the least
 

@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import surface_table, trace_ray
-from lensbench.optics.surface_pose import Frame, SurfacePose
-from lensbench.optics.surfaces import AFTER, AXES, BEFORE, CURVATURE, PLACE, VERTEX, SurfaceTable
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.lens_surface import Frame, SurfacePose
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import surface_table, trace_ray
+from lensbench.core.optics.surfaces import AFTER, AXES, BEFORE, CURVATURE, PLACE, VERTEX, SurfaceTable
 
 # Of a pose: decentre (mm), and tilt about x, then y (radians), at the element's front vertex
 DX, DY, AROUND_X, AROUND_Y = range(4)

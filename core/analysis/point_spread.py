@@ -19,13 +19,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from lensbench.analysis.grids.field_threads import each_of
-from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.analysis.spot_diagram import light_shares, spots
-from lensbench.analysis.transfer_function import FAST, PAD, cosine_of_turns, pupil_functions, sine_of_turns
-from lensbench.kernels.cache import njit
-from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.lens_surface import LensError
+from lensbench.core.analysis.grids.field_conditions import each_of
+from lensbench.core.analysis.grids.traced_grid import RayGrid
+from lensbench.core.analysis.spot_diagram import light_shares, spots
+from lensbench.core.analysis.transfer_function import FAST, PAD, cosine_of_turns, pupil_functions, sine_of_turns
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.finding import Finding, Kind
+from lensbench.core.optics.lens_surface import LensError
 
 SAMPLES = 256
 METHODS = ("auto", "diffraction", "geometric")

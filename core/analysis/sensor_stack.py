@@ -12,10 +12,10 @@ Smith, "Modern Optical Engineering", ch. 7: the plane parallel plate.
 from dataclasses import replace
 from math import inf
 
-from lensbench.kernels.figures import significant
-from lensbench.optics.glass import D_LINE, Glass
-from lensbench.optics.lens_surface import LensError, Surface
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.glass import D_LINE, Glass
+from lensbench.core.optics.lens_surface import LensError, Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
 
 CROWN = 64.0            # Abbe number of the plate
 RIM = 3.0               # semi-diameter of the plate, × what a ray at 45° from the last rim needs: it ends no light

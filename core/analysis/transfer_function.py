@@ -21,13 +21,13 @@ from math import floor
 
 import numpy as np
 
-from lensbench.analysis.grids.field_threads import each_of
-from lensbench.analysis.grids.traced_grid import RayGrid
-from lensbench.analysis.spot_diagram import checked_shifts, light_shares
-from lensbench.kernels.cache import njit
-from lensbench.kernels.figures import significant
-from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.lens_surface import LensError
+from lensbench.core.analysis.grids.field_conditions import each_of
+from lensbench.core.analysis.grids.traced_grid import RayGrid
+from lensbench.core.analysis.spot_diagram import checked_shifts, light_shares
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.finding import Finding, Kind
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.text import significant
 
 METHODS = ("diffraction", "geometric")
 PRINTED = (10.0, 20.0, 30.0, 40.0)      # cycles/mm, of makers' charts against the field

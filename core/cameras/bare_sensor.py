@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.importance import FilmImportance
-from lensbench.imaging.film import Film
-from lensbench.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, rows, stage
-from lensbench.kernels.concentric_map import concentric_disk
-from lensbench.kernels.program import Program
-from lensbench.optics.glass import D_LINE
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.film_landing import FilmImportance
+from lensbench.core.imaging.film import Film
+from lensbench.core.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, rows, stage
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import concentric_disk
+from lensbench.core.optics.glass import D_LINE
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,12 +8,12 @@ of points and rays of the world onto the film, `camera_spaces` the coordinate sp
 import math
 from dataclasses import dataclass
 
-from lensbench.cameras import camera_spaces
-from lensbench.cameras.film_projection import FilmProjection
-from lensbench.cameras.ray_generation import RayGeneration
-from lensbench.cameras.rays import CameraError
-from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces
-from lensbench.kernels.lazy_names import called
+from lensbench.core.cameras import ray_generation as camera_spaces
+from lensbench.core.cameras.film_projection import FilmProjection
+from lensbench.core.cameras.ray_generation import RayGeneration
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.imaging.coordinate_spaces import Intrinsics, Places, Spaces
+from lensbench.core.lazy import called
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -12,20 +12,20 @@ from typing import Self
 
 import numpy as np
 
-from lensbench.cameras.film_landing import FilmLanding
-from lensbench.cameras.flat_port import FlatPort, port_step
-from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.cameras.placed_shutter import PlacedShutter
-from lensbench.cameras.rays import CameraError
-from lensbench.imaging.coordinate_spaces import Window, window_step
-from lensbench.imaging.film_pose import UPRIGHT, FilmPose
-from lensbench.kernels.block import Step
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens
-from lensbench.pupils.film_grid_sampler import PupilGrid
-from lensbench.pupils.posed_sampler import PosedPupil
-from lensbench.pupils.radial_sampler import PupilTable
-from lensbench.scenery.shading.participating_medium import Medium
+from lensbench.core.cameras.film_landing import FilmLanding
+from lensbench.core.cameras.flat_port import FlatPort, port_step
+from lensbench.core.cameras.ideal_lens import Gaussian
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.cameras.shutter import PlacedShutter
+from lensbench.core.imaging.coordinate_spaces import Window, window_step
+from lensbench.core.imaging.film import UPRIGHT, FilmPose
+from lensbench.core.kernels.block import Step
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.pupils.film_grid_sampler import PupilGrid
+from lensbench.core.pupils.posed_sampler import PosedPupil
+from lensbench.core.pupils.radial_sampler import PupilTable
+from lensbench.core.scenery.shading.participating_medium import Medium
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -4,16 +4,16 @@ import math
 
 import numpy as np
 
-from lensbench.cameras.camera_stages import CameraStages
-from lensbench.cameras.importance import FilmImportance, Importance, gaussian_importance
-from lensbench.cameras.project import solve_film_points
-from lensbench.cameras.rays import CameraError
-from lensbench.cameras.rolling_shutter import project_onto_open_rows
-from lensbench.imaging.coordinate_spaces import transform_points
-from lensbench.kernels.block import Step
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import unit_square
-from lensbench.optics.glass import D_LINE
+from lensbench.core.cameras.camera_stages import CameraStages
+from lensbench.core.cameras.film_landing import FilmImportance, Importance, gaussian_importance
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.cameras.real_lens_projection import solve_film_points
+from lensbench.core.cameras.shutter import project_onto_open_rows
+from lensbench.core.imaging.coordinate_spaces import transform_points
+from lensbench.core.kernels.block import Step
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import unit_table
+from lensbench.core.optics.glass import D_LINE
 
 
 class FilmProjection(CameraStages):
@@ -51,7 +51,7 @@ class FilmProjection(CameraStages):
         if pupil_uv is None and self.with_open_stop is not self:
             return self.with_open_stop.raster_from_point(points, None, time, wavelength)
         centre = self.pupil_centre if pupil_uv is None else pupil_uv
-        pupil_uv = np.broadcast_to(unit_square(centre, np.float64), (len(points), 2))
+        pupil_uv = np.broadcast_to(unit_table(centre, np.float64), (len(points), 2))
 
         def project(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """Raster points with the camera where it is while these rows of the film are open."""

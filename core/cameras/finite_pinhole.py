@@ -3,13 +3,13 @@
 import math
 from dataclasses import dataclass
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
-from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.cameras.rays import CameraError
-from lensbench.imaging.film import Film
-from lensbench.kernels.figures import significant
-from lensbench.optics.glass import D_LINE
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.film_landing import FilmLanding, ideal_film_landing
+from lensbench.core.cameras.ideal_lens import Gaussian
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.imaging.film import Film
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.text import significant
 
 RAYLEIGH = 1.9          # diameter of the sharpest hole over √(wavelength · distance)
 AIRY = 2.44             # diameter of Airy's disk, to its first dark ring, over wavelength · distance / hole diameter

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.importance import FilmImportance, point_importance
-from lensbench.cameras.rays import CameraError
-from lensbench.imaging.film import AXES, Film
-from lensbench.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.kernels.figures import significant
-from lensbench.kernels.rotation import sine_versine
-from lensbench.optics.glass import D_LINE
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.film_landing import FilmImportance, point_importance
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.imaging.film import AXES, Film
+from lensbench.core.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.core.kernels.numeric import sine_versine
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.text import significant
 
 PROJECTIONS = ("equidistant", "equisolid", "stereographic", "orthographic")
 INVERSE_F, IMAGE_RADIUS = range(2)      # parameters of every projection: 1 / f (1/mm), and of the image circle (mm)

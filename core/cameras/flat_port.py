@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.core.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 
 # Parameters of `port`: z of the window (mm, camera frame), 1 / index of the medium, factor of the weights
 WINDOW_Z, RATIO, GAIN = range(3)

@@ -5,15 +5,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.ideal_lens import Gaussian, telecentric
-from lensbench.cameras.perspective import check_lens, checked_iris, checked_window
-from lensbench.cameras.rays import CameraError
-from lensbench.imaging.coordinate_spaces import Window
-from lensbench.imaging.film import Film
-from lensbench.kernels.figures import significant
-from lensbench.optics.iris import Iris
-from lensbench.optics.stop_image import StopImage
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.ideal_lens import Gaussian, telecentric
+from lensbench.core.cameras.perspective import check_lens, checked_iris, checked_window
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.imaging.coordinate_spaces import Window
+from lensbench.core.imaging.film import Film
+from lensbench.core.optics.iris import Iris
+from lensbench.core.optics.stop_image import StopImage
+from lensbench.core.text import significant
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,16 +5,16 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
-from lensbench.cameras.ideal_lens import Gaussian, thin
-from lensbench.cameras.rays import CameraError
-from lensbench.imaging.coordinate_spaces import Window, film_window
-from lensbench.imaging.film import AXES, Film
-from lensbench.kernels.figures import significant
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.iris import Iris, IrisError
-from lensbench.optics.stop_image import StopImage
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.film_landing import FilmLanding, ideal_film_landing
+from lensbench.core.cameras.ideal_lens import Gaussian, thin
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.imaging.coordinate_spaces import Window, film_window
+from lensbench.core.imaging.film import AXES, Film
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.iris import Iris, IrisError
+from lensbench.core.optics.stop_image import StopImage
+from lensbench.core.text import significant
 
 
 @dataclass(frozen=True, eq=False)

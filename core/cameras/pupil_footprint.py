@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.differentials import fill_gaps
-from lensbench.imaging.animated_transform import AnimatedTransform
-from lensbench.kernels.block import (
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.ray_generation import fill_gaps
+from lensbench.core.imaging.transform import AnimatedTransform
+from lensbench.core.kernels.block import (
     A0,
     OX,
     OY,
@@ -38,7 +38,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.program import Program
+from lensbench.core.kernels.program import Program
 
 CELLS = 16              # cells across and down the film, each with its pupil
 PUPIL_SAMPLES = 16      # rays through the pupil for each cell

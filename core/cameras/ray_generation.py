@@ -1,16 +1,249 @@
-"""Rays of a camera, and their derivatives per pixel, by the stages that pictures run."""
+"""Rays of a camera, their derivatives per pixel, and its coordinate spaces, by the stages that pictures run.
+
+The derivative holds the point fixed where a ray passes the pupil. For a camera that aims at exit-pupil regions, which
+rotate and shrink with the film point, that is the point on the plane of the lens's last vertex. At fixed U0, U1
+instead, that point would rotate about the axis with the film point, and no derivative would exist near the axis.
+(Igehy 1999, Tracing ray differentials, for their use.)
+"""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.camera_stages import CameraStages
-from lensbench.cameras.differentials import Differentials, ray_slopes
-from lensbench.cameras.rays import CameraError, Rays, checked_times
-from lensbench.kernels.block import TIME, U0, U1, WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import unit_square
-from lensbench.optics.glass import D_LINE
+from lensbench.core.cameras.camera_stages import CameraStages
+from lensbench.core.cameras.rays import CameraError, Rays, checked_times
+from lensbench.core.imaging.coordinate_spaces import Intrinsics, Places, Spaces, film_window, transform_points
+from lensbench.core.kernels.block import (
+    A0,
+    PIXEL_SIDE,
+    PIXEL_SPREAD,
+    SAMPLE,
+    TIME,
+    U0,
+    U1,
+    WEIGHT,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    gather,
+    rows,
+    stage,
+)
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import unit_table
+from lensbench.core.optics.glass import D_LINE
+
+CELLS = 32              # cells across and down the film, each with its pixel spread
+
+# Parameters of `pixel_spread`: cells per pixel across and down, PIXEL_SIDE of the first sample, PIXEL_SPREAD per cell
+CELLS_ACROSS, CELLS_DOWN, FIRST_SIDE, SPREADS = range(4)
+
+
+class Differentials(NamedTuple):
+    """Derivatives of rays per pixel to the right, or per pixel down, at a fixed pupil point.
+
+    Parameters
+    ----------
+    origins : (n, 3) array
+        Derivatives of the origins (mm per pixel), world.
+    directions : (n, 3) array
+        Derivatives of the unit directions (radians per pixel), world; perpendicular to the rays.
+
+    References
+    ----------
+    Igehy 1999, Tracing ray differentials, Proceedings of SIGGRAPH.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+
+
+_RAY = [X, Y, Z, L, M, N, WEIGHT]
+
+
+def ray_slopes(camera: CameraStages, given: dict[int, np.ndarray], dtype, wavelength: float,
+               timed: bool) -> np.ndarray:
+    """Derivatives (2, n, 6) of origins (mm) and directions of rays in the world, per pixel to the right and down.
+
+    given: raster X, Y, U0, U1 and TIME, (n,) each; timed: TIME is a shutter sample.
+    """
+    # A row that opens later sees a camera that has moved: only differences include that
+    rolling = camera.moves and camera.readout > 0.0
+    found = None if rolling else _closed_form(camera, given, dtype, wavelength)
+    return _by_differences(camera, given, dtype, wavelength, timed) if found is None else found
+
+
+def _closed_form(camera: CameraStages, given: dict[int, np.ndarray], dtype,
+                 wavelength: float) -> np.ndarray | None:
+    """`ray_slopes` of a camera with `film_slopes`, placed as it is at the time of each ray; else None."""
+    if camera.film_slopes(np.zeros((0, 2)), np.zeros((0, 3))) is None:
+        return None                             # known before any ray is computed
+    n = len(given[X])
+    film = Program([camera.film_step], dtype).run(given, [X, Y], n).T.astype(float)
+    rays = Program([camera.film_step, *camera.camera_steps(wavelength)], dtype).run(given, _RAY, n).T.astype(float)
+    slopes = camera.film_slopes(film, rays[:, 3:6])
+    assert slopes is not None
+    across, _, down, _ = camera.film_step.parameters
+    slopes = slopes * np.array([-across, down])[:, None, None]
+    if camera.has_port:
+        assert camera.medium is not None
+        slopes = _through_port(slopes, rays, camera.front, 1.0 / camera.medium.index)
+    world_from_camera = camera.placement(given[TIME], np.stack([given[X], given[Y]], 1))[..., :3, :3]
+    rotation = world_from_camera / np.cbrt(np.linalg.det(world_from_camera))[..., None, None]
+    origin_slopes, direction_slopes = slopes[..., :3, None], slopes[..., 3:, None]
+    return np.concatenate([(world_from_camera @ origin_slopes)[..., 0], (rotation @ direction_slopes)[..., 0]], -1)
+
+
+def _through_port(slopes: np.ndarray, rays: np.ndarray, window: float, ratio: float) -> np.ndarray:
+    """Derivatives (2, n, 6) of rays (n, 6 or more) behind a flat window at z (camera frame); ratio: 1 / index there."""
+    do, dd, d = slopes[..., :3], slopes[..., 3:], rays[:, 3:6]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = ((window - rays[:, 2]) / d[:, 2])[..., None]
+        dt = -(do[..., 2:] + t * dd[..., 2:]) / d[:, 2:]
+        bent, dbent = ratio * d[:, :2], ratio * dd[..., :2]
+        along = -np.sqrt(1.0 - (bent**2).sum(-1))
+        dalong = -(bent * dbent).sum(-1) / along
+    return np.concatenate([do + t * dd + dt * d, dbent, dalong[..., None]], -1)
+
+
+def _by_differences(camera: CameraStages, given: dict[int, np.ndarray], dtype, wavelength: float,
+                    timed: bool) -> np.ndarray:
+    """`ray_slopes` by differences of the camera's own stages.
+
+    Central differences where the rays on both sides arrive, one-sided ones of the same order where one side does, and
+    smaller steps where neither does. NaN for a ray without neighbours, on an isolated point of light.
+    """
+    n = len(given[X])
+    steps = camera.steps(wavelength, timed)
+    film = next(k for k, step in enumerate(steps) if step.kernel is camera.film_step.kernel) + 1
+    aim_distance, posed = camera.aim_distance, not camera.film_pose.is_upright
+    if aim_distance is None:
+        whole = Program(steps, dtype)
+    else:
+        to_film, onward = Program(steps[:film], dtype), Program(steps[film + 1:], dtype)
+        x, y, l, m, n_ = Program(steps[:film + 1], dtype).run(given, [X, Y, L, M, N], n).astype(float)
+        rear = np.stack([x - l / n_ * aim_distance, y - m / n_ * aim_distance])
+
+    def rays(h: float) -> tuple[np.ndarray, np.ndarray]:
+        """Rays (2, 2, n, 6) of raster points shifted by h pixels right and left, down and up; and which arrive."""
+        shifts = h * np.array([[[1.0, 0.0], [-1.0, 0.0]], [[0.0, 1.0], [0.0, -1.0]]])
+        m = 4 * n
+        shifted = {row: np.tile(values, 4) for row, values in given.items()}
+        shifted[X], shifted[Y] = ((shifts[..., k, None] + given[row]).ravel() for k, row in enumerate((X, Y)))
+        if aim_distance is None:
+            out = whole.run(shifted, _RAY, m)
+        else:
+            x, y, time = to_film.run(shifted, [X, Y, TIME], m).astype(float)
+            z = np.zeros(m)
+            if posed:
+                x, y, z = camera.film_pose.points(np.stack([x, y], 1)).T
+            direction = np.stack([np.tile(rear[0], 4) - x, np.tile(rear[1], 4) - y, -aim_distance - z])
+            l, m_, n_ = direction / np.sqrt((direction * direction).sum(0))
+            if posed:
+                x, y = x - z * l / n_, y - z * m_ / n_          # where the first camera step lets rays begin
+            out = onward.run({X: x, Y: y, L: l, M: m_, N: n_, TIME: time, WEIGHT: np.ones(m)}, _RAY, m)
+        arrive = (out[6] > 0.0) & np.isfinite(out[:6]).all(0)
+        return out[:6].T.astype(float).reshape(2, 2, n, 6), arrive.reshape(2, 2, n)
+
+    derivatives, todo, middle = np.full((2, n, 6), np.nan), np.ones((2, n), bool), None
+    for h in _widths(camera, dtype):
+        near, near_ok = rays(h)
+        ok = todo & near_ok.all(1)
+        derivatives[ok] = (near[:, 0][ok] - near[:, 1][ok]) / (2 * h)
+        todo &= ~ok
+        if not todo.any():
+            break
+        # One-sided differences
+        middle = rays(0.0)[0][0] if middle is None else middle
+        far, far_ok = rays(2 * h)
+        for side, k in enumerate((1, -1)):
+            ok = todo & near_ok[:, side] & far_ok[:, side]
+            derivatives[ok] = (4 * near[:, side][ok] - far[:, side][ok] - 3 * middle[ok]) / (2 * k * h)
+            todo &= ~ok
+        if not todo.any():
+            break
+    return derivatives
+
+
+def _widths(camera: CameraStages, dtype) -> tuple[float, ...]:
+    """Steps of the differences in pixels: the first, and smaller ones for rays with blocked neighbours.
+
+    With a step of h film widths, the error is the sum of a term in h² and of the rounding error divided by h.
+    """
+    wide = (1e-4 if np.dtype(dtype) == np.float64 else 1e-2) * max(camera.film.pixels_x, camera.film.pixels_y)
+    return wide, wide / 16, wide / 256
+
+
+def spread_step(camera: CameraStages, real) -> Step:
+    """Step between sampler and camera that gives every sample the size of its pixel in the scene.
+
+    The size is that of the rays through the centre of the pupil, in CELLS × CELLS cells of the film, as the root mean
+    square of its extents across and down. real: the precision of the camera's stages.
+    """
+    camera, film = camera.with_open_stop, camera.film
+    nodes = (np.arange(CELLS) + 0.5) / CELLS
+    x, y = (values.ravel() for values in np.meshgrid(nodes * film.pixels_x, nodes * film.pixels_y))
+    middle = [np.full(x.size, number) for number in (*camera.stage_centre, 0.5)]
+    given = {X: x, Y: y, U0: middle[0], U1: middle[1], TIME: middle[2]}
+    rays = Program(camera.steps(), real).run(given, _RAY, x.size).astype(float)
+    with np.errstate(invalid="ignore", over="ignore"):      # rays that do not arrive hold any numbers
+        slopes = ray_slopes(camera, given, real, D_LINE, camera.moves)
+        origin_slopes, direction_slopes = slopes[..., :3], slopes[..., 3:]
+        directions = rays[3:6].T
+        origin_slopes = origin_slopes - (origin_slopes * directions).sum(-1)[..., None] * directions    # across the ray
+        spread, foot = (np.sqrt((value**2).sum(-1).mean(0)) for value in (direction_slopes, origin_slopes))
+        foot = np.copysign(foot, (origin_slopes * direction_slopes).sum((0, 2)))
+    seen = (rays[6] > 0.0) & np.isfinite(spread) & np.isfinite(foot)
+    table = fill_gaps(np.where(seen, spread, math.nan).reshape(CELLS, CELLS))
+    p = np.empty(SPREADS + CELLS * CELLS)
+    p[CELLS_ACROSS], p[CELLS_DOWN] = CELLS / film.pixels_x, CELLS / film.pixels_y
+    p[FIRST_SIDE] = foot[seen].mean() if seen.any() else 0.0
+    p[SPREADS:] = table.ravel()
+    return Step(pixel_spread, p)
+
+
+def fill_gaps(table: np.ndarray) -> np.ndarray:
+    """Copy of a table with NaNs replaced by the means of their neighbours, ring by ring; all zeros if all are NaN."""
+    while np.isnan(table).any() and not np.isnan(table).all():
+        wide = np.pad(table, 1, constant_values=math.nan)
+        near = np.stack([wide[1:-1, :-2], wide[1:-1, 2:], wide[:-2, 1:-1], wide[2:, 1:-1]])
+        known = ~np.isnan(near)
+        mean = np.where(known, near, 0.0).sum(0) / np.maximum(known.sum(0), 1)
+        table = np.where(np.isnan(table) & known.any(0), mean, table)
+    return np.nan_to_num(table)
+
+
+@stage
+def pixel_spread(lanes, p, ints, key):
+    """PIXEL_SIDE and PIXEL_SPREAD of the part of its pixel that a sample covers; p: see CELLS_ACROSS and following.
+
+    The first sample covers its pixel alone; n samples that share a pixel cover the nth part each, with sides shorter by
+    √n. The stage shortens them by n^¾, so that the first samples, which stay in the sum, do not blur the final picture:
+    their effect on it falls as 1 / n, faster than the noise.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, foot, spread, cell = row[X], row[Y], row[PIXEL_SIDE], row[PIXEL_SPREAD], row[A0]
+    across, down, last = p[CELLS_ACROSS], p[CELLS_DOWN], real(CELLS - 1)
+    # Share of the pixel that this sample covers
+    root = math.sqrt(real(key[SAMPLE]) + real(1))
+    part = real(1) / (root * math.sqrt(root))
+    begin = p[FIRST_SIDE] * part
+    # Look up the cell of the film
+    for i in range(B):
+        a, b = np.floor(x[i] * across), np.floor(y[i] * down)
+        a, b = a if a < last else last, b if b < last else last
+        cell[i] = b * real(CELLS) + a
+    gather(spread, p[SPREADS:], cell)
+    for i in range(B):
+        foot[i] = begin
+        spread[i] *= part
 
 
 class RayGeneration(CameraStages):
@@ -48,7 +281,7 @@ class RayGeneration(CameraStages):
         ValueError
             Pupil samples outside the unit square.
         """
-        raster_xy, pupil_uv = np.atleast_2d(np.asarray(raster_xy, float)), unit_square(pupil_uv, dtype)
+        raster_xy, pupil_uv = np.atleast_2d(np.asarray(raster_xy, float)), unit_table(pupil_uv, dtype)
         if raster_xy.shape[1:] != (2,) or raster_xy.shape != pupil_uv.shape:
             raise CameraError(f"raster points {raster_xy.shape} and pupil points {pupil_uv.shape} must both be (n, 2)")
         if not np.isfinite(raster_xy).all():
@@ -64,7 +297,7 @@ class RayGeneration(CameraStages):
         """`stage_uv` of raster points (n, 2), within the unit square for numbers of this type."""
         film = Program([self.film_step], np.float64).run({X: raster_xy[:, 0], Y: raster_xy[:, 1]}, [X, Y],
                                                          len(raster_xy)).T
-        return unit_square(self.stage_uv(film, pupil_uv), dtype)
+        return unit_table(self.stage_uv(film, pupil_uv), dtype)
 
     def generate_ray_differentials(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE
                                    ) -> tuple[Rays, Differentials, Differentials]:
@@ -94,10 +327,57 @@ class RayGeneration(CameraStages):
         """
         rays = self.generate_rays(raster_xy, pupil_uv, time, dtype, wavelength)
         raster = np.atleast_2d(np.asarray(raster_xy, float))
-        uv = self._stage_uv_of_raster(raster, unit_square(pupil_uv, dtype), dtype)
+        uv = self._stage_uv_of_raster(raster, unit_table(pupil_uv, dtype), dtype)
         given = {X: raster[:, 0], Y: raster[:, 1], U0: uv[:, 0], U1: uv[:, 1],
                  TIME: np.broadcast_to(checked_times(time), (len(raster),))}
         slopes = ray_slopes(self, given, dtype, wavelength, timed=True)
         slopes = np.where(rays.weights[:, None] > 0.0, slopes, math.nan)
         dx, dy = (Differentials(slope[:, :3], slope[:, 3:]) for slope in slopes)
         return rays, dx, dy
+
+
+def intrinsics(camera: CameraStages) -> Intrinsics:
+    """Focal lengths and principal point in pixels."""
+    across, right, down, bottom = camera.film_step.parameters
+    lens = camera.gaussian
+    if camera.film_pose.is_tilted or camera.film_pose.is_curved:
+        raise CameraError("a tilted or curved film has no focal length in pixels: its pixels are not perpendicular to "
+                          "the axis")
+    right, bottom = right - camera.film_pose.shift, bottom + camera.film_pose.rise
+    per_slope = -1.0 / (lens.slope_film if lens.slope_film != 0.0 else lens.origin_film)
+    return Intrinsics(per_slope / across, per_slope / down, right / across, bottom / down)
+
+
+def spaces(camera: CameraStages, near: float, far: float, time) -> Spaces:
+    """Transforms between the camera's spaces, with depth from `near` to `far` (mm), at a shutter sample."""
+    film, lens = camera.film, camera.gaussian
+    if not camera.film_pose.is_upright:
+        raise CameraError("the screen of a film out of line is no view of a symmetric pinhole camera")
+    half = min(film.width, film.height) / 2.0
+    perspective = lens.slope_film != 0.0
+    per_slope = lens.slope_film if perspective else lens.origin_film
+    eye = lens.z + lens.origin_film / lens.slope_film if perspective else lens.z
+    return Spaces(film.pixels_x, film.pixels_y, camera.window or film_window(film), -1.0 / (per_slope * half),
+                  near, far, perspective, eye, camera.placement(time))
+
+
+def places(camera: RayGeneration, raster_xy, distance, time, object_from_world) -> Places:
+    """Raster points (n, 2) in every space; distance (mm): along the ray through the centre of the pupil."""
+    film = camera.film
+    raster = np.atleast_2d(np.asarray(raster_xy, float))
+
+    # Raster, NDC, screen and film are affine images of each other
+    ndc = raster / [film.pixels_x, film.pixels_y]
+    left, right, bottom, top = camera.window or film_window(film)
+    screen = ndc * [right - left, bottom - top] + [left, top]
+    across, middle, down, low = camera.film_step.parameters
+    on_film = np.column_stack([middle - raster[:, 0] * across, raster[:, 1] * down - low, np.zeros(len(raster))])
+
+    # Follow the rays to the given distance
+    rays = camera.with_open_stop.generate_rays(raster, np.tile(camera.pupil_centre, (len(raster), 1)), time)
+    seen = rays.weights > 0.0
+    world = np.where(seen[:, None], rays.origins + rays.directions * np.broadcast_to(distance, seen.shape)[:, None],
+                     np.nan)
+    in_camera = transform_points(np.linalg.inv(camera.placement(time, raster)), world)
+    in_object = world if object_from_world is None else transform_points(object_from_world, world)
+    return Places(raster, ndc, screen, on_film, in_camera, world, in_object)

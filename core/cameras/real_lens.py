@@ -8,32 +8,43 @@ from typing import Self
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.cardinal_lens import ideal_lens, thick
-from lensbench.cameras.dispersion import has_dispersion, missing_dispersion
-from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
-from lensbench.cameras.film_regions import FilmRegions, Regions
-from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.cameras.importance import FilmImportance
-from lensbench.cameras.lens_settings import FOLLOWING, check_medium, check_room, check_settings, focus_of_film
-from lensbench.cameras.posed_ideal_lens import posed_film_points, posed_steps
-from lensbench.cameras.project import BEYOND, starting_points
-from lensbench.cameras.rays import CameraError
-from lensbench.cameras.traced_light import foremost, traced_importance, traced_landing
-from lensbench.imaging.film import Film
-from lensbench.imaging.film_pose import UPRIGHT, FilmPose
-from lensbench.kernels.block import Step
-from lensbench.kernels.figures import significant
-from lensbench.kernels.program import Program
-from lensbench.lens_models.polynomial import Polynomial
-from lensbench.optics.block_trace import trace_steps
-from lensbench.optics.focus import FocusError, film_distance, focused, nearest_focus
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
-from lensbench.optics.prescription import Lens
-from lensbench.pupils.film_grid_sampler import PupilGrid
-from lensbench.pupils.radial_sampler import PupilTable
-from lensbench.pupils.region import axis_irradiance
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.film_landing import FilmImportance, FilmLanding, ideal_film_landing
+from lensbench.core.cameras.ideal_lens import Gaussian, posed_film_points, posed_steps
+from lensbench.core.cameras.lens_settings import (
+    FOLLOWING,
+    check_medium,
+    check_room,
+    check_settings,
+    focus_of_film,
+    has_dispersion,
+    ideal_lens,
+    missing_dispersion,
+    thick,
+)
+from lensbench.core.cameras.rays import CameraError
+from lensbench.core.cameras.real_lens_projection import (
+    BEYOND,
+    FilmRegions,
+    Regions,
+    foremost,
+    starting_points,
+    traced_importance,
+    traced_landing,
+)
+from lensbench.core.imaging.film import UPRIGHT, Film, FilmPose
+from lensbench.core.kernels.block import Step
+from lensbench.core.kernels.program import Program
+from lensbench.core.lens_models.polynomial import Polynomial
+from lensbench.core.optics.block_trace import trace_steps
+from lensbench.core.optics.focus import FocusError, film_distance, focused, nearest_focus
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.paraxial import FirstOrder, first_order, stopped_down
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.pupils.film_grid_sampler import PupilGrid
+from lensbench.core.pupils.radial_sampler import PupilTable
+from lensbench.core.pupils.region import axis_irradiance
+from lensbench.core.text import significant
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,10 +6,10 @@ Lengths in mm, angles in radians, wavelengths in µm, lens frame.
 from dataclasses import dataclass
 from math import inf, isfinite, isinf
 
-from lensbench.kernels.figures import significant
-from lensbench.optics.lens_surface import LensError, Surface
-from lensbench.optics.paraxial import first_order, ray_matrix
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.lens_surface import LensError, Surface
+from lensbench.core.optics.paraxial import first_order, ray_matrix
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
 
 
 class MeritError(LensError):

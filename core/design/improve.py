@@ -11,13 +11,12 @@ from math import inf, isfinite
 
 import numpy as np
 
-from lensbench.design.goal import Goal, MeritError, held_lengths
-from lensbench.design.merit import DENSE, Judgement, Merit, judge
-from lensbench.design.standard_goal import goal_of
-from lensbench.kernels.figures import significant
-from lensbench.optics.lens_surface import LensError, Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_numbers import (
+from lensbench.core.design.goal import Goal, MeritError, held_lengths
+from lensbench.core.design.merit import DENSE, Judgement, Merit, judge
+from lensbench.core.design.standard_goal import goal_of
+from lensbench.core.optics.lens_surface import LensError, Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surface_numbers import (
     CONIC,
     CURVATURE,
     CURVATURE_X,
@@ -27,6 +26,7 @@ from lensbench.optics.surface_numbers import (
     with_surfaces,
     with_value_of,
 )
+from lensbench.core.text import significant
 
 LIMIT = 400             # lenses that are tried
 STEP = 1e-6             # of the scale of a number, for its derivative

@@ -13,15 +13,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.analysis.grids.chief_rays import find_chief_rays
-from lensbench.design.goal import Goal, edge_thickness, held_lengths, image_distance
-from lensbench.kernels.figures import fixed
-from lensbench.optics.focus import sharpest
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.paraxial import ray_matrix, scene_side_origin
-from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import surface_table, trace_rays
-from lensbench.optics.surfaces import AFTER, BEFORE, SurfaceTable
+from lensbench.core.analysis.grids.chief_rays import find_chief_rays
+from lensbench.core.design.goal import Goal, edge_thickness, held_lengths, image_distance
+from lensbench.core.optics.focus import sharpest
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.paraxial import ray_matrix, scene_side_origin
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import surface_table, trace_rays
+from lensbench.core.optics.surfaces import AFTER, BEFORE, SurfaceTable
+from lensbench.core.text import fixed
 
 SAMPLING = 6, 10                # rings and arms of the rays that are improved
 DENSE = 16, 30                  # of those by which a lens is judged

@@ -8,14 +8,14 @@ from math import degrees, hypot, inf, isfinite, isinf
 
 import numpy as np
 
-from lensbench.analysis.grids.chief_rays import ChiefRays, find_chief_rays
-from lensbench.analysis.grids.field_conditions import FULL_FRAME, Conditions, conditions, wanted_chief_rays
-from lensbench.design.goal import Goal, MeritError, Position, edge_thickness, held_lengths, image_distance
-from lensbench.design.merit import DENSE, LEAST, Merit
-from lensbench.kernels.figures import significant
-from lensbench.optics.focus import film_distance, nearest_focus
-from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens
+from lensbench.core.analysis.grids.chief_rays import ChiefRays, find_chief_rays
+from lensbench.core.analysis.grids.field_conditions import FULL_FRAME, Conditions, conditions, wanted_chief_rays
+from lensbench.core.design.goal import Goal, MeritError, Position, edge_thickness, held_lengths, image_distance
+from lensbench.core.design.merit import DENSE, LEAST, Merit
+from lensbench.core.optics.focus import film_distance, nearest_focus
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
 
 SHARES = (0.0, 0.7, 1.0)        # of the image height, where the lens states no fields
 WIDEST = 1.5                    # radians: the largest field angle that rays are aimed at

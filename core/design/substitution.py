@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import hypot
 
-from lensbench.design.goal import Goal, MeritError
-from lensbench.design.improve import Cell, Improvement, Step, improve
-from lensbench.optics.glass import Glass
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_numbers import with_surfaces
+from lensbench.core.design.goal import Goal, MeritError
+from lensbench.core.design.improve import Cell, Improvement, Step, improve
+from lensbench.core.optics.glass import Glass
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surface_numbers import with_surfaces
 
 TRIED = 8               # glasses in place of each
 SETTLING = 5            # lenses that are tried before a glass is judged

@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.imaging.film import Film, film_from_raster
-from lensbench.kernels.block import Step
-from lensbench.kernels.figures import significant
+from lensbench.core.imaging.film import Film, film_from_raster
+from lensbench.core.kernels.block import Step
+from lensbench.core.text import significant
 
 Window = tuple[float, float, float, float]
 """Part of the screen that falls on the film: left, right, bottom, top."""

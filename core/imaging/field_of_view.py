@@ -6,8 +6,8 @@ A field of view is that of a lens without distortion focused at infinity, 2 atan
 import math
 from typing import NamedTuple
 
-from lensbench.imaging.film import Film, FilmError
-from lensbench.kernels.figures import significant
+from lensbench.core.imaging.film import Film, FilmError
+from lensbench.core.text import significant
 
 FULL_FRAME = Film(36.0, 24.0)
 

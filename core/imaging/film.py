@@ -3,13 +3,24 @@
 Raster (x, y) are pixels with the origin at the top left corner of the picture
 and pixel centres at +0.5. A raster point lies on the film, in the camera frame,
 at ((0.5 − x/w) width, (y/h − 0.5) height) mm: the image on the film is inverted.
+
+The pose of a film out of line: tilt, swing, rise and shift as of a view camera's back, and its curvature.
+
+Camera frame, mm and radians: the lens keeps its place and its axis, and the film moves. Film points (x, y) are those of
+the film's own frame, whose axes and centre the pose places in the camera frame. A curved film is a sphere about its
+middle, where it touches the plane of x and y; its points have the x and y of that plane, straight above them.
 """
 
+import math
 from dataclasses import dataclass
-from math import hypot, isfinite
+from functools import cached_property
+from math import degrees, hypot, inf, isfinite, nan, radians
 
-from lensbench.kernels.block import B, Step, X, Y, Z, rows, stage
-from lensbench.kernels.figures import significant
+import numpy as np
+
+from lensbench.core.kernels.block import B, Step, X, Y, Z, rows, stage
+from lensbench.core.kernels.numeric import rotation_matrix
+from lensbench.core.text import significant
 
 AXES = ("shorter", "longer", "horizontal", "vertical", "diagonal")      # of a field of view
 MAX_PIXELS = 200_000_000
@@ -124,3 +135,262 @@ def film_from_raster(lanes, p, ints, key):
         x[i] = edge_x - x[i] * pitch_x
         y[i] = y[i] * pitch_y - edge_y
         z[i] = real(0)
+
+
+STEEPEST = radians(60.0)        # of tilt and swing
+FARTHEST = 1e4                  # mm: of rise and shift
+NUMBERS = 12                    # of a pose in the parameters of a stage
+STEEPEST_SIDE = 0.9             # of the radius of a curved film, that its corners may lie from the middle
+ACROSS = 17                     # points along each side, where the extent of a curved film is found
+
+
+def least_radius(width: float, height: float) -> float:
+    """The smallest radius (mm) to which a film of this width and height (mm) can be curved."""
+    return 0.5 * float(np.hypot(width, height)) / STEEPEST_SIDE
+
+
+@dataclass(frozen=True)
+class FilmPose:
+    """Where a film lies behind a lens.
+
+    Parameters
+    ----------
+    tilt : float
+        Radians about the film's horizontal middle line; positive tips the top of the film back, away from the lens. The
+        image is inverted, so that the ground in front of the camera comes into focus, as with a lens that is tilted
+        down.
+    swing : float
+        Radians about the vertical; positive turns the film's right side, seen from behind, back. The left of the
+        picture's scene is then in focus nearer.
+    rise, shift : float
+        Millimetres by which the lens stands above, and to the right of, the film's centre: the picture shows what is
+        higher, or further to the right.
+    radius : float
+        Millimetres, of a film that is curved as a sphere: positive where the centre of curvature lies behind the film,
+        negative where it lies before it, so that the sides come nearer to the lens, as the Petzval surface of most
+        lenses does (`FirstOrder.petzval_radius`). inf for a flat film.
+
+    Raises
+    ------
+    FilmError
+        For angles beyond 60°, lengths beyond 10 m, or a radius of 0 or nan.
+    """
+
+    tilt: float = 0.0
+    swing: float = 0.0
+    rise: float = 0.0
+    shift: float = 0.0
+    radius: float = inf
+
+    def __post_init__(self) -> None:
+        for name in ("tilt", "swing"):
+            angle = getattr(self, name)
+            if not (isfinite(angle) and abs(angle) <= STEEPEST * (1.0 + 1e-9)):
+                raise FilmError(f"{name} {significant(degrees(angle))}° of the film: it must lie from −60° to 60°")
+        for name in ("rise", "shift"):
+            if not abs(getattr(self, name)) <= FARTHEST:
+                raise FilmError(f"{name} {significant(getattr(self, name))} mm of the film: it must lie from −10 m to "
+                                "10 m")
+        if not abs(self.radius) > 0.0:
+            raise FilmError(f"radius {significant(self.radius)} mm of the film: it must be a length, with its sign, or "
+                            "infinite for a flat film")
+        if abs(self.radius) == inf:
+            object.__setattr__(self, "radius", inf)
+
+    @property
+    def is_upright(self) -> bool:
+        """Whether the film is in line with the lens: flat, centred, and perpendicular to its axis."""
+        return self == UPRIGHT
+
+    @property
+    def is_tilted(self) -> bool:
+        """Whether the middle of the film is not perpendicular to the axis of the lens."""
+        return self.tilt != 0.0 or self.swing != 0.0
+
+    @property
+    def is_curved(self) -> bool:
+        """Whether the film is curved."""
+        return self.radius != inf
+
+    @property
+    def curvature(self) -> float:
+        """1 / radius (1/mm), 0 for a flat film."""
+        return 1.0 / self.radius
+
+    @cached_property
+    def axes(self) -> np.ndarray:
+        """Unit vectors (3, 3), a row each: along the film's x and y, and its normal away from the lens."""
+        return rotation_matrix(self.tilt, -self.swing).T
+
+    @cached_property
+    def centre(self) -> np.ndarray:
+        """The film's centre (3,), camera frame (mm)."""
+        return np.array([-self.shift, -self.rise, 0.0])
+
+    def points(self, film_xy: np.ndarray) -> np.ndarray:
+        """Points of the camera frame for film points.
+
+        Parameters
+        ----------
+        film_xy : array_like, shape (n, 2)
+            In the plane of the film's middle, mm from its centre.
+
+        Returns
+        -------
+        ndarray, shape (n, 3)
+            Camera frame, mm; nan beside the sphere of a curved film.
+        """
+        film_xy, c = np.asarray(film_xy, float), self.curvature
+        with np.errstate(invalid="ignore"):
+            r2 = (film_xy * film_xy).sum(-1)
+            sag = c * r2 / (1.0 + np.sqrt(1.0 - c * c * r2))
+        return self.centre + film_xy @ self.axes[:2] + sag[..., None] * self.axes[2]
+
+    def normals(self, points: np.ndarray) -> np.ndarray:
+        """Unit normals away from the lens at points of the film.
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, 3)
+            Of the film, camera frame, mm.
+
+        Returns
+        -------
+        ndarray, shape (n, 3)
+            Camera frame.
+        """
+        return self.axes[2] - self.curvature * (points - self.centre)
+
+    def film_points(self, points: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+        """Film points where lines meet the film.
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, 2)
+            Where the lines cross z = 0, camera frame, mm.
+        slopes : ndarray, shape (n, 2)
+            By how much the lines move sideways for each mm of z.
+
+        Returns
+        -------
+        ndarray, shape (n, 2)
+            In the plane of the film's middle, mm from its centre; nan for a line that misses a curved film.
+        """
+        x, y, normal = self.axes
+        start = np.column_stack([points, np.zeros(len(points))]) - self.centre
+        along = np.column_stack([slopes, np.ones(len(slopes))])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if not self.is_curved:
+                met = start - (start @ normal / (along @ normal))[:, None] * along
+                return np.column_stack([met @ x, met @ y])
+            # c |start + t along|² = 2 normal · (start + t along), where the line meets the side that faces the lens
+            c = self.curvature
+            facing = along @ normal - c * (start * along).sum(1)
+            beyond = c * (start * start).sum(1) - 2.0 * (start @ normal)
+            root = np.sqrt(facing**2 - c * (along * along).sum(1) * beyond)
+            met = start + (beyond / (facing + root))[:, None] * along
+            met[1.0 - c * (met @ normal) <= 0.0] = nan          # on the far half of the sphere
+        return np.column_stack([met @ x, met @ y])
+
+    def mirrored(self, across: bool, up: bool) -> "FilmPose":
+        """The pose behind a mirrored lens, whose film points (x, y) are mirrored alike.
+
+        Parameters
+        ----------
+        across : bool
+            Along x.
+        up : bool
+            Along y.
+
+        Returns
+        -------
+        FilmPose
+        """
+        x, y = -1.0 if across else 1.0, -1.0 if up else 1.0
+        return FilmPose(y * self.tilt, x * self.swing, y * self.rise, x * self.shift, self.radius)
+
+    def corners(self, width: float, height: float) -> np.ndarray:
+        """Corners of a film in this pose.
+
+        Parameters
+        ----------
+        width, height : float
+            Size of the film, mm.
+
+        Returns
+        -------
+        ndarray, shape (4, 3)
+            Camera frame, mm; around the film from (−x, −y) over (+x, −y).
+        """
+        half = 0.5 * np.array([width, height])
+        return self.points(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * half)
+
+    def extent(self, width: float, height: float) -> np.ndarray:
+        """Points all over a film in this pose, its corners first: what bounds them bounds the film.
+
+        Parameters
+        ----------
+        width, height : float
+            Size of the film, mm.
+
+        Returns
+        -------
+        ndarray, shape (n, 3)
+            Camera frame, mm; of a flat film the four corners alone.
+
+        Raises
+        ------
+        FilmError
+            For a film that is too large for its curvature.
+        """
+        corners = self.corners(width, height)
+        if not self.is_curved:
+            return corners
+        least = least_radius(width, height)
+        if abs(self.radius) < least:
+            raise FilmError(f"radius {significant(self.radius)} mm of the film: the corners lie "
+                            f"{significant(STEEPEST_SIDE * least, 3)} mm from its middle, which needs at least "
+                            f"{significant(least, 3)} mm")
+        part = np.linspace(-0.5, 0.5, ACROSS)
+        over = np.stack(np.meshgrid(part * width, part * height), -1).reshape(-1, 2)
+        return np.concatenate([corners, self.points(over)])
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The pose in the parameters of a stage, (NUMBERS,): the centre's x and y, the axes, and the curvature."""
+        return np.concatenate([self.centre[:2], self.axes.ravel(), [self.curvature]])
+
+    @property
+    def step(self) -> Step:
+        """Step from film points X, Y to points X, Y, Z of the camera frame."""
+        return Step(place_film_point, self.numbers)
+
+
+UPRIGHT = FilmPose()
+
+
+@stage
+def place_film_point(lanes, p, ints, key):
+    """Film point X, Y to the point X, Y, Z of the camera frame. p: `FilmPose.numbers`."""
+    row = rows(lanes)
+    x, y, z = row[X], row[Y], row[Z]
+    for i in range(B):
+        x[i], y[i], z[i] = place_on_film(p, x[i], y[i])
+
+
+@stage(part=True)
+def place_on_film(p, u, v):
+    """Point (x, y, z) of the camera frame for the film point (u, v), mm; p begins with `FilmPose.numbers`."""
+    real = p.dtype.type
+    c, r2 = p[11], u * u + v * v
+    left = real(1) - c * c * r2
+    sag = c * r2 / (real(1) + math.sqrt(left if left > real(0) else real(0)))
+    return (p[0] + u * p[2] + v * p[5] + sag * p[8], p[1] + u * p[3] + v * p[6] + sag * p[9],
+            u * p[4] + v * p[7] + sag * p[10])
+
+
+@stage(part=True)
+def film_normal(p, x, y, z):
+    """Unit normal (x, y, z) of the film away from the lens at its point (x, y, z), camera frame."""
+    c = p[11]
+    return p[8] - c * (x - p[0]), p[9] - c * (y - p[1]), p[10] - c * z

@@ -16,11 +16,11 @@ from statistics import NormalDist
 import numpy as np
 from numba import uint32
 
-from lensbench.imaging.exposure import PHOTONS, SATURATION, ExposureError, checked_positive
-from lensbench.imaging.film import Film
-from lensbench.kernels.cache import njit
-from lensbench.kernels.figures import significant
-from lensbench.kernels.sampling import mix
+from lensbench.core.imaging.exposure import PHOTONS, SATURATION, ExposureError, checked_positive
+from lensbench.core.imaging.film import Film
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.sampling import mix
+from lensbench.core.text import significant
 
 CELLS = 4096            # of the table of the normal distribution
 PART = 1 << 16          # numbers in one task of a thread

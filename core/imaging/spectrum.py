@@ -8,9 +8,9 @@ stays white, and dispersion only moves the light of each wavelength.
 
 import numpy as np
 
-from lensbench.kernels.block import BLUE, GREEN, RED, Step, rows, stage
-from lensbench.kernels.block import B as LANES
-from lensbench.kernels.sampling import WAVELENGTH, sobol
+from lensbench.core.kernels.block import BLUE, GREEN, RED, Step, rows, stage
+from lensbench.core.kernels.block import B as LANES
+from lensbench.core.kernels.sampling import WAVELENGTH, sobol
 
 # Middles, by weight, of the eight parts (µm)
 WAVELENGTHS = {

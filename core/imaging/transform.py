@@ -2,12 +2,26 @@
 
 World and camera share handedness and units (mm): x right, y up; the camera
 looks along −z.
+
+Transforms that change with time: translation, rotation and stretch, interpolated separately.
+
+The polar decomposition of a matrix is M = R S, a rotation R after
+a stretch S that is symmetric and positive. Between two matrices the translation and
+S change linearly with time and R along the shortest arc at constant speed
+(slerp: Shoemake 1985; with the polar decomposition: Shoemake and Duff 1992).
+Quaternions are (w, x, y, z), of length 1. Lengths in mm, times in seconds.
 """
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from lensbench.kernels.block import B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.kernels.cache import njit
+from lensbench.core.kernels.block import TIME, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.numeric import sine_versine
+from lensbench.core.text import significant
 
 RIGID = 1e-6            # tolerance of perpendicular axes of length 1, for matrices from files of few digits
 
@@ -112,3 +126,293 @@ def look_at(eye, target, up=(0.0, 1.0, 0.0)) -> np.ndarray:
     m = np.eye(4)
     m[:3, 0], m[:3, 1], m[:3, 2], m[:3, 3] = right, np.cross(back, right), back, eye
     return m
+
+
+# Parameters of `transform_moving_rays`: R₀, R₀ [a] and R₀ [a]² (3 × 3 each); translation at the start and its change
+# (mm); scale at the start and its change; angle of the whole rotation (turns); part of the motion per second and at
+# TIME = 0
+ANIMATED_ROTATION, ROTATION_A, ROTATION_A2, START, SHIFT = 0, 9, 18, 27, 30
+SCALE, GROWTH, TURNS, RATE, BEGIN = range(33, 38)
+
+
+def polar_decomposition(matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation R, the nearest one, and symmetric positive stretch S of a matrix R S (3, 3) of positive determinant.
+
+    Newton's iteration R ← (g R + R⁻ᵀ / g) / 2 with g = (|R⁻¹| / |R|)^½ converges from every such matrix
+    (Higham 1986).
+    """
+    m = np.asarray(matrix, float)
+    r = m
+    for _ in range(100):
+        inverse = np.linalg.inv(r).T
+        g = math.sqrt(np.linalg.norm(inverse) / np.linalg.norm(r))
+        following = 0.5 * (g * r + inverse / g)
+        done = np.abs(following - r).max() < 1e-15
+        r = following
+        if done:
+            break
+    s = r.T @ m
+    return r, 0.5 * (s + s.T)
+
+
+def quaternion(rotation) -> np.ndarray:
+    """Quaternion (w, x, y, z), w ≥ 0, of a rotation matrix (3, 3); its largest part first, without cancellation."""
+    m = np.asarray(rotation, float)
+    trace = np.trace(m)
+    k = int(np.argmax([trace, *np.diagonal(m)]))
+    if k == 0:
+        q = np.array([1.0 + trace, m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    else:
+        a, b, c = ((k - 1 + j) % 3 for j in range(3))
+        q = np.zeros(4)
+        q[0] = m[c, b] - m[b, c]
+        q[1 + a] = 1.0 + m[a, a] - m[b, b] - m[c, c]
+        q[1 + b], q[1 + c] = m[b, a] + m[a, b], m[c, a] + m[a, c]
+    q /= np.linalg.norm(q)
+    return -q if q[0] < 0.0 else q
+
+
+def quaternion_product(p, q) -> np.ndarray:
+    """Quaternion of the rotation q followed by p."""
+    w, v = p[0] * q[0] - p[1:] @ q[1:], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])
+    return np.array([w, *v])
+
+
+def rotation_matrix(q) -> np.ndarray:
+    """Rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
+    w, x, y, z = np.moveaxis(np.asarray(q, float), -1, 0)
+    rows_ = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+    return np.stack([np.stack(row, -1) for row in rows_], -2)
+
+
+def shortest_arc(p, q) -> tuple[np.ndarray, float]:
+    """Axis and angle in [0, π] (radians) of the shortest rotation from p to q, the axis in the frame that p rotates.
+
+    Of the two axes of half a turn it is always the same one; equal rotations have the axis (0, 0, 0).
+    """
+    rotation = quaternion_product(np.asarray(p, float) * (1, -1, -1, -1), np.asarray(q, float))
+    rotation = -rotation if rotation[0] < 0.0 else rotation
+    length = math.sqrt(rotation[1:] @ rotation[1:])
+    return rotation[1:] / length if length > 0.0 else np.zeros(3), 2.0 * math.atan2(length, rotation[0])
+
+
+def slerp(p, q, part) -> np.ndarray:
+    """Quaternions (…, 4) at the parts (…) of the shortest arc from p to q, at constant speed.
+
+    Computed as p rotated by a part of the angle, without dividing by the sine of an angle that may be 0.
+    """
+    axis, angle = shortest_arc(p, q)
+    half = 0.5 * angle * np.asarray(part, float)
+    c, s = np.cos(half)[..., None], np.sin(half)[..., None]
+    p = np.asarray(p, float)
+    return c * p + s * quaternion_product(p, np.array([0.0, *axis]))
+
+
+@dataclass(frozen=True, eq=False)
+class AnimatedTransform:
+    """A transform that moves from one matrix to another, and is constant before and after; compared by value.
+
+    Parameters
+    ----------
+    start, end : (4, 4) array_like
+        Affine matrices at the two times, target_from_source, in mm.
+    start_time, end_time : float
+        Seconds; the end after the start.
+
+    Raises
+    ------
+    TransformError
+        For matrices that are not finite and affine, or are singular or mirrored, and for other times.
+
+    References
+    ----------
+    Shoemake and Duff, "Matrix Animation and Polar Decomposition", Graphics Interface 1992.
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    start_time: float = 0.0
+    end_time: float = 1.0
+
+    def __post_init__(self):
+        for name in ("start", "end"):
+            matrix = checked_affine(getattr(self, name)) + 0.0              # −0 is 0
+            matrix.setflags(write=False)
+            object.__setattr__(self, name, matrix)
+        for name in ("start_time", "end_time"):
+            object.__setattr__(self, name, float(getattr(self, name)) + 0.0)
+        if not (math.isfinite(self.start_time) and math.isfinite(self.end_time)):
+            raise TransformError("the times of an animated transform must be finite numbers of seconds")
+        if not self.start_time < self.end_time:
+            raise TransformError(f"an animated transform ends at {significant(self.end_time)} s: "
+                                 f"it must end after it starts, at {significant(self.start_time)} s")
+
+    @cached_property
+    def _value(self) -> tuple:
+        return self.start.tobytes(), self.end.tobytes(), self.start_time, self.end_time
+
+    def __eq__(self, other):
+        """Whether matrices and times are equal."""
+        return self._value == other._value if isinstance(other, AnimatedTransform) else NotImplemented
+
+    def __hash__(self):
+        """Hash of matrices and times."""
+        return hash(self._value)
+
+    @cached_property
+    def parts(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
+        """Translation (3,) mm, quaternion (4,) of the rotation, and stretch (3, 3), at the start and at the end."""
+        both = []
+        for matrix in (self.start, self.end):
+            r, s = polar_decomposition(matrix[:3, :3])
+            both.append((matrix[:3, 3], quaternion(r), s))
+        return tuple(both)
+
+    @property
+    def is_static(self) -> bool:
+        """Whether both matrices are equal."""
+        return bool(np.array_equal(self.start, self.end))
+
+    def changes_between(self, first: float, last: float) -> bool:
+        """Whether the matrix changes in an interval.
+
+        Parameters
+        ----------
+        first, last : float
+            Ends of the interval, s.
+
+        Returns
+        -------
+        bool
+            False for a static transform too.
+        """
+        return not self.is_static and max(first, self.start_time) < min(last, self.end_time)
+
+    def at(self, seconds) -> np.ndarray:
+        """Matrix at given times; exactly `start` up to start_time and `end` from end_time.
+
+        Parameters
+        ----------
+        seconds : float or array_like, shape (n,)
+            Times, s.
+
+        Returns
+        -------
+        ndarray, shape (4, 4) or (n, 4, 4)
+            World from object; translations in mm.
+        """
+        when = np.asarray(seconds, float)
+        part = np.clip((when - self.start_time) / (self.end_time - self.start_time), 0.0, 1.0)
+        (place0, turn0, stretch0), (place1, turn1, stretch1) = self.parts
+        f = part[..., None]
+        matrix = np.zeros((*part.shape, 4, 4))
+        matrix[..., :3, :3] = rotation_matrix(slerp(turn0, turn1, part)) @ (
+            stretch0 + f[..., None] * (stretch1 - stretch0))
+        matrix[..., :3, 3] = place0 + f * (place1 - place0)
+        matrix[..., 3, 3] = 1.0
+        early, late = (part <= 0.0)[..., None, None], (part >= 1.0)[..., None, None]
+        return np.where(early, self.start, np.where(late, self.end, matrix))
+
+    @cached_property
+    def scales(self) -> tuple[float, float]:
+        """Uniform scale at the start and at the end; TransformError if a stretch is not uniform."""
+        both = []
+        for _, _, s in self.parts:
+            both.append(float(np.trace(s)) / 3.0)
+            if np.abs(s - both[-1] * np.eye(3)).max() > RIGID * both[-1]:
+                raise TransformError("this transform stretches or shears: its axes must be perpendicular and of "
+                                     "one length")
+        return both[0], both[1]
+
+    def scale_at(self, seconds) -> np.ndarray:
+        """Uniform scale at given times.
+
+        Parameters
+        ----------
+        seconds : float or array_like, shape (n,)
+            Times, s.
+
+        Returns
+        -------
+        ndarray, shape () or (n,)
+            A factor, linear between the keyframes.
+        """
+        return np.interp(seconds, (self.start_time, self.end_time), self.scales)
+
+    def steps(self, first: float, last: float) -> list[Step]:
+        """Steps that transform rays at their TIME; a constant matrix costs no more than a static one.
+
+        Parameters
+        ----------
+        first : float
+            Time at which TIME is 0, s.
+        last : float
+            Time after which there is no ray, s.
+
+        Returns
+        -------
+        list of Step
+            Steps of a `Program`; an empty list where the matrix is the identity.
+
+        Raises
+        ------
+        TransformError
+            A stretch that is not uniform.
+        """
+        if self.changes_between(first, last):
+            return [self._step(first)]
+        matrix = self.at(first)
+        if abs(self.scale_at(first) - 1.0) < RIGID:
+            return transform_steps(matrix)
+        return [AnimatedTransform(matrix, matrix)._step(first)]
+
+    def _step(self, begin: float) -> Step:
+        """The step for TIME in seconds since `begin`."""
+        (place0, turn0, _), (place1, turn1, _) = self.parts
+        scale0, scale1 = self.scales
+        axis, angle = shortest_arc(turn0, turn1)
+        x, y, z = axis
+        across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        first = rotation_matrix(turn0)
+        rate = 1.0 / (self.end_time - self.start_time)
+        return Step(transform_moving_rays, np.concatenate([
+            first.ravel(), (first @ across).ravel(), (first @ across @ across).ravel(), place0, place1 - place0,
+            [scale0, scale1 - scale0, angle / (2.0 * math.pi), rate, (begin - self.start_time) * rate]]))
+
+
+@stage
+def transform_moving_rays(lanes, p, ints, key):
+    """The ray transformed by the matrix at its TIME (s). p: ROTATION … BEGIN.
+
+    The rotation R₀ exp(α [a]) is R₀ + sin α R₀ [a] + (1 − cos α) R₀ [a]² (Rodrigues), α linear in time.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, time = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TIME]
+    r, ra, raa = matrix_at(p, ANIMATED_ROTATION), matrix_at(p, ROTATION_A), matrix_at(p, ROTATION_A2)
+    x0, y0, z0 = p[START], p[START + 1], p[START + 2]
+    x1, y1, z1 = p[SHIFT], p[SHIFT + 1], p[SHIFT + 2]
+    size, growth, turns, rate, begin = p[SCALE], p[GROWTH], p[TURNS], p[RATE], p[BEGIN]
+    for i in range(B):
+        # Part of the motion at TIME
+        part = time[i] * rate + begin
+        part = part if part > real(0) else real(0)
+        part = part if part < real(1) else real(1)
+
+        # Rotation at TIME
+        s, v = sine_versine(real, part * turns)
+        r00, r01, r02 = r[0] + s * ra[0] + v * raa[0], r[1] + s * ra[1] + v * raa[1], r[2] + s * ra[2] + v * raa[2]
+        r10, r11, r12 = r[3] + s * ra[3] + v * raa[3], r[4] + s * ra[4] + v * raa[4], r[5] + s * ra[5] + v * raa[5]
+        r20, r21, r22 = r[6] + s * ra[6] + v * raa[6], r[7] + s * ra[7] + v * raa[7], r[8] + s * ra[8] + v * raa[8]
+
+        # Transform the ray
+        scale = size + part * growth
+        px, py, pz, dx, dy, dz = x[i] * scale, y[i] * scale, z[i] * scale, l[i], m[i], n[i]
+        x[i] = r00 * px + r01 * py + r02 * pz + (x0 + part * x1)
+        y[i] = r10 * px + r11 * py + r12 * pz + (y0 + part * y1)
+        z[i] = r20 * px + r21 * py + r22 * pz + (z0 + part * z1)
+        l[i] = r00 * dx + r01 * dy + r02 * dz
+        m[i] = r10 * dx + r11 * dy + r12 * dz
+        n[i] = r20 * dx + r21 * dy + r22 * dz

@@ -25,9 +25,27 @@ A stage is fast if it has one loop over range(B) for each idea and no branch
 `gather`, and writes constants as real(0.5), where real = lanes.dtype.type. So float32 and
 float64 come from one source, and float32 is never widened. (math.floor widens: it
 returns an integer, and an integer times a float32 is a float64. Use np.floor.)
+
+Named places in the parameters of a stage, the same for the function that packs them and the stage that reads them.
+
+    CENTRE, RADIUS, COLOUR, BALL = offsets(3, 1, 3)
+
+    def ball_parameters(ball):
+        return pack(BALL, {CENTRE: ball.centre, RADIUS: ball.radius, COLOUR: ball.colour})
+
+    @stage
+    def balls(lanes, p, ints, key):
+        cx, cy, cz = vector(p, CENTRE)
+
+The offsets are module-level integers, which the compiler knows: a name costs nothing at run time.
+
+Parameters are float32, which holds integers exactly up to 2²⁴ only: counts, indices and kinds travel beside them in
+an array of integers (`Packed`).
 """
 
+from collections.abc import Mapping
 from functools import partial
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,8 +54,46 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
+from numpy.typing import ArrayLike
 
-from lensbench.kernels.cache import njit
+from lensbench.core.kernels.cache import njit
+
+
+class Packed(NamedTuple):
+    """Parameters and integers of a stage, or of a part of one."""
+
+    parameters: np.ndarray
+    integers: ArrayLike = ()
+
+
+def join(*parts: Packed) -> Packed:
+    """The parameters of all parts, one after the other, and their integers."""
+    return Packed(np.concatenate([np.zeros(0), *(part.parameters for part in parts)]),
+                  np.concatenate([np.zeros(0, np.int64), *(np.asarray(part.integers, np.int64) for part in parts)]))
+
+
+def offsets(*widths: int) -> tuple[int, ...]:
+    """First indices of consecutive fields of these widths, then the total width."""
+    return tuple(accumulate((0, *widths)))
+
+
+def pack(size: int, fields: Mapping[int, ArrayLike]) -> np.ndarray:
+    """Array of `size` numbers with each field at its offset, the rest 0."""
+    packed = np.zeros(size)
+    for offset, values in fields.items():
+        if isinstance(values, float | int):             # most are: ten times as fast as an array of one
+            packed[offset] = values
+            continue
+        numbers = np.atleast_1d(values)
+        packed[offset:offset + numbers.size] = numbers
+    return packed
+
+
+@njit(inline="always")
+def vector(p, k):
+    """Three consecutive numbers."""
+    return p[k], p[k + 1], p[k + 2]
+
 
 B = 512
 PITCH = B + 16                  # numbers from row to row; with a power of two all rows would share cache lines
@@ -53,9 +109,9 @@ PITCH = B + 16                  # numbers from row to row; with a power of two a
  PUPIL_RADIUS, PUPIL_SPREAD,    # footprint of the pupil, or of its part: radius at the origin (mm), growth per mm
  OX, OY, OZ,                    # offset of this ray from the middle of its part of the pupil, in these radii
  DEPTH, NX, NY, NZ,             # nearest surface: distance along the ray (mm), unit normal towards the ray
- EMITS,                         # what the surface emits, a number of `scenery/emission.py`
- FINISH,                        # how the surface reflects, a number of `scenery/finish.py`
- PATH,                          # what the path has met, a number of `scenery/emission.py`
+ EMITS,                         # what the surface emits, a number of `scenery/surface_codes.py`
+ FINISH,                        # how the surface reflects, a number of `scenery/surface_codes.py`
+ PATH,                          # what the path has met, a number of `scenery/surface_codes.py`
  RED, GREEN, BLUE,              # albedo or radiance; at last the colour of the sample
  TR, TG, TB,                    # throughput of a path after specular bounces
  SR, SG, SB,                    # sum of the radiance that a path has gathered so far

@@ -47,9 +47,7 @@ from numba.core import caching, dispatcher, serialize, sigutils
 from numba.core.runtime import rtsys
 from numba.core.types import functions
 
-from lensbench.kernels.held_signals import signals_held
-from lensbench.kernels.kernel_version import COMPILERS, digest, version
-from lensbench.kernels.stored_code import CodeReducer
+from lensbench.core.kernels.compiled_code import COMPILERS, CodeReducer, digest, signals_held, version
 
 __all__ = ["KernelCache", "NotCompiledError", "folder", "is_compiled", "level", "njit", "resumable", "used"]
 

@@ -10,8 +10,8 @@ edge of the film.
 
 import numpy as np
 
-from lensbench.kernels.block import PIXEL, B, X, Y, rows, stage
-from lensbench.kernels.cache import njit
+from lensbench.core.kernels.block import PIXEL, B, X, Y, rows, stage
+from lensbench.core.kernels.cache import njit
 
 STRIP_WIDTH = 32                # pixels: two registers of float32; 16 lines of a strip are a block
 BAND_LINES = B                  # a power of two; the last band of a film has the rest of the lines

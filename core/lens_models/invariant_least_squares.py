@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
+from lensbench.core.kernels.cache import njit
 
 RIDGE = 1e-14               # smallest pivot, relative to the normal equations' diagonal
 _FAST = {"contract", "reassoc", "nsz"}

@@ -21,9 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.kernels.figures import significant
-from lensbench.lightfields.light_field import LightField, LightFieldError
+from lensbench.core.kernels.cache import njit
+from lensbench.core.lightfields.light_field import LightField, LightFieldError
+from lensbench.core.text import significant
 
 STEP = 0.5              # pixels by which the shift of the outermost view changes from one σ to the next
 WINDOW = 3              # pixels to either side over which the variance is summed

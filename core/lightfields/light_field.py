@@ -21,12 +21,12 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.imaging.coordinate_spaces import film_window
-from lensbench.imaging.film import Film
-from lensbench.kernels.figures import significant
-from lensbench.lightfields.refocus_kernel import reached, recorded_share, rescaled, shift_and_add, spectral_gain
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.ideal_lens import Gaussian
+from lensbench.core.imaging.coordinate_spaces import film_window
+from lensbench.core.imaging.film import Film
+from lensbench.core.lightfields.refocus_kernel import reached, recorded_share, rescaled, shift_and_add, spectral_gain
+from lensbench.core.text import significant
 
 SUBCELLS = 16           # across and down a cell, to find the share of the cell that a round aperture takes
 CLEAR = 1.0             # pixels between neighbouring views, above which blur separates into dots

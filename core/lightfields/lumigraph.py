@@ -23,17 +23,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.perspective import PerspectiveCamera
-from lensbench.imaging.coordinate_spaces import film_window, transform_points
-from lensbench.kernels.figures import significant
-from lensbench.kernels.half_float import as_bits, scale_of
-from lensbench.lightfields.capture import HIGHEST, checked_views
-from lensbench.lightfields.light_field import LightFieldError, require_film_in_line, spread_offsets
-from lensbench.lightfields.novel_view_kernel import Pinholes, Surface, render_rows
-from lensbench.rendering.pixel_depth import depth_map
-from lensbench.rendering.progressive import Rendering
-from lensbench.scenery.scene import Scene
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.perspective import PerspectiveCamera
+from lensbench.core.imaging.coordinate_spaces import film_window, transform_points
+from lensbench.core.kernels.arrays import as_bits, scale_of
+from lensbench.core.lightfields.capture import HIGHEST, checked_views
+from lensbench.core.lightfields.light_field import LightFieldError, require_film_in_line, spread_offsets
+from lensbench.core.lightfields.novel_view_kernel import Pinholes, Surface, render_rows
+from lensbench.core.rendering.aovs import depth_map
+from lensbench.core.rendering.progressive import Rendering
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.text import significant
 
 MOST_RAYS = 8           # per pixel, across and down
 BAND = 16               # rows of a picture that a thread takes at a time

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.kernels.half_float import EXPONENT_SCALE, texel_sum, unscaled
+from lensbench.core.kernels.arrays import EXPONENT_SCALE, texel_sum, unscaled
+from lensbench.core.kernels.cache import njit
 
 STEPS_PER_PIXEL = 2.0   # along a ray, for each pixel by which its image moves
 MOST_STEPS = 1024

@@ -20,14 +20,13 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.kernels.block import U0, U1, B, Step, X, Y, rows, stage
-from lensbench.kernels.figures import significant
-from lensbench.lightfields.capture import HIGHEST, checked_views
-from lensbench.lightfields.light_field import LightField, LightFieldError
-from lensbench.lightfields.pupil_cells import Cell, cell_steps, pupil_reach
-from lensbench.lightfields.recorder import Recorder, in_parallel
-from lensbench.scenery.scene import Scene
+from lensbench.core.cameras.base import Camera
+from lensbench.core.kernels.block import U0, U1, B, Step, X, Y, rows, stage
+from lensbench.core.lightfields.capture import HIGHEST, Recorder, checked_views, in_parallel
+from lensbench.core.lightfields.light_field import LightField, LightFieldError
+from lensbench.core.lightfields.pupil_cells import Cell, cell_steps, pupil_reach
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.text import significant
 
 SQUARE = 0.01           # by which the height of a microlens over its width may differ from 1
 WHOLE = Cell((0.0, 0.0), (1.0, 1.0), 1.0)

@@ -8,15 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.kernels.concentric_map import concentric_disk
-from lensbench.kernels.program import Program
-from lensbench.lightfields.light_field import LightFieldError, require_film_in_line, require_focus
-from lensbench.pupils.film_grid import SECTORS
-from lensbench.pupils.film_grid_sampler import PupilGrid
-from lensbench.pupils.posed_sampler import PosedPupil
-from lensbench.pupils.radial_sampler import PupilTable
+from lensbench.core.cameras.base import Camera
+from lensbench.core.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import concentric_disk
+from lensbench.core.lightfields.light_field import LightFieldError, require_film_in_line, require_focus
+from lensbench.core.pupils.film_grid import SECTORS
+from lensbench.core.pupils.film_grid_sampler import PupilGrid
+from lensbench.core.pupils.posed_sampler import PosedPupil
+from lensbench.core.pupils.radial_sampler import PupilTable
 
 FILM_POINTS = 33        # along each axis of the film, from which the reach of a pupil is found
 

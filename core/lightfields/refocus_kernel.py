@@ -12,8 +12,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.kernels.half_float import as_bits, prefetch, scale_of, unscaled
+from lensbench.core.kernels.arrays import as_bits, prefetch, scale_of, unscaled
+from lensbench.core.kernels.cache import njit
 
 TAPS = 6                # of the sharpening filter, to either side
 HIGHEST_GAIN = 2.0      # of the sharpening filter

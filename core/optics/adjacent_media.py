@@ -1,7 +1,7 @@
 """The media on both sides of a surface of a lens, and whether light bends between them."""
 
-from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.optics.prescription import Lens
 
 
 def front_medium(lens: Lens) -> Glass:

@@ -13,12 +13,12 @@ from math import pi, sqrt
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.paraxial import ray_matrix
-from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import PASSED, surface_table, trace_ray
-from lensbench.optics.surfaces import RIM2, VERTEX
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.paraxial import ray_matrix
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import PASSED, surface_table, trace_ray
+from lensbench.core.optics.surfaces import RIM2, VERTEX
 
 ZONES = 24                      # over the pupil's area: 8 suffice for the rms, 24 for the extent of a spot to 1 %
 FAN = 5                         # directions in a quadrant of a pupil without rotational symmetry

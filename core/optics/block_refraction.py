@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, CLEARANCE, B, L, M, N, X, Y, Z, rows, stage
-from lensbench.kernels.cache import njit
-from lensbench.optics import surfaces
-from lensbench.optics.surfaces import ASPHERE, CONIC, EVEN, HIGHEST_POWER, OUTSIDE, SPHERE, TERMS, TOROID
+from lensbench.core.kernels.block import A0, A1, A2, A3, A4, A5, CLEARANCE, B, L, M, N, X, Y, Z, rows, stage
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics import surfaces
+from lensbench.core.optics.surfaces import ASPHERE, CONIC, EVEN, HIGHEST_POWER, OUTSIDE, SPHERE, TERMS, TOROID
 
 # The record of a surface; those of a run, in the order met, are the parameters of its step
 (GAP,                                   # from the vertex before to this one, along the light (mm)

@@ -3,29 +3,63 @@
 Camera frame in and out: mm, the film's centre at the origin, the scene at −z. The steps between `enter_lens` and
 `leave_lens` are those of `block_refraction`, in the frame of the last vertex met, where z runs with the light; surfaces
 out of line are met in a frame of their own (`change_frame`).
+
+Block trace from the scene to the film with optical path lengths, and with the surface that ends each ray.
+
+The surfaces are those of `block_trace`; a step behind each adds to the path and looks at the clearance. Rays that a rim
+ends are traced to their end all the same, so that what a pupil function needs is smooth across its rim.
+
+Camera frame in and out: mm, the film's centre at the origin, the scene at −z. Directions are optical on leaving: (L, M,
+N) has the length of the index on the film's side.
+
+Clearance of rays at the rims of a lens: the greatest r / semi-diameter on the way; a ray passes if it is ≤ 1.
+
+A ray is given by its film point and its point on the plane of the last vertex, mm. The film in line lies film_distance
+behind that plane, and a film point film_z behind the film in line. Rays are traced in blocks, in float64 or, where an
+error of a thousandth is acceptable, in float32, which is three times as fast. Lens frame.
 """
 
+import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.block import CLEARANCE, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.kernels.layout import offsets, pack
-from lensbench.optics.block_refraction import (
-    BEND,
-    CURVATURE,
-    GAP,
-    LEAST,
-    RIM,
-    RUNS,
-    SLOWNESS,
-    STEP,
+from lensbench.core.kernels.block import (
+    CLEARANCE,
+    H0,
+    H1,
+    H2,
+    H3,
+    H4,
+    H5,
+    H6,
+    H7,
+    H8,
+    KEYS,
+    WEIGHT,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    lane_buffer,
+    offsets,
+    pack,
+    rows,
+    stage,
 )
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_pose import IN_LINE
-from lensbench.optics.surfaces import UNIT
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.program import Code, Program, run_steps
+from lensbench.core.optics.block_refraction import BEND, CURVATURE, GAP, LEAST, RIM, RUNS, SLOWNESS, STEP
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.lens_surface import IN_LINE
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surfaces import UNIT
 
 # Parameters of `enter_lens` and `leave_lens`
 SIGN, END = range(2)                    # 1 towards the film, −1 towards the scene; z of the last vertex along the light
@@ -206,3 +240,134 @@ def trace_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, to
     if n == 1.0:
         return steps
     return [*steps, Step(scale_directions, [1.0 / n])] if towards == "scene" else [Step(scale_directions, [n]), *steps]
+
+
+PATH = H6               # optical path length (mm) from the given one, Σ n × length, to the last surface
+VICTIM = H7             # index of the surface whose rim ends the ray, or that it misses; −1 if it passes
+STOP_SHARE = H8         # (r / semi-diameter)² at the stop, NaN for a ray lost before it
+
+# Parameters of `add_path`
+AT_GAP, AT_SURFACE, AT_RIM = range(3)   # mm from the vertex before; index of the surface; 1 / h² at the stop, else 0
+
+
+@stage
+def keep_ray(lanes, p, ints, key):
+    """Keep the ray as it comes into the lens, or into another frame: the path goes on from there."""
+    row = rows(lanes)
+    x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    x0, y0, z0, l0, m0, n0 = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5]
+    for i in range(B):
+        x0[i], y0[i], z0[i] = x[i], y[i], z[i]
+        l0[i], m0[i], n0[i] = l[i], m[i], n[i]
+
+
+@stage
+def begin_path(lanes, p, ints, key):
+    """Nothing has ended the ray."""
+    real = lanes.dtype.type
+    victim = rows(lanes)[VICTIM]
+    for i in range(B):
+        victim[i] = real(-1)
+
+
+@stage
+def add_path(lanes, p, ints, key):
+    """Path to this surface: the product of the way and the optical direction before it.  p: AT_GAP … AT_RIM."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    x0, y0, z0, l0, m0, n0 = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5]
+    path, victim, share, clearance = row[PATH], row[VICTIM], row[STOP_SHARE], row[CLEARANCE]
+    gap, surface, rim = p[AT_GAP], p[AT_SURFACE], p[AT_RIM]
+    at_stop = rim > real(0)
+    for i in range(B):
+        path[i] += (x[i] - x0[i]) * l0[i] + (y[i] - y0[i]) * m0[i] + (z[i] - z0[i] + gap) * n0[i]
+        x0[i], y0[i], z0[i] = x[i], y[i], z[i]
+        l0[i], m0[i], n0[i] = l[i], m[i], n[i]
+        lives = (clearance[i] <= real(1)) | (victim[i] >= real(0))
+        victim[i] = victim[i] if lives else surface
+        share[i] = (x[i] * x[i] + y[i] * y[i]) * rim if at_stop else share[i]
+
+
+def path_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> list[Step]:
+    """Steps that trace unit vectors from the scene to the last surface, with PATH, VICTIM and STOP_SHARE.
+
+    film_distance: last vertex → film (mm). wavelength: µm. PATH adds to what the row holds. CLEARANCE is the greatest
+    (r / semi-diameter)² on the way, and the blades of the stop count in it.
+    """
+    records = surface_records(lens, film_distance, wavelength, "film")
+    blocking = lens.iris.blocking(lens.stop.semi_diameter)
+    steps = [] if lens.front_index == 1.0 else [Step(scale_directions, [lens.front_index])]
+    steps += [Step(enter_lens, [records.sign]), Step(keep_ray), Step(begin_path)]
+    for surface, kernel, numbers, move, axis in records.surfaces:
+        if move is not None:
+            steps += [Step(change_frame, move), Step(keep_ray)]
+        is_stop = surface == lens.stop_index
+        steps += [Step(kernel, numbers), *([] if axis is None else [Step(check_travel, axis)]),
+                  *(blocking if is_stop else []),
+                  Step(add_path, [numbers[GAP], surface, numbers[RIM] if is_stop else 0.0])]
+    if records.move is not None:
+        steps.append(Step(change_frame, records.move))
+    return [*steps, Step(leave_lens, [records.sign, records.end])]
+
+
+SINGLE = 1.2e-5             # greatest error of a clearance in float32, for a stop as large as the rear surface
+
+
+class ClearanceTracer(NamedTuple):
+    """Lane buffer, code of a `Program` and key that trace rays of one lens and film, in float64 and in float32.
+
+    error: of a clearance in float32.
+    """
+
+    double: tuple[Any, ...]
+    single: tuple[Any, ...]
+    error: float
+
+
+def clearance_tracer(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> ClearanceTracer:
+    """A tracer for one thread, since it owns its lane buffers. film_distance: mm; wavelength: µm."""
+    double, single = ((lane_buffer(real), code, np.zeros(KEYS, np.uint32))
+                      for real, code in zip((np.float64, np.float32), _codes(lens, film_distance, wavelength),
+                                            strict=True))
+    return ClearanceTracer(double, single, SINGLE * max(1.0, lens.surfaces[-1].semi_diameter / lens.stop.semi_diameter))
+
+
+@lru_cache(maxsize=8)
+def _codes(lens: Lens, film_distance: float, wavelength: float) -> tuple[Code, Code]:
+    """The surfaces as the driver reads them, for float64 and float32 lanes: tracers of many pixels share them."""
+    steps = surface_steps(lens, film_distance, wavelength)
+    return Program(steps, np.float64).code, Program(steps, np.float32).code
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _trace(film_x, film_y, film_z, px, py, distance, out, lanes, code, key):
+    """The clearances of the rays from film points to (px, py), block by block, into out (n,)."""
+    n, real = out.size, lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, o, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
+    for start in range(0, n, B):
+        count = min(B, n - start)
+        for i in range(count):
+            dx, dy = px[start + i] - film_x[start + i], py[start + i] - film_y[start + i]
+            away = distance + film_z[start + i]
+            size, ahead = 1.0 / math.sqrt(dx * dx + dy * dy + away * away), film_z[start + i] / away
+            x[i], y[i], z[i] = real(film_x[start + i] + ahead * dx), real(film_y[start + i] + ahead * dy), real(0)
+            l[i], m[i], o[i] = real(dx * size), real(dy * size), real(-away * size)
+        for i in range(count, B):           # fill the block with copies of the last ray
+            x[i], y[i], z[i], l[i], m[i], o[i] = x[i - 1], y[i - 1], z[i - 1], l[i - 1], m[i - 1], o[i - 1]
+        run_steps(lanes, code, key)
+        for i in range(count):
+            out[start + i] = math.sqrt(clearance[i]) if clearance[i] < math.inf else math.inf
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def clearances(film_x, film_y, film_z, px, py, distance, out, tracer, accuracy):
+    """Clearances of the rays from (film_x, film_y, film_z) to (px, py), mm, into out (n,); inf for those that are lost.
+
+    distance: last vertex → film_z = 0 (mm). accuracy: acceptable error; 0 for float64.
+    """
+    if tracer.error <= accuracy:
+        _trace(film_x, film_y, film_z, px, py, distance, out, *tracer.single)
+    else:
+        _trace(film_x, film_y, film_z, px, py, distance, out, *tracer.double)

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lensbench.kernels.figures import significant
-from lensbench.optics.glass import D_LINE
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.text import significant
 
 MGF2 = 1.38             # magnesium fluoride
 HALF_WAVE = 2.05        # zirconium dioxide, the middle of three layers

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from lensbench.kernels.quotation import escaped
+from lensbench.core.text import escaped
 
 
 class Severity(StrEnum):

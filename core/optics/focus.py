@@ -22,13 +22,13 @@ from math import ceil, floor, inf, log10, nan, sqrt
 
 import numpy as np
 
-from lensbench.kernels.figures import fixed, significant
-from lensbench.kernels.root_finding import find_minimum, find_root
-from lensbench.optics.axial_bundle import pupil_rays
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.lens_surface import LensError, check_film_distance
-from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix
-from lensbench.optics.prescription import Lens
+from lensbench.core.kernels.numeric import find_minimum, find_root
+from lensbench.core.optics.axial_bundle import pupil_rays
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.lens_surface import LensError, check_film_distance
+from lensbench.core.optics.paraxial import FirstOrder, first_order, ray_matrix
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import fixed, significant
 
 METHODS = ("paraxial", "real")
 FAR_NEARNESS = 1e-3             # of an object a thousand focal lengths away

@@ -11,10 +11,10 @@ from math import sqrt
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.optics.ghost_pairs import Pair
-from lensbench.optics.ghost_trace import GhostTracer
-from lensbench.optics.prescription import Lens
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.ghost_path import Pair
+from lensbench.core.optics.ghost_trace import GhostTracer
+from lensbench.core.optics.prescription import Lens
 
 SCAN = 21               # cells along a side of the grid that finds where a ghost enters: its vertices are one block
 CLOSE_SCAN = 3 * SCAN   # cells where few rays of the first scan meet all surfaces

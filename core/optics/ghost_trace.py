@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -36,16 +36,15 @@ from lensbench.kernels.block import (
     gather,
     rows,
 )
-from lensbench.kernels.cache import njit
-from lensbench.kernels.program import Program, call_stage, run_steps, stage_address
-from lensbench.optics.block_refraction import SLOWNESS, STEP
-from lensbench.optics.block_trace import FRAME, change_frame, check_travel, surface_records
-from lensbench.optics.coatings import Coating
-from lensbench.optics.ghost_pairs import DIRECT, Pair, check_pair
-from lensbench.optics.ghost_path import DENSER
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens
-from lensbench.optics.transmission import surface_coatings
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.program import Program, call_stage, run_steps, stage_address
+from lensbench.core.optics.block_refraction import SLOWNESS, STEP
+from lensbench.core.optics.block_trace import FRAME, change_frame, check_travel, surface_records
+from lensbench.core.optics.coatings import Coating
+from lensbench.core.optics.ghost_path import DENSER, DIRECT, Pair, check_pair
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.transmission import surface_coatings
 
 Visible = tuple[tuple[float, ...], ...]
 

@@ -10,8 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isfinite, isnan, nan, sqrt
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.quotation import excerpt
+from lensbench.core.text import excerpt, significant
 
 F_LINE = 0.4861327
 D_LINE = 0.5875618
@@ -105,7 +104,7 @@ class Glass:
     Parameters
     ----------
     n_d : float
-        Index at the d line, at least 1. A name alone is no glass: `lensbench.lenses.glass_catalogue.find` has those of
+        Index at the d line, at least 1. A name alone is no glass: `lensbench.lenses.glass.catalogue.find` has those of
         the makers. For a glass for the infrared it may be the index at another wavelength;
         `index` is exact.
     v_d : float or None
@@ -136,7 +135,7 @@ class Glass:
         name = self.n_d if isinstance(self.n_d, str) else self.name if isnan(self.n_d) else ""
         if name:
             raise GlassError(f"glass {excerpt(name)} needs its index: give n_d, or look the glass up by "
-                             f"lensbench.lenses.glass_catalogue.find({excerpt(name)})")
+                             f"lensbench.lenses.glass.catalogue.find({excerpt(name)})")
         if not (isfinite(self.n_d) and self.n_d >= 1.0):
             raise GlassError(f"index {self.n_d} of a glass: it must be a number of at least 1")
         if self.v_d is not None and not (isfinite(self.v_d) and self.v_d > 0.0):

@@ -10,10 +10,10 @@ Source: Welford, Aberrations of Optical Systems, ch. 3.
 from dataclasses import dataclass, replace
 from math import inf, isfinite, isinf
 
-from lensbench.kernels.figures import significant
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
 
 FARTHEST = 20.0                 # lengths of a lens; a farther entrance pupil is no origin for rays
 Matrix = tuple[float, float, float, float]

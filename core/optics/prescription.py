@@ -10,17 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.hashed import hashed_once
-from lensbench.kernels.lazy_names import called
-from lensbench.optics.finding import Finding
-from lensbench.optics.glass import D_LINE, GlassError
-from lensbench.optics.iris import Iris, IrisError
-from lensbench.optics.lens_surface import LensError, Surface
-from lensbench.optics.stop_image import StopImage
-from lensbench.optics.surface_pose import Frame, SurfacePose
-from lensbench.optics.system import SystemData
-from lensbench.optics.zoom_positions import Positions, PositionsError
+from lensbench.core.lazy import called, hashed_once
+from lensbench.core.optics.finding import Finding
+from lensbench.core.optics.glass import D_LINE, GlassError
+from lensbench.core.optics.iris import Iris, IrisError
+from lensbench.core.optics.lens_surface import Frame, LensError, Surface, SurfacePose
+from lensbench.core.optics.stop_image import StopImage
+from lensbench.core.optics.system import SystemData
+from lensbench.core.optics.zoom_positions import Positions, PositionsError
+from lensbench.core.text import significant
 
 
 @hashed_once

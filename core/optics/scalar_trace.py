@@ -12,10 +12,10 @@ from math import sqrt
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from lensbench.kernels.cache import njit
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surfaces import (
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surfaces import (
     AFTER,
     AXES,
     BEFORE,

@@ -11,9 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.kernels.block import A0, A1, CLEARANCE, U0, U1, WEIGHT, B, Step, X, Y, gather, rows, stage
-from lensbench.kernels.cache import njit
-from lensbench.kernels.concentric_map import concentric_disk
+from lensbench.core.kernels.block import A0, A1, CLEARANCE, U0, U1, WEIGHT, B, Step, X, Y, gather, rows, stage
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.sampling import concentric_disk
 
 MOST = 256              # texels on a side; a larger picture is averaged down to it
 RINGS, SPOKES = 512, 2048       # of equal areas, by which transmission is averaged over the disk

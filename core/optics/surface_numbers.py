@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surfaces import HIGHEST_POWER
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surfaces import HIGHEST_POWER
 
 CURVATURE, CURVATURE_X, THICKNESS, SEMI_DIAMETER, CONIC = ("curvature", "curvature_x", "thickness", "semi_diameter",
                                                            "conic")

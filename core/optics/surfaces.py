@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.kernels.layout import offsets
+from lensbench.core.kernels.block import offsets
+from lensbench.core.kernels.cache import njit
 
 SPHERE, CONIC, EVEN, ASPHERE, TOROID = range(5)         # kinds; EVEN: even powers only, ASPHERE: any
 HIGHEST_POWER = 20                                      # of an aspheric term; the lowest is 2

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import hypot, inf, isfinite
 
-from lensbench.kernels.figures import significant
-from lensbench.optics.glass import D_LINE
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.text import significant
 
 
 class SystemDataError(ValueError):

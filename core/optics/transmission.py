@@ -8,13 +8,13 @@ from math import cos, hypot, inf, pi, prod, sin, sqrt
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
-from lensbench.optics.axial_bundle import marginal_height
-from lensbench.optics.coatings import BARE, Coating, named_coating
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import Fate, surface_table, trace
+from lensbench.core.optics.axial_bundle import marginal_height
+from lensbench.core.optics.coatings import BARE, Coating, named_coating
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import Fate, surface_table, trace
+from lensbench.core.text import significant
 
 AZIMUTHS = 16           # directions of the marginal rays of a lens with surfaces out of line
 RAYS, REACH = 1 << 15, 1.5      # of a lens that is dark along the axis; their disk over the rear rim

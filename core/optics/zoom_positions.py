@@ -2,7 +2,7 @@
 
 Lengths in mm. A station is a tabulated position: zoom stations from wide (0) to
 tele (1), and at each the same focus stations from infinity (0) to the nearest (1).
-Between stations every gap follows a monotone cubic (`kernels.pchip`): it is smooth,
+Between stations every gap follows a monotone cubic (`kernels.numeric`): it is smooth,
 exact at the stations, and stays within the range of its neighbours.
 """
 
@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.pchip import monotone_cubic
+from lensbench.core.kernels.numeric import monotone_cubic
+from lensbench.core.text import significant
 
 
 class PositionsError(ValueError):

@@ -15,14 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.imaging.film_pose import STEEPEST_SIDE, UPRIGHT, FilmPose
-from lensbench.kernels.cache import njit
-from lensbench.optics.prescription import Lens
-from lensbench.pupils.equal_areas import equal_areas
-from lensbench.pupils.image_circle import Placement, edge_of_light
-from lensbench.pupils.outline_solver import solve_outlines
-from lensbench.pupils.ray_aiming import Aim
-from lensbench.pupils.rim_solver import REACH
+from lensbench.core.imaging.film import STEEPEST_SIDE, UPRIGHT, FilmPose
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.pupils.outline_solver import Aim, Placement, edge_of_light, solve_outlines
+from lensbench.core.pupils.radial_sampler import equal_areas
+from lensbench.core.pupils.rim_solver import REACH
 
 RINGS, COLUMNS, SECTORS = 16, 11, 48        # of nodes; and triangles in a region
 EDGE_POINTS = 8 * (COLUMNS - 1) + 1         # columns at which the distance of the last ring is known

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.optics.clearance import ClearanceTracer, clearances
-from lensbench.optics.prescription import Lens
-from lensbench.pupils.rim_solver import ROUGH, rear_interval
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.block_trace import ClearanceTracer, clearances
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.pupils.rim_solver import ROUGH, rear_interval
 
 NEIGHBOURS = 4                  # film radii to either side, in the rings of a table, whose regions bound the search
 SCAN_CLOSELY = 256              # points of the meridian in the search for narrow regions, twice

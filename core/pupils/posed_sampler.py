@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.imaging.film_pose import NUMBERS, FilmPose, film_normal, place_on_film
-from lensbench.kernels.block import (
+from lensbench.core.imaging.film import NUMBERS, FilmPose, film_normal, place_on_film
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -48,7 +48,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.pupils.radial_sampler import CELLS, GRID, RING_CORNERS, RINGS, SECTORS, PupilTable
+from lensbench.core.pupils.radial_sampler import CELLS, GRID, RING_CORNERS, RINGS, SECTORS, PupilTable
 
 FINENESS = 0.04                 # largest step of the film distance between two tables, as a part of it
 MOST_SLICES = 9

@@ -2,6 +2,8 @@
 
 For lenses with rotational symmetry: regions rotate with the film point, and are symmetric about the meridian, so the
 table holds the upper halves of the regions of film points (+r, 0). Lens frame, mm.
+
+Division of exit-pupil regions into sectors of equal area.
 """
 
 import math
@@ -9,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -37,13 +39,12 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.cache import njit
-from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens
-from lensbench.pupils.equal_areas import equal_areas
-from lensbench.pupils.irregular_regions import enclose_irregular_regions
-from lensbench.pupils.rim_solver import (
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.block_trace import ClearanceTracer, clearance_tracer, clearances
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.pupils.irregular_regions import enclose_irregular_regions
+from lensbench.core.pupils.rim_solver import (
     ROUGH,
     find_interior_points,
     paraxial_centre_ratio,
@@ -52,6 +53,29 @@ from lensbench.pupils.rim_solver import (
     region_scale,
     solve_rims,
 )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def equal_areas(rims, sectors):
+    """Corners (rings, sectors + 1, 2) at equal areas about 0 along the chords of rims (rings, points, 2)."""
+    rings, points, _ = rims.shape
+    corners, area = np.zeros((rings, sectors + 1, 2)), np.zeros(points)
+    for ring in range(rings):
+        rim = rims[ring]
+        for i in range(1, points):
+            area[i] = area[i - 1] + rim[i - 1, 0] * rim[i, 1] - rim[i, 0] * rim[i - 1, 1]
+        if area[points - 1] > 0.0:
+            i = 0
+            for k in range(sectors + 1):
+                wanted = area[points - 1] * k / sectors
+                while i < points - 2 and area[i + 1] <= wanted:
+                    i += 1
+                share = (wanted - area[i]) / (area[i + 1] - area[i]) if area[i + 1] > area[i] else 0.0
+                share = min(max(share, 0.0), 1.0)
+                for axis in range(2):
+                    corners[ring, k, axis] = rim[i, axis] * (1.0 - share) + rim[i + 1, axis] * share
+    return corners
+
 
 RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
 POINTS = 41                     # solved points on the upper half of each rim

@@ -6,19 +6,19 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
-from lensbench.kernels.figures import significant
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import unit_square
-from lensbench.optics.clearance import clearance_tracer
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import Fate, trace
-from lensbench.pupils.irregular_regions import IrregularRegion, irregular_regions
-from lensbench.pupils.outline_solver import solve_outlines
-from lensbench.pupils.radial_sampler import PupilTable
-from lensbench.pupils.rim_solver import solve_rims
+from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import unit_table
+from lensbench.core.optics.block_trace import clearance_tracer
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import Fate, trace
+from lensbench.core.pupils.irregular_regions import IrregularRegion, irregular_regions
+from lensbench.core.pupils.outline_solver import solve_outlines
+from lensbench.core.pupils.radial_sampler import PupilTable
+from lensbench.core.pupils.rim_solver import solve_rims
+from lensbench.core.text import significant
 
 _OUTLINE = 1024          # points on the region of a lens without rotational symmetry
 _RINGS = 512             # heights on the axis's region, traced to the stop to find where its blades begin
@@ -134,7 +134,7 @@ class ExitPupil:
         ValueError
             Samples outside the unit square.
         """
-        film_xy, uv = np.asarray(film_xy, float), unit_square(uv, np.float64)
+        film_xy, uv = np.asarray(film_xy, float), unit_table(uv, np.float64)
         if not (np.hypot(film_xy[:, 0], film_xy[:, 1]) <= self.film_radii.max() * (1.0 + 1e-9)).all():
             raise LensError(f"this pupil is solved for film points up to {significant(self.film_radii.max())} mm "
                             f"from the axis")

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.block_trace import ClearanceTracer, clearance_tracer, clearances
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
 
 REACH = 1.2             # × the rear semi-diameter: extent of the search (rims have sag)
 HEIGHTS = 17            # on the last surface, whose projections on the plane bound the search

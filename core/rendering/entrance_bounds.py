@@ -11,11 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.film_landing import FilmLanding
-from lensbench.kernels.block import CLEARANCE, KEYS, PITCH, WEIGHT, B, L, M, N, X, Y, Z, lane_buffer
-from lensbench.kernels.cache import njit
-from lensbench.kernels.program import Program, run_steps
-from lensbench.kernels.python_stage import raise_pending
+from lensbench.core.cameras.film_landing import FilmLanding
+from lensbench.core.kernels.block import CLEARANCE, KEYS, PITCH, WEIGHT, B, L, M, N, X, Y, Z, lane_buffer
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.program import Program, raise_pending, run_steps
 
 COLUMNS = 16                # rays along the first axis
 ROWS = B // COLUMNS         # and along the second

@@ -5,11 +5,11 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.optics.finding import Finding
-from lensbench.rendering.ghost_image import Flare, GhostImage
-from lensbench.rendering.star_image import StarImage
-from lensbench.scenery.scene import Scene
+from lensbench.core.cameras.base import Camera
+from lensbench.core.optics.finding import Finding
+from lensbench.core.rendering.ghost_image import Flare, GhostImage
+from lensbench.core.rendering.star_image import StarImage
+from lensbench.core.scenery.scene import Scene
 
 
 class FlareImage:

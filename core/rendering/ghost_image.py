@@ -23,21 +23,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.real_lens import LensCamera
-from lensbench.imaging.animated_transform import AnimatedTransform
-from lensbench.imaging.spectrum import WAVELENGTHS
-from lensbench.kernels.block import lane_buffer
-from lensbench.kernels.figures import significant
-from lensbench.optics.coatings import Coating
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.ghost_grid import Box, entrance_grid, entrance_reach, pair_boxes
-from lensbench.optics.ghost_pairs import DIRECT, Pair, ghost_pairs, no_such_pair, pair_share
-from lensbench.optics.ghost_trace import GhostTracer
-from lensbench.optics.glass import D_LINE
-from lensbench.rendering.ghost_cells import add_cells, add_lines
-from lensbench.rendering.ghost_lights import GhostLights, ghost_lights
-from lensbench.scenery.scene import Scene
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.real_lens import LensCamera
+from lensbench.core.imaging.spectrum import WAVELENGTHS
+from lensbench.core.imaging.transform import AnimatedTransform
+from lensbench.core.kernels.block import lane_buffer
+from lensbench.core.optics.coatings import Coating
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.ghost_grid import Box, entrance_grid, entrance_reach, pair_boxes
+from lensbench.core.optics.ghost_path import DIRECT, Pair, ghost_pairs, no_such_pair, pair_share
+from lensbench.core.optics.ghost_trace import GhostTracer
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.rendering.ghost_lights import GhostLights, add_cells, add_lines, ghost_lights
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.text import significant
 
 FIRST, PERIOD, MOST = 4, 4, 64  # passes that all add ghosts; then one in so many does; at the most
 SIDE = 31                       # cells along a side of the grid of a bright ghost: 1,024 rays

@@ -25,9 +25,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
-from lensbench.kernels.block import (
+from lensbench.core.cameras.base import Camera
+from lensbench.core.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
+from lensbench.core.kernels.block import (
     BLUE,
     DEPTH,
     GREEN,
@@ -47,13 +47,13 @@ from lensbench.kernels.block import (
     lane_buffer,
     rows,
 )
-from lensbench.kernels.cache import njit
-from lensbench.kernels.concentric_map import concentric_disk
-from lensbench.kernels.program import Program, run_steps
-from lensbench.kernels.python_stage import raise_pending
-from lensbench.kernels.sampling import sobol_net
-from lensbench.optics.glass import D_LINE
-from lensbench.rendering.light_layer import (
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.program import Program, raise_pending, run_steps
+from lensbench.core.kernels.sampling import concentric_disk, sobol_net
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.rendering.light_layer import (
+    DECIDED,
+    FIRST_PASSES,
     LIST_BLUE,
     LIST_GREEN,
     LIST_RED,
@@ -62,10 +62,10 @@ from lensbench.rendering.light_layer import (
     LIST_X,
     LIST_Y,
     LightLayer,
+    LightPeriod,
     add_rays,
 )
-from lensbench.rendering.light_period import DECIDED, FIRST_PASSES, LightPeriod
-from lensbench.rendering.light_rays import (
+from lensbench.core.rendering.light_rays import (
     LIGHT_MARK,
     LIGHT_SIZE,
     MARK,
@@ -75,12 +75,12 @@ from lensbench.rendering.light_rays import (
     trace_by_ball,
     trace_to_light,
 )
-from lensbench.rendering.light_selection import BALL, STRAIGHT, SelectedLight, ray_budget, select_lights
-from lensbench.rendering.sample_programs import SamplePrograms
-from lensbench.scenery.scene import Scene
-from lensbench.scenery.shading.illumination import begin_path, gather_emission
-from lensbench.scenery.shading.specular_bounce import specular_bounce
-from lensbench.scenery.small_lights import ExcludedLight, SmallLight, split_light, with_unit_radiance
+from lensbench.core.rendering.light_selection import BALL, STRAIGHT, SelectedLight, ray_budget, select_lights
+from lensbench.core.rendering.sample_programs import SamplePrograms
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.shading.bounces import specular_bounce
+from lensbench.core.scenery.shading.illumination import begin_path, gather_emission
+from lensbench.core.scenery.small_lights import ExcludedLight, SmallLight, split_light, with_unit_radiance
 
 TASK = 8                # blocks that a thread takes at a time
 HIDDEN_PERIOD = 8       # passes with lights of which one traces a light that seems hidden

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -59,9 +59,9 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.cache import njit
-from lensbench.kernels.concentric_map import concentric_disk
-from lensbench.scenery.shading.illumination import INDEX
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.sampling import concentric_disk
+from lensbench.core.scenery.shading.illumination import INDEX
 
 # Layout of one light's parameters. Vectors take three numbers.
 ENTRANCE = 0            # middle of the rectangle on the entrance plane, mm

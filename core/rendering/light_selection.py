@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.cameras.film_landing import FilmLanding
-from lensbench.imaging.animated_transform import AnimatedTransform
-from lensbench.kernels.block import WEIGHT, B, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.rendering.entrance_bounds import EntranceBounds, is_boundable, shared_entrance_bounds
-from lensbench.rendering.light_rays import ETENDUE, light_parameters
-from lensbench.rendering.specular_connection import (
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.film_landing import FilmLanding
+from lensbench.core.imaging.transform import AnimatedTransform
+from lensbench.core.kernels.block import WEIGHT, B, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.rendering.entrance_bounds import EntranceBounds, is_boundable, shared_entrance_bounds
+from lensbench.core.rendering.light_rays import ETENDUE, light_parameters
+from lensbench.core.rendering.specular_connection import (
     SpecularObject,
     connect_by_ball,
     connecting_directions,
@@ -25,8 +25,8 @@ from lensbench.rendering.specular_connection import (
     specular_objects,
     visible_lights,
 )
-from lensbench.scenery.scene import Scene
-from lensbench.scenery.small_lights import SmallLight, light_samples, mean_radiances, small_lights
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.small_lights import SmallLight, light_samples, mean_radiances, small_lights
 
 OFTEN_MET = 0.4         # share of the camera's rays in a light's image that meet the light: above it they do better
 DENSITY = 16.0          # rays per pixel of the image of a point light, in one pass

@@ -6,21 +6,20 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 
 import numpy as np
 
-from lensbench.analysis.model_choice import resolved
-from lensbench.cameras.base import Camera
-from lensbench.cameras.finite_pinhole import AIRY
-from lensbench.kernels.figures import significant
-from lensbench.kernels.tile_order import BAND_LINES
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.glass import D_LINE
-from lensbench.rendering.film_sums import FilmSums
-from lensbench.rendering.flare_image import FlareImage
-from lensbench.rendering.ghost_image import Flare
-from lensbench.rendering.light_image import LightImage
-from lensbench.rendering.light_layer import LightLayer
-from lensbench.rendering.sample_programs import SamplePrograms
-from lensbench.scenery.scene import Scene
-from lensbench.scenery.small_lights import ExcludedLight
+from lensbench.core.analysis.model_choice import resolved
+from lensbench.core.cameras.base import Camera
+from lensbench.core.cameras.finite_pinhole import AIRY
+from lensbench.core.kernels.tile_order import BAND_LINES
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.rendering.flare_image import FlareImage
+from lensbench.core.rendering.ghost_image import Flare
+from lensbench.core.rendering.light_image import LightImage
+from lensbench.core.rendering.light_layer import LightLayer
+from lensbench.core.rendering.sample_programs import FilmSums, SamplePrograms
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.small_lights import ExcludedLight
+from lensbench.core.text import significant
 
 
 def _always() -> bool:

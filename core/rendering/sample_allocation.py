@@ -20,8 +20,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from lensbench.kernels.block import B
-from lensbench.kernels.cache import njit
+from lensbench.core.kernels.block import B
+from lensbench.core.kernels.cache import njit
 
 EVEN = 16               # samples a pixel before the first round
 GROWTH = 4              # of the samples in a round; both are powers of two, so that the samples of rounds are nets

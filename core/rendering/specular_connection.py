@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.scenery.scene import Scene
-from lensbench.scenery.shading.illumination import INDEX
+from lensbench.core.kernels.cache import njit
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.shading.illumination import INDEX
 
 NEWTON_STEPS = 8
 MOST_CURVED = 0.6       # sum of a ball's radius over the distances of both ends of a path, at the most

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.base import Camera
-from lensbench.kernels.cache import njit
-from lensbench.rendering.light_layer import first_order_map
+from lensbench.core.cameras.base import Camera
+from lensbench.core.kernels.cache import njit
+from lensbench.core.rendering.light_layer import first_order_map
 
 MOST = 32.0             # old samples of a pixel that count at most
 GHOST = 12.0            # variance of an old sample whose circle of confusion has doubled, in units of a new one's

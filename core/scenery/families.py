@@ -8,17 +8,16 @@ sharp coats, and stays at rest, as meshes do. A new family is its file in `objec
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from lensbench.kernels.block import Step
-from lensbench.scenery.intersect.meshes import mesh_steps
-from lensbench.scenery.intersect.pictured import is_large, pictured_step
-from lensbench.scenery.intersect.planar import plain_planar, planar, planar_parameters
-from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
-from lensbench.scenery.objects.mesh import Mesh
-from lensbench.scenery.objects.planar import Planar
-from lensbench.scenery.objects.shape import Shape
-from lensbench.scenery.objects.sphere import Sphere
-from lensbench.scenery.shading.mesh_lamps import mesh_lamp_step
-from lensbench.scenery.shading.mesh_shadows import mesh_shadow_steps
+from lensbench.core.kernels.block import Step
+from lensbench.core.scenery.intersect.meshes import mesh_steps
+from lensbench.core.scenery.intersect.pictured import is_large, pictured_step
+from lensbench.core.scenery.intersect.planar import plain_planar, planar, planar_parameters
+from lensbench.core.scenery.intersect.spheres import sphere_parameters, spheres
+from lensbench.core.scenery.objects.mesh import Mesh
+from lensbench.core.scenery.objects.planar import Planar
+from lensbench.core.scenery.objects.shape import Shape
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.shading.meshes import mesh_lamp_step, mesh_shadow_steps
 
 Seen = Sequence[tuple[Shape, float, Shape]]     # a shape, its EMITS, and the shape as paths see it that are not DIRECT
 

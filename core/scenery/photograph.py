@@ -11,9 +11,12 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lensbench.kernels.figures import significant
-from lensbench.scenery.objects import Image, Material, Mesh, Pattern, SceneError, Sky
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.objects.material import Image, Material, Pattern
+from lensbench.core.scenery.objects.mesh import Mesh
+from lensbench.core.scenery.objects.surroundings import Sky
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.values import SceneError
+from lensbench.core.text import significant
 
 CELLS = 400_000         # of the depth map, at the most: larger maps are reduced
 LEAST_AWAY = 1e-3       # mm

@@ -12,17 +12,19 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.kernels.block import BLUE, GREEN, RED, TIME, V0, V1, WEIGHT, L, M, N, Step, X, Y, Z
-from lensbench.kernels.hashed import hashed_once
-from lensbench.kernels.lazy_names import called
-from lensbench.kernels.program import Program
-from lensbench.scenery import scene_steps
-from lensbench.scenery.families import FAMILIES
-from lensbench.scenery.objects import Floor, ImageSky, Mesh, SceneError, Shape, Sky, Sphere, Sun, Triple, check, unit
-from lensbench.scenery.objects.planar import Planar
-from lensbench.scenery.objects.shape import rest_frame
-from lensbench.scenery.shading.participating_medium import Medium
-from lensbench.scenery.small_lights import ExcludedLight
+from lensbench.core.kernels.block import BLUE, GREEN, RED, TIME, V0, V1, WEIGHT, L, M, N, Step, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.lazy import called, hashed_once
+from lensbench.core.scenery import scene_steps
+from lensbench.core.scenery.families import FAMILIES
+from lensbench.core.scenery.objects.mesh import Mesh
+from lensbench.core.scenery.objects.planar import Planar
+from lensbench.core.scenery.objects.shape import Shape, rest_frame
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Floor, ImageSky, Sky, Sun
+from lensbench.core.scenery.shading.participating_medium import Medium
+from lensbench.core.scenery.small_lights import ExcludedLight
+from lensbench.core.scenery.values import SceneError, Triple, check, unit
 
 
 @hashed_once

@@ -10,27 +10,38 @@ from typing import Any
 
 import numpy as np
 
-from lensbench.kernels.block import BLUE, DEPTH, GREEN, RED, B, Step, rows, stage
-from lensbench.kernels.byte_cache import byte_cache
-from lensbench.kernels.layout import Packed, join
-from lensbench.scenery.emission import BENDS, DARK, LAMP, SHINES, SMALL_LIGHT
-from lensbench.scenery.families import FAMILIES, intersection_steps, shadow_steps
-from lensbench.scenery.finish import SHARP
-from lensbench.scenery.intersect.block_bounds import beam
-from lensbench.scenery.intersect.floor import floor, floor_parameters
-from lensbench.scenery.intersect.image_sky import image_sky_step
-from lensbench.scenery.intersect.moving_objects import motion_parameters, moving, moving_parameters
-from lensbench.scenery.intersect.pictured import is_large, pictured_floor_step
-from lensbench.scenery.intersect.sky import SKY_DISTANCE, UP, sky, sky_parameters, sun_disk, sun_disk_parameters
-from lensbench.scenery.objects import ImageSky, Shape, Sky, by_family, displaced, unit
-from lensbench.scenery.shading.clearcoat import clearcoat, clearcoat_parameters
-from lensbench.scenery.shading.diffuse_bounce import (
+from lensbench.core.kernels.block import BLUE, DEPTH, GREEN, RED, B, Packed, Step, join, rows, stage
+from lensbench.core.kernels.byte_cache import byte_cache
+from lensbench.core.scenery.families import FAMILIES, intersection_steps, shadow_steps
+from lensbench.core.scenery.intersect.block_bounds import beam
+from lensbench.core.scenery.intersect.image_sky import image_sky_step
+from lensbench.core.scenery.intersect.moving_objects import motion_parameters, moving, moving_parameters
+from lensbench.core.scenery.intersect.pictured import is_large, pictured_floor_step
+from lensbench.core.scenery.intersect.sky import (
+    SKY_DISTANCE,
+    UP,
+    floor,
+    floor_parameters,
+    sky,
+    sky_parameters,
+    sun_disk,
+    sun_disk_parameters,
+)
+from lensbench.core.scenery.objects.shape import Shape, by_family, displaced
+from lensbench.core.scenery.objects.surroundings import ImageSky, Sky
+from lensbench.core.scenery.shading.bounces import (
+    INNER,
+    bounce_pupil_part,
     diffuse_bend,
     diffuse_end,
     diffuse_leave,
     diffuse_sky,
+    solid_bend,
+    solid_leave,
+    specular_bounce,
 )
-from lensbench.scenery.shading.illumination import (
+from lensbench.core.scenery.shading.clearcoat import clearcoat, clearcoat_parameters
+from lensbench.core.scenery.shading.illumination import (
     ambient,
     begin_path,
     daylight,
@@ -39,46 +50,44 @@ from lensbench.scenery.shading.illumination import (
     open_light,
     rise,
 )
-from lensbench.scenery.shading.image_clearcoat import image_clearcoat_step
-from lensbench.scenery.shading.image_rough_clearcoat import image_rough_clearcoat_step
-from lensbench.scenery.shading.image_sky_light import add_tinted, sky_cells, sky_rays_step
-from lensbench.scenery.shading.many_lamps import MANY_LAMPS, has_a_share, many_lamp_steps
-from lensbench.scenery.shading.mesh_shadows import gradient_rays
-from lensbench.scenery.shading.moving_clearcoat import (
+from lensbench.core.scenery.shading.image_rough_clearcoat import image_rough_clearcoat_step
+from lensbench.core.scenery.shading.image_sky_light import add_tinted, sky_cells, sky_rays_step
+from lensbench.core.scenery.shading.many_lamps import MANY_LAMPS, has_a_share, many_lamp_steps
+from lensbench.core.scenery.shading.meshes import gradient_rays
+from lensbench.core.scenery.shading.moving_clearcoat import (
+    image_clearcoat_step,
     moving_clearcoat,
     moving_highlights,
     moving_reflected,
     moving_rough_clearcoat,
 )
-from lensbench.scenery.shading.moving_lights import (
+from lensbench.core.scenery.shading.moving_lights import (
+    add_lit,
     after,
+    lamp_rays,
     moving_ambient,
     moving_lamp,
+    moving_lamp_rays,
     moving_occluders,
+    moving_shadows,
     moving_sky_occluders,
     moving_sun,
+    shadow_stage,
     sky_occluders,
+    sun_rays,
 )
-from lensbench.scenery.shading.participating_medium import Medium
-from lensbench.scenery.shading.rough_clearcoat import rough_clearcoat, rough_clearcoat_parameters
-from lensbench.scenery.shading.soft_shadows import (
+from lensbench.core.scenery.shading.participating_medium import Medium
+from lensbench.core.scenery.shading.rough_clearcoat import rough_clearcoat, rough_clearcoat_parameters
+from lensbench.core.scenery.shading.soft_shadows import (
     lamp,
     occluder_parameters,
     point_parameters,
     sun,
     sun_parameters,
 )
-from lensbench.scenery.shading.solid_bounce import solid_bend, solid_leave
-from lensbench.scenery.shading.specular_bounce import INNER, bounce_pupil_part, specular_bounce
-from lensbench.scenery.shading.split_light import (
-    add_lit,
-    lamp_rays,
-    moving_lamp_rays,
-    moving_shadows,
-    shadow_stage,
-    sun_rays,
-)
-from lensbench.scenery.small_lights import ExcludedLight
+from lensbench.core.scenery.small_lights import ExcludedLight
+from lensbench.core.scenery.surface_codes import BENDS, DARK, LAMP, SHARP, SHINES, SMALL_LIGHT
+from lensbench.core.scenery.values import unit
 
 Scene = Any
 MOST_KEPT, NEWEST = 32 << 20, 4         # bytes that the stages of scenes seen before hold; lists of one picture

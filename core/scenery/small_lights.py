@@ -11,8 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.byte_cache import byte_cache
-from lensbench.scenery.objects import Image, Shape, Triple, triple
+from lensbench.core.kernels.byte_cache import byte_cache
+from lensbench.core.scenery.objects.material import Image
+from lensbench.core.scenery.objects.shape import Shape
+from lensbench.core.scenery.values import Triple, triple
 
 MOST_KEPT, NEWEST = 32 << 20, 4         # bytes of the shapes of scenes seen before; of two pictures that are compared
 SMALL = 0.05            # radians: greatest angular radius of a small light

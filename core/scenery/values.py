@@ -6,7 +6,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
+from lensbench.core.text import significant
 
 Triple = tuple[float, float, float]
 

@@ -11,21 +11,20 @@ from math import isfinite
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
+from lensbench.core.optics.finding import Change, Finding, Kind, Severity, note
+from lensbench.core.optics.glass import GlassError
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
 from lensbench.lenses.checks.aspheres import vanishing_terms
-from lensbench.lenses.checks.causes import cause_findings
-from lensbench.lenses.checks.digits import digit_findings
+from lensbench.lenses.checks.causes import cause_findings, symptom_findings
 from lensbench.lenses.checks.fabrication import fabrication_findings
+from lensbench.lenses.checks.figures import digit_findings
 from lensbench.lenses.checks.geometry import geometry_findings
-from lensbench.lenses.checks.glass_digits import glass_causes
 from lensbench.lenses.checks.glasses import glass_findings
 from lensbench.lenses.checks.near_object import near_findings
 from lensbench.lenses.checks.positions import position_findings
-from lensbench.lenses.checks.symptoms import symptom_findings
-from lensbench.lenses.paraxial import at_reference, is_d_line
-from lensbench.optics.finding import Change, Finding, Kind, Severity, note
-from lensbench.optics.glass import GlassError
-from lensbench.optics.prescription import Lens
+from lensbench.lenses.checks.single_change import glass_causes
+from lensbench.lenses.tables.paraxial import at_reference, is_d_line
 
 __all__ = ["Change", "Finding", "Kind", "Severity", "check"]
 

@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from lensbench.kernels.figures import significant
+from lensbench.core.optics.finding import Change, Finding, Kind
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
 from lensbench.lenses.checks.hypothesis import Hypothesis
-from lensbench.optics.finding import Change, Finding, Kind
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
 
 LOWEST, HIGHEST = 2, 20
 EVEN = 5.0                          # rarity of a change of one surface alone

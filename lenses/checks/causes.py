@@ -3,6 +3,8 @@
 Each hypothesis is one change. It is named if the lens with it has fewer kinds of findings and no new ones, and if a
 beam that was blurred is several times sharper. Hypotheses that leave fewer findings come first, then those that
 reproduce the stated figures better, with rare mistakes counted less.
+
+Symptoms: findings about a lens as a whole. Where there are any, other checks look for a surface that causes them.
 """
 
 from collections.abc import Iterator
@@ -11,16 +13,22 @@ from math import inf, isfinite, sqrt
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
-from lensbench.lenses.checks import aspheres, single_change, stop_place, surroundings
-from lensbench.lenses.checks.axial_beam import allowed_blur, axial_beam
-from lensbench.lenses.checks.field import lit_field
+from lensbench.core.optics.finding import Finding, Kind, Severity
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
+from lensbench.lenses.checks import aspheres, single_change, stop, surroundings
+from lensbench.lenses.checks.axial_beam import allowed_blur, axial_beam, ray_findings
+from lensbench.lenses.checks.figures import field_findings, figure_findings, lit_field
 from lensbench.lenses.checks.geometry import geometry_findings
 from lensbench.lenses.checks.hypothesis import Hypothesis
-from lensbench.lenses.checks.symptoms import symptom_findings
-from lensbench.optics.finding import Finding, Kind, Severity
-from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens
+from lensbench.lenses.checks.stop import stop_findings
+
+
+def symptom_findings(lens: Lens) -> list[Finding]:
+    """Findings about the figures, the axial beam, the stop and the field."""
+    return [*figure_findings(lens), *ray_findings(lens), *stop_findings(lens), *field_findings(lens)]
+
 
 PARAXIAL = {Kind.FOCAL_LENGTH, Kind.BACK_FOCUS}
 OPTICAL = {Kind.RAY, Kind.BLUR}
@@ -90,7 +98,7 @@ def _hypotheses(lens: Lens, before: set[Kind]) -> Iterator[Hypothesis]:
         yield from surroundings.hypotheses(lens)
         yield from aspheres.hypotheses(lens)
     if before & {Kind.F_NUMBER, Kind.STOP, Kind.FIELD}:
-        yield from stop_place.hypotheses(lens)
+        yield from stop.hypotheses(lens)
 
 
 def _judge(lens: Lens, hypothesis: Hypothesis, before: set[Kind]) -> _Judged | None:

@@ -6,11 +6,11 @@ moulded onto a glass, as on hybrid aspheres: only the body that carries it needs
 
 import numpy as np
 
-from lensbench.kernels.figures import fixed, significant
+from lensbench.core.optics.finding import Finding, Kind, Severity
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import fixed, significant
 from lensbench.lenses.checks.geometry import gaps_within, has_estimated_rims, reach
-from lensbench.optics.finding import Finding, Kind, Severity
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
 
 EDGE = 0.005            # of the diameter: a thinner edge chips when it is centred; workshops ask for 2 to 4 %
 LEAST_EDGE = 0.1        # mm: the same of small elements

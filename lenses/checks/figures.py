@@ -1,12 +1,43 @@
-"""Focal length, back focus and f-number: computed from the surfaces, against the stated values."""
+"""Focal length, back focus, f-number and field: computed from the surfaces, against the stated values."""
 
-from math import isfinite, isinf
+from math import degrees, isfinite, isinf
 
-from lensbench.kernels.figures import significant
+import numpy as np
+
+from lensbench.core.optics.finding import Finding, Kind, Severity
+from lensbench.core.optics.paraxial import FirstOrder, first_order
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import Fate, trace
+from lensbench.core.optics.system import FieldKind
+from lensbench.core.text import significant
 from lensbench.lenses.checks.axial_beam import axial_beam
-from lensbench.optics.finding import Finding, Kind, Severity
-from lensbench.optics.paraxial import FirstOrder, first_order
-from lensbench.optics.prescription import Lens
+
+PUBLISHED = 5           # significant digits of a printed radius
+SOLVED = 9              # significant digits of a radius left by a solve
+SINGLE = 6e-8           # relative: digits beyond it are the noise of a float32
+DOUBLE = 1e-12
+
+
+def digit_findings(lens: Lens) -> list[Finding]:
+    """The one radius with many digits among radii with few, unless a solve or pickup of the file sets it."""
+    radii = {i: 1.0 / s.curvature for i, s in enumerate(lens.surfaces) if s.curvature}
+    long = [i for i, radius in radii.items() if _digits(radius, SINGLE) > PUBLISHED + 1]
+    rest = [_digits(radius, SINGLE) for i, radius in radii.items() if i not in long]
+    if len(long) != 1 or len(rest) < 3 or max(rest) > PUBLISHED or _digits(radii[long[0]], DOUBLE) < SOLVED:
+        return []
+    if any(found.kind is Kind.RULE and found.surface == long[0] for found in lens.findings):
+        return []
+    return [Finding(Kind.SOLVED_RADIUS, long[0],
+                    f"radius {significant(radii[long[0]], 10)} mm has many digits where no other has more than "
+                    f"{max(rest)}: it was solved for, to focus the lens, and is not that of the source; another number "
+                    "may be wrong")]
+
+
+def _digits(value: float, tolerance: float) -> int:
+    """Number of significant decimal digits that give a value to a relative tolerance."""
+    return next(digits for digits in range(1, 18) if abs(float(f"{value:.{digits}g}") - value) <= tolerance * abs(value)
+                or digits == 17)
+
 
 FOCAL_LENGTH = 0.02     # of the stated one: published focal lengths are nominal, and round to two digits
 BACK_FOCUS = 0.01       # of the focal length: published back foci are those of best focus, or of a rounded table
@@ -107,3 +138,44 @@ def agree(computed: float, stated: float) -> bool:
     if abs(stated) < 10.0:
         places = max(places, 1)                         # 5 for 5.0: a number does not keep its last zero
     return round(computed, places) == stated
+
+
+LIT = 0.7                       # of the stated half angle: published rims, and good estimates, pass it
+ANGLES = np.radians(np.linspace(0.0, 89.0, 357))        # of the chief ray at the stop
+
+
+def field_findings(lens: Lens) -> list[Finding]:
+    """Finding about a stated field of which the chief ray meets a rim, or no surface."""
+    stated = lens.system.largest_field if lens.system.field_kind is FieldKind.ANGLE else 0.0
+    if not stated > 0.0 or not lens.is_rotationally_symmetric:
+        return []
+    lit, why = lit_field(lens)
+    if lit >= LIT * stated:
+        return []
+    return [Finding(Kind.FIELD, why, f"the stated half field of {significant(stated)}° is not lit: beyond "
+                                     f"{significant(lit, 3)}° the ray through the centre of the stop does not pass "
+                                     f"surface {why}",
+                    figures={"stated": stated, "lit": lit})]
+
+
+def lit_field(lens: Lens) -> tuple[float, int | None]:
+    """Largest half field (degrees) up to which the chief ray passes, and the surface that ends the next one."""
+    n, stop = lens.indices(), lens.stop_index
+    up = np.stack([0.0 * ANGLES, np.sin(ANGLES), -np.cos(ANGLES)], axis=1)
+    passed, ended = np.ones(len(ANGLES), bool), np.full(len(ANGLES), -1)
+    outside = ANGLES
+    if stop > 0:                                        # from the stop to the scene
+        front = Lens(lens.surfaces[:stop], 0, front_index=lens.front_index)
+        rays = trace(front, [0.0, 0.0, lens.vertices[stop]], up, forward=False)
+        passed &= rays.fate == Fate.PASSED
+        ended = np.where(rays.fate == Fate.MISSED, np.maximum(rays.surface - 1, 0), rays.surface)
+        outside = np.arctan2(np.abs(rays.directions[:, 1]), -rays.directions[:, 2])
+    rear = Lens(lens.surfaces[stop:], 0, front_index=n[stop])
+    rays = trace(rear, [0.0, 0.0, 0.0], -up, forward=True)
+    ended = np.where(passed, stop + rays.surface + (rays.fate == Fate.MISSED), ended)
+    passed &= rays.fate == Fate.PASSED
+    failed = np.flatnonzero(~passed)
+    if not failed.size:
+        return degrees(float(outside.max())), None
+    first = int(failed[0])
+    return (degrees(float(outside[:first].max())) if first else 0.0), int(ended[first])

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
-from lensbench.optics.finding import Change, Finding, Kind, Severity
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.finding import Change, Finding, Kind, Severity
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
 
 HEMISPHERE = 1.01       # × the largest height that the surface has: tables round to three digits
 CROSSING = 0.01         # of the rim: depth by which neighbours that touch may overlap, by rounding

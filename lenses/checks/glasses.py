@@ -4,12 +4,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
-from lensbench.lenses import glass_catalogue
-from lensbench.lenses.media import MISC, OTHERS
-from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.glass import Glass
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.finding import Finding, Kind
+from lensbench.core.optics.glass import Glass
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
+from lensbench.lenses.glass import catalogue
+from lensbench.lenses.glass.media import MISC, OTHERS
 
 STEP_N, STEP_V = 0.01, 2.0      # a glass of another melt, maker or century is about so far from one of today
 FAR = 4.0                       # such steps from every known glass: the first flints of 1890 are at 3.4
@@ -55,7 +55,7 @@ def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
     findings = []
     for i in places:
         glass = lens.surfaces[i].glass
-        known = (glass_catalogue.lookup(glass.name) or _other(glass.name)) if glass.name else None
+        known = (catalogue.lookup(glass.name) or _other(glass.name)) if glass.name else None
         if known is None or known.v_d is None or glass.v_d is None or (
                 abs(known.n_d - glass.n_d) <= NAMED_N and abs(known.v_d / glass.v_d - 1.0) <= NAMED_V):
             continue
@@ -69,7 +69,7 @@ def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
 def _other(name: str) -> Glass | None:
     """The plastic or crystal of `OTHERS` with this name."""
     return next((Glass(*numbers, known) for known, numbers in OTHERS.items()
-                 if glass_catalogue.key(known) == glass_catalogue.key(name)), None)
+                 if catalogue.key(known) == catalogue.key(name)), None)
 
 
 def distance_to_known(n_d: float, v_d: float, glass_only: bool = False) -> float:
@@ -89,7 +89,7 @@ def _nearest(n_d: float, v_d: float, glass_only: bool = False) -> tuple[str, flo
 @lru_cache(maxsize=1)
 def _map() -> tuple[list[str], np.ndarray, np.ndarray, int]:
     """Names, n_d and V_d of every known glass, then of crystals and plastics; and the number of glasses."""
-    entries = sorted((entry for entry in glass_catalogue.entries() if entry.n_d and entry.v_d),
+    entries = sorted((entry for entry in catalogue.entries() if entry.n_d and entry.v_d),
                      key=lambda entry: entry.maker == MISC)
     known = [(entry.name, entry.n_d, entry.v_d) for entry in entries]
     known += [(name, *numbers) for name, numbers in OTHERS.items()]

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
-from lensbench.optics.finding import Change, Kind
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.finding import Change, Kind
+from lensbench.core.optics.prescription import Lens
 
 
 @dataclass(frozen=True)

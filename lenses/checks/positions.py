@@ -6,16 +6,16 @@ Each station is checked as a lens of its own, except the first, which the other 
 from dataclasses import replace
 from math import isfinite
 
-from lensbench.kernels.figures import significant
+from lensbench.core.optics.finding import Change, Finding, Kind, note
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.zoom_positions import Positions
+from lensbench.core.text import significant
+from lensbench.lenses.checks.axial_beam import ray_findings
 from lensbench.lenses.checks.figures import BACK_FOCUS, figure_findings
 from lensbench.lenses.checks.geometry import geometry_findings
-from lensbench.lenses.checks.rays import ray_findings
 from lensbench.lenses.checks.stop import stop_findings
-from lensbench.lenses.paraxial import FAR, object_distance
-from lensbench.optics.finding import Change, Finding, Kind, note
-from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens
-from lensbench.optics.zoom_positions import Positions
+from lensbench.lenses.tables.paraxial import FAR, object_distance
 
 DISTANCE = 0.15         # of the stated one: engraved distances are nominal, of published lenses 1 m is 1.11 m
 ROUNDING = 2e-5         # of the focal length: what sums of rounded gaps differ by

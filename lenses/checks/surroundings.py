@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import isfinite
 
-from lensbench.kernels.figures import significant
+from lensbench.core.optics.finding import Change, Kind
+from lensbench.core.optics.glass import Glass
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
 from lensbench.lenses.checks.hypothesis import Hypothesis
-from lensbench.optics.finding import Change, Kind
-from lensbench.optics.glass import Glass
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens
 
 WATER = 1.333
 PLATE = Glass(1.5168, 64.17)                # window and filters of a sensor

@@ -7,16 +7,16 @@ edited, and carries comments with its name.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from lensbench.kernels.figures import significant
+from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surface_numbers import THICKNESS, with_surfaces
+from lensbench.core.text import significant
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import EditError, LensDocument, varies
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import inserted
-from lensbench.lenses.reversal import reversed_surfaces
-from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_numbers import THICKNESS, with_surfaces
+from lensbench.lenses.tables.reversal import reversed_surfaces
 
 CROWN = Glass(1.5168, 64.17, "N-BK7")
 FILTER = 2.0                    # mm: thickness of a filter

@@ -6,17 +6,24 @@ Lengths in mm. Each function returns a new document, with the solves and pickups
 from dataclasses import replace
 from math import isfinite
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses import glass_catalogue
+from lensbench.core.optics.glass import AIR, Glass, GlassError
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surface_numbers import (
+    CURVATURE,
+    CURVATURE_X,
+    QUANTITIES,
+    THICKNESS,
+    with_surfaces,
+    with_value_of,
+)
+from lensbench.core.optics.zoom_positions import Positions
+from lensbench.core.text import excerpt, significant
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve, words
 from lensbench.lenses.editing.solves import settled
-from lensbench.lenses.rows import RowError, check_sizes, curvature
-from lensbench.optics.glass import AIR, Glass, GlassError
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_numbers import CURVATURE, CURVATURE_X, QUANTITIES, THICKNESS, with_surfaces, with_value_of
-from lensbench.optics.zoom_positions import Positions
+from lensbench.lenses.file_error import RowError
+from lensbench.lenses.glass import catalogue
+from lensbench.lenses.tables.rows import check_sizes, curvature
 
 LONGEST_COMMENT = 200
 
@@ -202,7 +209,7 @@ def named_glass(text: str) -> Glass:
             if len(figures) > 2:
                 raise EditError(f"glass {excerpt(text)}: type a name, or n_d and V_d such as 1.5168 64.17")
             return Glass(figures[0], figures[1] if len(figures) == 2 and figures[1] else None)
-        return glass_catalogue.resolve(text).glass
+        return catalogue.resolve(text).glass
     except GlassError as error:
         raise EditError(str(error)) from None
 

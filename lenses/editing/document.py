@@ -7,11 +7,11 @@ one. The lens of a document may be one that cannot be built; `faults` says where
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from lensbench.kernels.figures import significant
-from lensbench.optics.finding import Finding
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_numbers import CURVATURE, POSE, QUANTITIES, SEMI_DIAMETER, THICKNESS, WORDS
+from lensbench.core.optics.finding import Finding
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surface_numbers import CURVATURE, POSE, QUANTITIES, SEMI_DIAMETER, THICKNESS, WORDS
+from lensbench.core.text import significant
 
 # What a solve keeps, and the quantity of a surface that it adjusts for that
 SOLVES = {"image": THICKNESS, "edge": THICKNESS, "efl": CURVATURE, "marginal slope": CURVATURE,

@@ -22,13 +22,12 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from lensbench.kernels.quotation import excerpt
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.text import excerpt
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats import toml_format
-from lensbench.lenses.formats.toml_header import line_of
-from lensbench.lenses.formats.toml_text import digits, quoted
-from lensbench.optics.finding import Finding, Kind, note
+from lensbench.lenses.formats.toml_header import digits, line_of, quoted
 
 TABLES = ("comments", "solves", "pickups")
 

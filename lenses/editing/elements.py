@@ -2,19 +2,19 @@
 
 from dataclasses import replace
 
-from lensbench.kernels.figures import significant
+from lensbench.core.optics.adjacent_media import medium_before
+from lensbench.core.optics.finding import Kind, note
+from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surface_numbers import CONIC, SEMI_DIAMETER, THICKNESS, with_surfaces
+from lensbench.core.text import significant
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup
 from lensbench.lenses.editing.order import check_fixed, check_range, pose_behind, reordered, surface_at
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.stop import with_stop
 from lensbench.lenses.editing.structure import inserted
-from lensbench.lenses.reversal import reversed_surfaces
-from lensbench.optics.adjacent_media import medium_before
-from lensbench.optics.finding import Kind, note
-from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_numbers import CONIC, SEMI_DIAMETER, THICKNESS, with_surfaces
+from lensbench.lenses.tables.reversal import reversed_surfaces
 
 AIR_GAP = 0.1           # mm: of a cemented surface that is separated
 

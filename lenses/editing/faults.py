@@ -5,14 +5,14 @@ from math import isfinite
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
+from lensbench.core.optics.finding import Finding, Kind, Severity
+from lensbench.core.optics.glass import GlassError
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
+from lensbench.lenses.checks.axial_beam import ray_findings
 from lensbench.lenses.checks.geometry import geometry_findings
-from lensbench.lenses.checks.rays import ray_findings
 from lensbench.lenses.editing.document import LensDocument
-from lensbench.lenses.paraxial import FAR, at_reference, image_distance
-from lensbench.optics.finding import Finding, Kind, Severity
-from lensbench.optics.glass import GlassError
-from lensbench.optics.prescription import Lens
+from lensbench.lenses.tables.paraxial import FAR, at_reference, image_distance
 
 
 @np.errstate(all="ignore")          # an infinite or undefined figure fails every comparison

@@ -6,13 +6,12 @@ Lengths in mm; surfaces are numbered from 0.
 from collections.abc import Sequence
 from dataclasses import replace
 
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.lens_surface import LensError, Surface, SurfacePose
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surface_numbers import THICKNESS
 from lensbench.lenses.editing.document import EditError, LensDocument, Places
 from lensbench.lenses.editing.solves import settled
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.lens_surface import LensError, Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_numbers import THICKNESS
-from lensbench.optics.surface_pose import SurfacePose
 
 
 def reordered(document: LensDocument, order: Sequence[int | Surface], comments: dict[int, str] | None = None,

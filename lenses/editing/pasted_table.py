@@ -11,19 +11,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import inf, isinf
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses import media
-from lensbench.lenses.design import MOST_SURFACES, Design, Row
+from lensbench.core.optics.finding import Finding, Kind, Severity, note
+from lensbench.core.optics.glass import AIR
+from lensbench.core.optics.system import Aperture, ApertureKind, SystemData
+from lensbench.core.text import excerpt, significant
 from lensbench.lenses.editing.document import EditError, LensDocument
-from lensbench.lenses.encoding import plain_number
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.paraxial import focal_length
-from lensbench.lenses.rims import estimate_rims
-from lensbench.lenses.rows import RowError, curvature, number
-from lensbench.optics.finding import Finding, Kind, Severity, note
-from lensbench.optics.glass import AIR
-from lensbench.optics.system import Aperture, ApertureKind, SystemData
+from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables.design import MOST_SURFACES, Design, Row
+from lensbench.lenses.tables.paraxial import focal_length
+from lensbench.lenses.tables.rims import estimate_rims
+from lensbench.lenses.tables.rows import curvature
+from lensbench.lenses.tables.text import plain_number
 
 LONGEST_TEXT = 1_000_000    # characters that are read
 USUAL_APERTURE = 4.0        # f-number for rims where a table has none

@@ -5,14 +5,13 @@ Lengths in mm, angles in radians; surfaces are numbered from 0.
 
 from dataclasses import replace
 
-from lensbench.lenses.axes import body
+from lensbench.core.optics.lens_surface import LensError, PoseError, SurfacePose
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surface_numbers import POSE, with_surfaces
 from lensbench.lenses.editing.document import EditError, LensDocument, words
 from lensbench.lenses.editing.elements import element_at
 from lensbench.lenses.editing.solves import settled
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_numbers import POSE, with_surfaces
-from lensbench.optics.surface_pose import PoseError, SurfacePose
+from lensbench.lenses.tables.axes import body
 
 
 def with_pose(document: LensDocument, first: int, last: int, quantity: str, value: float) -> LensDocument:

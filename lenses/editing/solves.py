@@ -9,13 +9,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import inf, isfinite
 
+from lensbench.core.optics.finding import Finding, Kind
+from lensbench.core.optics.lens_surface import LensError, Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surface_numbers import value_of, with_surfaces, with_value_of
 from lensbench.lenses.editing.document import LensDocument, Pickup, Solve, words
-from lensbench.lenses.paraxial import FAR, image_distance, ray
-from lensbench.lenses.rows import RowError, check_sizes
-from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.lens_surface import LensError, Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_numbers import value_of, with_surfaces, with_value_of
+from lensbench.lenses.file_error import RowError
+from lensbench.lenses.tables.paraxial import FAR, image_distance, ray
+from lensbench.lenses.tables.rows import check_sizes
 
 PASSES = 40             # of all rules, while one changes what another follows from
 STEPS = 60              # of a secant

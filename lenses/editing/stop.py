@@ -2,15 +2,15 @@
 
 from dataclasses import replace
 
-from lensbench.kernels.figures import significant
+from lensbench.core.optics.adjacent_media import refracts
+from lensbench.core.optics.finding import Kind, note
+from lensbench.core.optics.surface_numbers import with_surfaces
+from lensbench.core.text import significant
 from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.editing.order import surface_at
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import deleted, split
-from lensbench.lenses.paraxial import ray
-from lensbench.optics.adjacent_media import refracts
-from lensbench.optics.finding import Kind, note
-from lensbench.optics.surface_numbers import with_surfaces
+from lensbench.lenses.tables.paraxial import ray
 
 
 def with_stop(document: LensDocument, surface: int) -> LensDocument:

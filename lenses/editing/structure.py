@@ -8,23 +8,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
 
-from lensbench.kernels.figures import significant
-from lensbench.lenses.design import MOST_SURFACES
+from lensbench.core.optics.adjacent_media import medium_before, refracts
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.lens_surface import LensError, Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.surface_numbers import THICKNESS, with_surfaces
+from lensbench.core.text import significant
 from lensbench.lenses.editing.document import EditError, LensDocument, Solve, varies
-from lensbench.lenses.editing.order import (
-    check_fixed,
-    check_range,
-    pose_behind,
-    reordered,
-    surface_at,
-)
+from lensbench.lenses.editing.order import check_fixed, check_range, pose_behind, reordered, surface_at
 from lensbench.lenses.editing.solves import settled, solution
-from lensbench.lenses.rows import RowError, check_sizes
-from lensbench.optics.adjacent_media import medium_before, refracts
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.lens_surface import LensError, Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_numbers import THICKNESS, with_surfaces
+from lensbench.lenses.file_error import RowError
+from lensbench.lenses.tables.design import MOST_SURFACES
+from lensbench.lenses.tables.rows import check_sizes
 
 IN_FOCUS = 0.05         # of the back focus: how far a film is set from the paraxial image to balance aberrations
 SAME = 1e-9             # relative: rounding

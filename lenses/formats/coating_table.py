@@ -11,10 +11,10 @@ A layer is its index and its optical thickness in waves of `wavelength` (µm), f
 
 from math import degrees, radians
 
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses.formats.toml_text import digits, listed, quoted
-from lensbench.lenses.rows import RowError, number
-from lensbench.optics.coatings import COATINGS, Coating, CoatingError, Layer
+from lensbench.core.optics.coatings import COATINGS, Coating, CoatingError, Layer
+from lensbench.core.text import excerpt
+from lensbench.lenses.file_error import RowError, number
+from lensbench.lenses.formats.toml_header import digits, listed, quoted
 
 MATCHED = "matched"
 LAYERS, TABLE = {"layers", "wavelength"}, {"wavelengths", "angles", "angles_deg", "reflectances"}

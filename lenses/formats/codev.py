@@ -20,18 +20,16 @@ its name). Mirrors and gratings are refused, and tilts that do not return (`code
 import re
 from dataclasses import replace
 
-from lensbench.lenses import configurations
-from lensbench.lenses.design import Design
-from lensbench.lenses.encoding import check_lines, file_number, first_number, first_word, is_number, plain_number
-from lensbench.lenses.file_error import LensFileError
+from lensbench.core.optics.finding import Kind, Severity, note
+from lensbench.core.optics.prescription import Lens
+from lensbench.lenses.file_error import LensFileError, RowError, not_understood
 from lensbench.lenses.formats import codev_system
 from lensbench.lenses.formats.codev_surfaces import HARMLESS, Surfaces
 from lensbench.lenses.formats.codev_system import SYSTEM
-from lensbench.lenses.numbers import not_understood
-from lensbench.lenses.rows import RowError
-from lensbench.lenses.stations import Solve
-from lensbench.optics.finding import Kind, Severity, note
-from lensbench.optics.prescription import Lens
+from lensbench.lenses.tables import stations as configurations
+from lensbench.lenses.tables.design import Design
+from lensbench.lenses.tables.stations import Solve
+from lensbench.lenses.tables.text import check_lines, file_number, first_number, first_word, is_number, plain_number
 
 UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
 MERCURY = 760.0         # mm, of one atmosphere

@@ -1,18 +1,113 @@
-"""Surfaces of a CODE V sequence file (.seq): S lines, and the commands for a surface or a range of surfaces."""
+"""Surfaces of a CODE V sequence file (.seq): S lines, and the commands for a surface or a range of surfaces.
+
+Decentres and tilts of CODE V surfaces.
+
+XDE, YDE and ZDE are lengths of the file; ADE and BDE turn about x and y, left-handed, and CDE about z, right-handed, in
+degrees. The decentre comes first, then ADE, BDE and CDE, each about an axis that the ones before have turned.
+
+Media of a CODE V sequence file (.seq): glasses of catalogues, codes, indices, and private glasses.
+
+    PRV                         private glasses until END
+    PWL 656.3 587.6 486.1       wavelengths (nm)
+    'MYGLASS' 1.51 1.52 1.53    index at each of them
+    END
+
+Private glasses that are given by a formula are not read.
+"""
 
 import re
+from dataclasses import dataclass, field
+from decimal import Decimal
+from math import radians
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import file_curvature, file_number, first_number, first_word, is_number
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.formats import codev_tilts
-from lensbench.lenses.formats.codev_glass import Glasses
-from lensbench.lenses.numbers import not_understood
-from lensbench.lenses.row_solves import RowSolve
-from lensbench.lenses.rows import RowError
-from lensbench.optics.finding import Kind
+from lensbench.core.optics.finding import Kind
+from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.text import excerpt, significant
+from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.glass import catalogue, media
+from lensbench.lenses.tables.axes import Break, intrinsic
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.row_solves import RowSolve
+from lensbench.lenses.tables.text import file_curvature, file_number, first_number, first_word, is_number, plain_number
+
+KEYS = ("XDE", "YDE", "ZDE", "ADE", "BDE", "CDE")
+KINDS = ("DAR", "REV")      # of this surface alone; undone behind it. Without: for all surfaces from here on
+
+
+@dataclass
+class Tilt:
+    """The commands of a surface. line: of the first one."""
+
+    line: int
+    values: dict[str, float] = field(default_factory=dict)
+    kind: str = ""
+
+
+def place(design: Design, index: int, tilt: Tilt) -> None:
+    """Give a row of the design its decentre and tilt; LensFileError for object and image."""
+    x, y, z, a, b, c = (tilt.values.get(key, 0.0) for key in KEYS)
+    if not any((x, y, z, a, b, c)):
+        return
+    if index in (0, len(design.rows) - 1):
+        raise LensFileError(design.path, tilt.line, f"S{index}: a tilt or decentre of the object or of the image is "
+                                                    "not traced")
+    row, axes = design.rows[index], intrinsic(-radians(a), -radians(b), radians(c))
+    if tilt.kind == "DAR":
+        row.aside = Break((x, y, z), axes, line=tilt.line)
+    elif tilt.kind == "REV":
+        row.behind = Break((-x, -y, -z), axes.T, True, line=tilt.line)
+    else:
+        row.breaks.append(Break((x, y, z), axes, line=tilt.line))
+
+
+class Glasses:
+    """The private glasses so far, and the media that the names in a file mean."""
+
+    def __init__(self, design: Design):
+        self.design = design
+        self.is_open = False                    # whether a definition (PRV) has not ended yet
+        self.wavelengths: list[float] = []      # µm
+        self.private: dict[str, Glass] = {}
+
+    def define(self, key: str, words: list[str], values: list[str]) -> None:
+        """Process a line between PRV and END: the wavelengths (nm), or the indices of a glass at them."""
+        if key == "END":
+            self.is_open = False
+        elif key == "PWL":
+            self.wavelengths = [_micrometres(word) for word in values]
+        elif values and media.code(words[0].strip("'\"")) is None:     # a code says n_d and V_d itself
+            name = words[0].strip("'\"")
+            kind = values[0].upper()
+            if kind in ("LAU", "GMS", "GML", "HAR", "CAU", "SEL") or not is_number(values[0]):
+                self.design.found(Kind.GLASS, f"the private glass {name} is given by a formula ({kind}), which is not "
+                                              "read")
+                return
+            indices = [file_number(word, "index") for word in values]
+            points = sorted({w: n for w, n in zip(self.wavelengths, indices, strict=False) if w > 0.0}.items())
+            self.private[name.upper()] = media.tabulated(name, points)
+
+    def medium(self, words: list[str]) -> Glass:
+        """Medium after the current surface. RowError: a mirror, or a glass in no catalogue."""
+        name = words[0].strip("'\"") if words else ""
+        if name.upper() in media.MIRROR_NAMES:
+            raise RowError(f"S{len(self.design.rows) - 1} is a mirror ({name.upper()}): only lenses are traced")
+        if name.upper() in self.private:
+            return self.private[name.upper()]
+        coded = media.code(name) if name else AIR
+        if coded is not None:
+            return coded
+        if is_number(name):
+            return media.model(file_number(name, "index"), 0.0)
+        glass, _, maker = (name, "", "") if catalogue.makers(name) else name.partition("_")
+        found, assumed = media.named(glass, maker or None)
+        self.design.assume_glass(assumed)
+        return found
+
+
+def _micrometres(word: str) -> float:
+    """Wavelength in µm from the digits of one in nm; 0, which no glass has, for one near 0."""
+    return float(Decimal(plain_number(word)).scaleb(-3)) if file_number(word, "PWL") else 0.0
+
 
 TERMS = {letter: 4 + 2 * i for i, letter in enumerate("ABCDEFGHJ")}     # A r⁴ … H r¹⁸, J r²⁰; there is no I
 REFUSED = {
@@ -51,7 +146,7 @@ class Surfaces:
         self.glasses = Glasses(design)
         self.edges: dict[int, float] = {}
         self.biconic: set[int] = set()
-        self.tilts: dict[int, codev_tilts.Tilt] = {}
+        self.tilts: dict[int, Tilt] = {}
         self.image_is_solved = False            # PIM: the last thickness puts the image plane at the paraxial image
 
     def complete(self) -> None:
@@ -68,7 +163,7 @@ class Surfaces:
                 raise LensFileError(design.path, row.line, f"S{index} is curved in two sections and has a conic or "
                                                            "aspheric terms: not traced")
         for index, tilt in self.tilts.items():
-            codev_tilts.place(design, index, tilt)
+            place(design, index, tilt)
 
     def qualified(self, word: str) -> int | None:
         """Surface that a qualifier names (S3, SO object, SI image, SS stop); None if it names none."""
@@ -173,10 +268,10 @@ class Surfaces:
             self.rim(index, row, values)
         elif key == "PIM":
             self.image_is_solved = True
-        elif key in codev_tilts.KEYS:
-            self.tilts.setdefault(index, codev_tilts.Tilt(line)).values[key] = first_number(values)
-        elif key in codev_tilts.KINDS:
-            self.tilts.setdefault(index, codev_tilts.Tilt(line)).kind = key
+        elif key in KEYS:
+            self.tilts.setdefault(index, Tilt(line)).values[key] = first_number(values)
+        elif key in KINDS:
+            self.tilts.setdefault(index, Tilt(line)).kind = key
         elif key in REFUSED:
             self.refuse_unless_zero(index, key, values)
         elif key in SIDED:

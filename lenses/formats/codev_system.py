@@ -14,10 +14,10 @@ from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from math import isfinite
 
-from lensbench.lenses.aperture import f_number_kind
-from lensbench.lenses.design import Design
-from lensbench.lenses.json_text import EXACT, exact
-from lensbench.optics.system import Aperture, ApertureKind, FieldKind, SystemData
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind, SystemData
+from lensbench.lenses.tables.aperture import f_number_kind
+from lensbench.lenses.tables.design import Design
+from lensbench.lenses.tables.text import EXACT, exact
 
 APERTURES = {"EPD": ApertureKind.PUPIL_DIAMETER, "FNO": ApertureKind.F_NUMBER, "NAO": ApertureKind.OBJECT_NA,
              "NA": ApertureKind.IMAGE_NA}

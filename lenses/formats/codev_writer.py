@@ -8,17 +8,19 @@ from dataclasses import replace
 from decimal import Decimal
 from math import degrees, isinf
 
-from lensbench.lenses import configurations, glass_catalogue, media
-from lensbench.lenses.axes import angles
-from lensbench.lenses.encoding import LONGEST_NAME, is_number
-from lensbench.lenses.formats import codev_system, codev_tilts
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.glass import C_LINE, D_LINE, F_LINE, Glass
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import Aperture
+from lensbench.lenses.formats import codev_surfaces as codev_tilts
+from lensbench.lenses.formats import codev_system
 from lensbench.lenses.formats.codev_surfaces import TERMS
-from lensbench.lenses.stations import Station, stations_of
-from lensbench.lenses.written_system import with_working_f_number, written_system
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, Glass
-from lensbench.optics.prescription import Lens
-from lensbench.optics.system import Aperture
+from lensbench.lenses.glass import catalogue, media
+from lensbench.lenses.tables import stations as configurations
+from lensbench.lenses.tables.axes import angles
+from lensbench.lenses.tables.stations import Station, stations_of
+from lensbench.lenses.tables.system_text import with_working_f_number, written_system
+from lensbench.lenses.tables.text import LONGEST_NAME, is_number
 
 SAMPLES = (0.4046561, 0.4358343, F_LINE, 0.5460740, D_LINE, C_LINE, 0.7065188)      # µm: h, g, F, e, d, C, r
 
@@ -53,7 +55,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
             words.append(f"'{private[glass]}'")
         elif glass.n_d != 1.0:
             maker = media.maker_of(glass)
-            words.append(f"{glass_catalogue.key(glass.name)}_{maker}" if maker else _code(glass))
+            words.append(f"{catalogue.key(glass.name)}_{maker}" if maker else _code(glass))
             if glass.name and not maker:
                 words.append(f"! {' '.join(glass.name.split())[:LONGEST_NAME]}")
                 by_numbers.append(i)

@@ -15,16 +15,16 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
-from lensbench.kernels.quotation import cut
-from lensbench.lenses import media
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import check_keys, flag, item_lines, items, parse, table, text_value, value
-from lensbench.lenses.rows import RowError, curvature, number
-from lensbench.optics.finding import Kind, Severity
-from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.finding import Kind, Severity
+from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import cut
+from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.rows import curvature
+from lensbench.lenses.tables.text import check_keys, flag, item_lines, items, parse, table, text_value, value
 
 READ = frozenset({"info", "foclen", "fnum", "d_sensor", "sensor_size", "surfaces"})
 READ_OF_SURFACES = frozenset({"type", "r", "c", "roc", "d", "d_next", "mat1", "mat2", "k", "ai", "use_ai2",

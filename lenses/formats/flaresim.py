@@ -19,16 +19,14 @@ behind. Coatings are a number of layers, which is left out.
 import re
 from math import inf, log
 
-from lensbench.kernels.figures import significant
-from lensbench.lenses import media
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import check_lines, file_curvature, file_number
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.numbers import not_understood
-from lensbench.lenses.paraxial import f_number, sag
-from lensbench.lenses.rows import RowError
-from lensbench.optics.finding import Kind, Severity
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.finding import Kind, Severity
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
+from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.paraxial import f_number, sag
+from lensbench.lenses.tables.text import check_lines, file_curvature, file_number
 
 TYPES = {"sph": "sph", "spherical": "sph", "cyl_x": "cyl_x", "cylinder_x": "cyl_x", "cyl_y": "cyl_y",
          "cylinder_y": "cyl_y", "toric": "toric"}

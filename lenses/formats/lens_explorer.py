@@ -20,18 +20,17 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses import media
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import check_keys, item_lines, items, parse, table, text_value, value
-from lensbench.lenses.rows import RowError, curvature, number
-from lensbench.lenses.stations import Station
-from lensbench.optics.finding import Kind
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.prescription import Lens
-from lensbench.optics.system import ApertureKind, FieldKind
+from lensbench.core.optics.finding import Kind
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import ApertureKind, FieldKind
+from lensbench.core.text import excerpt, significant
+from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.rows import curvature
+from lensbench.lenses.tables.stations import Station
+from lensbench.lenses.tables.text import check_keys, item_lines, items, parse, table, text_value, value
 
 SCHEMA = "lens-explorer"
 READ = frozenset({"name", "units", "stop_index", "efl_stated", "fno_stated", "half_fov_deg", "variable", "source",

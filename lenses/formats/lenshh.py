@@ -14,11 +14,18 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
-from lensbench.lenses import media
-from lensbench.lenses.configurations import Configurations
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import (
+from lensbench.core.optics.finding import Kind, Severity
+from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import ApertureKind, FieldKind
+from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.paraxial import FAR
+from lensbench.lenses.tables.row_solves import RowSolve
+from lensbench.lenses.tables.rows import curvature
+from lensbench.lenses.tables.stations import Configurations
+from lensbench.lenses.tables.text import (
     check_keys,
     coefficients,
     flag,
@@ -29,13 +36,6 @@ from lensbench.lenses.json_text import (
     text_value,
     value,
 )
-from lensbench.lenses.paraxial import FAR
-from lensbench.lenses.row_solves import RowSolve
-from lensbench.lenses.rows import RowError, curvature, number
-from lensbench.optics.finding import Kind, Severity
-from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.prescription import Lens
-from lensbench.optics.system import ApertureKind, FieldKind
 
 APERTURES = {"epd": ApertureKind.PUPIL_DIAMETER, "fnumber": ApertureKind.F_NUMBER,
              "workingfnumber": ApertureKind.WORKING_F_NUMBER, "objectspacena": ApertureKind.OBJECT_NA}

@@ -18,16 +18,14 @@ coefficients of r⁴, r⁶, r⁸ and r¹⁰.
 import re
 from math import inf
 
-from lensbench.lenses import media
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import check_lines, file_curvature, file_number
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.numbers import not_understood
-from lensbench.lenses.rows import RowError
-from lensbench.lenses.stations import Station
-from lensbench.optics.finding import Kind
-from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.finding import Kind
+from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.optics.prescription import Lens
+from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.stations import Station
+from lensbench.lenses.tables.text import check_lines, file_curvature, file_number
 
 STOP, CYLINDER = "iris", "cx_"
 LARGEST_PLANE = 1e4     # mm: a radius from here on is how these files write a plane

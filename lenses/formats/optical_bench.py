@@ -20,19 +20,17 @@ have no positions of their own.
 import re
 from math import inf, isinf
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses import media
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import file_curvature, file_number, is_number
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.numbers import not_understood
-from lensbench.lenses.rows import RowError, radius_text
-from lensbench.lenses.stations import MOST_STATIONS, Station, stations_of
-from lensbench.optics.finding import Finding, Kind, Severity, note
-from lensbench.optics.glass import AIR
-from lensbench.optics.prescription import Lens
-from lensbench.optics.system import ApertureKind, FieldKind, FieldPoint
+from lensbench.core.optics.finding import Finding, Kind, Severity, note
+from lensbench.core.optics.glass import AIR
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import ApertureKind, FieldKind, FieldPoint
+from lensbench.core.text import excerpt, significant
+from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.rows import radius_text
+from lensbench.lenses.tables.stations import MOST_STATIONS, Station, stations_of
+from lensbench.lenses.tables.text import file_curvature, file_number, is_number
 
 PLANES = ("CG", "FS", "INFINITY", "INF", "")
 LONGEST = 30            # aspheric coefficients in a line

@@ -13,11 +13,19 @@ from decimal import Decimal
 from math import inf, isinf
 from typing import Any
 
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses import glass_catalogue, media
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import (
+from lensbench.core.optics.finding import Finding, Kind, Severity, note
+from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind
+from lensbench.core.text import excerpt
+from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.glass import catalogue, media
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.row_solves import RowSolve
+from lensbench.lenses.tables.rows import curvature, radius_text
+from lensbench.lenses.tables.system_text import WrittenSystem, written_system
+from lensbench.lenses.tables.text import (
     EXACT,
     check_keys,
     coefficients,
@@ -32,14 +40,6 @@ from lensbench.lenses.json_text import (
     text_value,
     value,
 )
-from lensbench.lenses.row_solves import RowSolve
-from lensbench.lenses.rows import RowError, curvature, number, radius_text
-from lensbench.lenses.written_system import WrittenSystem, written_system
-from lensbench.optics.finding import Finding, Kind, Severity, note
-from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.system import Aperture, ApertureKind, FieldKind
 
 APERTURES = {"EPD": ApertureKind.PUPIL_DIAMETER, "imageFNO": ApertureKind.F_NUMBER,
              "objectNA": ApertureKind.OBJECT_NA, "float_by_stop_size": ApertureKind.STOP_SIZE}
@@ -253,7 +253,7 @@ def _glass(design: Design, material: dict[str, Any]) -> Glass:
         # …/glass/schott/N-BK7.yml or …/main/SiO2/Malitson.yml
         *_, folder, file = ("", *re.split(r"[/\\]", material["filename"]))
         stem = file.removesuffix(".yml")
-        name, source = (stem, folder) if folder.upper() in glass_catalogue.MAKERS else (folder, stem)
+        name, source = (stem, folder) if folder.upper() in catalogue.MAKERS else (folder, stem)
         glass, assumed = media.named(name, source)
         design.assume_glass(assumed)
         return glass

@@ -36,28 +36,20 @@ from collections.abc import Sequence
 from math import inf
 from typing import Any
 
-from lensbench.kernels.figures import significant
-from lensbench.lenses import configurations, media
-from lensbench.lenses.aperture import f_number_kind
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import (
-    check_lines,
-    file_curvature,
-    file_number,
-    first_number,
-    first_word,
-    is_number,
-)
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.numbers import not_understood
-from lensbench.lenses.paraxial import FAR, ray, reference_wavelength
-from lensbench.lenses.row_solves import RowSolve, apply, beam_radius
-from lensbench.lenses.rows import RowError
-from lensbench.lenses.stations import Solve, with_gaps
-from lensbench.optics.finding import Kind
-from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.prescription import Lens
-from lensbench.optics.system import ApertureKind, FieldKind
+from lensbench.core.optics.finding import Kind
+from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import ApertureKind, FieldKind
+from lensbench.core.text import significant
+from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables import stations as configurations
+from lensbench.lenses.tables.aperture import f_number_kind
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.paraxial import FAR, ray, reference_wavelength
+from lensbench.lenses.tables.row_solves import RowSolve, apply, beam_radius
+from lensbench.lenses.tables.stations import Solve, with_gaps
+from lensbench.lenses.tables.text import check_lines, file_curvature, file_number, first_number, first_word, is_number
 
 TERMS = {"AD": 4, "AE": 6, "AF": 8, "AG": 10}
 REFUSED = {

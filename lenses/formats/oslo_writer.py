@@ -4,19 +4,20 @@ import re
 from dataclasses import replace
 from math import isinf
 
-from lensbench.kernels.figures import significant
-from lensbench.lenses import configurations, media
-from lensbench.lenses.encoding import LONGEST_NAME, is_number
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.glass import Glass
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldPoint
+from lensbench.core.text import significant
 from lensbench.lenses.formats.oslo import APERTURES, FIELDS, LEAST_ABBE, POWERS, TERMS, beam_share
-from lensbench.lenses.paraxial import reference_wavelength
-from lensbench.lenses.rows import radius_text
-from lensbench.lenses.stations import Station, stations_of, with_gaps
-from lensbench.lenses.written_system import WrittenSystem, with_working_f_number, written_system
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.glass import Glass
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.system import Aperture, ApertureKind, FieldPoint
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables import stations as configurations
+from lensbench.lenses.tables.paraxial import reference_wavelength
+from lensbench.lenses.tables.rows import radius_text
+from lensbench.lenses.tables.stations import Station, stations_of, with_gaps
+from lensbench.lenses.tables.system_text import WrittenSystem, with_working_f_number, written_system
+from lensbench.lenses.tables.text import LONGEST_NAME, is_number
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:

@@ -15,14 +15,14 @@ with fewer faults.
 import re
 from dataclasses import replace
 
-from lensbench.kernels.figures import significant
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.media import left_out
-from lensbench.lenses.paraxial import count_faults, sag
-from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
+from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.glass.media import left_out
+from lensbench.lenses.tables.paraxial import count_faults, sag
+from lensbench.lenses.tables.rows import radius_text, stop_of, surface
 
 COLUMNS = "radius, thickness, index, diameter"
 FLAT_RADIUS = "1e6"     # mm: a plane that refracts; radius 0 would be a stop to pbrt

@@ -19,16 +19,15 @@ import re
 from dataclasses import replace
 from typing import Any
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses.formats.toml_text import digits, listed, quoted
-from lensbench.lenses.paraxial import focal_length
-from lensbench.lenses.rows import RowError, number
-from lensbench.lenses.stations import focus_fractions, with_gaps, zoom_fractions
-from lensbench.optics.finding import Kind, note
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.prescription import Lens
-from lensbench.optics.zoom_positions import Positions, PositionsError
+from lensbench.core.optics.finding import Kind, note
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.zoom_positions import Positions, PositionsError
+from lensbench.core.text import excerpt, significant
+from lensbench.lenses.file_error import RowError, number
+from lensbench.lenses.formats.toml_header import digits, listed, quoted
+from lensbench.lenses.tables.paraxial import focal_length
+from lensbench.lenses.tables.stations import focus_fractions, with_gaps, zoom_fractions
 
 STATIONS = ("zoom_stations", "focus_stations")
 ROWS = (*STATIONS, "focal_lengths", "f_numbers")

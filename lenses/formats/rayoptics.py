@@ -12,13 +12,19 @@ from decimal import Decimal
 from math import isinf
 from typing import Any
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses import media
-from lensbench.lenses.aperture import f_number_kind
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import (
+from lensbench.core.optics.adjacent_media import refracts
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind
+from lensbench.core.text import excerpt, significant
+from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables.aperture import f_number_kind
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.system_text import WrittenSystem, with_working_f_number, written_system
+from lensbench.lenses.tables.text import (
     EXACT,
     check_keys,
     coefficients,
@@ -33,14 +39,6 @@ from lensbench.lenses.json_text import (
     text_value,
     value,
 )
-from lensbench.lenses.rows import RowError, number
-from lensbench.lenses.written_system import WrittenSystem, with_working_f_number, written_system
-from lensbench.optics.adjacent_media import refracts
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.glass import AIR, Glass
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.system import Aperture, ApertureKind, FieldKind
 
 UNITS = {"mm": 1.0, "cm": 10.0, "meters": 1000.0, "m": 1000.0, "in": 25.4, "inches": 25.4}        # lower case
 APERTURES = {                   # an f-number is at work, which for an object at infinity is the same

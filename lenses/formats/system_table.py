@@ -13,11 +13,7 @@ All entries are optional. The kinds are the words of `ApertureKind` and `FieldKi
 
 from typing import Any
 
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses.formats.position_table import TableError
-from lensbench.lenses.formats.toml_text import digits, listed, quoted
-from lensbench.lenses.rows import RowError, number
-from lensbench.optics.system import (
+from lensbench.core.optics.system import (
     Aperture,
     ApertureKind,
     FieldKind,
@@ -26,6 +22,10 @@ from lensbench.optics.system import (
     SystemDataError,
     Wavelength,
 )
+from lensbench.core.text import excerpt
+from lensbench.lenses.file_error import RowError, number
+from lensbench.lenses.formats.position_table import TableError
+from lensbench.lenses.formats.toml_header import digits, listed, quoted
 
 KEYS = ("aperture", "field_kind", "fields", "wavelengths", "primary", "object_distances")
 DARK = (0.0, 0.0, 0.0, 0.0)         # no vignetting

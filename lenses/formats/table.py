@@ -3,7 +3,10 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from lensbench.lenses.file_error import LensFileError
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.lens_surface import Shape
+from lensbench.core.optics.prescription import Lens
+from lensbench.lenses.file_error import LensFileError, RowError
 from lensbench.lenses.formats import (
     codev,
     codev_writer,
@@ -22,12 +25,8 @@ from lensbench.lenses.formats import (
     zemax,
     zemax_writer,
 )
-from lensbench.lenses.numbers import RowError
-from lensbench.lenses.shapes import COMMON, ROTATIONAL, lost_poses, lost_shapes
-from lensbench.lenses.written_system import WHOLE, lost_system
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.lens_surface import Shape
-from lensbench.optics.prescription import Lens
+from lensbench.lenses.tables.shapes import COMMON, ROTATIONAL, lost_poses, lost_shapes
+from lensbench.lenses.tables.system_text import WHOLE, lost_system
 
 Reader = Callable[[str, str], Lens]                         # text and path → lens; LensFileError
 Writer = Callable[[Lens], tuple[str, Sequence[Finding]]]    # lens → text, and findings about losses other than shapes

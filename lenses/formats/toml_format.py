@@ -45,19 +45,17 @@ from math import inf, radians
 from pathlib import Path
 from typing import Any
 
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses.file_error import LensFileError
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.glass import Glass
+from lensbench.core.optics.lens_surface import LensError, PoseError, Surface, SurfacePose
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import excerpt
+from lensbench.lenses.file_error import LensFileError, RowError, number
 from lensbench.lenses.formats import coating_table, position_table, system_table, toml_header
-from lensbench.lenses.formats.toml_header import line_of, parse
-from lensbench.lenses.formats.toml_text import digits, listed, quoted
-from lensbench.lenses.media import without_picture
-from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
+from lensbench.lenses.formats.toml_header import digits, line_of, listed, parse, quoted
+from lensbench.lenses.glass.media import without_picture
 from lensbench.lenses.stop_picture import picture_beside
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.glass import Glass
-from lensbench.optics.lens_surface import LensError, Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.surface_pose import PoseError, SurfacePose
+from lensbench.lenses.tables.rows import check_sizes, curvature, radius_text, stop_of, surface
 
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")

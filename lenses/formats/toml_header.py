@@ -18,8 +18,11 @@
     units = "mm"
 
 Every key but `format` may be left out. This module imports no tracer, so that a list of headers is quick.
+
+Numbers, texts and lists in TOML; a float has enough digits to read back equal.
 """
 
+import json
 import re
 import tomllib
 from collections.abc import Mapping
@@ -28,13 +31,27 @@ from decimal import Decimal
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
 
-from lensbench.kernels.quotation import excerpt
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.formats.toml_text import digits, listed, quoted
-from lensbench.lenses.numbers import RowError, number
+from lensbench.core.text import excerpt
+from lensbench.lenses.file_error import LensFileError, RowError, number
 
 if TYPE_CHECKING:
-    from lensbench.optics.prescription import Lens
+    from lensbench.core.optics.prescription import Lens
+
+
+def listed(values: Any) -> str:
+    """A TOML list of numbers, or of tuples of numbers."""
+    return f"[{', '.join(listed(v) if isinstance(v, tuple) else digits(v) for v in values)}]"
+
+
+def digits(value: float) -> str:
+    """A number with all its digits."""
+    return repr(float(value))
+
+
+def quoted(text: str) -> str:
+    """A text in quotes."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
 
 FORMAT = 1
 FIELDS = {"title": "name", "kind": "kind", "maker": "maker", "designer": "designer", "year": "year",
@@ -126,8 +143,8 @@ def line_of(text: str, key: str) -> int | None:
 
 def lines(lens: "Lens") -> list[str]:
     """Lines of the header of a lens."""
-    from lensbench.lenses.counts import counts
-    from lensbench.lenses.paraxial import f_number, focal_length
+    from lensbench.lenses.tables.counts import counts
+    from lensbench.lenses.tables.paraxial import f_number, focal_length
 
     written = [f"format = {FORMAT}"]
     for key, name in FIELDS.items():

@@ -28,21 +28,20 @@ import re
 from collections.abc import Sequence
 from math import inf, radians
 
-from lensbench.kernels.figures import significant
-from lensbench.lenses import configurations, media
-from lensbench.lenses.axes import Break, intrinsic
-from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import file_curvature, file_number
-from lensbench.lenses.file_error import LensFileError
+from lensbench.core.optics.finding import Kind, Severity
+from lensbench.core.optics.glass import Glass
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.text import significant
+from lensbench.lenses.file_error import LensFileError, RowError, not_understood
 from lensbench.lenses.formats import zemax_system
 from lensbench.lenses.formats.zemax_system import number_in
-from lensbench.lenses.numbers import not_understood
-from lensbench.lenses.row_solves import RowSolve
-from lensbench.lenses.rows import RowError
-from lensbench.lenses.stations import Solve
-from lensbench.optics.finding import Kind, Severity
-from lensbench.optics.glass import Glass
-from lensbench.optics.prescription import Lens
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables import stations as configurations
+from lensbench.lenses.tables.axes import Break, intrinsic
+from lensbench.lenses.tables.design import Design, Row
+from lensbench.lenses.tables.row_solves import RowSolve
+from lensbench.lenses.tables.stations import Solve
+from lensbench.lenses.tables.text import file_curvature, file_number
 
 UNITS = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
 SURFACES = ("STANDARD", "EVENASPH", "ODDASPHE", "XASPHERE", "XODDASPH", "TOROIDAL", "BICONICX")

@@ -15,14 +15,12 @@ from collections.abc import Sequence
 from decimal import Decimal
 from math import radians, sin
 
-from lensbench.kernels.figures import significant
-from lensbench.lenses.design import Design
-from lensbench.lenses.encoding import file_number, plain_number
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import EXACT, exact
-from lensbench.lenses.rows import RowError
-from lensbench.optics.finding import Kind, Severity
-from lensbench.optics.system import Aperture, ApertureKind, FieldKind, SystemData
+from lensbench.core.optics.finding import Kind, Severity
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind, SystemData
+from lensbench.core.text import significant
+from lensbench.lenses.file_error import LensFileError, RowError
+from lensbench.lenses.tables.design import Design
+from lensbench.lenses.tables.text import EXACT, exact, file_number, plain_number
 
 FIELD_KINDS = (FieldKind.ANGLE, FieldKind.OBJECT_HEIGHT, FieldKind.IMAGE_HEIGHT, FieldKind.REAL_IMAGE_HEIGHT)
 APERTURES = {"ENPD": (ApertureKind.PUPIL_DIAMETER,), "FNUM": (ApertureKind.F_NUMBER, ApertureKind.WORKING_F_NUMBER),

@@ -5,17 +5,18 @@ from math import degrees, inf, isinf
 
 import numpy as np
 
-from lensbench.lenses import configurations, media
-from lensbench.lenses.axes import angles, axes_at, body, gap_on_axes, lead
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import Aperture, ApertureKind
 from lensbench.lenses.formats import zemax_system
 from lensbench.lenses.formats.zemax import EVEN_POWERS, GLASS_COMMENT, ODD_POWERS
-from lensbench.lenses.rows import radius_text
-from lensbench.lenses.stations import Station, stations_of, with_gaps
-from lensbench.lenses.written_system import written_system
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.lens_surface import Surface
-from lensbench.optics.prescription import Lens
-from lensbench.optics.system import Aperture, ApertureKind
+from lensbench.lenses.glass import media
+from lensbench.lenses.tables import stations as configurations
+from lensbench.lenses.tables.axes import angles, axes_at, body, gap_on_axes, lead
+from lensbench.lenses.tables.rows import radius_text
+from lensbench.lenses.tables.stations import Station, stations_of, with_gaps
+from lensbench.lenses.tables.system_text import written_system
 
 Row = tuple[str, int, list[float]]              # of the configurations: a quantity, its surface, its values
 FAR_OBJECT = "1e10"                             # where a configuration gives the object distance

@@ -1,1 +1,1 @@
-"""Lens files shipped with lensbench."""
+"""The lens library: designs with their headers, search and filters."""

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui, immapp
 from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 from imgui_bundle.immapp import testing
 
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window import window
 from lensbench.app.workers import warm_cache
 

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
-from lensbench.app.state.constraints import with_camera
-from lensbench.app.state.settings import Settings
+from lensbench.app.bench.constraints import with_camera
+from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.settings.settings import Settings
 
 KINDS = {**{name: {"camera": "lens", "lens_model": name} for name in LENS_MODELS},
          **{name: {"camera": name} for name, kind in CAMERA_KINDS.items() if not kind.has_lens}}

@@ -7,8 +7,8 @@ from imgui_bundle.immapp import testing
 
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import DialState, use_dials
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.dial import DialState, use_dials
 
 
 def drive(gui: Callable[[], None], test: Callable, size: tuple[int, int] = (400, 300), picture: str | None = None,

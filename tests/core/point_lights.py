@@ -14,11 +14,11 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.imaging.spectrum import WAVELENGTHS
-from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.optics.glass import D_LINE
-from lensbench.pupils.radial_sampler import SECTORS, PupilTable
+from lensbench.core.imaging.spectrum import WAVELENGTHS
+from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.pupils.radial_sampler import SECTORS, PupilTable
 from tests.library import CLASSICS
 
 FIELDS = np.array([0.03, 0.3, 0.55, 0.8, 0.97])     # of half the diagonal, or of its lit part; the first: the axis

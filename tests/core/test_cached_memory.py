@@ -5,12 +5,12 @@ import pkgutil
 
 import numpy as np
 
-import lensbench
-from lensbench import app, lenses
-from lensbench.kernels.byte_cache import ByteCache
-from lensbench.scenery import small_lights
-from lensbench.scenery.intersect.texture import texture
-from lensbench.scenery.objects import Image, Material, Pattern, Rectangle
+from lensbench import core
+from lensbench.core.kernels.byte_cache import ByteCache
+from lensbench.core.scenery import small_lights
+from lensbench.core.scenery.intersect.texture import texture
+from lensbench.core.scenery.objects.material import Image, Material, Pattern
+from lensbench.core.scenery.objects.planar import Rectangle
 
 LAPTOP = 8 << 30
 PICTURE = (512, 1195)                   # texels of 12 bytes: 7 MB, of which four are below the bound
@@ -18,12 +18,9 @@ PICTURE = (512, 1195)                   # texels of 12 bytes: 7 MB, of which fou
 
 def test_all_caches_of_the_core_leave_most_of_a_laptop_with_8_gb():
     """A tenth of its memory, beside the textures of the present scene, which it needs."""
-    others = tuple(f"{package.__name__}." for package in (app, lenses))
     caches = set()
-    for module in pkgutil.walk_packages(lensbench.__path__, "lensbench."):
-        if not f"{module.name}.".startswith(others):
-            caches |= {each for each in vars(importlib.import_module(module.name)).values()
-                       if isinstance(each, ByteCache)}
+    for module in pkgutil.walk_packages(core.__path__, "lensbench.core."):
+        caches |= {each for each in vars(importlib.import_module(module.name)).values() if isinstance(each, ByteCache)}
     assert {small_lights.split_light, texture} <= caches
     assert sum(each.most_bytes for each in caches if each is not texture) < LAPTOP // 10
 

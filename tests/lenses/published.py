@@ -5,9 +5,9 @@ from functools import cache
 from pathlib import Path
 
 from lensbench import AIR, Glass, Lens, Surface
-from lensbench.lenses.rows import stop_of
-from lensbench.optics.system import FieldPoint, SystemData
-from lensbench.optics.zoom_positions import Positions
+from lensbench.core.optics.system import FieldPoint, SystemData
+from lensbench.core.optics.zoom_positions import Positions
+from lensbench.lenses.tables.rows import stop_of
 
 FILES = ("suspect_lenses.json", "suspect_causes.json")
 DATA = {name: entry for file in FILES for name, entry in json.loads(

@@ -8,8 +8,8 @@ from math import inf
 import pytest
 
 from lensbench import Glass, Lens, Surface, first_order, lenses
-from lensbench.lenses.checks.field import lit_field
-from lensbench.optics.system import FieldPoint, SystemData
+from lensbench.core.optics.system import FieldPoint, SystemData
+from lensbench.lenses.checks.figures import lit_field
 from tests.lenses.published import published
 
 SPHERICAL = ["pbrt-dgauss-50mm", "lv-czj-tessar-50-f28", "lv-zeiss-distagon-35mm-f4-contarex", "lib-tronnier-1953",

@@ -7,8 +7,8 @@ from math import asin, degrees, radians, sin
 import pytest
 
 from lensbench import Glass, Lens, Surface, lenses
+from lensbench.core.optics.finding import Kind, Severity
 from lensbench.lenses.checks.fabrication import CENTRE, EDGE, LEAST_EDGE, STEEPEST
-from lensbench.optics.finding import Kind, Severity
 
 CROWN = Glass(1.5168, 64.17)
 

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
-from lensbench.lenses import FORMATS, READERS, WRITERS, Kind, Severity, glass_catalogue, media
+from lensbench.core.optics.lens_surface import Shape, SurfacePose
+from lensbench.lenses import FORMATS, READERS, WRITERS, Kind, Severity
 from lensbench.lenses.editing.poses import body_at
-from lensbench.lenses.encoding import is_number
-from lensbench.lenses.media import code
-from lensbench.lenses.rows import RowError
-from lensbench.optics.lens_surface import Shape
-from lensbench.optics.surface_pose import SurfacePose
+from lensbench.lenses.file_error import RowError
+from lensbench.lenses.glass import catalogue, media
+from lensbench.lenses.glass.media import code
+from lensbench.lenses.tables.text import is_number
 from tests.lenses.samples import plain_words
 from tests.library import CLASSICS
 
@@ -104,9 +104,9 @@ def test_provenance_that_only_toml_holds_is_reported_as_left_out(suffix):
 
 
 @pytest.mark.parametrize("suffix", [".toml", ".seq", ".json", ".roa"])
-@pytest.mark.parametrize("maker", glass_catalogue.MAKERS)
+@pytest.mark.parametrize("maker", catalogue.MAKERS)
 def test_catalogue_glasses_of_every_maker_and_formula_come_back(suffix, maker):
-    same = [entry for entry in glass_catalogue.entries() if entry.maker == maker and entry.n_d and entry.v_d]
+    same = [entry for entry in catalogue.entries() if entry.maker == maker and entry.n_d and entry.v_d]
     for entry in same[::29]:
         lens = replace(lenses.load("lenshh-cooke-triplet-50"), name="", notes="", source="", kind="")
         glass = entry.make()

@@ -10,9 +10,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.lenses import catalogue
-from lensbench.lenses.counts import counts
 from lensbench.lenses.formats.toml_header import COUNTS
+from lensbench.lenses.library import catalogue
+from lensbench.lenses.tables.counts import counts
 
 ROOT = Path(__file__).parents[2]
 NAMES = lenses.names()
@@ -44,7 +44,7 @@ def test_the_pages_count_what_the_library_holds():
 
 
 def test_one_of_each_kind_has_every_kind_once():
-    kinds = [CARDS[name].kind for name in lenses.catalogue.one_of_each_kind()]
+    kinds = [CARDS[name].kind for name in lenses.library.catalogue.one_of_each_kind()]
     assert len(kinds) == len(set(kinds)) and set(kinds) == {card.kind for card in CARDS.values()}
 
 

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lensbench import Glass, Lens, Surface, first_order, lenses
+from lensbench.core.optics.finding import Kind
+from lensbench.core.optics.system import FieldKind, FieldPoint
 from lensbench.lenses.editing import cells
 from lensbench.lenses.editing.document import LensDocument, Pickup, Solve
 from lensbench.lenses.editing.structure import kept_in_focus
-from lensbench.optics.finding import Kind
-from lensbench.optics.system import FieldKind, FieldPoint
 
 TRIPLET = "lenshh-cooke-triplet-50"
 SUFFIXES = tuple(lenses.WRITERS)

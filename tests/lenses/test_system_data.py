@@ -10,20 +10,13 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import Glass, Lens, Positions, Surface, lenses
+from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.command.main import main
 from lensbench.app.panels.readouts import Status, rows
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, Wavelength
 from lensbench.lenses import READERS, WRITERS, Kind
-from lensbench.lenses.system_text import system_rows
-from lensbench.optics.system import (
-    Aperture,
-    ApertureKind,
-    FieldKind,
-    FieldPoint,
-    SystemData,
-    Wavelength,
-)
+from lensbench.lenses.tables.system_text import system_rows
 from tests.lenses.samples import DATA, loaded, refusal
 
 GLASS = Glass(1.5168, 64.17)
@@ -244,7 +237,7 @@ def sized(lens):
     aperture = lens.system.aperture
     if aperture.kind is ApertureKind.STOP_SIZE:
         return READERS[".toml"](text, "a.toml")
-    from lensbench.lenses.aperture import stop_radius
+    from lensbench.lenses.tables.aperture import stop_radius
 
     radius = stop_radius(lens.surfaces, lens.stop_index, aperture.kind, aperture.values[0],
                          lens.system.object_distances[0], lens.system.primary_wavelength)

@@ -7,18 +7,18 @@ from typing import Any
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
-from lensbench.app.panels.analysis.drawing import Drawn, Grip, Under, draw_figure
-from lensbench.app.state.analysis.figure import Figure
-from lensbench.app.state.analysis.ghost import with_ghost
-from lensbench.app.state.analysis.grid_ray import nearest_ray, pointed_ray
-from lensbench.app.state.analysis.query import query
-from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import paragraph
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph
+from lensbench.app.panels.analysis.plot_painter import Drawn, Grip, Under, draw_figure
+from lensbench.app.plots.grid_ray import nearest_ray, pointed_ray
+from lensbench.app.plots.pixel_rays import Pointed
+from lensbench.app.plots.plot import Figure
+from lensbench.app.plots.query import query
+from lensbench.app.plots.reference_plot import with_ghost
+from lensbench.app.session.notices import Request
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.analysis_worker import AnalysisWorker, Answer, Job
-from lensbench.imaging.spectrum import WHITES
+from lensbench.core.imaging.spectrum import WHITES
 
 SAVES = {Request.SAVE_PLOT_CSV: "Save as CSV…", Request.SAVE_PLOT_SVG: "Save as SVG…",
          Request.SAVE_PLOT_PNG: "Save as PNG…"}

@@ -5,18 +5,17 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
+from lensbench.app.bench.build import design
+from lensbench.app.bench.coating import coating
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import check_box, toggles
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
-from lensbench.app.state.analysis.ghost import rows_of_b
-from lensbench.app.state.analysis.ghost_images import ghost_ray, ghosts_figure, raster_of
-from lensbench.app.state.analysis.query import query
-from lensbench.app.state.build import design
-from lensbench.app.state.coating import coating
-from lensbench.app.state.pixel.pointed import PointedRay
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.marked import check_box
-from lensbench.app.widgets.toggles import toggles
-from lensbench.kernels.figures import significant, true_minus
+from lensbench.app.plots.ghost_plots import ghost_ray, ghosts_figure, raster_of
+from lensbench.app.plots.pixel_rays import PointedRay
+from lensbench.app.plots.query import query
+from lensbench.app.plots.reference_plot import rows_of_b
+from lensbench.app.settings.settings import Settings
+from lensbench.core.text import significant, true_minus
 
 NAME = "Ghosts"
 NARROW = 22.0                   # em: below it the discs have no table beside them

@@ -6,22 +6,15 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from lensbench.analysis.manufacture import LARGEST, Tolerances
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph, toggles
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
-from lensbench.app.state.analysis.figure import Figure
-from lensbench.app.state.analysis.tolerance_figures import (
-    SHARES,
-    copies_figure,
-    cost_figure,
-    pictures_figure,
-    with_copy,
-)
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.toggles import toggles
-from lensbench.kernels.figures import significant, true_minus
-from lensbench.optics.lens_surface import LensError
+from lensbench.app.plots.plot import Figure
+from lensbench.app.plots.tolerance_plots import SHARES, copies_figure, cost_figure, pictures_figure, with_copy
+from lensbench.app.settings.settings import Settings
+from lensbench.core.analysis.manufacture import LARGEST, Tolerances
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.text import significant, true_minus
 
 NAME = "Tolerances"
 KINDS = {"costs": "Costs", "copies": "Copies", "pictures": "Pictures"}

@@ -12,13 +12,8 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.panels.controls import film_dials, iris_popup, medium_popup, sensor_popup, shutter_popup
-from lensbench.app.panels.controls.dials import dial_count, dials
-from lensbench.app.panels.controls.dispersion_popup import can_disperse, dispersion_popup
-from lensbench.app.panels.controls.focus_popup import focus_popup
-from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
-from lensbench.app.state.camera_kinds import unfit
-from lensbench.app.state.constraints import (
+from lensbench.app.bench.camera_kinds import unfit
+from lensbench.app.bench.constraints import (
     constrained,
     with_camera,
     with_equivalent_film,
@@ -26,19 +21,21 @@ from lensbench.app.state.constraints import (
     with_layout,
     with_projection,
 )
-from lensbench.app.state.lens_choice import FILM, with_scene
-from lensbench.app.state.lens_edit.editing import edit_mark
-from lensbench.app.state.lens_shelf import film_name
-from lensbench.app.state.request import Request
-from lensbench.app.state.scene_file import SceneFileError, cached_scene
-from lensbench.app.state.setting_table import FOV_AXES, LAYOUTS, PROJECTIONS
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.drop_list import angle, drop_list, picked
-from lensbench.app.widgets.marked import check_box
-from lensbench.app.widgets.padlock import padlock
-from lensbench.kernels.figures import significant
-from lensbench.lens_models.polynomial import DEGREES
+from lensbench.app.bench.lens_choice import FILM, with_scene
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import angle, check_box, drop_list, padlock, picked
+from lensbench.app.panels.controls import iris_popup, popups
+from lensbench.app.panels.controls.dials import dial_count, dials
+from lensbench.app.panels.controls.popups import can_disperse, dispersion_popup, focus_popup
+from lensbench.app.scenes.scene_file import SceneFileError, cached_scene
+from lensbench.app.session.edited_lens import edit_mark
+from lensbench.app.session.lens_shelf import film_name
+from lensbench.app.session.notices import Request
+from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.settings.setting_table import FOV_AXES, LAYOUTS, PROJECTIONS
+from lensbench.app.settings.settings import Settings
+from lensbench.core.lens_models.polynomial import DEGREES
+from lensbench.core.text import significant
 
 FILM_SIDES = (0.1, 1000.0)      # mm, of a custom film
 DEGREE_TIP = "Degree of the polynomial in film point and pupil: the higher, the nearer to the lens and the slower.\n" \
@@ -79,20 +76,20 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
     """A row of flat buttons below the dials, each with a popup of less common settings."""
     colour = theme.colours()
     parts: list[tuple[str, str, bool, Callable[[Settings], Settings]]] = [
-        ("Motion", "Shutter, keyframes of the camera, rolling shutter", shutter_popup.in_use(settings),
-         shutter_popup.motion_popup),
-        ("Sensor", "The sensor that records the picture, and its noise", sensor_popup.in_use(settings),
-         sensor_popup.sensor_popup)]
+        ("Motion", "Shutter, keyframes of the camera, rolling shutter", popups.shutter_in_use(settings),
+         popups.motion_popup),
+        ("Sensor", "The sensor that records the picture, and its noise", popups.sensor_in_use(settings),
+         popups.sensor_popup)]
     if settings.has_stop:
         parts.append(("Stop", "The shape of the iris, and the coating for the T-stop", iris_popup.in_use(settings),
                       partial(iris_popup.stop_popup, requests=chooser.requests)))
     if settings.has_lens:
         parts.append(("Focus", "Position of the film, paraxial or of least blur; tilt, swing, rise, shift, curvature",
-                      settings.focus_position != "auto" or film_dials.in_use(settings), focus_popup))
+                      settings.focus_position != "auto" or popups.film_dials_in_use(settings), focus_popup))
     if can_disperse(settings):
         parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
                       settings.dispersion != "auto", dispersion_popup))
-    parts.append(("Air", "Fog or water in front of the camera", medium_popup.in_use(settings), medium_popup.air_popup))
+    parts.append(("Air", "Fog or water in front of the camera", popups.medium_in_use(settings), popups.air_popup))
     style = imgui.get_style()
     imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(4.5 * theme.scale(), style.frame_padding.y))
     for name, tip, used, content in parts:

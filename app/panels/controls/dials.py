@@ -6,10 +6,9 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from lensbench.app.state import dial_scales
-from lensbench.app.state.build import design
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.constraints import (
+from lensbench.app.bench.build import design
+from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.bench.constraints import (
     WIDEST_FISHEYE,
     constrained,
     ends_of_view,
@@ -18,15 +17,16 @@ from lensbench.app.state.constraints import (
     with_field_of_view,
     zooms,
 )
-from lensbench.app.state.figures import SOFT
-from lensbench.app.state.lens_choice import APERTURE, FOCUS, LOCKS
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import format_length
-from lensbench.app.state.zoom import engraved_zoom, focal_length, is_engraved
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import dial
-from lensbench.app.widgets.padlock import padlock
-from lensbench.kernels.figures import true_minus
+from lensbench.app.bench.lens_choice import APERTURE, FOCUS, LOCKS
+from lensbench.app.bench.readouts import SOFT
+from lensbench.app.bench.zoom import engraved_zoom, focal_length, is_engraved
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import padlock
+from lensbench.app.drawing.dial import dial
+from lensbench.app.settings import dial_scales
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import format_length
+from lensbench.core.text import true_minus
 
 DEFAULT = Settings()
 TITLES = {FOCUS: "Focus distance", APERTURE: "Aperture"}        # of the dials with a padlock

@@ -8,21 +8,19 @@ from pathlib import Path
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.state import dial_scales
-from lensbench.app.state.build import design, setup
-from lensbench.app.state.coating import coating
-from lensbench.app.state.lens_settings import AUTO
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.stop_picture import stop_picture
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import dial
-from lensbench.app.widgets.paragraph import small_note
-from lensbench.app.widgets.toggles import toggles
-from lensbench.kernels.figures import fixed, significant
-from lensbench.kernels.quotation import cut
-from lensbench.optics.iris import Iris
-from lensbench.optics.stop_image import StopImage
+from lensbench.app.bench.build import design, setup
+from lensbench.app.bench.coating import coating
+from lensbench.app.bench.stop_picture import stop_picture
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import small_note, toggles
+from lensbench.app.drawing.dial import dial
+from lensbench.app.session.notices import Request
+from lensbench.app.settings import dial_scales
+from lensbench.app.settings.lens_settings import AUTO
+from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.iris import Iris
+from lensbench.core.optics.stop_image import StopImage
+from lensbench.core.text import cut, fixed, significant
 
 SHORT = {AUTO: "Year", "uncoated": "None", "single-layer": "Single", "multi-layer": "Multi"}
 COATING_TIPS = {AUTO: "By the year of the lens: coated after 1945, with several layers after 1970",

@@ -9,20 +9,19 @@ from dataclasses import dataclass, replace
 
 from imgui_bundle import ImVec2, ImVec4, imgui
 
+from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.bench.exposure import METERED, MODES, AppliedExposure, exposure_text, mode_of, with_mode
 from lensbench.app.display.frame import View
-from lensbench.app.state import dial_scales
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.picture.auto_exposure import METERED, MODES, mode_of, with_mode
-from lensbench.app.state.picture.exposure import AppliedExposure, exposure_text
-from lensbench.app.state.scales import Scale
-from lensbench.app.state.setting_table import METERINGS
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import format_exposure
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import dial
-from lensbench.app.widgets.toggles import toggles
-from lensbench.kernels.cache import NotCompiledError
-from lensbench.kernels.figures import fixed
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import toggles
+from lensbench.app.drawing.dial import dial
+from lensbench.app.settings import dial_scales
+from lensbench.app.settings.dial_scales import Scale
+from lensbench.app.settings.setting_table import METERINGS
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import format_exposure
+from lensbench.core.kernels.cache import NotCompiledError
+from lensbench.core.text import fixed
 
 DEFAULT = Settings()
 METER = 3.0                     # stops to either side

@@ -9,14 +9,15 @@ from dataclasses import fields, replace
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
+from lensbench.app.bench.tone import Difference
 from lensbench.app.display.frame import Box, Pinned
+from lensbench.app.drawing import theme
 from lensbench.app.panels.controls.controls import lens_name, scene_title
 from lensbench.app.panels.image.overlays import draw_note, plate
-from lensbench.app.state.lens_shelf import film_name
-from lensbench.app.state.picture.statistics import Difference
-from lensbench.app.state.setting_table import LAYOUTS, TONES, VIEWS
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import (
+from lensbench.app.session.lens_shelf import film_name
+from lensbench.app.settings.setting_table import LAYOUTS, TONES, VIEWS
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import (
     format_angle,
     format_distance,
     format_duration,
@@ -25,8 +26,7 @@ from lensbench.app.state.text_values import (
     format_length,
     format_time,
 )
-from lensbench.app.widgets import theme
-from lensbench.kernels.figures import significant
+from lensbench.core.text import significant
 
 UNSAID = ("samples", "compare", "wipe", "overlay", "limit", "position", "yaw", "pitch",
           "end_position", "end_yaw", "end_pitch")
@@ -73,7 +73,7 @@ def plate_lines(text: str, samples: str, room: float, width: Callable[[str], flo
 
 def differences(a: Settings, b: Settings) -> tuple[str, str]:
     """The differences between two settings, each in a few words."""
-    from lensbench.app.state.camera_kinds import readings
+    from lensbench.app.bench.camera_kinds import readings
 
     def angle(settings: Settings) -> str:
         return format_angle(readings(settings).fov_diagonal or 0.0)

@@ -10,33 +10,31 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.display.frame import Box, Click, Picture, View
+from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.bench.click_focus import focused_at
+from lensbench.app.bench.false_colours import aov_note
+from lensbench.app.bench.pose import dollied, orbited, panned, pivot_distance
+from lensbench.app.bench.readouts import dark_corners
+from lensbench.app.display.frame import Box, Click, Mark, Picture, View
+from lensbench.app.drawing import theme
 from lensbench.app.panels.image.camera_strip import camera_strip
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
-from lensbench.app.panels.image.first_trials import draw_trials
-from lensbench.app.panels.image.look_around import look_around
-from lensbench.app.panels.image.magnifier import STEPS, draw_magnifier
-from lensbench.app.panels.image.notices import draw_notices
+from lensbench.app.panels.image.notices import draw_notices, draw_trials, look_around
 from lensbench.app.panels.image.overlays import (
-    Mark,
+    STEPS,
     draw_cross,
     draw_fates,
     draw_histogram,
     draw_legend,
+    draw_magnifier,
     draw_mark,
     draw_note,
     draw_pointed,
 )
 from lensbench.app.panels.image.toolbar import picture_tools
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.click_focus import focused_at
-from lensbench.app.state.figures import dark_corners
-from lensbench.app.state.picture.false_colours import aov_note
-from lensbench.app.state.pose import dollied, orbited, panned, pivot_distance
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.kernels.cache import NotCompiledError
-from lensbench.kernels.figures import fixed
+from lensbench.app.settings.settings import Settings
+from lensbench.core.kernels.cache import NotCompiledError
+from lensbench.core.text import fixed
 
 CLICK = 4.0                     # pixels at a scale of 1: a press that moves farther is a drag
 TURN = math.radians(0.25)       # of an orbit, per such pixel

@@ -1,16 +1,109 @@
-"""The notices in one quiet place: at most two lines over the top of the picture, the rest in a list that opens there.
+"""Over the picture: notices in one quiet place, the offer of the first session, a look around in a panorama.
 
 The first line is the newest error, the other the newest note; a notice that is alone may take both.
 """
 
+import math
 import os
 
 from imgui_bundle import ImVec2, ImVec4, imgui
 from imgui_bundle import icons_fontawesome_6 as fa
 
-from lensbench.app.state.notices import Notice, NoticeKind, Notices
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import two_lines
+from lensbench.app.bench.lens_choice import TRIALS, tried
+from lensbench.app.bench.pose import LookAround
+from lensbench.app.display.frame import Picture, View
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import two_lines
+from lensbench.app.panels.image.overlays import draw_note
+from lensbench.app.session.notices import Notice, NoticeKind, Notices
+from lensbench.app.settings.settings import Settings
+from lensbench.core.text import fixed
+
+LABEL = "Try this"
+
+
+def draw_trials(settings: Settings, view: View, corner: ImVec2, room: ImVec2) -> Settings:
+    """Draw the offer over the picture, whose panel has this corner and room; returns the settings that were chosen."""
+    if not view.offers_trials:
+        return settings
+    pixel, style = theme.scale(), imgui.get_style()
+    texts = [trial.title for trial in TRIALS]
+    inner = (sum(imgui.calc_text_size(text).x + 2.0 * style.frame_padding.x for text in (*texts, fa.ICON_FA_XMARK))
+             + (len(texts) + 1) * style.item_spacing.x)
+    label = imgui.calc_text_size(LABEL).x + style.item_spacing.x
+    if inner + label + 40.0 * pixel <= room.x:
+        inner += label
+    else:
+        label = 0.0
+    size = ImVec2(inner + 2.0 * style.window_padding.x, imgui.get_frame_height() + 10.0 * pixel)
+    if size.x > room.x:             # beside the lens browser of a small window: it would be cut off
+        return settings
+    left, bottom = round(corner.x + max(0.5 * (room.x - size.x), 0.0)), corner.y + room.y - 12.0 * pixel
+    for x0, y0, x1, y1 in sorted(view.plates, key=lambda plate: -plate[3]):        # the lowest first
+        if x0 < left + size.x and left < x1 and y0 < bottom and bottom - size.y < y1:
+            bottom = y0 - 6.0 * pixel
+    imgui.set_cursor_screen_pos(ImVec2(left, round(bottom - size.y)))
+    imgui.push_style_color(imgui.Col_.child_bg, ImVec4(*theme.colours().popup[:3], 0.94))
+    imgui.push_style_var(imgui.StyleVar_.child_rounding, 4.0 * pixel)
+    imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(style.window_padding.x, 5.0 * pixel))
+    chosen = settings
+    if imgui.begin_child("Trials", size, imgui.ChildFlags_.always_use_window_padding, imgui.WindowFlags_.no_scrollbar):
+        if label:
+            imgui.align_text_to_frame_padding()
+            imgui.text_disabled(LABEL)
+            imgui.same_line()
+        for trial in TRIALS:
+            if imgui.button(trial.title):
+                chosen = tried(settings, trial)
+                view.say(trial.about, lens=trial.lens, change=True)
+            imgui.set_item_tooltip("Undo brings the present picture back; Help has these too")
+            imgui.same_line()
+        imgui.push_style_color(imgui.Col_.button, ImVec4(0.0, 0.0, 0.0, 0.0))
+        if imgui.button(f"{fa.ICON_FA_XMARK}###No trials"):
+            view.offers_trials = False
+        imgui.pop_style_color()
+        imgui.set_item_tooltip("Offer these in the Help menu alone")
+    imgui.end_child()
+    imgui.pop_style_var(2)
+    imgui.pop_style_color()
+    return chosen
+
+
+def look_around(settings: Settings, picture: Picture, view: View, corner: ImVec2, room: ImVec2) -> None:
+    """Draw the view into the room of the panel, and turn it by the mouse on the item just submitted."""
+    assert view.look is not None
+    draw, io, size = imgui.get_window_draw_list(), imgui.get_io(), (room.x, room.y)
+    end = ImVec2(corner.x + room.x, corner.y + room.y)
+    draw.add_image(imgui.ImTextureRef(picture.around), corner, end)
+    view.covered = (corner.x, corner.y, end.x, end.y)
+    look = view.look
+    if imgui.is_item_active() and (io.mouse_delta.x or io.mouse_delta.y):
+        look = look.dragged(io.mouse_delta.x, io.mouse_delta.y, size)
+    if imgui.is_item_hovered():
+        imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
+        look = look.zoomed(io.mouse_wheel)
+        if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
+            look = LookAround()
+        mouse = imgui.get_mouse_pos()
+        at = (mouse.x - corner.x) / max(room.x, 1.0), (mouse.y - corner.y) / max(room.y, 1.0)
+        view.links.hover = view.pointed = view.look.raster(at, size, settings.film, settings.layout)
+    view.look = look
+    theme.small()
+    draw_note(draw, ImVec2(corner.x + 14.0 * theme.scale(),
+                           end.y - 12.0 * theme.scale() - imgui.get_text_line_height()),
+              f"{_compass(look.yaw)} · {_height(look.pitch)} · {fixed(math.degrees(look.fov), 0)}° wide")
+    imgui.pop_font()
+
+
+def _compass(yaw: float) -> str:
+    degrees = round(math.degrees(yaw))
+    return "ahead" if not degrees else f"{abs(degrees)}° to the {'left' if degrees > 0 else 'right'}"
+
+
+def _height(pitch: float) -> str:
+    degrees = round(math.degrees(pitch))
+    return "level" if not degrees else f"{abs(degrees)}° {'up' if degrees > 0 else 'down'}"
+
 
 ICONS = {NoticeKind.ERROR: fa.ICON_FA_TRIANGLE_EXCLAMATION, NoticeKind.NOTE: fa.ICON_FA_CIRCLE_INFO,
          NoticeKind.DONE: fa.ICON_FA_CHECK}

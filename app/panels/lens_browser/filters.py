@@ -6,10 +6,9 @@ from typing import Any
 
 from imgui_bundle import icons_fontawesome_6, imgui
 
-from lensbench.app.state.lens_shelf import ANY, ERAS, FORMATS, LENGTHS, ORDERS, SPEEDS, Shelf, kinds, makers
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.drop_list import picked
-from lensbench.app.widgets.toggles import toggles
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import picked, toggles
+from lensbench.app.session.lens_shelf import ANY, ERAS, FORMATS, LENGTHS, ORDERS, SPEEDS, Shelf, kinds, makers
 from lensbench.lenses import Card
 
 fa = icons_fontawesome_6

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.recorded import Memo
 from lensbench.app.panels.lens_browser.filters import filters, search
 from lensbench.app.panels.lens_browser.section import SectionLook
-from lensbench.app.state.lens_shelf import Shelf, film_name, film_of, shelved, short_title
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.memo import Memo
-from lensbench.kernels.figures import f_number_text, fixed
+from lensbench.app.session.lens_shelf import Shelf, film_name, film_of, shelved, short_title
+from lensbench.core.text import f_number_text, fixed
 from lensbench.lenses import Card
 
 CELL = 8.9                     # em, the least width of a cell

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.geometry.elements import elements
-from lensbench.app.widgets import theme
+from lensbench.app.drawing import theme
+from lensbench.app.plots.section import elements
 
 FINER = 3                       # points of the drawing along a pixel
 WIDTH, HEIGHT = 0.92, 0.92      # of the picture that the lens fills

@@ -4,8 +4,8 @@ import sys
 
 from lensbench import lenses
 from lensbench.app.panels.lens_browser.section import SectionLook, section_picture
-from lensbench.app.workers.picture_process import answer
-from lensbench.app.workers.threads import lower_priority
+from lensbench.app.workers.task import lower_priority
+from lensbench.app.workers.thumbnail_process import answer
 
 
 def main() -> None:

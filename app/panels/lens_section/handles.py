@@ -9,21 +9,12 @@ from dataclasses import dataclass
 from imgui_bundle import ImVec2, imgui
 from imgui_bundle import icons_fontawesome_6 as fa
 
+from lensbench.app.drawing import theme
 from lensbench.app.panels.lens_section.draw import OPEN, Canvas
-from lensbench.app.state.geometry.elements import surface_curves
-from lensbench.app.state.geometry.section import Sketch
-from lensbench.app.state.lens_edit.editing import document_of, with_document
-from lensbench.app.state.lens_edit.handles import (
-    Handle,
-    HandleKind,
-    body_of,
-    dragged,
-    handle_at,
-    label,
-    pose_handles,
-)
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
+from lensbench.app.plots.section import Sketch, surface_curves
+from lensbench.app.session.edited_lens import document_of, with_document
+from lensbench.app.session.lens_handles import Handle, HandleKind, body_of, dragged, handle_at, label, pose_handles
+from lensbench.app.settings.settings import Settings
 from lensbench.lenses.editing.document import EditError, LensDocument
 
 REACH = 6.0                     # pixels from the mouse to a handle

@@ -11,41 +11,45 @@ from dataclasses import dataclass, field, replace
 from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
-from lensbench.app.panels.lens_section import cardinal_points as marks
+from lensbench.app.bench import click_focus
+from lensbench.app.bench.build import design, setup
+from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.bench.ray_fans import Fan
+from lensbench.app.bench.view_camera import in_section as in_section_of_film
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.recorded import FrameMemo
 from lensbench.app.panels.lens_section import draw as drawing
-from lensbench.app.panels.lens_section.draw import Canvas
-from lensbench.app.panels.lens_section.ghost import Ghost, draw_ghost, front_of, ghost_of
+from lensbench.app.panels.lens_section import links as marks
+from lensbench.app.panels.lens_section.draw import Canvas, View, fitted
 from lensbench.app.panels.lens_section.handles import HandleState, draw_body, draw_handle, edit_by_handles
 from lensbench.app.panels.lens_section.links import (
     FADED,
     draw_faults,
     draw_lit_surfaces,
     draw_pixel_fan,
+    draw_posed,
     draw_ray,
     surfaces_at,
 )
-from lensbench.app.panels.lens_section.posed_film import draw_posed
-from lensbench.app.panels.lens_section.switches import dead_ray_switch, edit_switch, place_of_text, view_switch
-from lensbench.app.panels.lens_section.viewport import View, fitted
-from lensbench.app.state.analysis import film_drag
-from lensbench.app.state.build import design, setup
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.geometry.elements import elements
-from lensbench.app.state.geometry.exit_pupil import region
-from lensbench.app.state.geometry.ray_fans import Fan
-from lensbench.app.state.geometry.section import Sketch, sketch
-from lensbench.app.state.geometry.top_view import has_two_sections
-from lensbench.app.state.lens_edit.editing import lens_faults
-from lensbench.app.state.pixel.lens_rays import in_section, pixel_fan
-from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import format_distance, format_f_number
-from lensbench.app.state.view_camera import in_section as in_section_of_film
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.memo import FrameMemo
-from lensbench.kernels.figures import fixed, significant, true_minus
-from lensbench.lenses.paraxial import index_of, is_d_line
-from lensbench.optics.finding import Finding
+from lensbench.app.panels.lens_section.switches import (
+    Ghost,
+    dead_ray_switch,
+    draw_ghost,
+    edit_switch,
+    front_of,
+    ghost_of,
+    place_of_text,
+    view_switch,
+)
+from lensbench.app.plots.exit_pupil import region
+from lensbench.app.plots.pixel_rays import Pointed, in_section, pixel_fan
+from lensbench.app.plots.section import Sketch, elements, has_two_sections, sketch
+from lensbench.app.session.edited_lens import lens_faults
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import format_distance, format_f_number
+from lensbench.core.optics.finding import Finding
+from lensbench.core.text import fixed, significant, true_minus
+from lensbench.lenses.tables.paraxial import index_of, is_d_line
 
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
 FINE = 0.1
@@ -319,13 +323,13 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas, state: Sect
     before = state.mouse
     try:
         built = setup(settings)
-        now = film_drag.film_z(built)
+        now = click_focus.film_z(built)
         pulled = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale, state)
         if imgui.is_item_activated() or state.mouse == before:
             return settings
     except lb.LensError:
         return settings
-    return replace(settings, focus_distance=film_drag.focus_at(built, pulled - now))
+    return replace(settings, focus_distance=click_focus.focus_at(built, pulled - now))
 
 
 def _tooltip(what: str, value: str) -> None:

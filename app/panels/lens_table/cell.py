@@ -8,14 +8,14 @@ from functools import partial
 
 from imgui_bundle import ImVec2, imgui
 
+from lensbench.app.drawing import theme
 from lensbench.app.panels.lens_table.state import Cell, Entry, LensTableState, Scrub
-from lensbench.app.state.lens_edit import cells
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
+from lensbench.app.session import lens_cells
+from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.surface_numbers import value_of
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.editing.poses import with_pose
-from lensbench.optics.surface_numbers import value_of
 
 DRAG_THRESHOLD = 3.0            # pixels at a scale of 1
 FINE = 0.1                      # of the mouse's movement, with Shift
@@ -33,12 +33,12 @@ def number_cell(settings: Settings, document: LensDocument, cell: Cell, state: L
     if state.entry is not None and state.entry.cell == cell:
         return _typing(settings, state, cell, body)
     rule = document.rule(surface, quantity)
-    pressed, hovered = cell_item(f"{surface} {quantity}", cells.shown(row, quantity), state, cell, faulty=faulty,
-                                 mark=cells.rule_mark(document, surface, quantity)
+    pressed, hovered = cell_item(f"{surface} {quantity}", lens_cells.shown(row, quantity), state, cell, faulty=faulty,
+                                 mark=lens_cells.rule_mark(document, surface, quantity)
                                  or ("V" if cell in state.ticked else ""))
     activated = imgui.is_item_activated()
     if hovered and state.scrub is None:
-        lines = cells.tooltip(document, surface, quantity)
+        lines = lens_cells.tooltip(document, surface, quantity)
         hint = "" if rule is not None else "Drag to change (Shift: finer), click to type, right click for more"
         imgui.set_item_tooltip("\n".join([*lines, hint]).strip())
     if rule is not None:
@@ -50,7 +50,7 @@ def number_cell(settings: Settings, document: LensDocument, cell: Cell, state: L
     settings = _scrubbing(settings, document, cell, state, body)
     settings = _keys(settings, document, cell, state, body)
     if pressed and not (state.scrub is not None and state.scrub.dragged):
-        state.entry = Entry(cell, cells.whole(row, quantity))
+        state.entry = Entry(cell, lens_cells.whole(row, quantity))
     if state.scrub is not None and state.scrub.cell == cell and not imgui.is_item_active():
         state.scrub = None
     return settings
@@ -113,7 +113,7 @@ def _scrubbing(settings: Settings, document: LensDocument, cell: Cell, state: Le
     part = not scrub.dragged
     scrub.pixels += (mouse - scrub.mouse) / theme.scale() * (FINE if imgui.get_io().key_shift else 1.0)
     scrub.mouse, scrub.dragged = mouse, True
-    value = cells.scrubbed(document.surfaces[surface], quantity, scrub.value, scrub.pixels)
+    value = lens_cells.scrubbed(document.surfaces[surface], quantity, scrub.value, scrub.pixels)
     return state.apply(settings, _change(cell, body, value), part)
 
 
@@ -128,7 +128,7 @@ def _keys(settings: Settings, document: LensDocument, cell: Cell, state: LensTab
         if imgui.is_key_pressed(key):
             pixels = sign * KEY_PIXELS * (FINE if imgui.get_io().key_shift else 1.0)
             row = document.surfaces[surface]
-            value = cells.scrubbed(row, quantity, value_of(row, quantity), pixels)
+            value = lens_cells.scrubbed(row, quantity, value_of(row, quantity), pixels)
             return state.apply(settings, _change(cell, body, value), False)
     return settings
 
@@ -172,7 +172,7 @@ def _typing(settings: Settings, state: LensTableState, cell: Cell, body: tuple[i
     if text is None:
         return settings
     try:
-        value = cells.typed(text, cell[1])
+        value = lens_cells.typed(text, cell[1])
     except EditError as error:
         state.entry, state.tabbed = Entry(cell, text, True, str(error)), 0
         return settings

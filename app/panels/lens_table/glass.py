@@ -8,17 +8,17 @@ from functools import lru_cache, partial
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS
 from lensbench.app.panels.lens_table.state import LensTableState
-from lensbench.app.state.lens_edit.cells import glass_text
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS
-from lensbench.kernels.figures import fixed
-from lensbench.lenses import glass_catalogue
+from lensbench.app.session.lens_cells import glass_text
+from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.glass import Glass
+from lensbench.core.text import fixed
 from lensbench.lenses.editing.cells import with_glass
 from lensbench.lenses.editing.document import LensDocument
-from lensbench.lenses.glass_catalogue import Entry
-from lensbench.optics.glass import Glass
+from lensbench.lenses.glass import catalogue
+from lensbench.lenses.glass.catalogue import Entry
 
 POPUP = "Glass"
 WIDTH, HEIGHT = 30.0, 23.0      # em
@@ -33,13 +33,13 @@ def found(text: str, maker: str, known: tuple[Entry, ...], current: Glass) -> tu
 
     Without a word the nearest to the present glass come first.
     """
-    words = [glass_catalogue.key(word) for word in text.split()]
+    words = [catalogue.key(word) for word in text.split()]
     shown = [entry for entry in known if (not maker or entry.maker == maker)
-             and all(word in glass_catalogue.key(entry.name) or entry.maker.startswith(word) for word in words)]
+             and all(word in catalogue.key(entry.name) or entry.maker.startswith(word) for word in words)]
     if words:
         shown.sort(key=lambda e: (_place(e.name, words[0]), e.rank, e.name))
     elif current.n_d > 1.0 and current.v_d:
-        shown.sort(key=lambda e: glass_catalogue.distance(e, current.n_d, current.v_d or 50.0))
+        shown.sort(key=lambda e: catalogue.distance(e, current.n_d, current.v_d or 50.0))
     return tuple(shown[:MOST])
 
 
@@ -48,7 +48,7 @@ def _place(name: str, word: str) -> int:
 
     Then names that end with the word, and those that hold it elsewhere: LASF9 for SF.
     """
-    whole, parts = glass_catalogue.key(name), [glass_catalogue.key(part) for part in name.split("-")]
+    whole, parts = catalogue.key(name), [catalogue.key(part) for part in name.split("-")]
     if whole == word:
         return 0
     if word in parts:
@@ -63,18 +63,18 @@ def nearest(text: str, maker: str, known: tuple[Entry, ...]) -> tuple[Entry, ...
     """Glasses near to a text that names none: to its n_d and V_d or its code, else to its letters."""
     known = tuple(entry for entry in known if not maker or entry.maker == maker)
     parts = text.replace(",", ".").split()
-    numbers = glass_catalogue.code_numbers(text)
+    numbers = catalogue.code_numbers(text)
     if numbers is None and len(parts) == 2:
         with suppress(ValueError):
             numbers = float(parts[0]), float(parts[1])
     if numbers is not None and all(math.isfinite(number) for number in numbers):
         n_d, v_d = numbers
         measured = [entry for entry in known if entry.n_d and entry.v_d]
-        return tuple(sorted(measured, key=lambda e: (glass_catalogue.distance(e, n_d, v_d), e.rank))[:OFFERED])
+        return tuple(sorted(measured, key=lambda e: (catalogue.distance(e, n_d, v_d), e.rank))[:OFFERED])
     names: dict[str, Entry] = {}
     for entry in sorted(known, key=lambda e: e.rank):
-        names.setdefault(glass_catalogue.key(entry.name), entry)
-    wanted = glass_catalogue.key(text)[:60]
+        names.setdefault(catalogue.key(entry.name), entry)
+    wanted = catalogue.key(text)[:60]
     return tuple(names[name] for name in get_close_matches(wanted, names, n=OFFERED, cutoff=0.5)) if wanted else ()
 
 
@@ -98,7 +98,7 @@ def glass_popup(settings: Settings, document: LensDocument, state: LensTableStat
     entered, state.search = imgui.input_text_with_hint(
         "##Search glass", "Name, code 517642, or n_d and V_d", state.search, imgui.InputTextFlags_.enter_returns_true)
     imgui.same_line()
-    known = glass_catalogue.entries()
+    known = catalogue.entries()
     makers = list(dict.fromkeys(entry.maker for entry in known))
     imgui.set_next_item_width(-1.0)
     if imgui.begin_combo("##Maker", state.maker or "All makers"):
@@ -107,7 +107,7 @@ def glass_popup(settings: Settings, document: LensDocument, state: LensTableStat
                 state.maker = maker
         imgui.end_combo()
     # Above the list: the popup has its place, and may end at the window's edge
-    for problem in filter(None, (state.problem, glass_catalogue.unread_text())):
+    for problem in filter(None, (state.problem, catalogue.unread_text())):
         imgui.push_text_wrap_pos(0.0)
         imgui.text_colored(imgui.ImVec4(*theme.colours().warning), problem)
         imgui.pop_text_wrap_pos()

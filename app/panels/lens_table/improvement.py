@@ -6,16 +6,15 @@ from functools import lru_cache
 from imgui_bundle import icons_fontawesome_6 as fa
 from imgui_bundle import imgui
 
+from lensbench.app.bench.lens_choice import image_circle
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import check_box, toggles
 from lensbench.app.panels.lens_table.state import LensTableState
-from lensbench.app.state.lens_choice import image_circle
-from lensbench.app.state.lens_edit.editing import with_document
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.marked import check_box
-from lensbench.app.widgets.toggles import toggles
-from lensbench.kernels.figures import significant
+from lensbench.app.session.edited_lens import with_document
+from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.text import significant
 from lensbench.lenses.editing.document import LensDocument
-from lensbench.optics.glass import D_LINE
 
 TITLE = "Improve the lens"
 
@@ -68,7 +67,7 @@ def _image_height(settings: Settings, document: LensDocument) -> float | None:
 @lru_cache(maxsize=4)
 def _remarks(document: LensDocument, image_height: float | None) -> tuple[str, ...]:
     """What an improvement judges, holds and leaves out; nothing where it cannot begin at all."""
-    from lensbench.design.standard_goal import goal_of
+    from lensbench.core.design.standard_goal import goal_of
 
     try:
         goal = goal_of(document.lens, image_height)
@@ -80,7 +79,7 @@ def _remarks(document: LensDocument, image_height: float | None) -> tuple[str, .
 
 def free_cells(document: LensDocument, state: LensTableState) -> tuple[tuple[int, str], ...]:
     """The numbers that may change: those that are ticked, or all radii."""
-    from lensbench.app.state.lens_edit import improving
+    from lensbench.app.session import improving
 
     count = len(document.surfaces)
     ticked = tuple(sorted(cell for cell in state.ticked if cell[0] < count and document.rule(*cell) is None))

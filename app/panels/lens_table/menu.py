@@ -8,18 +8,18 @@ import numpy as np
 from imgui_bundle import icons_fontawesome_6 as fa
 from imgui_bundle import imgui
 
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.lens_table.improvement import improve_button
 from lensbench.app.panels.lens_table.state import Attachment, LensTableState
-from lensbench.app.state.lens_edit.editing import can_save_in_place, reverted
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.chord import chord
-from lensbench.kernels.figures import significant
+from lensbench.app.session.edited_lens import can_save_in_place, reverted
+from lensbench.app.session.notices import Request
+from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.surface_numbers import value_of
+from lensbench.core.text import significant
 from lensbench.lenses.editing import attachments, elements, stop, structure
 from lensbench.lenses.editing.cells import with_rule, without_rule
 from lensbench.lenses.editing.document import SOLVES, TARGETS, LensDocument, Pickup, Solve, words
-from lensbench.optics.surface_numbers import value_of
 
 Edit = Callable[[LensDocument], LensDocument]
 SCALE, MORE = "Scale the lens", "More edits of surfaces"
@@ -251,7 +251,7 @@ def _rounded(value: float, digits: int) -> float:
 
 def _present(document: LensDocument, surface: int, kind: str) -> float:
     """The present value of what a solve keeps: its first proposal."""
-    from lensbench.lenses.paraxial import f_number, focal_length
+    from lensbench.lenses.tables.paraxial import f_number, focal_length
 
     lens = document.lens.at(zoom=0.0, close=0.0)
     if kind == "efl":

@@ -9,25 +9,23 @@ from functools import partial
 from imgui_bundle import icons_fontawesome_6 as fa
 from imgui_bundle import imgui
 
-from lensbench.app.panels.lens_table.attach import attach_dialog
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph
 from lensbench.app.panels.lens_table.cell import cell_item, number_cell, tab_step, text_entry
+from lensbench.app.panels.lens_table.dialogs import attach_dialog, paste_dialog, pose_cell
 from lensbench.app.panels.lens_table.glass import POPUP, glass_popup
 from lensbench.app.panels.lens_table.improvement import progress
 from lensbench.app.panels.lens_table.menu import cell_menu, has_keyboard, keys, row_menu, toolbar
-from lensbench.app.panels.lens_table.paste import paste_dialog
-from lensbench.app.panels.lens_table.pose import pose_cell
 from lensbench.app.panels.lens_table.state import Entry, LensTableState
-from lensbench.app.state.lens_edit import cells
-from lensbench.app.state.lens_edit.editing import document_of, faults_of
-from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.kernels.figures import RAISED, fixed
+from lensbench.app.plots.pixel_rays import Pointed
+from lensbench.app.session import lens_cells
+from lensbench.app.session.edited_lens import document_of, faults_of
+from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.finding import Finding, Kind
+from lensbench.core.optics.surface_numbers import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS
+from lensbench.core.text import RAISED, fixed
 from lensbench.lenses.editing.cells import with_comment
 from lensbench.lenses.editing.document import LensDocument
-from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.surface_numbers import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS
 
 COLUMNS = (("row", "#", 3.0), (CURVATURE, "Radius", 4.7), (THICKNESS, "Thickness", 4.7), ("glass", "Glass", 5.0),
            (SEMI_DIAMETER, "Semi-ø", 4.2), (CONIC, "Conic", 3.8), ("asphere", "Asphere", 4.2),
@@ -169,7 +167,8 @@ def _cell(settings: Settings, document: LensDocument, i: int, quantity: str, sta
             imgui.set_item_tooltip("The aperture stop" if stop else
                                    "Click selects, Shift + click selects up to here, right click edits")
     elif quantity == "glass":
-        pressed, hovered = cell_item(f"{i} glass", cells.glass_text(surface.glass), state, (i, "glass"), right=False)
+        text = lens_cells.glass_text(surface.glass)
+        pressed, hovered = cell_item(f"{i} glass", text, state, (i, "glass"), right=False)
         if hovered and surface.glass.n_d > 1.0:
             abbe = f", V_d {fixed(surface.glass.v_d, 2)}" if surface.glass.v_d else ""
             imgui.set_item_tooltip(f"{surface.glass.name or 'Glass'}: n_d {fixed(surface.glass.n_d, 5)}{abbe}")
@@ -210,7 +209,7 @@ def _asphere(settings: Settings, document: LensDocument, i: int, state: LensTabl
     """The cell of an asphere, cylinder or toroid: a click opens its coefficients, and its radius across."""
     surface = document.surfaces[i]
     toroid = surface.curvature_x is not None
-    pressed, hovered = cell_item(f"{i} asphere", cells.asphere_text(surface), state, (i, "asphere"), right=False)
+    pressed, hovered = cell_item(f"{i} asphere", lens_cells.asphere_text(surface), state, (i, "asphere"), right=False)
     if hovered:
         what = "radius of the section x–z" if toroid else "coefficients, or the radius of a cylinder or toroid"
         imgui.set_item_tooltip(f"Click for the {what}")

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from lensbench.app.state.lens_edit.editing import edited
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
-from lensbench.app.workers.improvement_worker import ImprovementWorker
+from lensbench.app.session.edited_lens import edited
+from lensbench.app.session.notices import Request
+from lensbench.app.settings.settings import Settings
+from lensbench.app.workers.study_workers import ImprovementWorker
 from lensbench.lenses.editing.document import EditError, LensDocument, Places
 
 Shown = tuple[str, str]         # the setting of the lens, and its edits

@@ -1,19 +1,75 @@
-"""The form of the panel *Light field* that says what to record."""
+"""The form of the panel *Light field* that says what to record.
 
+Settings of a light-field capture: its kind, views, samples and pixels.
+"""
+
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
 from imgui_bundle import icons_fontawesome_6, imgui
 
-from lensbench.app.panels.light_field.capture_settings import KINDS, Form
-from lensbench.app.panels.task_progress import task_progress
-from lensbench.app.state import dial_scales
-from lensbench.app.state.light_field_query import f_number_match
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import dial
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.toggles import toggles
+import lensbench as lb
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.bench.constraints import with_longer_side
+from lensbench.app.bench.light_field_query import f_number_match
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph, toggles
+from lensbench.app.drawing.dial import dial
+from lensbench.app.panels.snapshots import task_progress
+from lensbench.app.session.notices import Request
+from lensbench.app.settings import dial_scales
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.task import Task
-from lensbench.kernels.figures import fixed
+from lensbench.core.text import fixed
+
+KINDS = {"lens": "Lens", "microlenses": "Microlenses", "array": "Array"}
+
+
+@dataclass
+class Form:
+    """Entries of the capture form, and the panel's requests to the window."""
+
+    kind: str = "lens"                                  # a key of KINDS
+    views: int = 9                                      # across, and down; or the pixels behind a microlens
+    samples: int = 16                                   # for each pixel of each view
+    longer: int = 640                                   # pixels
+    microlenses: int = 240                              # along the longer side
+    f_number: float | None = None                       # of the microlenses; None: that which matches the lens
+    moments: int = 1                                    # parts of the exposure that are kept apart
+    spacing: float = 5.0                                # mm from pinhole to pinhole
+    open: bool = False                                  # the form is shown although a recording exists
+    requests: set[Request] = field(default_factory=set) # to the window
+
+    def settings(self, present: Settings) -> Settings:
+        """The present settings with the form's pixels and samples."""
+        longer = self.microlenses if self.kind == "microlenses" else self.longer
+        return replace(with_longer_side(present, longer), samples=self.samples, view="picture")
+
+    def bytes(self, present: Settings) -> int:
+        """Memory (bytes) that the recording will take."""
+        film, square = self.settings(present).film, (self.views, self.views)
+        if self.kind == "lens":
+            with suppress(ValueError, OSError):         # which recording reports
+                return _recorded(self.settings(present).picture, square, self.moments)
+        size = lb.light_field_bytes(film, square)
+        return size if self.kind != "microlenses" else size + lb.light_field_bytes(film, square, np.float32)
+
+    def plenoptic(self, present: Settings) -> lb.PlenopticCamera:
+        """The plenoptic camera; raises as `lb.PlenopticCamera` for impossible entries."""
+        return _plenoptic(self.settings(present).picture, self.views, self.f_number)
+
+
+@lru_cache(maxsize=4)
+def _recorded(settings: Settings, views: tuple[int, int], moments: int) -> int:
+    return lb.recording_bytes(camera(settings), views, moments=moments)
+
+
+@lru_cache(maxsize=4)
+def _plenoptic(settings: Settings, pixels: int, f_number: float | None) -> lb.PlenopticCamera:
+    return lb.PlenopticCamera(camera(settings), pixels, f_number)
+
 
 fa = icons_fontawesome_6
 MOMENTS = (1, 2, 4, 8)

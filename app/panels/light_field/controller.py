@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lensbench.app.bench.constraints import MARGIN
+from lensbench.app.bench.false_colours import depth_picture, light_of, with_codes
+from lensbench.app.bench.light_field_query import Look, Recorded, Recording, light_field_picture, picture_settings
 from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
-from lensbench.app.panels.light_field.capture_settings import Form
-from lensbench.app.state.constraints import MARGIN
-from lensbench.app.state.light_field_query import Look, Recorded, Recording, light_field_picture, picture_settings
-from lensbench.app.state.picture.false_colours import depth_picture, light_of, with_codes
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
+from lensbench.app.panels.light_field.capture_form import Form
+from lensbench.app.session.notices import Request
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.light_field_worker import Compared, FieldPicture, LightFieldWorker
 
 
@@ -117,7 +117,7 @@ class LightFieldController:
 
     def save_picture(self, path: Path, present: Settings, bits: int = 8) -> None:
         """Save the picture of the light field, with the exposure and the tone curve of the present settings."""
-        from lensbench.app.files.export import save_picture
+        from lensbench.app.session.export import save_picture
 
         found = self.picture(present, path)
         if found is None:

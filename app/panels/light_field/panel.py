@@ -6,22 +6,7 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 import lensbench as lb
-from lensbench.app.panels.light_field.camera_array import array_body
-from lensbench.app.panels.light_field.capture_form import recording_form
-from lensbench.app.panels.light_field.capture_settings import Form
-from lensbench.app.panels.light_field.depth import depth_body
-from lensbench.app.panels.light_field.plenoptic_slices import Strip, moment_chooser, rays_body
-from lensbench.app.panels.light_field.pupil_pad import (
-    coverage_greys,
-    figures,
-    millimetres,
-    pupil_grid,
-    pupil_pad,
-    pupil_picture,
-)
-from lensbench.app.panels.task_progress import task_progress
-from lensbench.app.state import dial_scales, text_values
-from lensbench.app.state.light_field_query import (
+from lensbench.app.bench.light_field_query import (
     SHOWN,
     ArrayRecording,
     Look,
@@ -31,15 +16,27 @@ from lensbench.app.state.light_field_query import (
     format_place,
     with_aperture,
 )
-from lensbench.app.state.picture.tone import develop
-from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import dial
-from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.toggles import toggles
+from lensbench.app.bench.tone import develop
+from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph, toggles
+from lensbench.app.drawing.dial import dial
+from lensbench.app.panels.light_field.capture_form import Form, recording_form
+from lensbench.app.panels.light_field.pupil_pad import (
+    array_body,
+    coverage_greys,
+    figures,
+    millimetres,
+    pupil_grid,
+    pupil_pad,
+    pupil_picture,
+)
+from lensbench.app.panels.light_field.slices import Strip, depth_body, moment_chooser, rays_body
+from lensbench.app.panels.snapshots import task_progress
+from lensbench.app.session.notices import Request
+from lensbench.app.settings import dial_scales, text_values
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.light_field_worker import LightFieldWorker
-from lensbench.kernels.figures import fixed, significant
+from lensbench.core.text import fixed, significant
 
 fa = icons_fontawesome_6
 SHOWN_TIPS = {

@@ -1,15 +1,140 @@
-"""Panels of curves, such as error against samples or seconds: values, sheet, table and JSON."""
+"""Panels of curves, such as error against samples or seconds: values, sheet, table and JSON.
+
+Values of a chart: marks with cost and error, and the Pareto front.
+
+Figures of charts as a text table and as JSON data.
+"""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lensbench.app.studies.charts.table import aligned, figure_text
-from lensbench.app.studies.plotting import COLOURS, DIM, FAINT, INK, PAPER, look, plot, save, sheet, tick_finely
+from lensbench.app.drawing.sheet import COLOURS, DIM, FAINT, INK, PAPER, look, plot, save, sheet, tick_finely
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class Mark:
+    """One method at one cost.
+
+    name: the label of the mark. kind: its family, a key of `sheet.KINDS`. cost, error: in the units of the chart.
+    spread: excess of the median run over the least run, which is `cost`, in percent. worst: largest error. NaN: not
+    measured. why: the reason why the mark is invalid, "" if valid. figures: all measured values by name and unit, such
+    as "streamed, ns".
+    """
+
+    name: str
+    kind: str
+    cost: float = math.nan
+    error: float = math.nan
+    spread: float = math.nan
+    worst: float = math.nan
+    why: str = ""
+    figures: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def has_place(self) -> bool:
+        """Whether the mark can be drawn in the chart."""
+        return self.cost > 0.0 and self.error >= 0.0
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether the mark can be drawn and is valid."""
+        return self.has_place and not self.why
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Methods side by side, for one lens or one scene.
+
+    key: short name. cost, error: axis labels with units. conditions: valid for all marks. notes: printed below. also:
+    other costs of the same marks: axis label, and the figures that hold the cost and its spread. floor: smaller errors
+    count as none.
+    """
+
+    key: str
+    title: str
+    cost: str
+    error: str
+    marks: tuple[Mark, ...]
+    conditions: str = ""
+    notes: tuple[str, ...] = ()
+    also: tuple[tuple[str, str, str], ...] = ()
+    floor: float = 1e-5
+
+    @property
+    def front(self) -> tuple[Mark, ...]:
+        """The Pareto front by cost: marks that no other mark beats in both cost and error."""
+        found: list[Mark] = []
+        for mark in sorted((mark for mark in self.marks if mark.is_valid), key=lambda mark: (mark.cost, mark.error)):
+            if not found or max(mark.error, self.floor) < max(found[-1].error, self.floor):
+                found.append(mark)
+        return tuple(found)
+
+    @property
+    def all_costs(self) -> list["Chart"]:
+        """The same chart for each of its costs, this one first."""
+        found = [self]
+        for cost, figure, spread in self.also:
+            marks = tuple(replace(mark, cost=mark.figures.get(figure, math.nan),
+                                  spread=mark.figures.get(spread, math.nan)) for mark in self.marks)
+            found.append(replace(self, cost=cost, marks=marks, also=()))
+        return found
+
+
+def columns(chart: Chart) -> list[str]:
+    """Names of the figures in a chart, in the order of the mark that has the most."""
+    fullest = max((mark.figures for mark in chart.marks), key=len, default={})
+    return list(fullest)
+
+
+def figure_text(value: float | None) -> str:
+    """A figure in few digits; a rounding error as 0."""
+    if value is None or math.isnan(value):
+        return ""
+    if math.isinf(value):
+        return "∞"
+    if abs(value) < 1e-9:
+        return "0"
+    if abs(value) < 1e-5:
+        return f"{value:.0e}"
+    return f"{value:.{max(2 - math.floor(math.log10(abs(value))), 0) if abs(value) >= 0.01 else 5}f}"
+
+
+def aligned(rows: list[list[str]]) -> list[str]:
+    """Rows of a table as lines of text: the first column left-aligned, the others right-aligned."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join([first.ljust(widths[0]), *(cell.rjust(width) for cell, width in
+                                                 zip(cells, widths[1:], strict=True))]).rstrip()
+            for first, *cells in rows]
+
+
+def table(chart: Chart) -> str:
+    """A chart as lines of text: marks with their figures, * on the Pareto front; then the reasons of invalid marks."""
+    heads, front = columns(chart), chart.front
+    rows = [["", *(head.split(", ")[0] for head in heads)], ["", *(head.split(", ")[-1] for head in heads)]]
+    for mark in chart.marks:
+        name = f"{mark.name}{' *' if mark in front else ''}{' (not valid)' if mark.why else ''}"
+        rows.append([name, *(figure_text(mark.figures.get(head)) for head in heads)])
+    lines = [chart.title, chart.conditions, *aligned(rows)]
+    lines += [f"Not valid: {mark.name}: {mark.why}" for mark in chart.marks if mark.why]
+    return "\n".join([*(line for line in lines if line), *chart.notes])
+
+
+def plain(charts: list[Chart]) -> list[dict[str, Any]]:
+    """Charts as JSON data."""
+    found = []
+    for chart in charts:
+        front = chart.front
+        marks = [{"name": mark.name, "kind": mark.kind, "valid": not mark.why, "why": mark.why,
+                  "on front": mark in front, "figures": mark.figures} for mark in chart.marks]
+        found.append({"key": chart.key, "title": chart.title, "conditions": chart.conditions, "cost": chart.cost,
+                      "error": chart.error, "notes": list(chart.notes), "marks": marks})
+    return found
+
 
 ACROSS = 3                      # panels in a row
 SIZE = (3.2, 2.75)              # inches, of one panel; a single panel is half as large again

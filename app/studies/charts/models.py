@@ -12,19 +12,19 @@ from functools import partial
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.studies.charts.curves import Chart, Mark
 from lensbench.app.studies.charts.ladder import Model, ladder
+from lensbench.app.studies.charts.panels import Subject
 from lensbench.app.studies.charts.peers import peer_marks
-from lensbench.app.studies.charts.subjects import Subject
 from lensbench.app.studies.charts.truth import Error, Truth
-from lensbench.app.studies.charts.values import Chart, Mark
 from lensbench.app.studies.timing import BLOCKS, Time, idle, report_progress, streamed, time_in_turn
-from lensbench.kernels import block
-from lensbench.kernels.block import U0, U1, B, Step, X, Y
-from lensbench.kernels.figures import fixed, significant
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampling_steps
-from lensbench.optics.scalar_trace import surface_table, trace_rays
-from lensbench.scenery.builtin.benchmark import benchmark_scene
+from lensbench.core.kernels import block
+from lensbench.core.kernels.block import U0, U1, B, Step, X, Y
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import sampling_steps
+from lensbench.core.optics.scalar_trace import surface_table, trace_rays
+from lensbench.core.scenery.builtin.benchmark import benchmark_scene
+from lensbench.core.text import fixed, significant
 
 STREAMED, FUSED = "Cost, streamed (ns a ray)", "Cost, fused in the renderer (ns a sample)"
 ERROR = "Error, rms (pixels)"

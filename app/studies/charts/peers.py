@@ -16,8 +16,8 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.studies.charts.curves import Mark
 from lensbench.app.studies.charts.truth import Truth
-from lensbench.app.studies.charts.values import Mark
 from lensbench.app.studies.timing import time_in_turn
 
 BEFORE = 50.0                   # mm from the origins of the rays to the first vertex

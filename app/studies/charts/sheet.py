@@ -6,9 +6,8 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lensbench.app.studies.charts.table import columns, figure_text
-from lensbench.app.studies.charts.values import Chart, Mark
-from lensbench.app.studies.plotting import COLOURS, DIM, FAINT, INK, PAPER, look, plot, save, sheet, tick_finely
+from lensbench.app.drawing.sheet import COLOURS, DIM, FAINT, INK, PAPER, look, plot, save, sheet, tick_finely
+from lensbench.app.studies.charts.curves import Chart, Mark, columns, figure_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

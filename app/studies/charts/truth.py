@@ -17,10 +17,10 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.studies.charts.ladder import Model
-from lensbench.app.studies.even_points import even_points
-from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.pupils.radial_sampler import PupilTable
+from lensbench.app.studies.timing import even_points
+from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.pupils.radial_sampler import PupilTable
 
 RAYS = 4096
 STEP = 1e-4                     # step of the derivative, in half film diagonals

@@ -9,9 +9,9 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.studies.stability.sweep import PRECISIONS, Curve, Sweep, curve
-from lensbench.cameras.ideal_lens import thin
-from lensbench.kernels.block import RED, WEIGHT, B, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
+from lensbench.core.cameras.ideal_lens import thin
+from lensbench.core.kernels.block import RED, WEIGHT, B, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
 
 FOCAL_LENGTH, F_NUMBER, BLUR = 50.0, 2.0, 0.03125       # mm; f-number; limit of the blur, mm
 THOUSANDTH = "one digit more than is displayed"

@@ -6,11 +6,11 @@ from collections.abc import Callable
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.studies.stability.high_precision import PI, exact, exactly, floats, root, sine_cosine
+from lensbench.app.studies.stability.refraction import PI, exact, exactly, floats, root, sine_cosine
 from lensbench.app.studies.stability.sweep import PRECISIONS, Sweep, curve
-from lensbench.imaging.animated_transform import quaternion, rotation_matrix
-from lensbench.kernels.block import TIME, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
+from lensbench.core.imaging.transform import quaternion, rotation_matrix
+from lensbench.core.kernels.block import TIME, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
 
 Turned = Callable[[np.ndarray, np.ndarray], np.ndarray]         # two rotations (3, 3) → the one half-way (3, 3)
 

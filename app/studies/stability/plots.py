@@ -1,18 +1,78 @@
-"""Stability sweeps as files: one plot for each sweep, and an index."""
+"""Stability sweeps as files: one plot for each sweep, and an index.
+
+Known failures of other systems, and what this program does instead.
+
+All families of methods, in the order in which they are shown.
+"""
 
 import re
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lensbench.app.files.export import replacing
-from lensbench.app.studies.plotting import COLOURS, DIM, FAINT, PAPER, look, plot, save, sheet
-from lensbench.app.studies.stability.known_failures import table
+from lensbench.app.drawing.sheet import COLOURS, DIM, FAINT, PAPER, look, plot, save, sheet
+from lensbench.app.session.export import replacing
+from lensbench.app.studies.stability import (
+    closed_forms,
+    focusing,
+    intersection,
+    models,
+    orientation,
+    pupils,
+    refraction,
+    sampling,
+)
 from lensbench.app.studies.stability.sweep import Curve, Sweep, quantity_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class KnownFailure:
+    """One known failure of another system.
+
+    id: thread of a project, or the subject. fails: what goes wrong there. here: what this program does; "" if the
+    failure does not apply, for the reason `beside`. test: file and function under tests/ that shows it.
+    """
+
+    id: str
+    fails: str
+    here: str = ""
+    test: str = ""
+    beside: str = ""
+
+
+def known_failures() -> tuple[KnownFailure, ...]:
+    """All collected failures."""
+    text = files("lensbench.app.studies.stability").joinpath("known_failures.toml").read_text(encoding="utf-8")
+    return tuple(KnownFailure(**row) for row in tomllib.loads(text)["failure"])
+
+
+def table() -> list[str]:
+    """The known failures as lines of a Markdown table."""
+    rows = [(failure.id, failure.fails, failure.here or f"does not apply: {failure.beside}",
+             f"`{failure.test.partition('::')[0]}`" if failure.test else "") for failure in known_failures()]
+    return ["| where | what fails there | here | test |", "|---|---|---|---|",
+            *(f"| {' | '.join(row)} |" for row in rows)]
+
+
+FAMILIES: dict[str, dict[str, Callable[[], Sweep]]] = {
+    "Intersection": intersection.SWEEPS,
+    "Refraction": refraction.SWEEPS,
+    "Focusing": focusing.SWEEPS,
+    "Pupil": pupils.SWEEPS,
+    "Models": models.SWEEPS,
+    "Sampling": sampling.SWEEPS,
+    "Closed forms": closed_forms.SWEEPS,
+    "Orientation": orientation.SWEEPS,
+}
+
 
 SIZE = (8.0, 4.2)                       # inches
 INDEX, DOMAINS = "index.md", "models-domains"

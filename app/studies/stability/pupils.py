@@ -13,14 +13,14 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.studies.even_points import even_points
 from lensbench.app.studies.stability.sweep import Curve, Sweep, curve
-from lensbench.kernels.block import CLEARANCE, U0, U1, WEIGHT, L, M, N, X, Y
-from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import surface_steps
-from lensbench.pupils.film_grid_sampler import PupilGrid
-from lensbench.pupils.radial_sampler import PupilTable
-from lensbench.pupils.rim_solver import solve_rims
+from lensbench.app.studies.timing import even_points
+from lensbench.core.kernels.block import CLEARANCE, U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.core.kernels.program import Program
+from lensbench.core.optics.block_trace import surface_steps
+from lensbench.core.pupils.film_grid_sampler import PupilGrid
+from lensbench.core.pupils.radial_sampler import PupilTable
+from lensbench.core.pupils.rim_solver import solve_rims
 
 SAMPLES = 1 << 12       # samples of each method at each value
 CELLS = 240             # cells along each side of one grid over the true region

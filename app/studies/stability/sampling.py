@@ -10,13 +10,13 @@ import numpy as np
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.charts.samplers import white_noise
-from lensbench.app.studies.even_points import even_points
 from lensbench.app.studies.stability.pupils import Place, passing, sampled
 from lensbench.app.studies.stability.sweep import LOST, Sweep, curve
-from lensbench.kernels.block import PITCH, U0, U1, B, Step, lane_buffer
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sample_pixels
-from lensbench.pupils.radial_sampler import PupilTable
+from lensbench.app.studies.timing import even_points
+from lensbench.core.kernels.block import PITCH, U0, U1, B, Step, lane_buffer
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import sample_pixels
+from lensbench.core.pupils.radial_sampler import PupilTable
 
 LENS = "pbrt-dgauss-50mm"
 FIELD = 18.0                    # mm: film radius at which the region is a cat's eye

@@ -11,11 +11,11 @@ from math import inf, isinf, pi
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import PASSED, surface_table, trace_ray
-from lensbench.optics.surfaces import SurfaceTable
+from lensbench.core.kernels.cache import njit
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import PASSED, surface_table, trace_ray
+from lensbench.core.optics.surfaces import SurfaceTable
 
 SAMPLES = 513           # directions at the stop, in which fields are bracketed
 STEEPEST = 0.4999 * pi  # of them, rad

@@ -8,14 +8,13 @@ from math import inf, isinf, nan, sqrt
 
 import numpy as np
 
-from lensbench.analysis.grids.chief_rays import ChiefRays, find_chief_rays, pupil_distances
-from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.cache import njit
-from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import surface_steps, trace_steps
-from lensbench.optics.paraxial import first_order
-from lensbench.optics.path_trace import PATH, STOP_SHARE, VICTIM, path_steps
-from lensbench.optics.prescription import Lens
+from lensbench.core.analysis.grids.chief_rays import ChiefRays, find_chief_rays, pupil_distances
+from lensbench.core.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.program import Program
+from lensbench.core.optics.block_trace import PATH, STOP_SHARE, VICTIM, path_steps, surface_steps, trace_steps
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
 
 SLOPE_STEP = 1e-5       # direction cosine, for the image of the stop
 

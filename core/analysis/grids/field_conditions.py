@@ -1,24 +1,31 @@
 """Conditions of an analysis: fields, wavelengths and the object's distance, and where each of them comes from.
 
 A lens file may state them (`Lens.system`). What it does not state is taken from the film and from the visible
-spectrum, and a finding says so. mm, degrees and µm, as in `lensbench.optics.system`.
+spectrum, and a finding says so. mm, degrees and µm, as in `lensbench.core.optics.system`.
+
+Two threads that the analyses share, so that a figure of milliseconds does not wait for threads to start.
 """
 
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 from math import atan, atan2, hypot, inf, isinf, radians, tan
+from typing import TypeVar
 
 import numpy as np
 
-from lensbench.cameras.dispersion import has_dispersion
-from lensbench.imaging.film import Film
-from lensbench.imaging.spectrum import PHOTOPIC, PICTURE, WHITES
-from lensbench.kernels.figures import fixed, significant
-from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, GlassError
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.paraxial import first_order
-from lensbench.optics.prescription import Lens
-from lensbench.optics.system import FieldKind
+from lensbench.core.cameras.lens_settings import has_dispersion
+from lensbench.core.imaging.film import Film
+from lensbench.core.imaging.spectrum import PHOTOPIC, PICTURE, WHITES
+from lensbench.core.kernels.pauses import due, pause
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.glass import C_LINE, D_LINE, F_LINE, GlassError
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import FieldKind
+from lensbench.core.text import fixed, significant
 
 VISIBLE = (F_LINE, D_LINE, C_LINE)      # µm; the primary is the middle one
 LONGEST = 100.0         # µm; a larger number is one of nanometres
@@ -319,3 +326,40 @@ def _on_object(lens: Lens, given: Conditions, slopes: np.ndarray) -> np.ndarray:
     """Points (n, 2) of the object plane from which light aims at the entrance pupil with these slopes (n, 2)."""
     pupil = first_order(lens, given.primary_wavelength).entrance_pupil.z
     return -slopes * (given.object_distance + (0.0 if isinf(pupil) else pupil))
+
+
+THREADS = 2
+PARTS = 8               # handed to the threads at most: each costs a twentieth of a millisecond
+Item = TypeVar("Item")
+
+
+@lru_cache(maxsize=1)
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(THREADS, "lensbench analysis")
+
+
+def each_in_turn(work: Callable[[Item], object], items: Iterable[Item]) -> None:
+    """Do the work of each item on the present thread, which may pause before each: of work that is soon done."""
+    for item in items:
+        pause()
+        work(item)
+
+
+def each_of(work: Callable[[Item], object], items: Iterable[Item]) -> None:
+    """Do the work of each item on the threads and wait for all; an error in one is raised. `work` must not call it.
+
+    Where the present thread shall pause, what is not begun waits, and the threads are free for others.
+    """
+    left, paused = list(items), due()
+
+    def do(part: list[Item]) -> list[Item]:
+        for done, item in enumerate(part):
+            if paused():
+                return part[done:]
+            work(item)
+        return []
+
+    while left:
+        pause()
+        parts = [left[i::PARTS] for i in range(min(PARTS, len(left)))]
+        left = [item for part in _pool().map(do, parts) for item in part]

@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 
-from lensbench.scenery.objects import Floor, Material, Sky, Sphere, Sun
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
+from lensbench.core.scenery.scene import Scene
 
 
 def benchmark_scene() -> Scene:

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lensbench.scenery.builtin.tubes import joined, ring, tube
-from lensbench.scenery.objects import Material, Mesh
+from lensbench.core.scenery.builtin.tubes import joined, ring, tube
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.mesh import Mesh
 
 REAR, FRONT, CRANK = np.array([-500.0, 335.0, 0.0]), np.array([510.0, 335.0, 0.0]), np.array([-75.0, 285.0, 0.0])
 SEAT, HEAD, FORK = np.array([-215.0, 770.0, 0.0]), np.array([345.0, 800.0, 0.0]), np.array([378.0, 660.0, 0.0])

@@ -5,7 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lensbench.scenery.objects import Material, Rectangle, Triple, across, triple, unit
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.planar import Rectangle
+from lensbench.core.scenery.values import Triple, across, triple, unit
 
 
 def box(x0: float, x1: float, y0: float, y1: float, z0: float, z1: float, material: Material) -> list[Rectangle]:

@@ -2,11 +2,15 @@
 
 import numpy as np
 
-from lensbench.scenery.builtin.bicycle import BEAM, bicycle
-from lensbench.scenery.builtin.lettering import lettering
-from lensbench.scenery.objects import Disk, Floor, Image, Material, Mesh, Pattern, Rectangle, Sky, Sphere, Triple
-from lensbench.scenery.scene import Scene
-from lensbench.scenery.values import triple
+from lensbench.core.scenery.builtin.bicycle import BEAM, bicycle
+from lensbench.core.scenery.builtin.lettering import lettering
+from lensbench.core.scenery.objects.material import Image, Material, Pattern
+from lensbench.core.scenery.objects.mesh import Mesh
+from lensbench.core.scenery.objects.planar import Disk, Rectangle
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Floor, Sky
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.values import Triple, triple
 
 GROUND = -640.0         # mm: the camera is low, as on one knee
 RISE = GROUND + 1500.0  # of what hangs

@@ -6,24 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from lensbench.scenery.builtin.composites import bar, box, ring, spokes
-from lensbench.scenery.objects import (
-    Disk,
-    Floor,
-    Material,
-    Pattern,
-    Rectangle,
-    Shape,
-    Sky,
-    Sphere,
-    Sun,
-    Triple,
-    across,
-    by_family,
-    triple,
-    unit,
-)
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.builtin.composites import bar, box, ring, spokes
+from lensbench.core.scenery.objects.material import Material, Pattern
+from lensbench.core.scenery.objects.planar import Disk, Rectangle
+from lensbench.core.scenery.objects.shape import Shape, by_family
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.values import Triple, across, triple, unit
 
 GROUND = -150.0         # mm, the boards below the camera
 RED, CREAM, TEAL = (0.62, 0.05, 0.035), (0.80, 0.70, 0.50), (0.02, 0.30, 0.32)

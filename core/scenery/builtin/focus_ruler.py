@@ -2,9 +2,12 @@
 
 import numpy as np
 
-from lensbench.scenery.builtin.lettering import lettering
-from lensbench.scenery.objects import Disk, Floor, Image, Material, Pattern, Rectangle, Sky, Sun, Triple, triple
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.builtin.lettering import lettering
+from lensbench.core.scenery.objects.material import Image, Material, Pattern
+from lensbench.core.scenery.objects.planar import Disk, Rectangle
+from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.values import Triple, triple
 
 PAPER, INK = (0.82, 0.81, 0.78), (0.02, 0.02, 0.022)
 RED: Triple = (0.62, 0.05, 0.03)

@@ -4,9 +4,13 @@ import math
 
 import numpy as np
 
-from lensbench.scenery.builtin.tubes import tube
-from lensbench.scenery.objects import Floor, Material, Mesh, Rectangle, Sky, Sphere, Sun
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.builtin.tubes import tube
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.mesh import Mesh
+from lensbench.core.scenery.objects.planar import Rectangle
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
+from lensbench.core.scenery.scene import Scene
 
 FOCUS = 1200.0          # mm: the twig
 CORNERS = 14            # of a leaf: six along its middle, four along each edge

@@ -1,7 +1,9 @@
 """Charts: a luminous wall with a grid, and uniform white everywhere."""
 
-from lensbench.scenery.objects import Disk, Material, Pattern, Rectangle, Sky
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.objects.material import Material, Pattern
+from lensbench.core.scenery.objects.planar import Disk, Rectangle
+from lensbench.core.scenery.objects.surroundings import Sky
+from lensbench.core.scenery.scene import Scene
 
 DISTANCE = 1200.0       # mm from the film
 CELL, LINE = 50.0, 2.0  # mm

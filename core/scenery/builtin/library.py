@@ -2,19 +2,19 @@
 
 from functools import cache
 
-from lensbench.scenery.builtin.benchmark import benchmark_scene
-from lensbench.scenery.builtin.dusk_street import dusk_street
-from lensbench.scenery.builtin.fairground import fairground
-from lensbench.scenery.builtin.focus_ruler import focus_ruler
-from lensbench.scenery.builtin.foliage import foliage
-from lensbench.scenery.builtin.grid_wall import grid_wall, white_wall
-from lensbench.scenery.builtin.night_lights import night_lights
-from lensbench.scenery.builtin.portrait import portrait
-from lensbench.scenery.builtin.resolution_chart import resolution_chart
-from lensbench.scenery.builtin.room import room
-from lensbench.scenery.builtin.still_life import still_life
-from lensbench.scenery.objects import SceneError
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.builtin.benchmark import benchmark_scene
+from lensbench.core.scenery.builtin.dusk_street import dusk_street
+from lensbench.core.scenery.builtin.fairground import fairground
+from lensbench.core.scenery.builtin.focus_ruler import focus_ruler
+from lensbench.core.scenery.builtin.foliage import foliage
+from lensbench.core.scenery.builtin.grid_wall import grid_wall, white_wall
+from lensbench.core.scenery.builtin.night_lights import night_lights
+from lensbench.core.scenery.builtin.portrait import portrait
+from lensbench.core.scenery.builtin.resolution_chart import resolution_chart
+from lensbench.core.scenery.builtin.room import room
+from lensbench.core.scenery.builtin.still_life import still_life
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.values import SceneError
 
 _MAKERS = {"still-life": still_life, "night-lights": night_lights, "focus-ruler": focus_ruler, "grid-wall": grid_wall,
            "white-wall": white_wall, "room": room, "fairground": fairground, "portrait": portrait, "foliage": foliage,

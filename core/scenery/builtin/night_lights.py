@@ -2,8 +2,12 @@
 
 import numpy as np
 
-from lensbench.scenery.objects import Disk, Floor, Image, Material, Pattern, Rectangle, Sky, Sphere, Triple
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.objects.material import Image, Material, Pattern
+from lensbench.core.scenery.objects.planar import Disk, Rectangle
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Floor, Sky
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.values import Triple
 
 GROUND = -1350.0        # mm, the street below the camera
 SODIUM, WHITE, TAIL = (17.0, 8.6, 2.2), (16.0, 15.0, 12.5), (14.0, 0.8, 0.35)

@@ -2,8 +2,12 @@
 
 import numpy as np
 
-from lensbench.scenery.objects import Floor, Material, Mesh, Rectangle, Sky, Sphere
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.mesh import Mesh
+from lensbench.core.scenery.objects.planar import Rectangle
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Floor, Sky
+from lensbench.core.scenery.scene import Scene
 
 PLACE = (15.0, 25.0, -1290.0)       # mm: middle of the head
 HEAD = np.array([76.0, 112.0, 96.0])    # half-axes: ear to ear, top to chin, nose to nape

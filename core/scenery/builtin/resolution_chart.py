@@ -2,9 +2,10 @@
 
 import math
 
-from lensbench.scenery.objects import Disk, Material, Pattern, Rectangle, Sky
-from lensbench.scenery.objects.planar import Planar
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.objects.material import Material, Pattern
+from lensbench.core.scenery.objects.planar import Disk, Planar, Rectangle
+from lensbench.core.scenery.objects.surroundings import Sky
+from lensbench.core.scenery.scene import Scene
 
 DISTANCE = 2000.0       # mm
 WIDE, HIGH = 2400.0, 1600.0

@@ -4,10 +4,13 @@ import math
 
 import numpy as np
 
-from lensbench.scenery.builtin.composites import box
-from lensbench.scenery.objects import Disk, Image, Material, Pattern, Rectangle, Sky, Sphere, Sun, Triple
-from lensbench.scenery.objects.planar import Planar
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.builtin.composites import box
+from lensbench.core.scenery.objects.material import Image, Material, Pattern
+from lensbench.core.scenery.objects.planar import Disk, Planar, Rectangle
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Sky, Sun
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.values import Triple
 
 LEFT, RIGHT, GROUND, TOP, BACK, BEHIND = -1900.0, 2100.0, -1150.0, 1450.0, -5200.0, 1500.0     # mm
 

@@ -4,8 +4,12 @@ import math
 
 import numpy as np
 
-from lensbench.scenery.objects import Disk, Floor, Material, Rectangle, Sky, Sphere, Triple, triple
-from lensbench.scenery.scene import Scene
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.planar import Disk, Rectangle
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Floor, Sky
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.values import Triple, triple
 
 TILT = math.radians(2.9)                # the table falls towards the camera, as if that looked down a little
 HEIGHT = 186.0                          # mm from the table to the camera

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lensbench.scenery.objects import Material, Mesh
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.mesh import Mesh
 
 
 def tube(path: ArrayLike, radius: float, material: Material, end: float = 0.5, sides: int = 6,

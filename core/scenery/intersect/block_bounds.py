@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -27,11 +27,12 @@ from lensbench.kernels.block import (
     X,
     Y,
     Z,
+    offsets,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.cache import njit
-from lensbench.kernels.layout import offsets, vector
+from lensbench.core.kernels.cache import njit
 
 FINE = 1048576.0        # steps of a slope
 STEPS = 8.0             # steps of a millimetre

@@ -8,7 +8,8 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.arrays import address, borrowed
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -26,13 +27,13 @@ from lensbench.kernels.block import (
     M,
     N,
     Step,
+    offsets,
+    pack,
     rows,
     stage,
 )
-from lensbench.kernels.borrowed_array import address, borrowed
-from lensbench.kernels.cache import njit
-from lensbench.kernels.layout import offsets, pack
-from lensbench.scenery.intersect.sky import FAR
+from lensbench.core.kernels.cache import njit
+from lensbench.core.scenery.intersect.sky import FAR
 
 # COSINE, SINE: of the turn. Integers: place and count of the texels, texels across and down
 COSINE, SINE, BRIGHTNESS, IMAGE_SKY = offsets(1, 1, 1)

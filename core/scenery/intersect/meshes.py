@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.arrays import address, borrowed
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -44,19 +45,27 @@ from lensbench.kernels.block import (
     X,
     Y,
     Z,
+    offsets,
+    pack,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.borrowed_array import address, borrowed
-from lensbench.kernels.byte_cache import byte_cache
-from lensbench.kernels.cache import njit
-from lensbench.kernels.eights import DIRECTION, GROUP, MOST, ORIGIN, SECOND, THIRD
-from lensbench.kernels.layout import offsets, pack, vector
-from lensbench.scenery.finish import INSIDE, SOLID, is_ball
-from lensbench.scenery.intersect.block_bounds import beam_misses
-from lensbench.scenery.intersect.texture import REPEATED, TEXTURE, look_up_texture, texture
-from lensbench.scenery.intersect.tree_search import inverse_of, scratch_of, search, search_group
-from lensbench.scenery.intersect.triangle_tree import TriangleTree, depth_of_stack, triangle_tree
+from lensbench.core.kernels.byte_cache import byte_cache
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.eights import DIRECTION, GROUP, MOST, ORIGIN, SECOND, THIRD
+from lensbench.core.scenery.intersect.block_bounds import beam_misses
+from lensbench.core.scenery.intersect.texture import REPEATED, TEXTURE, look_up_texture, texture
+from lensbench.core.scenery.intersect.triangle_tree import (
+    TriangleTree,
+    depth_of_stack,
+    inverse_of,
+    scratch_of,
+    search,
+    search_group,
+    triangle_tree,
+)
+from lensbench.core.scenery.surface_codes import INSIDE, SOLID, is_ball
 
 MOST_KEPT, NEWEST = 48 << 20, 4         # bytes of trees and their meshes, for scenes seen before; trees of one scene
 

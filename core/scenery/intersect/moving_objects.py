@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     BEAM,
     DEPTH,
     H0,
@@ -29,19 +29,23 @@ from lensbench.kernels.block import (
     L,
     M,
     N,
+    Packed,
     X,
     Y,
     Z,
+    join,
+    offsets,
+    pack,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.cache import njit
-from lensbench.kernels.layout import Packed, join, offsets, pack, vector
-from lensbench.kernels.rotation import sine_versine
-from lensbench.scenery.intersect.block_bounds import FORWARD, RIGHTWARD, UPWARD, beam, beam_misses
-from lensbench.scenery.intersect.planar import planar, planar_parameters
-from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
-from lensbench.scenery.objects import Shape, by_family, displaced
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.numeric import sine_versine
+from lensbench.core.scenery.intersect.block_bounds import FORWARD, RIGHTWARD, UPWARD, beam, beam_misses
+from lensbench.core.scenery.intersect.planar import planar, planar_parameters
+from lensbench.core.scenery.intersect.spheres import sphere_parameters, spheres
+from lensbench.core.scenery.objects.shape import Shape, by_family, displaced
 
 # A motion: unit AXIS, RATE (rotations per second), PHASE (rotations at TIME 0); then a sphere that holds all that
 # moves so, at rest: MIDDLE and REACH (mm)

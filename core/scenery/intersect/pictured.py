@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -36,18 +36,20 @@ from lensbench.kernels.block import (
     X,
     Y,
     Z,
+    offsets,
+    pack,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.layout import offsets, pack, vector
-from lensbench.scenery.intersect.floor import floor_axes
-from lensbench.scenery.intersect.image_sky import half_turn
-from lensbench.scenery.intersect.planar import COLOUR as PLANAR_COLOUR
-from lensbench.scenery.intersect.planar import PLANAR, fields_of, footprint, intersect, record
-from lensbench.scenery.intersect.quadrics import closest_approach
-from lensbench.scenery.intersect.texture import AROUND, REPEATED, look_up_texture, texture
-from lensbench.scenery.objects.surroundings import Floor
-from lensbench.scenery.shading.pattern_filter import footprint_stretch
+from lensbench.core.scenery.intersect.image_sky import half_turn
+from lensbench.core.scenery.intersect.planar import COLOUR as PLANAR_COLOUR
+from lensbench.core.scenery.intersect.planar import PLANAR, fields_of, footprint, intersect, record
+from lensbench.core.scenery.intersect.sky import floor_axes
+from lensbench.core.scenery.intersect.spheres import closest_approach
+from lensbench.core.scenery.intersect.texture import AROUND, REPEATED, look_up_texture, texture
+from lensbench.core.scenery.objects.surroundings import Floor
+from lensbench.core.scenery.shading.pattern_filter import footprint_stretch
 
 LARGE = 1 << 20         # texels of an image of a planar shape that is read where it lies
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -36,17 +36,21 @@ from lensbench.kernels.block import (
     L,
     M,
     N,
+    Packed,
     X,
     Y,
     Z,
+    join,
+    offsets,
+    pack,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.layout import Packed, join, offsets, pack, vector
-from lensbench.scenery.intersect.block_bounds import FORWARD, RIGHTWARD, UPWARD, beam_misses
-from lensbench.scenery.intersect.quadrics import inside_edge, plane_point
-from lensbench.scenery.intersect.ripmap import look_up, ripmap
-from lensbench.scenery.shading.pattern_filter import (
+from lensbench.core.scenery.intersect.block_bounds import FORWARD, RIGHTWARD, UPWARD, beam_misses
+from lensbench.core.scenery.intersect.spheres import inside_edge, plane_point
+from lensbench.core.scenery.intersect.texture import look_up, ripmap
+from lensbench.core.scenery.shading.pattern_filter import (
     checker_contrast,
     filtered_contrast,
     footprint_stretch,

@@ -1,4 +1,4 @@
-"""The sky, the farthest surface: a gradient of three colours, and the sun's disk.
+"""The farthest surfaces: an endless checkered floor, a sky of three colours, and the sun's disk.
 
 Radiance along a unit direction whose component along `up` is m:
 horizon + m (zenith − horizon) for m ≥ 0, and `ground` below the horizon.
@@ -8,10 +8,121 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, RED, B, L, M, N, rows, stage
-from lensbench.kernels.cache import njit
-from lensbench.kernels.layout import offsets, pack, vector
-from lensbench.scenery.values import unit
+from lensbench.core.kernels.block import (
+    A0,
+    A1,
+    BLUE,
+    DEPTH,
+    EMITS,
+    FINISH,
+    GREEN,
+    NX,
+    NY,
+    NZ,
+    PIXEL_SIDE,
+    PIXEL_SPREAD,
+    RED,
+    B,
+    L,
+    M,
+    N,
+    X,
+    Y,
+    Z,
+    offsets,
+    pack,
+    rows,
+    stage,
+    vector,
+)
+from lensbench.core.kernels.cache import njit
+from lensbench.core.scenery.shading.pattern_filter import checker_contrast, footprint_stretch, parity
+from lensbench.core.scenery.values import cross, unit
+
+# AXIS_A, AXIS_B: unit axes along the tiles over the tile's edge (1/mm); SHIFT in tiles; COLOUR: mean of the two
+# colours; HALF_DIFFERENCE: of the light colour and the dark; PER_TILE: 1 / the tile's edge (1/mm)
+NORMAL, HEIGHT, AXIS_A, AXIS_B, SHIFT, COLOUR, HALF_DIFFERENCE, OWN_FINISH, PER_TILE, FLOOR = offsets(
+    3, 1, 3, 3, 2, 3, 3, 1, 1)
+
+
+def floor_axes(floor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unit normal, and the two unit axes along the tiles."""
+    normal = np.asarray(floor.normal, np.float64)
+    normal = normal / math.sqrt(normal @ normal)
+    along = cross(normal, (0.0, 0.0, 1.0) if abs(normal[2]) < 0.9 else (1.0, 0.0, 0.0))
+    along /= math.sqrt(along @ along)
+    across = cross(along, normal)
+    c, s = math.cos(floor.turn), math.sin(floor.turn)
+    return normal, c * along + s * across, c * across - s * along
+
+
+def floor_parameters(floor) -> np.ndarray:
+    """Parameters of the stage `floor`."""
+    normal, a, b = floor_axes(floor)
+    light, dark = np.array(floor.light), np.array(floor.dark)
+    if floor.image is not None:
+        light = dark = floor.image.mean
+    return pack(FLOOR, {NORMAL: normal, HEIGHT: floor.height, AXIS_A: a / floor.tile, AXIS_B: b / floor.tile,
+                        SHIFT: floor.offset, COLOUR: (light + dark) / 2, HALF_DIFFERENCE: (light - dark) / 2,
+                        OWN_FINISH: floor.gloss, PER_TILE: 1.0 / floor.tile})
+
+
+@njit(inline="always")
+def tile_side(real, hx, hy, hz, dx, dy, dz, steep, wide, a_axis, b_axis, a0, b0, tile):
+    """Colour of the floor at a point h seen along d, from −1 (dark) to 1 (light), averaged over the footprint.
+
+    steep: 1 / (normal · d); wide: side of the pixel there, in tiles.
+    """
+    ax, ay, az = a_axis
+    bx, by, bz = b_axis
+    a, b = a0 + ax * hx + ay * hy + az * hz, b0 + bx * hx + by * hy + bz * hz
+    wide_a = wide * footprint_stretch(real, (ax * dx + ay * dy + az * dz) * tile, steep)
+    wide_b = wide * footprint_stretch(real, (bx * dx + by * dy + bz * dz) * tile, steep)
+    odd = parity(real, np.floor(a) + np.floor(b))
+    return (real(4) * odd - real(1)) * checker_contrast(real, a, b, wide_a, wide_b)
+
+
+@stage
+def floor(lanes, p, ints, key):
+    """Intersect rays with the floor, visible from above only; the nearest surface stays.  p: floor_parameters."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    depth, emits, finish, nx, ny, nz = row[DEPTH], row[EMITS], row[FINISH], row[NX], row[NY], row[NZ]
+    red, green, blue, side, spread = row[RED], row[GREEN], row[BLUE], row[PIXEL_SIDE], row[PIXEL_SPREAD]
+    (ux, uy, uz), height, a_axis, b_axis = vector(p, NORMAL), p[HEIGHT], vector(p, AXIS_A), vector(p, AXIS_B)
+    a0, b0, (mr, mg, mb), (hr, hg, hb) = p[SHIFT], p[SHIFT + 1], vector(p, COLOUR), vector(p, HALF_DIFFERENCE)
+    own_finish, per = p[OWN_FINISH], p[PER_TILE]
+    tile, met, slant = real(1) / per, row[A0], row[A1]
+
+    # Find the distance at which each ray meets the floor, 0 where it does not
+    many = np.int32(0)
+    for i in range(B):
+        steep = real(1) / (ux * dx[i] + uy * dy[i] + uz * dz[i])
+        t = (height - (ux * x[i] + uy * y[i] + uz * z[i])) * steep
+        hit = (t > real(0)) & (t < depth[i]) & (steep < real(0))
+        met[i], slant[i] = t if hit else real(0), steep
+        many = np.int32(many + np.int32(hit))
+    if many == 0:
+        return
+
+    # Record the surface there, its tiles averaged over the footprint
+    for i in range(B):
+        t, steep = met[i], slant[i]
+        hit = t > real(0)
+        hx, hy, hz = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
+        wide = abs(side[i] + t * spread[i]) * per
+        light = tile_side(real, hx, hy, hz, dx[i], dy[i], dz[i], steep, wide, a_axis, b_axis, a0, b0, tile)
+        depth[i] = t if hit else depth[i]
+        emits[i] = real(0) if hit else emits[i]
+        finish[i] = own_finish if hit else finish[i]
+        nx[i] = ux if hit else nx[i]
+        ny[i] = uy if hit else ny[i]
+        nz[i] = uz if hit else nz[i]
+        red[i] = mr + light * hr if hit else red[i]
+        green[i] = mg + light * hg if hit else green[i]
+        blue[i] = mb + light * hb if hit else blue[i]
+
 
 FAR = 1e9               # mm: DEPTH of the sky
 SKY_DISTANCE = 1e8      # mm: what is farther counts as the sky

@@ -2,13 +2,24 @@
 
 Most spheres are far from every ray of a block. Each is first compared with the block's beam, then with every ray, and
 only a sphere that some ray crosses is intersected. Many spheres make a tree, whose nodes are compared in the same way.
+
+A tree over spheres, so that what holds for many of them is found once for all.
+
+The tree is a list in preorder: a node comes before the nodes and spheres below it, and an integer says how many of them
+follow. A stage that is done with a node goes on behind these. The spheres of a small scene make a plain list.
+
+Intersection of a ray with a sphere or with the plane of a planar shape, for cameras, shadows and coats.
+
+Rays are o + t d with a unit direction d. Written without branches, for one lane.
 """
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     BEAM,
@@ -25,16 +36,86 @@ from lensbench.kernels.block import (
     L,
     M,
     N,
+    Packed,
     X,
     Y,
     Z,
+    offsets,
+    pack,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.layout import Packed, offsets, pack, vector
-from lensbench.scenery.intersect.block_bounds import beam_misses
-from lensbench.scenery.intersect.quadrics import closest_approach
-from lensbench.scenery.intersect.sphere_tree import CROWD, bounding_sphere, counts_below, sphere_tree
+from lensbench.core.kernels.cache import njit
+from lensbench.core.scenery.intersect.block_bounds import beam_misses
+
+CROWD = 8               # a node is halved until it holds no more spheres; a scene of twice as many has a tree
+
+
+class Entry(NamedTuple):
+    """A sphere, or a node with all spheres below it."""
+
+    members: np.ndarray         # indices of the spheres
+    below: int                  # entries that follow and belong to it: 0 for a sphere
+
+
+def sphere_tree(centres: np.ndarray) -> list[Entry]:
+    """Entries in preorder for spheres with these centres (n, 3), halved along the widest side of a node."""
+    everything = np.arange(len(centres))
+    if len(centres) <= 2 * CROWD:
+        return [Entry(everything[j:j + 1], 0) for j in everything]
+    return _below(np.asarray(centres, np.float64), everything)
+
+
+def _below(centres: np.ndarray, which: np.ndarray) -> list[Entry]:
+    """Entries below a node, without its own."""
+    if len(which) <= CROWD:
+        return [Entry(which[j:j + 1], 0) for j in range(len(which))]
+    order = which[np.argsort(centres[which, np.argmax(np.ptp(centres[which], 0))], kind="stable")]
+    entries = []
+    for half in (order[:len(order) // 2], order[len(order) // 2:]):
+        inner = _below(centres, half)
+        entries += [Entry(half, len(inner)), *inner]
+    return entries
+
+
+def counts_below(entries: Sequence[Entry]) -> list[int]:
+    """How many entries follow each and belong to it."""
+    return [entry.below for entry in entries]
+
+
+def bounding_sphere(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, float]:
+    """Centre and radius of a sphere around spheres, larger by what float32 may round."""
+    middle = (centres.min(0) + centres.max(0)) / 2
+    return middle, float((np.linalg.norm(centres - middle, axis=1) + radii).max()) * (1.0 + 1e-5)
+
+
+@njit(inline="always")
+def closest_approach(cx, cy, cz, dx, dy, dz):
+    """Distance along a ray to the point nearest to a centre at c from its origin, and the square of that miss."""
+    along = cx * dx + cy * dy + cz * dz
+    ox, oy, oz = cx - along * dx, cy - along * dy, cz - along * dz
+    return along, ox * ox + oy * oy + oz * oz
+
+
+@njit(inline="always")
+def plane_point(ox, oy, oz, dx, dy, dz, ux, uy, uz, ax, ay, az, bx, by, bz):
+    """Distance to the plane through the centre, at −o from the ray's origin, with the normal u; and u, v there.
+
+    a, b: the half-axes over the squares of their lengths.
+    """
+    t = -(ox * ux + oy * uy + oz * uz) / (dx * ux + dy * uy + dz * uz)
+    qx, qy, qz = ox + t * dx, oy + t * dy, oz + t * dz
+    return t, qx * ax + qy * ay + qz * az, qx * bx + qy * by + qz * bz
+
+
+@njit(inline="always")
+def inside_edge(real, u, v, disk):
+    """Whether a point at u, v half-axes lies on a rectangle (disk = 0) or an ellipse (disk = 1)."""
+    u2, v2 = u * u, v * v
+    most = u2 if u2 > v2 else v2
+    return most + disk * (u2 + v2 - most) <= real(1)
+
 
 # A sphere, or a node of the tree of spheres, which has only the first three. Integers: how many follow each and belong
 # to it

@@ -5,11 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.hashed import hashed_once
-from lensbench.kernels.quotation import excerpt
-from lensbench.scenery.finish import GLASS, MATTE, METAL
-from lensbench.scenery.values import SceneError, Triple, check
+from lensbench.core.lazy import hashed_once
+from lensbench.core.scenery.surface_codes import GLASS, MATTE, METAL
+from lensbench.core.scenery.values import SceneError, Triple, check
+from lensbench.core.text import excerpt, significant
 
 MATERIALS = ("matte", "coat", "metal", "glass", "light", "lamp")
 PATTERNS = ("checker", "grid", "star", "ruler", "image")
@@ -164,7 +163,7 @@ class Material:
         return self.kind in ("light", "lamp")
 
     def finish(self, radius: float = 0.0) -> float:
-        """How the surface reflects, as the number that the stages read (`scenery/finish.py`).
+        """How the surface reflects, as the number that the stages read (`scenery/surface_codes.py`).
 
         Parameters
         ----------

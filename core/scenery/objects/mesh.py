@@ -7,13 +7,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.hashed import hashed_once
-from lensbench.kernels.layout import Packed, pack
-from lensbench.scenery.intersect.triangle_tree import MOST_TRIANGLES
-from lensbench.scenery.objects.material import Material
-from lensbench.scenery.shading.soft_shadows import LAMP, LAMP_RADIUS2, MIDDLE, RADIANCE, SPHERE_LAMP
-from lensbench.scenery.values import SceneError, Triple, triple
+from lensbench.core.kernels.block import Packed, pack
+from lensbench.core.lazy import hashed_once
+from lensbench.core.scenery.intersect.triangle_tree import MOST_TRIANGLES
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.shading.soft_shadows import LAMP, LAMP_RADIUS2, MIDDLE, RADIANCE, SPHERE_LAMP
+from lensbench.core.scenery.values import SceneError, Triple, triple
+from lensbench.core.text import significant
 
 MOST_OPEN = 0.01        # of the edges of a solid: where its surface may have gaps
 SAME = 1e-5             # of its size: nearer vertices are one
@@ -182,7 +182,7 @@ class Mesh:
 
     def distance(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Distance (n,) along rays (n, 3) to the nearest triangle; nan where a ray misses."""
-        from lensbench.scenery.intersect.meshes import nearest_distances
+        from lensbench.core.scenery.intersect.meshes import nearest_distances
 
         return nearest_distances((self,), origins, directions)
 

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.hashed import hashed_once
-from lensbench.kernels.layout import Packed
-from lensbench.scenery.objects.material import Material
-from lensbench.scenery.objects.shape import Moving
-from lensbench.scenery.shading.clearcoat import planar_reflection
-from lensbench.scenery.shading.soft_shadows import planar_lamp, planar_occluder
-from lensbench.scenery.values import SceneError, Triple, across, check, cross, triple
+from lensbench.core.kernels.block import Packed
+from lensbench.core.lazy import hashed_once
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.shape import Moving
+from lensbench.core.scenery.shading.clearcoat import planar_reflection
+from lensbench.core.scenery.shading.soft_shadows import planar_lamp, planar_occluder
+from lensbench.core.scenery.values import SceneError, Triple, across, check, cross, triple
 
 
 class Frame(NamedTuple):

@@ -12,9 +12,9 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
-from lensbench.kernels.layout import Packed
-from lensbench.scenery.objects.material import Material
-from lensbench.scenery.values import Triple, triple
+from lensbench.core.kernels.block import Packed
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.values import Triple, triple
 
 
 @dataclass(frozen=True, kw_only=True)

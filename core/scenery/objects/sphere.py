@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
-from lensbench.kernels.hashed import hashed_once
-from lensbench.kernels.layout import Packed
-from lensbench.scenery.objects.material import Material
-from lensbench.scenery.objects.shape import Moving
-from lensbench.scenery.shading.clearcoat import sphere_reflection
-from lensbench.scenery.shading.soft_shadows import sphere_lamp, sphere_occluder
-from lensbench.scenery.values import SceneError, Triple, check
+from lensbench.core.kernels.block import Packed
+from lensbench.core.lazy import hashed_once
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.shape import Moving
+from lensbench.core.scenery.shading.clearcoat import sphere_reflection
+from lensbench.core.scenery.shading.soft_shadows import sphere_lamp, sphere_occluder
+from lensbench.core.scenery.values import SceneError, Triple, check
+from lensbench.core.text import significant
 
 
 @hashed_once

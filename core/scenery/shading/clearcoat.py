@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -39,19 +39,22 @@ from lensbench.kernels.block import (
     L,
     M,
     N,
+    Packed,
     X,
     Y,
     Z,
+    join,
+    offsets,
+    pack,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.layout import Packed, join, offsets, pack, vector
-from lensbench.scenery.finish import GLASS, is_glass, is_metal, is_sharp_coat, is_specular
-from lensbench.scenery.intersect import floor as ground
-from lensbench.scenery.intersect.floor import tile_side
-from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
-from lensbench.scenery.intersect.sky import CHORD2, DIRECTION, FAR, RADIANCE, SKY, SUN_DISK, gradient
-from lensbench.scenery.shading.illumination import F0, schlick_edge
+from lensbench.core.scenery.intersect import sky as ground
+from lensbench.core.scenery.intersect.sky import CHORD2, DIRECTION, FAR, RADIANCE, SKY, SUN_DISK, gradient, tile_side
+from lensbench.core.scenery.intersect.spheres import closest_approach, inside_edge, plane_point
+from lensbench.core.scenery.shading.illumination import F0, schlick_edge
+from lensbench.core.scenery.surface_codes import GLASS, is_glass, is_metal, is_sharp_coat, is_specular
 
 # SURROUND: the sky's numbers, FLOOR: the floor's, FLOOR_LIGHT: irradiance / π on the floor, SUN: the sun's disk; then
 # the lights

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -37,16 +37,16 @@ from lensbench.kernels.block import (
     X,
     Y,
     Z,
+    offsets,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.cache import njit
-from lensbench.kernels.layout import offsets, vector
-from lensbench.scenery.emission import DIRECT, is_seen, shines
-from lensbench.scenery.finish import is_ball, is_glass, is_specular
-from lensbench.scenery.intersect.block_bounds import lit_bounds
-from lensbench.scenery.intersect.sky import SKY, gradient
-from lensbench.scenery.intersect.sphere_tree import CROWD
+from lensbench.core.kernels.cache import njit
+from lensbench.core.scenery.intersect.block_bounds import lit_bounds
+from lensbench.core.scenery.intersect.sky import SKY, gradient
+from lensbench.core.scenery.intersect.spheres import CROWD
+from lensbench.core.scenery.surface_codes import DIRECT, is_ball, is_glass, is_seen, is_specular, shines
 
 # ∫ (w·u)₊ (w·n)₊ dw / π over the cosine of the angle between u and n: a quartic, exact at −1, 0 and 1, within 0.002
 RISE0, RISE1, RISE2, RISE4 = 2 / (3 * math.pi), 1 / 3, 1 / (3 * math.pi), 1 / 3 - 1 / math.pi

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -39,17 +39,18 @@ from lensbench.kernels.block import (
     M,
     N,
     Step,
+    offsets,
+    pack,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.cache import njit
-from lensbench.kernels.layout import offsets, pack, vector
-from lensbench.kernels.rotation import sine_versine
-from lensbench.scenery.finish import is_rough_coat
-from lensbench.scenery.intersect import floor as ground
-from lensbench.scenery.intersect.image_sky import IMAGE_SKY, image_sky_step, look_up_sky
-from lensbench.scenery.shading.illumination import F0, schlick_edge
-from lensbench.scenery.shading.image_sky_light import (
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.numeric import sine_versine
+from lensbench.core.scenery.intersect import sky as ground
+from lensbench.core.scenery.intersect.image_sky import IMAGE_SKY, image_sky_step, look_up_sky
+from lensbench.core.scenery.shading.illumination import F0, schlick_edge
+from lensbench.core.scenery.shading.image_sky_light import (
     CELL_INTEGERS,
     COSINE,
     SINE,
@@ -58,7 +59,8 @@ from lensbench.scenery.shading.image_sky_light import (
     sky_directions,
     sky_rays_step,
 )
-from lensbench.scenery.shading.rough_clearcoat import smith_sum
+from lensbench.core.scenery.shading.rough_clearcoat import smith_sum
+from lensbench.core.scenery.surface_codes import is_rough_coat
 
 # CELLS: numbers of `sky_rays`, PICTURE: of `look_up_sky`, then the unit normal of the floor, its height, its radiance
 CELLS, PICTURE, NORMAL, HEIGHT, RADIANCE, ROUGH_SKY = offsets(SKY_LIGHT, IMAGE_SKY, 3, 1, 3)

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.arrays import address, borrowed
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -43,17 +44,17 @@ from lensbench.kernels.block import (
     X,
     Y,
     Z,
+    offsets,
+    pack,
     rows,
     stage,
 )
-from lensbench.kernels.borrowed_array import address, borrowed
-from lensbench.kernels.byte_cache import byte_cache
-from lensbench.kernels.cache import njit
-from lensbench.kernels.layout import offsets, pack
-from lensbench.kernels.rotation import sine_versine
-from lensbench.scenery.intersect.image_sky import sky_place
-from lensbench.scenery.objects.image_sky import ImageSky
-from lensbench.scenery.shading.illumination import count_lit
+from lensbench.core.kernels.byte_cache import byte_cache
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.numeric import sine_versine
+from lensbench.core.scenery.intersect.image_sky import sky_place
+from lensbench.core.scenery.objects.surroundings import ImageSky
+from lensbench.core.scenery.shading.illumination import count_lit
 
 MOST_KEPT = 256 << 20   # bytes of tables and their pictures: two skies of 4096 × 2048, whose tables take 1.5 s
 LEAST_ACROSS, MOST_ACROSS = 512, 2048   # cells across: finer than a small picture, coarser than a large one

@@ -1,17 +1,28 @@
 """Coats in a scene where lights move: each lane's coat reflects them where they are at its TIME.
 
 Sharp coats transform the reflected ray, rough ones the lit point with its normal, to the frame where the light rests.
+
+Sharp clear coats and glass below a sky that a picture shows.
 """
 
+import math
 from collections.abc import Sequence
 
-from lensbench.kernels.block import (
+import numpy as np
+
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
     A3,
     A4,
     A5,
+    A6,
+    A7,
+    A8,
+    A9,
+    A10,
+    A11,
     H0,
     H1,
     H2,
@@ -29,11 +40,13 @@ from lensbench.kernels.block import (
     L,
     M,
     N,
+    Packed,
+    Step,
     rows,
     stage,
 )
-from lensbench.kernels.layout import Packed
-from lensbench.scenery.intersect.moving_objects import (
+from lensbench.core.scenery.intersect.image_sky import IMAGE_SKY, image_sky_step, look_up_sky
+from lensbench.core.scenery.intersect.moving_objects import (
     COUNT,
     GROUP,
     LENGTH,
@@ -42,8 +55,9 @@ from lensbench.scenery.intersect.moving_objects import (
     moving_groups,
     to_rest_frame,
 )
-from lensbench.scenery.objects import Shape
-from lensbench.scenery.shading.clearcoat import (
+from lensbench.core.scenery.intersect.sky import SKY
+from lensbench.core.scenery.objects.shape import Shape
+from lensbench.core.scenery.shading.clearcoat import (
     IS_LAST,
     LIGHTS,
     PLANAR_LIGHTS,
@@ -53,7 +67,8 @@ from lensbench.scenery.shading.clearcoat import (
     sharp_lights,
     sharp_open,
 )
-from lensbench.scenery.shading.rough_clearcoat import SKY, highlight_parameters, rough_close, rough_lights, rough_open
+from lensbench.core.scenery.shading.moving_lights import after
+from lensbench.core.scenery.shading.rough_clearcoat import highlight_parameters, rough_close, rough_lights, rough_open
 
 
 def moving_reflected(lights: Sequence[Shape], opening: float) -> Packed:
@@ -124,3 +139,47 @@ def moving_rough_clearcoat(lanes, p, ints, key):
     for i in range(B):
         dx[i], dy[i], dz[i], nx[i], ny[i], nz[i] = ex[i], ey[i], ez[i], ux[i], uy[i], uz[i]
     rough_close(lanes)
+
+
+SKY_INTEGERS = 4
+
+
+def image_clearcoat_step(sky, still: Packed, moved: Packed) -> Step:
+    """The stage of sharp coats for an `ImageSky`; still: clearcoat_parameters, moved: moving_reflected."""
+    moves = moved.parameters.size > 0
+    step = image_sky_step(sky, moving_image_clearcoat if moves else image_clearcoat)
+    packed = after(still, moved) if moves else still
+    return step._replace(parameters=np.concatenate([step.parameters, packed.parameters]),
+                         integers=np.concatenate([step.integers, np.asarray(packed.integers, np.int64)]))
+
+
+@stage
+def image_clearcoat(lanes, p, ints, key):
+    """`clearcoat` that reflects the picture of the sky.  p, ints: image_clearcoat_step."""
+    if _image_open(lanes, p, ints, ints[SKY_INTEGERS:]) > 0:
+        sharp_lights(lanes, p[IMAGE_SKY + LIGHTS:], ints[SKY_INTEGERS + PLANAR_LIGHTS:])
+        sharp_close(lanes, ints[SKY_INTEGERS + IS_LAST])
+
+
+@stage
+def moving_image_clearcoat(lanes, p, ints, key):
+    """`moving_clearcoat` that reflects the picture of the sky.  p, ints: image_clearcoat_step."""
+    if _image_open(lanes, p, ints, ints[SKY_INTEGERS + 1:]) > 0:
+        reflect_moving(lanes, p[IMAGE_SKY:], ints[SKY_INTEGERS:])
+
+
+@stage
+def _image_open(lanes, p, ints, switches):
+    """`sharp_open` with the picture in place of the sky of three colours."""
+    many = sharp_open(lanes, p[IMAGE_SKY:], switches)
+    if many == 0:
+        return many
+    real = lanes.dtype.type
+    row = rows(lanes)
+    near, red, green, blue = row[A9], row[A6], row[A7], row[A8]
+    r, g, b = row[A10], row[A11], row[H0]
+    look_up_sky(lanes, p, ints, row[A3], row[A4], row[A5], r, g, b)
+    for i in range(B):
+        open_ = near[i] == real(math.inf)
+        red[i], green[i], blue[i] = r[i] if open_ else red[i], g[i] if open_ else green[i], b[i] if open_ else blue[i]
+    return many

@@ -2,13 +2,19 @@
 
 Each stage has the parts of its counterpart for a still scene, and goes on to the moving shapes. Shadow rays are
 transformed to the frame where the occluder rests, and lit points to that of a moving lamp.
+
+Lights in three stages: points of the light, shadows of each kind of occluder, and the sum.
+
+Where spheres and planar shapes alone hide a light, one stage does all of it (`soft_shadows`, `moving_lights`). A sky
+shown by a picture, and a scene with meshes, put the parts together as they need them. A0 … A7, as `shadow` reads them,
+stay from the first part to the last.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -32,16 +38,19 @@ from lensbench.kernels.block import (
     L,
     M,
     N,
+    Packed,
     X,
     Y,
     Z,
+    join,
+    pack,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.layout import Packed, join, pack, vector
-from lensbench.kernels.rotation import sine_versine
-from lensbench.scenery.intersect.block_bounds import boxes_disjoint, shadow_bounds
-from lensbench.scenery.intersect.moving_objects import (
+from lensbench.core.kernels.numeric import sine_versine
+from lensbench.core.scenery.intersect.block_bounds import boxes_disjoint, shadow_bounds
+from lensbench.core.scenery.intersect.moving_objects import (
     COUNT,
     GROUP,
     LENGTH,
@@ -55,9 +64,10 @@ from lensbench.scenery.intersect.moving_objects import (
     to_rest_frame,
     to_world_frame,
 )
-from lensbench.scenery.intersect.sphere_tree import counts_below, sphere_tree
-from lensbench.scenery.objects import Shape, Sphere
-from lensbench.scenery.shading.illumination import (
+from lensbench.core.scenery.intersect.spheres import counts_below, sphere_tree
+from lensbench.core.scenery.objects.shape import Shape
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.shading.illumination import (
     CENTRE,
     OCCLUDER,
     RADIUS2,
@@ -69,7 +79,7 @@ from lensbench.scenery.shading.illumination import (
     sky_occlusion,
     unoccluded,
 )
-from lensbench.scenery.shading.soft_shadows import (
+from lensbench.core.scenery.shading.soft_shadows import (
     IRRADIANCE,
     LAMP,
     RADIANCE,
@@ -229,3 +239,45 @@ def sample_moving_lamp(lanes, p, kind):
     for i in range(B):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
         nx[i], ny[i], nz[i] = ux[i], uy[i], uz[i]
+
+
+@stage
+def sun_rays(lanes, p, ints, key):
+    """Sample a point of the sun.  p: sun_parameters."""
+    if count_lit(lanes) > 0:
+        sample_sun(lanes, p)
+
+
+@stage
+def lamp_rays(lanes, p, ints, key):
+    """Sample a point of a lamp.  p, ints: sphere_lamp or planar_lamp."""
+    if count_lit(lanes) > 0:
+        sample_lamp(lanes, p, ints[0])
+
+
+@stage
+def moving_lamp_rays(lanes, p, ints, key):
+    """Sample a point of a moving lamp.  p: its MOTION, then as ints of sphere_lamp or planar_lamp."""
+    if count_lit(lanes) > 0:
+        sample_moving_lamp(lanes, p, ints[0])
+
+
+@stage
+def shadow_stage(lanes, p, ints, key):
+    """Shadows of spheres and planar shapes.  p, ints: occluder_parameters."""
+    if count_lit(lanes) > 0:
+        shadow(lanes, p, ints)
+
+
+@stage
+def moving_shadows(lanes, p, ints, key):
+    """Shadows of moving spheres and planar shapes.  p, ints: moving_occluders."""
+    if count_lit(lanes) > 0:
+        shadow_moving(lanes, p, ints)
+
+
+@stage
+def add_lit(lanes, p, ints, key):
+    """Add the light A7 of the colour p (3)."""
+    if count_lit(lanes) > 0:
+        add_light(lanes, p)

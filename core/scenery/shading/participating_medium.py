@@ -12,10 +12,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.kernels.block import A0, BLUE, DEPTH, GREEN, RED, SB, SG, SR, TB, TG, TR, B, Step, rows, stage
-from lensbench.kernels.figures import fixed, significant
-from lensbench.kernels.layout import offsets, pack, vector
-from lensbench.scenery.values import Triple
+from lensbench.core.kernels.block import (
+    A0,
+    BLUE,
+    DEPTH,
+    GREEN,
+    RED,
+    SB,
+    SG,
+    SR,
+    TB,
+    TG,
+    TR,
+    B,
+    Step,
+    offsets,
+    pack,
+    rows,
+    stage,
+    vector,
+)
+from lensbench.core.scenery.values import Triple
+from lensbench.core.text import fixed, significant
 
 DARK = 40.0             # σ d beyond which nothing is transmitted
 CONTRAST = 0.02         # of an object that is just visible, which defines the visibility

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.cache import njit
+from lensbench.core.kernels.cache import njit
 
 THIN = 1e-4             # of a pattern's period: narrower footprints see sharp lines, the limit of float32
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -42,14 +42,16 @@ from lensbench.kernels.block import (
     X,
     Y,
     Z,
+    offsets,
+    pack,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.cache import njit
-from lensbench.kernels.layout import offsets, pack, vector
-from lensbench.scenery.finish import is_rough_coat
-from lensbench.scenery.intersect.sky import SKY, gradient
-from lensbench.scenery.shading.illumination import F0, schlick_edge
+from lensbench.core.kernels.cache import njit
+from lensbench.core.scenery.intersect.sky import SKY, gradient
+from lensbench.core.scenery.shading.illumination import F0, schlick_edge
+from lensbench.core.scenery.surface_codes import is_rough_coat
 
 CENTRE, FACING_AREA, COLOUR, HIGHLIGHT = offsets(3, 1, 3)       # FACING_AREA: of the light as a disk, over π (mm²)
 # Rows of what `rough_lights` knows of each coated lane. POINT, and its frame: ACROSS, ALONG, NORMAL;

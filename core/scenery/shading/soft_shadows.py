@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -35,27 +35,44 @@ from lensbench.kernels.block import (
     L,
     M,
     N,
+    Packed,
     X,
     Y,
     Z,
+    offsets,
+    pack,
     rows,
     stage,
+    vector,
 )
-from lensbench.kernels.cache import njit
-from lensbench.kernels.concentric_map import concentric_disk
-from lensbench.kernels.layout import Packed, offsets, pack, vector
-from lensbench.scenery.intersect.block_bounds import (
+from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.sampling import concentric_disk
+from lensbench.core.scenery.intersect.block_bounds import (
     beam_misses,
     boxes_disjoint,
     plane_misses,
     shadow_beam,
     shadow_bounds,
 )
-from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
-from lensbench.scenery.intersect.sphere_tree import CROWD, bounding_sphere, counts_below, sphere_tree
-from lensbench.scenery.shading.illumination import POINT, POINT_AREA, POINT_LIGHT, POINT_PLACE, POINT_RADIUS2, count_lit
-from lensbench.scenery.shading.rounding import rounded_length
-from lensbench.scenery.values import across, unit
+from lensbench.core.scenery.intersect.spheres import (
+    CROWD,
+    bounding_sphere,
+    closest_approach,
+    counts_below,
+    inside_edge,
+    plane_point,
+    sphere_tree,
+)
+from lensbench.core.scenery.shading.bounces import rounded_length
+from lensbench.core.scenery.shading.illumination import (
+    POINT,
+    POINT_AREA,
+    POINT_LIGHT,
+    POINT_PLACE,
+    POINT_RADIUS2,
+    count_lit,
+)
+from lensbench.core.scenery.values import across, unit
 
 # Occluders: spheres and nodes of many, then planar shapes. RADIUS2: of a node, of a sphere around it. TRANSMITTED,
 # PANE_TRANSMITTED: part of the light that passes a sphere, a planar shape

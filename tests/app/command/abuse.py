@@ -10,9 +10,9 @@ import OpenEXR
 
 from lensbench.app.command.lens_options import dest
 from lensbench.app.command.main import main
-from lensbench.app.state.camera_facts import CAMERAS
-from lensbench.app.state.setting import spec
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.camera_facts import CAMERAS
+from lensbench.app.settings.setting import spec
+from lensbench.app.settings.settings import Settings
 
 JUNK = ("", "nan", "-nan", "inf", "-inf", "0", "-0", "1e308", "1e-320", "-1e300", "1e300m", "9" * 400, "x" * 10_000,
         "\x1b[2J", "a\nb", "--", "1/0", "0/0", "1e309s", "½", "٣", "1,5", "%", "1e5%", "{}", "\udcff")

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from lensbench.app.benchmark import parts as benchmark
 from lensbench.app.command.main import main
-from lensbench.app.studies.benchmark import parts as benchmark
 
 
 def test_a_part_is_run_by_its_name(monkeypatch, capsys):

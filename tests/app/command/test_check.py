@@ -13,7 +13,7 @@ NAME = "pbrt-dgauss-50mm"
 @pytest.fixture
 def spoiled(tmp_path):
     """A double Gauss whose first radius has lost its sign."""
-    text = (lenses.catalogue.path_of(NAME)).read_text(encoding="utf-8")
+    text = (lenses.library.catalogue.path_of(NAME)).read_text(encoding="utf-8")
     assert "29.475" in text
     path = tmp_path / "spoiled.toml"
     path.write_text(text.replace("29.475", "-29.475", 1), encoding="utf-8")

@@ -8,7 +8,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
-from lensbench.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, Wavelength
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, Wavelength
 
 ZOOM = "canon-ef-usm-28-200-f35"
 

@@ -8,11 +8,11 @@ import pytest
 from PIL import Image
 
 import lensbench as lb
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.bench.false_colours import depth_codes, ends
 from lensbench.app.command.main import main
-from lensbench.app.files.export import ExportError, read_settings
-from lensbench.app.files.light_field_file import load_light_field, save_light_field
-from lensbench.app.state.camera_kinds import camera
-from lensbench.app.state.picture.false_colours import depth_codes, ends
+from lensbench.app.session.export import ExportError, read_settings
+from lensbench.app.session.recordings import load_light_field, save_light_field
 
 pytestmark = pytest.mark.slow
 

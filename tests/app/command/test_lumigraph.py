@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.command.main import main
-from lensbench.app.files.export import read_settings
-from lensbench.app.files.lumigraph_file import load_lumigraph, save_lumigraph
-from lensbench.app.state.camera_kinds import camera
+from lensbench.app.session.export import read_settings
+from lensbench.app.session.recordings import load_lumigraph, save_lumigraph
 
 pytestmark = pytest.mark.slow
 

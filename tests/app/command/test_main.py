@@ -15,15 +15,14 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.command import options
 from lensbench.app.command.main import main
-from lensbench.app.files import picture_render
-from lensbench.app.files.export import read_settings, save_picture
-from lensbench.app.files.session_file import save_session, session_path
-from lensbench.app.files.state_text import state_text
-from lensbench.app.state import text_values
-from lensbench.app.state.lens_choice import with_lens
-from lensbench.app.state.settings import Settings
+from lensbench.app.session import picture_render
+from lensbench.app.session.export import read_settings, save_picture
+from lensbench.app.session.settings_file import save_session, session_path, state_text
+from lensbench.app.settings import text_values
+from lensbench.app.settings.settings import Settings
 
 README = Path(__file__).parents[3] / "README.md"
 LENS = "pbrt-dgauss-50mm"
@@ -463,11 +462,11 @@ def test_the_example_of_the_readme_runs_as_it_stands(capsys):
 def test_the_commands_of_the_readme_are_understood(viewed, rendered, monkeypatch, tmp_path, capsys):
     import numpy as np
 
-    from lensbench.app.studies.stability import families
+    from lensbench.app.studies.stability import plots
 
     monkeypatch.chdir(tmp_path)
     # Each sweep has tests of its own; all of them take a minute
-    monkeypatch.setattr(families, "FAMILIES", {"Refraction": families.FAMILIES["Refraction"]})
+    monkeypatch.setattr(plots, "FAMILIES", {"Refraction": plots.FAMILIES["Refraction"]})
     save_picture("out.png", np.zeros((4, 6, 3), np.float32), Settings())
     lines = [line.partition("#")[0] for block in blocks("sh") for line in block.splitlines()]
     assert len(lines) >= 6

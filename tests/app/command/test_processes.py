@@ -11,7 +11,7 @@ NEVER_DONE = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)        # what runs in the background is born to ignore it
 from lensbench.app.command import main
-from lensbench.app.files import export
+from lensbench.app.session import export
 add = export.lb.Rendering.add
 def told(*given):
     print("rendering", flush=True)

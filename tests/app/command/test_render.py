@@ -14,7 +14,7 @@ from PIL import Image
 
 from lensbench import lenses
 from lensbench.app.command.main import main
-from lensbench.app.files.export import read_settings
+from lensbench.app.session.export import read_settings
 
 MOVING = ["render", "pbrt-dgauss-50mm", "--scene", "white-wall", "--end-position=1m,0,0", "--duration", "2s",
           "--size", "12x8", "--samples", "1", "--threads", "1"]

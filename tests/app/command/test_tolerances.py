@@ -5,7 +5,7 @@ import json
 import pytest
 
 from lensbench.app.command.main import main
-from lensbench.app.state.tolerance_text import amount
+from lensbench.app.plots.tolerance_plots import amount
 
 LENS = "lenshh-cooke-triplet-50"
 

@@ -6,16 +6,14 @@ import moderngl
 import numpy as np
 import pytest
 
+from lensbench.app.bench.pose import LookAround
 from lensbench.app.display import small_textures
 from lensbench.app.display.gl_texture import Development, Screen
-from lensbench.app.display.panorama import Panorama
-from lensbench.app.display.small_textures import SmallTextures
+from lensbench.app.display.small_textures import Panorama, SmallTextures
 from lensbench.app.display.solid_view import MOST_KEPT, Drawing, Line, Solid, SolidView
-from lensbench.app.panels.analysis.maps import MapPictures
-from lensbench.app.state.geometry.blur import Blur
-from lensbench.app.state.picture.look_around import LookAround
-from lensbench.app.state.solid.shapes import Part, Strokes
-from lensbench.app.state.solid.turntable import Eye
+from lensbench.app.panels.analysis.plot_layers import MapPictures
+from lensbench.app.plots.blur import Blur
+from lensbench.app.plots.solids import Eye, Part, Strokes
 
 KINDS = "Texture", "Buffer", "Renderbuffer", "Framebuffer", "VertexArray", "Program"
 NAMES = 500             # more than these tests ever have of a kind

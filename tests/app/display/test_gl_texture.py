@@ -4,9 +4,9 @@ import moderngl
 import numpy as np
 import pytest
 
+from lensbench.app.bench import tone
 from lensbench.app.display.gl_texture import Development, Screen, softening
-from lensbench.app.state.geometry.blur import Blur
-from lensbench.app.state.picture import tone
+from lensbench.app.plots.blur import Blur
 
 AMBER = (0.91, 0.64, 0.24)
 

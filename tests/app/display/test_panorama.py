@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.app.bench.pose import LookAround
 from lensbench.app.display.gl_texture import Development, Screen
-from lensbench.app.display.panorama import Panorama
-from lensbench.app.state.picture.look_around import LookAround
+from lensbench.app.display.small_textures import Panorama
 
 SHAPES = {"equirectangular": (512, 256), "equal-area": (512, 512), "cube-map": (512, 384)}
 

@@ -4,7 +4,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from lensbench.app.display.passes import Queue, drawn_into, queue
+from lensbench.app.display.gl_texture import Queue, drawn_into, queue
 
 
 @pytest.fixture

@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from lensbench.app.bench.tone import Difference, histogram
 from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
-from lensbench.app.state.picture.statistics import Difference, histogram
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.light_field_worker import FieldPicture
-from lensbench.app.workers.render_update import RenderUpdate
-from lensbench.optics import finding
+from lensbench.app.workers.render_job import RenderUpdate
+from lensbench.core.optics import finding
 
 SETTINGS = replace(Settings(), pixels_x=6, pixels_y=4, compare="difference")
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from lensbench.app.display.solid_view import Drawing, Line, Solid, SolidView
-from lensbench.app.state.solid.shapes import Part, Strokes, grid_part
-from lensbench.app.state.solid.turntable import Eye
+from lensbench.app.plots.solids import Eye, Part, Strokes, grid_part
 
 SIZE = (96, 64)
 EYE = Eye(distance=100.0, yaw=0.0, pitch=0.0)           # at +z, looks along −z, y up

@@ -14,9 +14,9 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.files.export import ExportError, read_settings
-from lensbench.app.notebook.progress import shown_progress
-from lensbench.app.state.picture.tone import develop
+from lensbench.app.bench.tone import develop
+from lensbench.app.notebook.render import shown_progress
+from lensbench.app.session.export import ExportError, read_settings
 
 FILM = lb.Film(36.0, 24.0, 30, 20)
 CAMERA = lb.PerspectiveCamera(FILM)
@@ -38,9 +38,9 @@ def test_a_render_is_an_array_that_shows_itself():
 
 @pytest.mark.slow
 def test_the_name_of_a_lens_takes_the_picture_of_the_command():
-    from lensbench.app.files.picture_render import render
-    from lensbench.app.state.lens_choice import with_lens
-    from lensbench.app.state.settings import Settings
+    from lensbench.app.bench.lens_choice import with_lens
+    from lensbench.app.session.picture_render import render
+    from lensbench.app.settings.settings import Settings
 
     settings = replace(with_lens(Settings(scene="still-life"), "pbrt-dgauss-50mm"), samples=1)
     np.testing.assert_array_equal(lb.render("pbrt-dgauss-50mm", "still-life", 1), render(settings)[0])
@@ -114,7 +114,7 @@ def test_a_notebook_shows_a_bar_for_what_takes_long_and_takes_it_away(monkeypatc
     display = SimpleNamespace(display=lambda part, display_id: shown.append(part._repr_html_()) or handle)
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=1)))
     monkeypatch.setitem(sys.modules, "IPython.display", display)
-    monkeypatch.setattr("lensbench.app.notebook.progress.SILENT", -1.0)
+    monkeypatch.setattr("lensbench.app.notebook.render.SILENT", -1.0)
     with shown_progress(None) as show:
         show(0.25)
         show(0.5)

@@ -10,7 +10,7 @@ import pytest
 
 from lensbench import lenses
 from lensbench.app.command.main import main
-from lensbench.optics.finding import Kind, note
+from lensbench.core.optics.finding import Kind, note
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGES = {"python.md": 3, "own-cameras.md": 4, "exercises.md": 8, "editing.md": 1}      # examples, at least

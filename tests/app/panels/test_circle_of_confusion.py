@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.app.bench.build import setup
+from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.drawing.plot_axes import PlotMap, log_ticks, pieces
 from lensbench.app.panels import circle_of_confusion
-from lensbench.app.state.build import setup
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.geometry.circle_of_confusion import SMALLEST, curves, main_curve, plot_range
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets.plot_axes import PlotMap, log_ticks, pieces
+from lensbench.app.plots.blur import SMALLEST, curves, main_curve, plot_range
+from lensbench.app.settings.settings import Settings
 from tests.app.stand import drive
 
 START = Settings(lens="pbrt-dgauss-50mm")

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
+from lensbench.app.bench import tone
+from lensbench.app.bench.tone import Difference, round_above
 from lensbench.app.display.gl_texture import Development, Screen
+from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.image.compare import differences, plate_lines
-from lensbench.app.state.picture import tone
-from lensbench.app.state.picture.statistics import Difference, round_above
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets.chord import chord
+from lensbench.app.settings.settings import Settings
 from tests.app.conftest import SMALL
 
 

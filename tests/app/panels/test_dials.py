@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import ImVec2, imgui
 
+from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.lens_edit.editing import edited
-from lensbench.app.state.settings import Settings
+from lensbench.app.session.edited_lens import edited
+from lensbench.app.settings.settings import Settings
 from lensbench.lenses.editing.cells import with_radius
 from lensbench.lenses.editing.poses import with_pose
 from tests.app.stand import drive

@@ -7,12 +7,13 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.bench.camera_kinds import camera, readings
+from lensbench.app.bench.constraints import constrained
+from lensbench.app.bench.readouts import colours
 from lensbench.app.command.main import main
 from lensbench.app.panels.readouts import NONE, Status, rows
-from lensbench.app.state.camera_kinds import camera, readings
-from lensbench.app.state.constraints import constrained
-from lensbench.app.state.figures import colours
-from lensbench.app.state.settings import Settings, SettingsError
+from lensbench.app.settings.setting import SettingsError
+from lensbench.app.settings.settings import Settings
 from tests.app.command.test_main import settings_of, viewed  # noqa: F401 - the fixture
 from tests.app.conftest import SMALL
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.app.bench.build import setup
 from lensbench.app.panels import exit_pupil
-from lensbench.app.state.build import setup
-from lensbench.app.state.geometry.exit_pupil import box_samples, region
-from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.settings import Settings
+from lensbench.app.plots.exit_pupil import box_samples, region
+from lensbench.app.plots.pixel_rays import Pointed
+from lensbench.app.settings.settings import Settings
 from tests.app.stand import drive
 
 START = Settings(lens="pbrt-dgauss-50mm")

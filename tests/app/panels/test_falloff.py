@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lensbench.app.drawing.plot_axes import PlotMap
 from lensbench.app.panels.falloff import name_corner, without_lens
-from lensbench.app.widgets.plot_axes import PlotMap
 from tests.app.conftest import SMALL
 from tests.app.kinds import of_kind
 

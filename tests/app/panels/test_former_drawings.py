@@ -9,11 +9,11 @@ import pytest
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.panels import exit_pupil, view_3d
-from lensbench.app.panels.analysis.drawing import Drawn, draw_figure
+from lensbench.app.panels.analysis.plot_painter import Drawn, draw_figure
 from lensbench.app.panels.lens_section import panel as lens_section
-from lensbench.app.state.analysis.figure import Axis, Curve, Figure, Map, Plot, Table
-from lensbench.app.state.pixel.pointed import Pointed
-from lensbench.app.state.settings import Settings
+from lensbench.app.plots.pixel_rays import Pointed
+from lensbench.app.plots.plot import Axis, Curve, Figure, Map, Plot, Table
+from lensbench.app.settings.settings import Settings
 from tests.app.stand import drive
 
 START = Settings(lens="pbrt-dgauss-50mm")

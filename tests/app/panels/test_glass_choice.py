@@ -5,10 +5,10 @@ import re
 import pytest
 
 from lensbench.app.panels.lens_table.glass import OFFERED, found, nearest
-from lensbench.lenses import glass_catalogue
-from lensbench.optics.glass import AIR
+from lensbench.core.optics.glass import AIR
+from lensbench.lenses.glass import catalogue
 
-KNOWN = glass_catalogue.entries()
+KNOWN = catalogue.entries()
 
 
 @pytest.mark.parametrize(("text", "wanted"), [("N-BK77", "N-BK7"), ("sk 166", "N-SK16"), ("lack9", "N-LAK9")])
@@ -34,7 +34,7 @@ def test_a_name_comes_before_its_successor_and_longer_names():
 def test_an_index_with_an_abbe_number_and_a_code_are_offered_the_nearest_glasses(text):
     offered = nearest(text, "", KNOWN)
     assert len(offered) == OFFERED and "N-BK7" in [entry.name for entry in offered]
-    near, every = (sorted(glass_catalogue.distance(entry, 1.5168, 64.2) for entry in entries if entry.n_d and entry.v_d)
+    near, every = (sorted(catalogue.distance(entry, 1.5168, 64.2) for entry in entries if entry.n_d and entry.v_d)
                    for entries in (offered, KNOWN))
     assert near[-1] <= every[2 * OFFERED]                       # the code has three digits
     assert {entry.maker for entry in nearest(text, "SCHOTT", KNOWN)} == {"SCHOTT"}

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.settings import Settings
 from tests.app.conftest import SMALL
 
 

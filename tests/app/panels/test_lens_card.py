@@ -6,8 +6,8 @@ import pytest
 
 from lensbench import lenses
 from lensbench.app.panels.lens_card import LensCardState, glass_rows, lens_card_panel, provenance
-from lensbench.app.state.settings import Settings
-from lensbench.optics.system import Aperture, ApertureKind, FieldPoint, SystemData, Wavelength
+from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldPoint, SystemData, Wavelength
 from tests.app.stand import drive
 
 LENS = "lv-leica-summicron-m-50f2-v5"

@@ -9,16 +9,14 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.bench.build import design, setup
+from lensbench.app.bench.ray_fans import Ray
 from lensbench.app.panels.lens_section import panel
-from lensbench.app.panels.lens_section.cardinal_points import pushed_apart
-from lensbench.app.panels.lens_section.draw import field_names
-from lensbench.app.panels.lens_section.viewport import fitted, round_length
-from lensbench.app.state.build import design, setup
-from lensbench.app.state.geometry.elements import elements, sag
-from lensbench.app.state.geometry.ray_fans import Ray
-from lensbench.app.state.geometry.section import sketch
-from lensbench.app.state.lens_edit.editing import edited
-from lensbench.app.state.settings import Settings
+from lensbench.app.panels.lens_section.draw import field_names, fitted, round_length
+from lensbench.app.panels.lens_section.links import pushed_apart
+from lensbench.app.plots.section import elements, sag, sketch
+from lensbench.app.session.edited_lens import edited
+from lensbench.app.settings.settings import Settings
 from lensbench.lenses.editing.structure import deleted
 from tests.app.kinds import of_kind
 from tests.app.stand import centre, drive
@@ -421,9 +419,9 @@ def test_a_lens_too_steep_for_the_view_from_above_says_so_and_is_turned_back(tmp
 
 
 def test_the_lens_before_its_edits_lies_where_they_have_changed_nothing():
-    from lensbench.app.panels.lens_section.ghost import ghost_of
-    from lensbench.app.state.geometry.section import sketch
-    from lensbench.app.state.lens_edit.editing import edited, reverted
+    from lensbench.app.panels.lens_section.switches import ghost_of
+    from lensbench.app.plots.section import sketch
+    from lensbench.app.session.edited_lens import edited, reverted
     from lensbench.lenses.editing.cells import with_value
 
     settings = Settings()

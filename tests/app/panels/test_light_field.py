@@ -8,11 +8,10 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
-from lensbench.app.files.export import read_settings
-from lensbench.app.files.light_field_file import load_light_field
-from lensbench.app.state.camera_kinds import camera
-from lensbench.app.state.constraints import with_longer_side
-from lensbench.app.state.light_field_query import (
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.bench.constraints import with_longer_side
+from lensbench.app.bench.false_colours import depth_codes, depth_picture, ends
+from lensbench.app.bench.light_field_query import (
     Look,
     Recording,
     epipolar,
@@ -22,11 +21,11 @@ from lensbench.app.state.light_field_query import (
     with_aperture,
     with_view,
 )
-from lensbench.app.state.picture.false_colours import depth_codes, depth_picture, ends
-from lensbench.app.state.picture.statistics import decibels
-from lensbench.app.state.picture.tone import develop
-from lensbench.app.widgets.chord import chord
-from lensbench.kernels.srgb import linear
+from lensbench.app.bench.tone import decibels, develop
+from lensbench.app.drawing.controls import chord
+from lensbench.app.session.export import read_settings
+from lensbench.app.session.recordings import load_light_field
+from lensbench.core.kernels.numeric import linear
 from tests.app.conftest import SMALL
 
 pytestmark = pytest.mark.slow

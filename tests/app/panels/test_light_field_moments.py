@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.app.bench.light_field_query import Look, light_field_picture, radiance, radiance_over_time
 from lensbench.app.command.main import main
-from lensbench.app.files.light_field_file import load_light_field, save_light_field
-from lensbench.app.state.light_field_query import Look, light_field_picture, radiance, radiance_over_time
+from lensbench.app.session.recordings import load_light_field, save_light_field
 from tests.app.conftest import SMALL
 
 pytestmark = pytest.mark.slow

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
+from lensbench.app.bench import tone
 from lensbench.app.display.frame import Light
-from lensbench.app.panels.image.magnifier import STEPS, USUAL, cells, codes
-from lensbench.app.state.picture import tone
+from lensbench.app.panels.image.overlays import STEPS, USUAL, cells, codes
 
 
 def test_cells_are_the_pixels_about_the_middle_and_nothing_beyond_the_edge():

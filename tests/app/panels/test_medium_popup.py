@@ -8,10 +8,11 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
-from lensbench.app.state.build import design, medium, setup
-from lensbench.app.state.camera_kinds import camera, readings
-from lensbench.app.state.constraints import with_camera
-from lensbench.app.state.settings import Settings, SettingsError
+from lensbench.app.bench.build import design, medium, setup
+from lensbench.app.bench.camera_kinds import camera, readings
+from lensbench.app.bench.constraints import with_camera
+from lensbench.app.settings.setting import SettingsError
+from lensbench.app.settings.settings import Settings
 from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
 from tests.app.conftest import SMALL
 

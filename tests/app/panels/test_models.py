@@ -7,13 +7,14 @@ from types import SimpleNamespace
 import pytest
 from imgui_bundle import ImVec2
 
+from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.panels.models import ModelsState, _free, _model, _present, models_panel
-from lensbench.app.state.camera_kinds import camera
-from lensbench.app.state.settings import Settings, SettingsError
+from lensbench.app.settings.setting import SettingsError
+from lensbench.app.settings.settings import Settings
+from lensbench.app.studies.charts.curves import Mark
 from lensbench.app.studies.charts.models import chart
-from lensbench.app.studies.charts.subjects import Subject
-from lensbench.app.studies.charts.values import Mark
-from lensbench.app.workers.chart_worker import ChartWorker, charted
+from lensbench.app.studies.charts.panels import Subject
+from lensbench.app.workers.study_workers import ChartWorker, charted
 from tests.app.stand import centre, drive
 
 pytestmark = pytest.mark.slow           # their chart compiles five polynomials

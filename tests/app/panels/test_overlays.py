@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.state.build import setup
-from lensbench.app.state.geometry.blur import Blur
-from lensbench.app.state.picture.statistics import BINS, histogram
-from lensbench.app.state.settings import Settings
+from lensbench.app.bench.build import setup
+from lensbench.app.bench.tone import BINS, histogram
+from lensbench.app.plots.blur import Blur
+from lensbench.app.settings.settings import Settings
 
 
 @pytest.mark.parametrize("focus", [400.0, 1200.0, 50_000.0, math.inf])

@@ -10,14 +10,15 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.bench.build import setup
+from lensbench.app.bench.camera_kinds import camera, readings
+from lensbench.app.bench.readouts import intrinsics
+from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.falloff import falling
-from lensbench.app.panels.spaces import along, intrinsics, rows
-from lensbench.app.state.build import setup
-from lensbench.app.state.camera_kinds import camera, readings
-from lensbench.app.state.geometry.plan import extent, plan, things
-from lensbench.app.state.pixel.beam import thing_at
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets.chord import chord
+from lensbench.app.panels.spaces import along, rows
+from lensbench.app.plots.pixel_rays import thing_at
+from lensbench.app.plots.plan import extent, plan, things
+from lensbench.app.settings.settings import Settings
 from tests.app.conftest import SMALL
 from tests.app.kinds import of_kind
 

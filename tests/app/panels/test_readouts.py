@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
+from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.panels.readouts import NONE, Status, columns, own, readouts_panel, rows
-from lensbench.app.state.camera_kinds import readings
-from lensbench.app.state.settings import Settings
-from lensbench.app.workers.warm_panels import prepare
+from lensbench.app.settings.settings import Settings
+from lensbench.app.workers.first_kernels import prepare
 from tests.app.kinds import KINDS, of_kind
 from tests.app.stand import drive
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from lensbench.app.panels.controls.controls import scene_title
-from tests.app.state.test_scene_file import save_picture
+from tests.app.scenes.test_scene_file import save_picture
 
 FLOOR = '[floor]\ntile = "8 cm"\n'
 PHOTOGRAPH = '[photograph]\nimage = "img_0001.png"\ndepth = "depth.png"\nfov = 40\nnear = "1 m"\nfar = "5 m"\n'

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.panels.spaces import along, intrinsic_rows, rows
-from lensbench.app.state.camera_kinds import camera
 from tests.app.conftest import SMALL
 from tests.app.kinds import of_kind
 

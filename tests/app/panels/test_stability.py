@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lensbench.app.panels import stability
-from lensbench.app.studies.stability.families import FAMILIES
+from lensbench.app.studies.stability.plots import FAMILIES
 from lensbench.app.studies.stability.sweep import Sweep, curve, with_progress
-from lensbench.app.workers import stability_worker as surveying
-from lensbench.app.workers.stability_worker import StabilityWorker
+from lensbench.app.workers import study_workers as surveying
+from lensbench.app.workers.study_workers import StabilityWorker
 from tests.app.stand import drive as drive_panel
 
 FIRST, SPHERES = ("Intersection", "Distance of the ray's origin"), "Radius of a sphere"

@@ -10,15 +10,15 @@ import numba.core.event
 from imgui_bundle import hello_imgui, imgui
 
 import lensbench as lb
-from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
-from lensbench.app.state.constraints import constrained, with_camera
-from lensbench.app.state.lens_choice import with_lens
-from lensbench.app.state.settings import Settings
+from lensbench.app.bench.constraints import constrained, with_camera
+from lensbench.app.bench.lens_choice import with_lens
+from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window.session import Session
 from lensbench.app.workers import compilers
 from lensbench.app.workers.shipped_kernels import LENSES
-from lensbench.kernels import cache
-from lensbench.kernels.cache import NotCompiledError
+from lensbench.core.kernels import cache
+from lensbench.core.kernels.cache import NotCompiledError
 
 SMALL = replace(Settings(), pixels_x=48, pixels_y=32, samples=2)
 PANELS = ("Read-outs", "Lens card", "Spaces", "Section", "Stability", "Circle of confusion", "Plan", "Exit pupil",

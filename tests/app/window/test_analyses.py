@@ -8,7 +8,7 @@ from itertools import product
 import pytest
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.widgets.chord import chord
+from lensbench.app.drawing.controls import chord
 from lensbench.app.window.analyses import PANELS
 from lensbench.app.window.layouts import BENCH, LAYOUTS
 from tests.app.conftest import SMALL

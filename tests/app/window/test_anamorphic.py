@@ -9,17 +9,17 @@ from imgui_bundle import imgui
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.bench.build import setup
+from lensbench.app.bench.camera_kinds import camera, readings, unfit
+from lensbench.app.bench.lens_choice import with_lens
+from lensbench.app.bench.readouts import dark_corners
 from lensbench.app.command.main import main
 from lensbench.app.panels.exit_pupil import UPWARDS
 from lensbench.app.panels.falloff import EVERY_WAY
 from lensbench.app.panels.lens_section.switches import SIDE, TOP
 from lensbench.app.panels.readouts import Status, rows
-from lensbench.app.state.build import setup
-from lensbench.app.state.camera_facts import LENS_MODELS
-from lensbench.app.state.camera_kinds import camera, readings, unfit
-from lensbench.app.state.figures import dark_corners
-from lensbench.app.state.lens_choice import with_lens
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.camera_facts import LENS_MODELS
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window.palette import answers
 from tests.app.conftest import SMALL
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
+from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.readouts import Status, paired_rows
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets.chord import chord
+from lensbench.app.settings.settings import Settings
 from tests.app.conftest import SMALL
 
 KEY = imgui.Key

@@ -5,8 +5,8 @@ from imgui_bundle import ImVec2, hello_imgui, imgui, immapp
 from imgui_bundle.immapp import testing
 from PIL import Image
 
-from lensbench.app.state.camera_facts import CAMERA_KINDS
-from lensbench.app.widgets import theme
+from lensbench.app.drawing import theme
+from lensbench.app.settings.camera_facts import CAMERA_KINDS
 from lensbench.app.window import window
 from tests.app.conftest import SMALL
 from tests.app.kinds import KINDS, of_kind

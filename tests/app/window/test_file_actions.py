@@ -9,12 +9,11 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from lensbench import lenses
-from lensbench.app.files.export import read_settings
-from lensbench.app.files.settings_file import save_settings
-from lensbench.app.files.state_text import state_text
-from lensbench.app.state.build import design
-from lensbench.app.state.request import Request
-from lensbench.app.widgets.chord import chord
+from lensbench.app.bench.build import design
+from lensbench.app.drawing.controls import chord
+from lensbench.app.session.export import read_settings
+from lensbench.app.session.notices import Request
+from lensbench.app.session.settings_file import save_settings, state_text
 from lensbench.app.window import dialogs
 from lensbench.app.window.file_actions import QUESTIONS
 from lensbench.lenses.stop_picture import read_picture

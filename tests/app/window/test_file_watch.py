@@ -7,9 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state.build import design
-from lensbench.app.state.settings import Settings
-from lensbench.app.window.file_watch import FileWatch
+from lensbench.app.bench.build import design
+from lensbench.app.settings.settings import Settings
+from lensbench.app.window.state import FileWatch
 from tests.app.conftest import SMALL
 
 SCENE = '[floor]\nheight = "{height}m"\n'

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.state.trials import TRIALS
-from lensbench.app.widgets.chord import chord
+from lensbench.app.bench.lens_choice import TRIALS
+from lensbench.app.drawing.controls import chord
 from tests.app.conftest import SMALL
 
 

@@ -9,8 +9,8 @@ from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
-from lensbench.app.widgets import theme
-from lensbench.app.window.folding import MINIMUM, Arrangement, arrangements
+from lensbench.app.drawing import theme
+from lensbench.app.window.docking import MINIMUM, Arrangement, arrangements
 from lensbench.app.window.layouts import LAYOUTS, docks, folds, splits
 from tests.app.conftest import SMALL
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import hello_imgui, imgui
 
-from lensbench.app.state.constraints import coarser, longer_side_within, with_longer_side
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets.chord import chord
+from lensbench.app.bench.constraints import coarser, longer_side_within, with_longer_side
+from lensbench.app.drawing.controls import chord
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window import state
 from tests.app.conftest import SMALL
 

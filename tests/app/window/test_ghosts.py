@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from lensbench.app.state.coating import flare
-from lensbench.app.state.lens_choice import with_lens
+from lensbench.app.bench.coating import flare
+from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.window.analyses import PANELS
 from tests.app.conftest import SMALL
 from tests.app.window.test_analyses import show

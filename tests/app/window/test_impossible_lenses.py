@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from lensbench import lenses
-from lensbench.app.state.lens_edit.editing import document_of
-from lensbench.app.state.settings import Settings
+from lensbench.app.session.edited_lens import document_of
+from lensbench.app.settings.settings import Settings
 from trials.impossible_lenses import Spoiler
 from trials.soak import SIZE
 

@@ -9,15 +9,15 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
+from lensbench.app.bench.lens_choice import with_scene
+from lensbench.app.display.frame import Mark
 from lensbench.app.display.presenter import _first_mark
+from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.controls.controls import Chooser
-from lensbench.app.panels.image.overlays import Mark
-from lensbench.app.state.lens_choice import with_scene
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.undo import History
-from lensbench.app.widgets.chord import chord
+from lensbench.app.session.undo import History
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window.commands import reset_all, reset_camera
-from lensbench.app.workers.render_update import RenderUpdate
+from lensbench.app.workers.render_job import RenderUpdate
 from tests.app.conftest import SMALL
 
 

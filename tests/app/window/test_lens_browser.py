@@ -8,9 +8,9 @@ import pytest
 from imgui_bundle import imgui
 from PIL import Image
 
-from lensbench.app.state.lens_choice import with_lens
-from lensbench.app.state.request import Request
-from lensbench.app.widgets.chord import chord
+from lensbench.app.bench.lens_choice import with_lens
+from lensbench.app.drawing.controls import chord
+from lensbench.app.session.notices import Request
 from lensbench.app.window import lens_browsing
 from tests.app.conftest import SMALL
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from lensbench.app.state.lens_choice import with_lens
-from lensbench.app.widgets.chord import chord
-from lensbench.lenses import catalogue
+from lensbench.app.bench.lens_choice import with_lens
+from lensbench.app.drawing.controls import chord
+from lensbench.lenses.library import catalogue
 from tests.app.conftest import SMALL
 
 UNDO = chord(imgui.Key.mod_ctrl, imgui.Key.z)

@@ -9,20 +9,19 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.files.unsaved_lens import Autosave, left_behind
+from lensbench.app.bench.build import design
+from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.lens_section.handles import REACH
-from lensbench.app.panels.lens_table import paste
+from lensbench.app.panels.lens_table import dialogs
 from lensbench.app.panels.lens_table.improvement import progress
 from lensbench.app.panels.lens_table.state import Attachment
-from lensbench.app.state.build import design
-from lensbench.app.state.geometry.elements import surface_curves
-from lensbench.app.state.geometry.section import sketch
-from lensbench.app.state.lens_edit import cells
-from lensbench.app.state.lens_edit.editing import document_of, original
-from lensbench.app.state.lens_edit.handles import HandleKind, pose_handles
-from lensbench.app.widgets.chord import chord
+from lensbench.app.plots.section import sketch, surface_curves
+from lensbench.app.session import lens_cells
+from lensbench.app.session.edited_lens import document_of, original
+from lensbench.app.session.lens_handles import HandleKind, pose_handles
+from lensbench.app.session.unsaved_lens import Autosave, left_behind
 from lensbench.app.window.lens_editing import LensEditing
-from lensbench.design import substitution
+from lensbench.core.design import substitution
 from lensbench.lenses.editing.document import Solve
 from tests.app.conftest import SMALL
 
@@ -184,7 +183,7 @@ def test_a_surface_becomes_a_cylinder_and_is_rolled_by_its_cells(drive):
         hand.ctx.item_click("**/2 curvature_x")
         enter(hand, "inf")
         assert surfaces(hand)[2] == replace(start[2], curvature_x=0.0)
-        assert cells.asphere_text(surfaces(hand)[2]) == "cylinder"
+        assert lens_cells.asphere_text(surfaces(hand)[2]) == "cylinder"
         hand.press(KEY.escape)
         hand.ctx.item_click("**/2 pose")
         hand.ctx.yield_(3)
@@ -194,7 +193,7 @@ def test_a_surface_becomes_a_cylinder_and_is_rolled_by_its_cells(drive):
         enter(hand, "-30°")
         poses = [surface.pose for surface in surfaces(hand)]
         assert poses[2].roll == poses[3].roll == pytest.approx(-math.pi / 6.0) and poses[3].pivot == 1
-        assert "roll −30°" in cells.pose_text(surfaces(hand)[2])
+        assert "roll −30°" in lens_cells.pose_text(surfaces(hand)[2])
         hand.picture()
         assert hand.session.presenter.update.image.max() > 0.1
     drive(use, TRIPLET)
@@ -341,8 +340,8 @@ def test_a_lens_that_cannot_be_is_marked_and_edited_on(drive, tmp_path):
 
 
 def test_a_table_is_pasted_and_a_bad_cell_is_named(drive, monkeypatch):
-    written, draw = [], paste.imgui.text_colored
-    monkeypatch.setattr(paste.imgui, "text_colored", lambda colour, text: written.append(text) or draw(colour, text))
+    written, draw = [], dialogs.imgui.text_colored
+    monkeypatch.setattr(dialogs.imgui, "text_colored", lambda colour, text: written.append(text) or draw(colour, text))
 
     def use(hand):
         state = table(hand)
@@ -430,13 +429,13 @@ def test_a_file_that_changes_meanwhile_never_replaces_edits_without_a_question(d
 def test_unsaved_edits_are_offered_at_the_next_start(drive, tmp_path, monkeypatch):
     saved = Autosave(tmp_path)
     spoiled = original(TRIPLET)
-    from lensbench.app.state.lens_edit.editing import with_document
+    from lensbench.app.session.edited_lens import with_document
     from lensbench.lenses.editing.cells import with_value
 
     edited = with_document(TRIPLET, with_value(spoiled, 1, "thickness", 6.5))
     saved.keep(edited)
     assert left_behind(tmp_path) == []                          # this process still runs
-    monkeypatch.setattr("lensbench.app.files.unsaved_lens.runs", lambda process: False)
+    monkeypatch.setattr("lensbench.app.session.unsaved_lens.runs", lambda process: False)
     assert [each.settings for each in left_behind(tmp_path)] == [edited]
 
     def use(hand):
@@ -458,12 +457,12 @@ def test_unsaved_edits_are_offered_at_the_next_start(drive, tmp_path, monkeypatc
 
 
 def test_the_file_of_unsaved_edits_stays_where_a_full_disk_takes_no_other(drive, tmp_path, monkeypatch):
-    from lensbench.app.state.lens_edit.editing import with_document
+    from lensbench.app.session.edited_lens import with_document
     from lensbench.lenses.editing.cells import with_value
 
     edited = with_document(TRIPLET, with_value(original(TRIPLET), 1, "thickness", 6.5))
     Autosave(tmp_path).keep(edited)
-    monkeypatch.setattr("lensbench.app.files.unsaved_lens.runs", lambda process: False)
+    monkeypatch.setattr("lensbench.app.session.unsaved_lens.runs", lambda process: False)
 
     def full_disk(path, settings):
         raise OSError("No space left on device")
@@ -473,7 +472,7 @@ def test_the_file_of_unsaved_edits_stays_where_a_full_disk_takes_no_other(drive,
         hand.session.editing = LensEditing(hand.session, tmp_path)
         hand.ctx.yield_(5)
         with monkeypatch.context() as full:
-            full.setattr("lensbench.app.files.unsaved_lens.save_settings", full_disk)
+            full.setattr("lensbench.app.session.unsaved_lens.save_settings", full_disk)
             hand.ctx.item_click("**/Restore")
             hand.ctx.yield_(5)
         assert hand.settings == edited and any(
@@ -485,8 +484,8 @@ def test_the_file_of_unsaved_edits_stays_where_a_full_disk_takes_no_other(drive,
 
 @pytest.mark.parametrize("ends", ["saved", "reverted"])
 def test_edits_that_another_lens_takes_the_place_of_stay_on_disk(tmp_path, ends):
-    from lensbench.app.state.lens_choice import with_lens
-    from lensbench.app.state.lens_edit.editing import reverted, with_document
+    from lensbench.app.bench.lens_choice import with_lens
+    from lensbench.app.session.edited_lens import reverted, with_document
     from lensbench.lenses.editing.cells import with_value
 
     kept, edited = Autosave(tmp_path), with_document(TRIPLET, with_value(original(TRIPLET), 1, "thickness", 6.5))
@@ -507,8 +506,8 @@ def test_edits_that_another_lens_takes_the_place_of_stay_on_disk(tmp_path, ends)
 
 
 def test_edits_stay_on_disk_where_a_file_that_was_saved_before_comes_back_and_after_a_failure(tmp_path, monkeypatch):
-    from lensbench.app.files import unsaved_lens
-    from lensbench.app.state.lens_edit.editing import with_document
+    from lensbench.app.session import unsaved_lens
+    from lensbench.app.session.edited_lens import with_document
     from lensbench.lenses.editing.cells import with_value
 
     kept, edited = Autosave(tmp_path), with_document(TRIPLET, with_value(original(TRIPLET), 1, "thickness", 6.5))
@@ -532,8 +531,8 @@ def test_edits_stay_on_disk_where_a_file_that_was_saved_before_comes_back_and_af
 
 
 def test_it_is_said_that_edits_are_not_saved_where_another_lens_comes(drive, tmp_path):
-    from lensbench.app.state.lens_choice import with_lens
-    from lensbench.app.state.lens_edit.editing import with_document
+    from lensbench.app.bench.lens_choice import with_lens
+    from lensbench.app.session.edited_lens import with_document
     from lensbench.lenses.editing.cells import with_value
 
     def use(hand):

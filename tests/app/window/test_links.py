@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.state.geometry.elements import surface_curves
-from lensbench.app.state.geometry.section import sketch
+from lensbench.app.plots.section import sketch, surface_curves
 from tests.app.conftest import SMALL
 from tests.app.kinds import of_kind
 

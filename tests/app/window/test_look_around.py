@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from lensbench.app.state.constraints import with_camera
-from lensbench.app.widgets.chord import chord
+from lensbench.app.bench.constraints import with_camera
+from lensbench.app.drawing.controls import chord
 from tests.app.conftest import SMALL
 
 

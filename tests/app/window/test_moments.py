@@ -7,9 +7,9 @@ import pytest
 from imgui_bundle import imgui
 from PIL import Image
 
-from lensbench.app.files.moment_card import WIDTH, words, write_card
-from lensbench.app.files.state_text import settings_of_text, state_text
-from lensbench.app.widgets.chord import chord
+from lensbench.app.drawing.controls import chord
+from lensbench.app.session.settings_file import settings_of_text, state_text
+from lensbench.app.session.snapshot_card import WIDTH, words, write_card
 from lensbench.app.window import moments as window_moments
 from tests.app.conftest import SMALL
 

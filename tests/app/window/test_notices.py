@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
-from lensbench.app.state.notices import Notice, NoticeKind, Notices
-from lensbench.app.state.settings import Settings
-from lensbench.app.state.undo import DEPTH, History
-from lensbench.app.widgets.chord import chord
+from lensbench.app.drawing.controls import chord
+from lensbench.app.session.notices import Notice, NoticeKind, Notices
+from lensbench.app.session.undo import DEPTH, History
+from lensbench.app.settings.settings import Settings
 from tests.app.conftest import SMALL
 
 KEY = imgui.Key

@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from lensbench.app.state.build import design
-from lensbench.app.state.constraints import field_of_view
-from lensbench.app.state.text_values import format_angle
-from lensbench.app.state.zoom import focal_length
-from lensbench.app.widgets.chord import chord
+from lensbench.app.bench.build import design
+from lensbench.app.bench.constraints import field_of_view
+from lensbench.app.bench.zoom import focal_length
+from lensbench.app.drawing.controls import chord
+from lensbench.app.settings.text_values import format_angle
 from lensbench.app.window import palette
 from lensbench.app.window.commands import COMMANDS
 from tests.app.conftest import SMALL

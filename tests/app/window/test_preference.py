@@ -2,8 +2,8 @@
 
 import pytest
 
-from lensbench.app.window import preference as module
-from lensbench.app.window.preference import preference, texts
+from lensbench.app.window import state as module
+from lensbench.app.window.state import preference, texts
 
 
 @pytest.mark.parametrize(("kept", "read"), [

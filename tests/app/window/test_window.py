@@ -10,14 +10,14 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.image import camera_strip
 from lensbench.app.panels.lens_section import panel as section_panel
-from lensbench.app.state.camera_facts import CAMERA_KINDS, LENS_MODELS
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets.chord import chord
+from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS
+from lensbench.app.settings.settings import Settings
 from lensbench.app.window import window
-from lensbench.kernels.cache import NotCompiledError
-from lensbench.lenses import catalogue
+from lensbench.core.kernels.cache import NotCompiledError
+from lensbench.lenses.library import catalogue
 from tests.app.conftest import SMALL
 
 CTRL, SHIFT = imgui.Key.mod_ctrl, imgui.Key.mod_shift

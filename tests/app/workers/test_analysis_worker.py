@@ -4,10 +4,10 @@ from dataclasses import replace
 from threading import Event, Timer
 from time import monotonic, sleep
 
-from lensbench.app.state.analysis.figure import Figure, Table
+from lensbench.app.plots.plot import Figure, Table
 from lensbench.app.workers import analysis_worker
 from lensbench.app.workers.analysis_worker import AnalysisWorker, Job
-from lensbench.kernels.pauses import pause
+from lensbench.core.kernels.pauses import pause
 
 
 def waited(worker, job, done, name="Spots"):

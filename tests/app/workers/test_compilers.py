@@ -9,11 +9,11 @@ import pytest
 
 from lensbench.app.workers import compilers as module
 from lensbench.app.workers.compilers import Compilers
-from lensbench.kernels import cache
-from lensbench.kernels.cache import NotCompiledError, resumable
-from lensbench.kernels.program import stage_signature
-from lensbench.kernels.sampling import sobol_net
-from lensbench.rendering.light_rays import reverse_ray
+from lensbench.core.kernels import cache
+from lensbench.core.kernels.cache import NotCompiledError, resumable
+from lensbench.core.kernels.program import stage_signature
+from lensbench.core.kernels.sampling import sobol_net
+from lensbench.core.rendering.light_rays import reverse_ray
 
 SIGNATURE = stage_signature(np.float32)
 
@@ -88,7 +88,7 @@ def test_what_is_compiled_for_later_begins_only_where_a_kernel_was_missing_and_e
     found = Compilers()
     found.compile_for_later("import time; time.sleep(60)")
     assert not found._processes
-    found._wanted[("lensbench.optics.focus", "f", "()")] = None
+    found._wanted[("lensbench.core.optics.focus", "f", "()")] = None
     found.compile_for_later("import time; time.sleep(60)")
     process, = found._processes
     assert process.poll() is None

@@ -9,10 +9,10 @@ ASKED = """
 import sys
 from dataclasses import replace
 from time import sleep
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.first_kernels import _wanted
 from lensbench.app.workers.render_worker import RenderWorker
-from lensbench.kernels import cache
+from lensbench.core.kernels import cache
 
 settings = replace(Settings(pixels_x=48, pixels_y=32, samples=1), scene=sys.argv[1], lens_model=sys.argv[2])
 listed = {kernel._cache.path(signature, kernel.targetctx.codegen()).name for kernel, signature in _wanted(settings)}
@@ -36,7 +36,7 @@ def test_the_kernels_of_a_first_picture_are_known_beforehand(scene, model):
 
 
 KERNELS = """
-from lensbench.app.state.settings import Settings
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.first_kernels import missing_kernels
 print(len(missing_kernels(Settings())), len(missing_kernels(Settings(camera="perspective"))))
 """

@@ -6,7 +6,7 @@ from time import sleep
 
 import pytest
 
-from lensbench.app.workers.heap import EVERY, Heap
+from lensbench.app.workers.task import EVERY, Heap
 
 
 def resident():

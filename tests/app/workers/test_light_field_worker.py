@@ -6,9 +6,9 @@ from time import monotonic, sleep
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.camera_kinds import camera
-from lensbench.app.state.light_field_query import Look, Recording
-from lensbench.app.state.settings import Settings
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.bench.light_field_query import Look, Recording
+from lensbench.app.settings.settings import Settings
 from lensbench.app.workers import light_field_worker as module
 from lensbench.app.workers.light_field_worker import LightFieldWorker
 

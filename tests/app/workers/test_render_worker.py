@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.state.camera_kinds import camera
-from lensbench.app.state.settings import Settings
-from lensbench.app.workers import automatic_model, picture_lights, warm_cache
+from lensbench.app.bench.auto_model import choose
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.settings.settings import Settings
+from lensbench.app.workers import measurements, picture_before, warm_cache
 from lensbench.app.workers import render_worker as module
-from lensbench.app.workers.automatic_model import choose
 from lensbench.app.workers.render_worker import PAUSED_SAMPLES, RenderWorker
 
 SMALL = replace(Settings(), pixels_x=96, pixels_y=64, samples=8)
@@ -210,7 +210,7 @@ def test_a_drag_does_not_wait_for_the_choices_of_settings_that_have_gone_by(star
         assert go.wait(PATIENCE)
         return choose(settings, *rest)
 
-    monkeypatch.setattr(automatic_model, "choose", slow)
+    monkeypatch.setattr(measurements, "choose", slow)
     try:
         for i in range(1, 9):
             worker.restart(replace(SMALL, focus_distance=1200.0 + 50.0 * i))
@@ -282,14 +282,14 @@ def test_lights_are_traced_at_once_after_a_rest_and_seldom_while_a_dial_is_dragg
     worker = start(PLAIN)
     settled(worker)
     assert len(traced) == 1
-    monkeypatch.setattr(picture_lights, "LIGHT_SECONDS", 600.0)
+    monkeypatch.setattr(picture_before, "LIGHT_SECONDS", 600.0)
     monkeypatch.setattr(module, "REST_SECONDS", 2.0)
     for i in range(1, 7):
         moved(worker, i)
     assert len(traced) == 1
     settled(worker)                                         # at rest: its own light
     assert len(traced) == 2 and traced[1][0].camera is not traced[0][0].camera
-    monkeypatch.setattr(picture_lights, "LIGHT_SECONDS", 0.0)   # long after the last ones: at once, and during a drag
+    monkeypatch.setattr(picture_before, "LIGHT_SECONDS", 0.0)   # long after the last ones: at once, and during a drag
     monkeypatch.setattr(module, "REST_SECONDS", 600.0)
     moved(worker, 7)
     wait(lambda: len(traced) == 3)
@@ -298,7 +298,7 @@ def test_lights_are_traced_at_once_after_a_rest_and_seldom_while_a_dial_is_dragg
 def test_lights_wait_for_the_panels(start, traced, monkeypatch):
     worker = start(PLAIN)
     settled(worker)
-    monkeypatch.setattr(picture_lights, "LIGHT_SECONDS", 0.0)
+    monkeypatch.setattr(picture_before, "LIGHT_SECONDS", 0.0)
     monkeypatch.setattr(module, "HOLD_SECONDS", 600.0)
     moved(worker, 1, followed=False)
     sleep(0.2)
@@ -308,7 +308,7 @@ def test_lights_wait_for_the_panels(start, traced, monkeypatch):
 
 
 def test_lights_leave_the_processors_to_the_first_picture_of_other_settings(start, traced, monkeypatch):
-    monkeypatch.setattr(picture_lights, "LIGHT_SECONDS", 600.0)
+    monkeypatch.setattr(picture_before, "LIGHT_SECONDS", 600.0)
     worker = start(PLAIN)
     settled(worker)
     wanted, free, add, answers = traced[0][3], threading.Event(), lb.Rendering.add, []
@@ -342,7 +342,7 @@ def test_a_second_model_of_the_same_picture_gives_way_at_once(start, monkeypatch
             return found[-1]
         return add(rendering, count, *rest)
 
-    monkeypatch.setattr(automatic_model, "choose", other_model)
+    monkeypatch.setattr(measurements, "choose", other_model)
     monkeypatch.setattr(module, "FIRST_SECONDS", 60.0)
     monkeypatch.setattr(lb.Rendering, "add", held)
     worker.restart(replace(SMALL, focus_distance=1500.0))

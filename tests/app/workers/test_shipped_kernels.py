@@ -6,12 +6,12 @@ import sys
 
 import pytest
 
-from lensbench.analysis import perturbed_copies
 from lensbench.app.workers.called_kernels import called_kernels, is_stage
-from lensbench.kernels import sampling
-from lensbench.optics import scalar_trace, surfaces
-from lensbench.scenery.intersect import meshes
-from lensbench.scenery.shading import illumination
+from lensbench.core.analysis import perturbed_copies
+from lensbench.core.kernels import sampling
+from lensbench.core.optics import scalar_trace, surfaces
+from lensbench.core.scenery.intersect import meshes
+from lensbench.core.scenery.shading import illumination
 
 
 @pytest.mark.slow

@@ -7,8 +7,7 @@ import threading
 import pytest
 
 from lensbench.app.workers.measurements import Measurements
-from lensbench.app.workers.task import Task, TaskCancelledError
-from lensbench.app.workers.threads import NICE
+from lensbench.app.workers.task import NICE, Task, TaskCancelledError
 
 
 def ended(task: Task) -> Task:

@@ -21,8 +21,8 @@ def run(arguments: list[str], cache: Path) -> str:
 
 ASK = """
 import numpy as np
-from lensbench.app.state.scene_file import find_scene
-from lensbench.kernels.program import is_stage_compiled
+from lensbench.app.scenes.scene_file import find_scene
+from lensbench.core.kernels.program import is_stage_compiled
 print([is_stage_compiled(step.kernel, np.float32) for step in find_scene("white-wall").steps()])
 """
 

@@ -8,9 +8,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.axial_rays import axial_rays, on_axis
-from lensbench.analysis.focus_map import through_focus
-from lensbench.optics.finding import Kind
+from lensbench.core.analysis.axial_curves import axial_rays, on_axis
+from lensbench.core.analysis.focus_map import through_focus
+from lensbench.core.optics.finding import Kind
 from tests.core.oracles import biconvex, of_one_colour
 
 AXIS = lb.analysis.Conditions(lb.FieldKind.ANGLE, ((0.0, 0.0),), (lb.D_LINE,), (1.0,), 0)

@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.blade_star import add_pattern, open_pupil
+from lensbench.core.analysis.blade_star import add_pattern, open_pupil
 
 LENS = lenses.load("lib-tronnier-1953")
 AWAY = lb.film_distance(LENS, inf)

@@ -7,9 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis import depth_over_field
-from lensbench.analysis.depth_over_field import _limits
-from lensbench.optics.depth_of_field import real_circle_of_confusion
+from lensbench.core.analysis import depth_over_field
+from lensbench.core.analysis.depth_over_field import _limits
+from lensbench.core.optics.depth_of_field import real_circle_of_confusion
 from tests.core.oracles import biconvex
 
 LENS = lenses.load("lib-tronnier-1953")

@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.axial_curves import paraxial_focus
+from lensbench.core.analysis.axial_curves import paraxial_focus
 from tests.core.analysis.test_aberrations import THIRD_ORDER, coloured
 from tests.core.oracles import REFERENCE
 

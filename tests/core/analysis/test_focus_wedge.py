@@ -8,8 +8,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.focus_wedge import Plane, sharp_focus
-from lensbench.imaging.film_pose import FilmPose
+from lensbench.core.analysis.focus_wedge import Plane, sharp_focus
+from lensbench.core.imaging.film import FilmPose
 
 
 @pytest.mark.parametrize("size", [1.0, -1.0, 0.02, -30.0])

@@ -8,9 +8,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.ghost_ranking import ghosts, paraxial_ghost
-from lensbench.optics.ghost_pairs import ghost_order
-from lensbench.optics.ghost_path import ghost_path
+from lensbench.core.analysis.ghost_ranking import ghosts, paraxial_ghost
+from lensbench.core.optics.ghost_path import ghost_order, ghost_path
 
 N = 1.5
 R = ((N - 1.0) / (N + 1.0)) ** 2

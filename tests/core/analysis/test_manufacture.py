@@ -9,14 +9,13 @@ from mpmath import cos, matrix, mp, mpf, sin, sqrt
 
 import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
-from lensbench.analysis.manufacture import FIELDS, Judge, Tolerances, production, sensitivities
-from lensbench.analysis.manufactured_lens import manufactured
-from lensbench.analysis.perturbed_copies import POSE, bodies, copies_of, elements, set_poses, trace_copies
-from lensbench.design.merit import judge as judge_lens
-from lensbench.design.standard_goal import goal_of
-from lensbench.optics.lens_surface import LensError
-from lensbench.optics.scalar_trace import surface_table, trace_rays
-from lensbench.optics.surfaces import AFTER, BEFORE
+from lensbench.core.analysis.manufacture import FIELDS, Judge, Tolerances, manufactured, production, sensitivities
+from lensbench.core.analysis.perturbed_copies import POSE, bodies, copies_of, elements, set_poses, trace_copies
+from lensbench.core.design.merit import judge as judge_lens
+from lensbench.core.design.standard_goal import goal_of
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.scalar_trace import surface_table, trace_rays
+from lensbench.core.optics.surfaces import AFTER, BEFORE
 
 mp.dps = 40
 DOUBLET = Lens((Surface(4.0, 9.0, Glass(1.6), curvature=1 / 40.0), Surface(2.0, 9.0, Glass(1.7), curvature=-1 / 60.0),

@@ -5,8 +5,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.manufacture import Judge, Tolerances, production
-from lensbench.analysis.manufactured_lens import manufactured
+from lensbench.core.analysis.manufacture import Judge, Tolerances, manufactured, production
 
 TRIPLET = lb.stopped_down(lenses.load("lenshh-cooke-triplet-50"), 5.6)
 

@@ -9,10 +9,10 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis import model_choice
-from lensbench.analysis.model_choice import LADDER
-from lensbench.analysis.model_error import ModelErrors
-from lensbench.kernels.block import B
+from lensbench.core.analysis import model_choice
+from lensbench.core.analysis.model_choice import LADDER
+from lensbench.core.analysis.model_error import ModelErrors
+from lensbench.core.kernels.block import B
 from tests.core import point_lights
 from tests.core.point_lights import setting, verdict
 

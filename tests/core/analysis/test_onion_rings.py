@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.optics.finding import Kind
+from lensbench.core.optics.finding import Kind
 
 LENS = lenses.load("lib-tronnier-1953")
 AWAY = lb.film_distance(LENS, inf)

@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis import conditions, mtf, psf, ray_grid, spots
+from lensbench.core.analysis import conditions, mtf, psf, ray_grid, spots
 from tests.core.optics.test_stop_image import SHARE, F, in_letter
 
 FILM = lb.Film()

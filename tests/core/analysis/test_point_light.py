@@ -5,9 +5,11 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.rendering.progressive import Rendering
-from lensbench.scenery.objects import Material, Sky, Sphere
-from lensbench.scenery.scene import Scene
+from lensbench.core.rendering.progressive import Rendering
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Sky
+from lensbench.core.scenery.scene import Scene
 
 BLACK = (0.0, 0.0, 0.0)
 PITCH = 0.1             # mm, of a pixel

@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.optics.finding import Kind
+from lensbench.core.optics.finding import Kind
 from tests.core.analysis.test_transfer_function import LINE, NA, circle, pupil_of
 from tests.core.analysis.test_wavefront import perfect_grid
 

@@ -6,7 +6,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.reflection_tree import light_budget
+from lensbench.core.analysis.ghost_ranking import light_budget
 from tests.core.optics.test_surface_pose import posed
 
 N = 1.5

@@ -7,8 +7,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.manufacture import Judge, Tolerances, production
-from lensbench.analysis.star_strip import PAIRS, SIDE, star_pictures
+from lensbench.core.analysis.blade_star import PAIRS, SIDE, star_pictures
+from lensbench.core.analysis.manufacture import Judge, Tolerances, production
 
 
 @pytest.mark.slow

@@ -8,9 +8,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.focus_map import best_places
-from lensbench.analysis.transfer_function import neighbours_apart, pupil_functions
-from lensbench.optics.finding import Kind
+from lensbench.core.analysis.focus_map import best_places
+from lensbench.core.analysis.transfer_function import neighbours_apart, pupil_functions
+from lensbench.core.optics.finding import Kind
 from tests.core.analysis.test_wavefront import perfect_grid
 
 NA = 0.2

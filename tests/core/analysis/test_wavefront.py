@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.zernike import fringe_index, noll_indices, zernike_name, zernikes
+from lensbench.core.analysis.wavefront import fringe_index, noll_indices, zernike_name, zernikes
 from tests.core.analysis.grids.test_ray_grid import hyperbolic, of_angles
 from tests.core.oracles import REFERENCE, lens
 

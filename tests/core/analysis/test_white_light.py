@@ -7,8 +7,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.imaging.spectrum import PICTURE, WAVELENGTHS
-from lensbench.kernels.block import BLUE, GREEN, RED
+from lensbench.core.imaging.spectrum import PICTURE, WAVELENGTHS
+from lensbench.core.kernels.block import BLUE, GREEN, RED
 
 LUMINANCE = {RED: 0.2126, GREEN: 0.7152, BLUE: 0.0722}      # IEC 61966-2-1
 ALL = [(line, LUMINANCE[channel] / 8.0) for channel, lines in WAVELENGTHS.items() for line in lines]

@@ -8,12 +8,10 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
-from lensbench.kernels.program import Program
-from lensbench.pupils.film_grid_sampler import PupilGrid
-from lensbench.pupils.outline_solver import solve_outlines
-from lensbench.pupils.ray_aiming import Aim
-from lensbench.pupils.spectral_grid import SpectralPupilGrid
+from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.core.kernels.program import Program
+from lensbench.core.pupils.film_grid_sampler import PupilGrid, SpectralPupilGrid
+from lensbench.core.pupils.outline_solver import Aim, solve_outlines
 
 FILM = lb.Film(24.0, 18.0, 480, 360)
 POINTS = [(0.0, 0.0), (5.0, 0.0), (0.0, 6.0), (-7.3, 5.1), (9.0, -3.0)]        # mm

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.cameras.environment import LAYOUTS
-from lensbench.cameras.fisheye import PROJECTIONS
-from lensbench.imaging.transform import transform_steps
-from lensbench.optics.glass import D_LINE
+from lensbench.core.cameras.environment import LAYOUTS
+from lensbench.core.cameras.fisheye import PROJECTIONS
+from lensbench.core.imaging.transform import transform_steps
+from lensbench.core.optics.glass import D_LINE
 from tests.core.oracles import biconvex
 
 FILM = lb.Film(36.0, 24.0, 960, 640)

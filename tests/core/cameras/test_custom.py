@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.concentric_map import unit_disk
+from lensbench.core.kernels.sampling import unit_disk
 
 FILM = lb.Film(36.0, 24.0, 60, 40)
 DISTANCE = 50.0

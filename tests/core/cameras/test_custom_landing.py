@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.cameras.custom_landing import CustomLanding
+from lensbench.core.cameras.custom import CustomLanding
 from tests.core.cameras.test_custom import DISTANCE, FILM, FOV, TWINS, film_points, pinhole, thin_lens
 
 BLACK = (0.0, 0.0, 0.0)

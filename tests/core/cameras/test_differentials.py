@@ -8,12 +8,12 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.cameras.differentials import spread_step
-from lensbench.kernels.block import PIXEL_SPREAD, B, Step, X, Y, lane_buffer
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampling_steps
-from lensbench.kernels.tile_order import raster_image
-from lensbench.rendering.aovs import show_rows
+from lensbench.core.cameras.ray_generation import spread_step
+from lensbench.core.kernels.block import PIXEL_SPREAD, B, Step, X, Y, lane_buffer
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import sampling_steps
+from lensbench.core.kernels.tile_order import raster_image
+from lensbench.core.rendering.aovs import show_rows
 
 FILM = lb.Film(36.0, 24.0, 90, 60)
 TURN = lb.look_at((30.0, 20.0, 10.0), (-100.0, 50.0, -400.0))

@@ -7,10 +7,12 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.imaging.spectrum import WAVELENGTHS, spectral_part
-from lensbench.kernels.block import BLUE, GREEN, RED
-from lensbench.scenery.objects import Material, Sky, Sphere
-from lensbench.scenery.scene import Scene
+from lensbench.core.imaging.spectrum import WAVELENGTHS, spectral_part
+from lensbench.core.kernels.block import BLUE, GREEN, RED
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Sky
+from lensbench.core.scenery.scene import Scene
 
 PIXEL = 0.02        # mm
 CHANNELS = (RED, GREEN, BLUE)

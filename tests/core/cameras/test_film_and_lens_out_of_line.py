@@ -8,10 +8,10 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.focus_wedge import sharp_focus
-from lensbench.imaging.film_pose import FilmPose
-from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
+from lensbench.core.analysis.focus_wedge import sharp_focus
+from lensbench.core.imaging.film import FilmPose
+from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
 from tests.core.optics.test_surface_pose import posed
 
 FILM = lb.Film(36.0, 24.0, 360, 240)

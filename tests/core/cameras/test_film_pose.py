@@ -8,13 +8,12 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.focus_wedge import sharp_focus
-from lensbench.cameras.importance import FilmImportance
-from lensbench.imaging.film import FilmError
-from lensbench.imaging.film_pose import UPRIGHT, FilmPose
-from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.optics.scalar_trace import Fate, trace
+from lensbench.core.analysis.focus_wedge import sharp_focus
+from lensbench.core.cameras.film_landing import FilmImportance
+from lensbench.core.imaging.film import UPRIGHT, FilmError, FilmPose
+from lensbench.core.kernels.block import WEIGHT, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.optics.scalar_trace import Fate, trace
 
 FILM = lb.Film(36.0, 24.0, 360, 240)
 TRIPLET = lenses.load("lenshh-cooke-triplet-50")

@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.cameras.flat_port import FlatPort
+from lensbench.core.cameras.flat_port import FlatPort
 from tests.core.imaging.test_animated_transform import FILM, kernels
 
 WATER = lb.Medium(index=1.333)

@@ -8,9 +8,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.cameras.environment import LAYOUTS
-from lensbench.cameras.fisheye import PROJECTIONS
-from lensbench.scenery.objects import Material
+from lensbench.core.cameras.environment import LAYOUTS
+from lensbench.core.cameras.fisheye import PROJECTIONS
+from lensbench.core.scenery.objects.material import Material
 
 FILM = lb.Film(36.0, 24.0, 96, 64)
 WORLD = lb.look_at((40.0, -30.0, 60.0), (400.0, 100.0, -3000.0))

@@ -7,9 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
-from lensbench.kernels.program import Program
-from lensbench.pupils.film_grid_sampler import PupilGrid
+from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.core.kernels.program import Program
+from lensbench.core.pupils.film_grid_sampler import PupilGrid
 from tests.core.optics.test_surface_pose import posed
 
 FILM = lb.Film(36.0, 24.0, 90, 60)

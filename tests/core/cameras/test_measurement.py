@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.imaging.exposure import RADIANCE
+from lensbench.core.imaging.exposure import RADIANCE
 from tests.core.oracles import of_one_colour
 
 FILM = lb.Film(36.0, 24.0, 48, 32)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.cameras.pupil_footprint import footprint_steps
-from lensbench.kernels.block import OX, OY, OZ, PUPIL_RADIUS, PUPIL_SPREAD, U0, U1, X, Y
-from lensbench.kernels.program import Program
+from lensbench.core.cameras.pupil_footprint import footprint_steps
+from lensbench.core.kernels.block import OX, OY, OZ, PUPIL_RADIUS, PUPIL_SPREAD, U0, U1, X, Y
+from lensbench.core.kernels.program import Program
 
 FILM = lb.Film(36.0, 24.0, 90, 60)
 

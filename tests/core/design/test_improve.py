@@ -10,14 +10,14 @@ from scipy.optimize import least_squares
 
 import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
-from lensbench.app.state.lens_edit.improving import free_cells, improved
-from lensbench.design.goal import Goal, MeritError, Position, edge_thickness, held_lengths
-from lensbench.design.improve import moved
-from lensbench.design.merit import Merit, judge
+from lensbench.app.session.improving import free_cells, improved
+from lensbench.core.design.goal import Goal, MeritError, Position, edge_thickness, held_lengths
+from lensbench.core.design.improve import moved
+from lensbench.core.design.merit import Merit, judge
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.surface_numbers import value_of, with_surfaces
 from lensbench.lenses.editing.cells import with_rule
 from lensbench.lenses.editing.document import LensDocument, Solve
-from lensbench.optics.glass import D_LINE
-from lensbench.optics.surface_numbers import value_of, with_surfaces
 
 TRIPLET = lenses.load("lenshh-cooke-triplet-50")
 

@@ -9,11 +9,11 @@ from mpmath import mp, mpf
 
 import lensbench as lb
 from lensbench import Glass, Lens, Surface, SystemData, Wavelength, lenses
-from lensbench.design.goal import Goal, MeritError, Position, held_lengths, image_distance
-from lensbench.design.improve import derivatives
-from lensbench.design.merit import DENSE, Merit
-from lensbench.optics.glass import C_LINE, D_LINE, F_LINE
-from lensbench.optics.surface_numbers import with_surfaces
+from lensbench.core.design.goal import Goal, MeritError, Position, held_lengths, image_distance
+from lensbench.core.design.improve import derivatives
+from lensbench.core.design.merit import DENSE, Merit
+from lensbench.core.optics.glass import C_LINE, D_LINE, F_LINE
+from lensbench.core.optics.surface_numbers import with_surfaces
 
 TRIPLET = lenses.load("lenshh-cooke-triplet-50")
 # A stop in front: the rays in front of the lens do not depend on it

@@ -4,9 +4,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import Glass, lenses
-from lensbench.design.goal import MeritError
-from lensbench.design.substitution import FAR_N, FAR_V, SAME, TRIED, around, substitute
-from lensbench.lenses.glass_catalogue import entries, replacements
+from lensbench.core.design.goal import MeritError
+from lensbench.core.design.substitution import FAR_N, FAR_V, SAME, TRIED, around, substitute
+from lensbench.lenses.glass.catalogue import entries, replacements
 from tests.core.design.test_merit import SINGLET
 
 

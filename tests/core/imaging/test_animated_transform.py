@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.imaging.animated_transform import (
+from lensbench.core.imaging.transform import (
     polar_decomposition,
     quaternion,
     quaternion_product,
@@ -17,11 +17,11 @@ from lensbench.imaging.animated_transform import (
     shortest_arc,
     slerp,
 )
-from lensbench.kernels.block import PITCH, TIME, B, lane_buffer
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampling_steps
-from lensbench.scenery.objects import Sky
-from lensbench.scenery.scene import Scene
+from lensbench.core.kernels.block import PITCH, TIME, B, lane_buffer
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import sampling_steps
+from lensbench.core.scenery.objects.surroundings import Sky
+from lensbench.core.scenery.scene import Scene
 
 FILM = lb.Film(36.0, 24.0, 120, 80)
 DARK = Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)

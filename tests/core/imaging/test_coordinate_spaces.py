@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.imaging.coordinate_spaces import transform_points
-from lensbench.imaging.film import AXES
+from lensbench.core.imaging.coordinate_spaces import transform_points
+from lensbench.core.imaging.film import AXES
 
 WIDE, TALL = lb.Film(36.0, 24.0, 960, 640), lb.Film(24.0, 36.0, 640, 960)
 ODD = lb.Film(20.0, 30.0, 300, 600)                     # pixels that are not square

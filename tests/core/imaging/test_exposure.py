@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.imaging.exposure import GREY, LUMINANCE, PHOTONS, SATURATION
+from lensbench.core.imaging.exposure import GREY, LUMINANCE, PHOTONS, SATURATION
 
 numbers, times, isos = st.floats(0.7, 64.0), st.floats(1e-5, 3600.0), st.floats(1.0, 1e6)
 FILM = lb.Film(36.0, 24.0, 96, 64)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.imaging.exposure import PHOTONS, SATURATION
+from lensbench.core.imaging.exposure import PHOTONS, SATURATION
 
 
 def flat(electrons, sensor, shape=(300, 400)):
@@ -118,7 +118,7 @@ def test_noise_depends_on_the_seed_and_the_place_alone(monkeypatch):
     sensor, image = lb.Sensor(), np.full((200, 700, 3), 0.1, np.float32)
     first = sensor.record(image, 400.0, seed=7)
     np.testing.assert_array_equal(first, sensor.record(image, 400.0, seed=7))
-    monkeypatch.setattr("lensbench.imaging.sensor.PART", 1000)          # other threads take other parts
+    monkeypatch.setattr("lensbench.core.imaging.sensor.PART", 1000)          # other threads take other parts
     np.testing.assert_array_equal(first, sensor.record(image, 400.0, seed=7))
     other = sensor.record(image, 400.0, seed=8)
     assert abs(np.corrcoef((first - 0.1).ravel(), (other - 0.1).ravel())[0, 1]) < 0.01

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lensbench.imaging.shutter import shutter_step
-from lensbench.kernels.block import TIME, X, Y
-from lensbench.kernels.program import Program
+from lensbench.core.imaging.exposure import shutter_step
+from lensbench.core.kernels.block import TIME, X, Y
+from lensbench.core.kernels.program import Program
 
 
 @pytest.mark.parametrize(("direction", "first", "last"), [

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -23,7 +23,7 @@ from lensbench.kernels.block import (
     stage,
     weigh_four,
 )
-from lensbench.kernels.program import Program
+from lensbench.core.kernels.program import Program
 
 
 @stage

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lensbench.kernels.byte_cache import buffers, byte_cache
+from lensbench.core.kernels.byte_cache import buffers, byte_cache
 
 
 def test_the_oldest_goes_when_all_hold_too_much_and_the_newest_stays():

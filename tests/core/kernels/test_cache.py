@@ -14,7 +14,7 @@ from types import FunctionType, SimpleNamespace
 import pytest
 from numba import int64, njit, void
 
-from lensbench.kernels import cache, kernel_version
+from lensbench.core.kernels import cache, compiled_code
 
 DAY = 24 * 3600.0
 OTHERS_KERNEL = """
@@ -29,7 +29,7 @@ import json, sys
 import numba
 before = numba.config.CACHE_DIR, numba.config.CPU_FEATURES
 import lensbench
-from lensbench.kernels import sampling
+from lensbench.core.kernels import sampling
 import others_kernel
 print(json.dumps({"before": before, "after": (numba.config.CACHE_DIR, numba.config.CPU_FEATURES),
                   "ours": sampling.sobol._cache.cache_path, "theirs": others_kernel.double._cache.cache_path}))
@@ -64,7 +64,7 @@ def version(source=SOURCE):
     """Version of `kernel` in this source."""
     names = {"__name__": "source"}
     exec(source, names)
-    return kernel_version.version(names["kernel"].py_func)
+    return compiled_code.version(names["kernel"].py_func)
 
 
 @pytest.mark.parametrize("edit", [
@@ -86,7 +86,7 @@ def test_a_version_stays_where_the_code_is_the_same(edit):
 
 def test_a_version_changes_with_the_compiler(monkeypatch):
     before = version()
-    monkeypatch.setattr(kernel_version, "COMPILERS", "another numba")
+    monkeypatch.setattr(compiled_code, "COMPILERS", "another numba")
     assert version() != before
 
 
@@ -97,8 +97,8 @@ def test_every_version_of_the_package_is_the_same_in_another_process():
 import json, sys
 from lensbench import *
 from numba.core.dispatcher import Dispatcher
-from lensbench.kernels.cache import KernelCache
-from lensbench.kernels.kernel_version import version
+from lensbench.core.kernels.cache import KernelCache
+from lensbench.core.kernels.compiled_code import version
 found = {}
 for name, module in sorted(sys.modules.items()):
     if name.startswith("lensbench"):
@@ -236,7 +236,7 @@ def test_a_shipped_kernel_for_another_signature_is_compiled_without_a_word(shipp
 
 
 def test_a_shipped_kernel_of_another_source_is_refused_with_a_warning(shipped, monkeypatch):
-    monkeypatch.setattr(kernel_version, "COMPILERS", "another numba")
+    monkeypatch.setattr(compiled_code, "COMPILERS", "another numba")
     with pytest.warns(UserWarning, match="compiled from other sources, or with another numba"):
         kernel = shipped.declared()
         assert kernel(1) == 2 and counts(kernel) == (0, 1)
@@ -247,7 +247,7 @@ def test_a_shipped_kernel_of_another_source_is_refused_with_a_warning(shipped, m
 def test_asking_for_a_kernel_leaves_the_names_of_the_shipped_ones_as_they_are(shipped, monkeypatch):
     """Threads ask without a lock, while another one goes through the names."""
     names = {**cache._shipped_names()}
-    monkeypatch.setattr(kernel_version, "COMPILERS", "another numba")
+    monkeypatch.setattr(compiled_code, "COMPILERS", "another numba")
     assert not cache.is_compiled(shipped.declared(), void(int64))
     assert cache._shipped_names() == names
 
@@ -281,7 +281,7 @@ def test_a_damaged_archive_gives_a_whole_kernel_or_none(shipped, seed):
 
 @pytest.mark.slow
 def test_a_level_is_compiled_for_only_where_the_processor_has_it():
-    script = "from lensbench.kernels import cache; import numba; print(cache.level, numba.config.CPU_NAME)"
+    script = "from lensbench.core.kernels import cache; import numba; print(cache.level, numba.config.CPU_NAME)"
 
     def chosen(**variables):
         return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True,
@@ -325,8 +325,8 @@ def test_folders_of_older_versions_are_removed_a_day_after_their_last_use(import
 
 def opened(home):
     """What a process reports that imports the cache with this home of caches: its folder, and its warnings."""
-    done = subprocess.run([sys.executable, "-c", "from lensbench.kernels import cache; print(cache.folder.is_dir(), "
-                           "cache.folder)"], capture_output=True, text=True, check=True,
+    done = subprocess.run([sys.executable, "-c", "from lensbench.core.kernels import cache; "
+                           "print(cache.folder.is_dir(), cache.folder)"], capture_output=True, text=True, check=True,
                           env={**os.environ, "XDG_CACHE_HOME": str(home)})
     there, folder = done.stdout.split()
     assert there == "True"
@@ -371,7 +371,7 @@ LOAD = """
 import sys
 import numpy as np
 from numba import njit
-from lensbench.optics.surfaces import sags, shape
+from lensbench.core.optics.surfaces import sags, shape
 print(sags(*shape(0.02, -1.0, [], None, 10.0), [3.0], [4.0]))
 print("numba.typed.typedlist" in sys.modules)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lensbench.kernels.concentric_map import cosine_direction
+from lensbench.core.kernels.sampling import cosine_direction
 
 
 def directions(side, normal):

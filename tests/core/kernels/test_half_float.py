@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from lensbench.kernels.half_float import EXPONENT_SCALE, as_bits, prefetch, scale_of, texel_sum, unscaled
+from lensbench.core.kernels.arrays import EXPONENT_SCALE, as_bits, prefetch, scale_of, texel_sum, unscaled
 
 ALL = np.arange(0x7C00, dtype=np.uint16).view(np.float16)      # every finite half that is not negative
 

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from lensbench.kernels.held_signals import signals_held
+from lensbench.core.kernels.compiled_code import signals_held
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_other_threads_hold_nothing_back(handlers):
 COMPILES = """
 import os, signal, threading
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from lensbench.kernels.cache import njit
+from lensbench.core.kernels.cache import njit
 
 def kernel(k):
     @njit

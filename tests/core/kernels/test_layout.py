@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lensbench.kernels.layout import Packed, join, offsets, pack, vector
+from lensbench.core.kernels.block import Packed, join, offsets, pack, vector
 
 
 def test_offsets_are_consecutive_and_end_with_the_size():

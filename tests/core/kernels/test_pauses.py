@@ -5,8 +5,8 @@ from time import monotonic, sleep
 
 import pytest
 
-from lensbench.analysis.grids.field_threads import THREADS, each_of
-from lensbench.kernels.pauses import due, never, pause, pausing
+from lensbench.core.analysis.grids.field_conditions import THREADS, each_of
+from lensbench.core.kernels.pauses import due, never, pause, pausing
 
 
 def until(what):

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lensbench.kernels.pchip import monotone_cubic
+from lensbench.core.kernels.numeric import monotone_cubic
 from tests.core.oracles import LAW
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from lensbench.kernels.program import stage_address
+from lensbench.core.kernels.program import stage_address
 
 
 def test_a_stage_without_machine_code_is_an_error_and_no_crash():

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lensbench.kernels.root_finding import find_minimum, find_root
+from lensbench.core.kernels.numeric import find_minimum, find_root
 
 RISING = (
     ("cubic", lambda x: x**3 - 2.0, 0.0, 3.0, 2.0 ** (1.0 / 3.0)),

@@ -4,26 +4,10 @@ import numpy as np
 import pytest
 
 from lensbench.app.studies.charts.samplers import white_noise
-from lensbench.kernels.block import (
-    KEYS,
-    PITCH,
-    PIXEL,
-    SAMPLE,
-    SEED,
-    U0,
-    U1,
-    V0,
-    V1,
-    B,
-    Step,
-    X,
-    Y,
-    lane_buffer,
-)
-from lensbench.kernels.concentric_map import concentric_disk
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import DIMENSIONS, sample_lights, sample_pixels, sobol, sobol_net
-from lensbench.kernels.tile_order import add_corners
+from lensbench.core.kernels.block import KEYS, PITCH, PIXEL, SAMPLE, SEED, U0, U1, V0, V1, B, Step, X, Y, lane_buffer
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import DIMENSIONS, concentric_disk, sample_lights, sample_pixels, sobol, sobol_net
+from lensbench.core.kernels.tile_order import add_corners
 
 COUNT = 256
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lensbench.kernels.srgb import linear, srgb
+from lensbench.core.kernels.numeric import linear, srgb
 
 
 def test_the_inverse_gives_back_the_light_of_every_code_and_never_steps_back():

@@ -8,7 +8,7 @@ from numba import njit
 from numba.core import serialize
 from numba.core.environment import Environment
 
-from lensbench.kernels.stored_code import CodeReducer
+from lensbench.core.kernels.compiled_code import CodeReducer
 
 
 def test_a_stored_kernel_keeps_the_constants_of_the_functions_that_it_calls_alive():

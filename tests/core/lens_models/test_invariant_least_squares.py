@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lensbench.lens_models.invariant_least_squares import evaluate_polynomials, fit_vector_fields, monomial_index
-from lensbench.lens_models.polynomial_stage import monomial_count
+from lensbench.core.lens_models.invariant_least_squares import evaluate_polynomials, fit_vector_fields, monomial_index
+from lensbench.core.lens_models.polynomial import monomial_count
 
 RAYS = 400
 

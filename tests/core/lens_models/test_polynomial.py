@@ -8,12 +8,12 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import U0, U1, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.lens_models import polynomial_stage
-from lensbench.lens_models.polynomial import DEGREES, Polynomial, _errors
-from lensbench.optics.glass import D_LINE
-from lensbench.pupils.radial_sampler import PupilTable
+from lensbench.core.kernels.block import U0, U1, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.lens_models import polynomial as polynomial_stage
+from lensbench.core.lens_models.polynomial import DEGREES, Polynomial, _errors
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.pupils.radial_sampler import PupilTable
 
 PIXEL = 0.004                   # mm: of 24 million on full frame
 FILM = lb.Film(36.0, 24.0, 9000, 6000)

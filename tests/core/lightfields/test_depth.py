@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.lightfields.depth import SHIFT_ERROR
+from lensbench.core.lightfields.depth import SHIFT_ERROR
 from tests.core.lightfields.test_light_field import EDGE, FILM, STILL, perspective, psnr, waves
 
 INSIDE = (slice(EDGE, -EDGE), slice(EDGE, -EDGE))

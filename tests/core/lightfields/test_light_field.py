@@ -8,11 +8,11 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.lightfields.light_field import LightField, spread_offsets
-from lensbench.lightfields.pupil_cells import Cell, cell_steps
-from lensbench.lightfields.refocus_kernel import rescaled
+from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.lightfields.light_field import LightField, spread_offsets
+from lensbench.core.lightfields.pupil_cells import Cell, cell_steps
+from lensbench.core.lightfields.refocus_kernel import rescaled
 from tests.core.cameras.test_camera_kinds import film_point
 from tests.core.cameras.test_dispersion import landscape
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.lightfields.light_field import LightField
+from lensbench.core.lightfields.light_field import LightField
 
 WHITE = lb.Scene("white", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3))
 

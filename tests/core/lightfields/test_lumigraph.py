@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.lightfields.lumigraph import Lumigraph, lumigraph_pinhole
+from lensbench.core.lightfields.lumigraph import Lumigraph, lumigraph_pinhole
 
 FILM = lb.Film(14.4, 9.6, 240, 160)
 STILL = lb.builtin_scene("still-life")

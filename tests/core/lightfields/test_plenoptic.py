@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.lightfields.plenoptic import PlenopticCamera
+from lensbench.core.lightfields.plenoptic import PlenopticCamera
 
 WHITE = lb.Scene("white", sky=lb.Sky(*[(1.0,) * 3] * 3), enclosed=True)
 NARROW = lb.Film(14.4, 9.6, 24, 16)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lensbench.lightfields.refocus_kernel import HIGHEST_GAIN, spectral_gain
+from lensbench.core.lightfields.refocus_kernel import HIGHEST_GAIN, spectral_gain
 
 
 def kept(f, width):

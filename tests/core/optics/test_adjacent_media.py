@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.lenses import glass_catalogue
-from lensbench.optics.adjacent_media import front_medium, medium_before, refracts
+from lensbench.core.optics.adjacent_media import front_medium, medium_before, refracts
+from lensbench.lenses.glass import catalogue
 
 MEDIA = (lb.AIR, lb.Glass(1.0, 50.0, "VACUUM"), lb.Glass(1.6), lb.Glass(1.6, name="named"), lb.Glass(1.6, 60.0),
-         lb.Glass(1.6, 60.0, "crown"), lb.Glass(1.6, 40.0), glass_catalogue.find("N-BK7"),
-         replace(glass_catalogue.find("N-BK7"), name="BOROSILICATE"), glass_catalogue.find("N-SF6"))
+         lb.Glass(1.6, 60.0, "crown"), lb.Glass(1.6, 40.0), catalogue.find("N-BK7"),
+         replace(catalogue.find("N-BK7"), name="BOROSILICATE"), catalogue.find("N-SF6"))
 
 
 @pytest.mark.parametrize(("before", "after"), list(product(MEDIA, MEDIA)))

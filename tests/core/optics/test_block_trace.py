@@ -7,9 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import surface_steps
+from lensbench.core.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.optics.block_trace import surface_steps
 from tests.core.optics.test_surfaces import rays_that_leave_an_ellipsoid_behind_its_equator
 from tests.core.oracles import lens as reference_lens
 

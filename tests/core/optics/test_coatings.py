@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.optics.coatings import COATINGS, Coating, CoatingError, Layer
+from lensbench.core.optics.coatings import COATINGS, Coating, CoatingError, Layer
 
 ANGLES = np.linspace(0.0, 1.55, 40)
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lensbench as lb
-from lensbench.optics.axial_bundle import marginal_height
-from lensbench.optics.scalar_trace import surface_table
+from lensbench.core.optics.axial_bundle import marginal_height
+from lensbench.core.optics.scalar_trace import surface_table
 from tests.core.oracles import LAW, NAMES, REFERENCE, biconvex, lens
 
 FOCAL_LENGTH = st.floats(5.0, 600.0)

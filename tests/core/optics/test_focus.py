@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses as library
-from lensbench.optics import focus
-from lensbench.optics.focus import focused
-from lensbench.optics.paraxial import ray_matrix
+from lensbench.core.optics import focus
+from lensbench.core.optics.focus import focused
+from lensbench.core.optics.paraxial import ray_matrix
 from tests.core.oracles import LAW, NAMES, PBRT_FOCUS, REFERENCE, biconvex, lens, rms_on_film
 
 FAR_ENOUGH = st.floats(0.25, 1e7)       # metres

@@ -8,13 +8,12 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.ghost_ranking import light_place
-from lensbench.cameras.film_landing import landing_step
-from lensbench.kernels.block import lane_buffer
-from lensbench.optics.ghost_grid import entrance_grid, grid_rays, pair_boxes
-from lensbench.optics.ghost_pairs import DIRECT, ghost_order, ghost_pairs, no_such_pair, pair_share
-from lensbench.optics.ghost_path import ghost_path
-from lensbench.optics.ghost_trace import GhostTracer
+from lensbench.core.analysis.ghost_ranking import light_place
+from lensbench.core.cameras.film_landing import landing_step
+from lensbench.core.kernels.block import lane_buffer
+from lensbench.core.optics.ghost_grid import entrance_grid, grid_rays, pair_boxes
+from lensbench.core.optics.ghost_path import DIRECT, ghost_order, ghost_pairs, ghost_path, no_such_pair, pair_share
+from lensbench.core.optics.ghost_trace import GhostTracer
 from tests.core.oracles import of_one_colour
 
 N = 1.5

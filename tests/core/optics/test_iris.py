@@ -8,9 +8,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import trace_steps
+from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.optics.block_trace import trace_steps
 
 FILM = lb.Film(36.0, 24.0, 960, 640)
 SHAPES = [(3, 0.0, 0.0), (5, 0.3, 0.0), (6, -1.0, 0.5), (9, 2.0, 0.9), (7, 0.1, 0.999999)]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses as library
-from lensbench.optics.paraxial import ray_matrix
+from lensbench.core.optics.paraxial import ray_matrix
 from tests.core.oracles import LAW, NAMES, REFERENCE, WAVELENGTHS, biconvex, lens, lenses, of_one_colour
 
 

@@ -5,9 +5,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.optics.path_trace import PATH, STOP_SHARE, VICTIM, path_steps
+from lensbench.core.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.optics.block_trace import PATH, STOP_SHARE, VICTIM, path_steps
 from tests.core.optics.test_surface_pose import posed
 
 WANTED = (X, Y, Z, L, M, N, WEIGHT, CLEARANCE, PATH, VICTIM, STOP_SHARE)

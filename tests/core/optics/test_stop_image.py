@@ -8,10 +8,10 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.cameras.film_landing import landing_step
-from lensbench.kernels.block import lane_buffer
+from lensbench.core.cameras.film_landing import landing_step
+from lensbench.core.kernels.block import lane_buffer
+from lensbench.core.optics.ghost_trace import GhostTracer
 from lensbench.lenses.formats import toml_format
-from lensbench.optics.ghost_trace import GhostTracer
 
 FILM = lb.Film(3.0, 3.0, 64, 64)
 SIDE = 40                       # pixels down the picture of the letter F, 30 across: opaque beside it

@@ -8,11 +8,11 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import trace_steps
-from lensbench.optics.surface_pose import Frame, tilts_of
-from lensbench.pupils.region import axis_irradiance
+from lensbench.core.kernels.block import WEIGHT, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.optics.block_trace import trace_steps
+from lensbench.core.optics.lens_surface import Frame, tilts_of
+from lensbench.core.pupils.region import axis_irradiance
 from tests.core.analysis.test_manufacture import DOUBLET, oracle
 
 BACK = 90.0

@@ -4,7 +4,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, Wavelength
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, Wavelength
 
 RELAY = SystemData(Aperture(ApertureKind.PUPIL_DIAMETER, (10.0, 8.0)), FieldKind.OBJECT_HEIGHT,
                    (FieldPoint(0.0, 0.0), FieldPoint(3.0, -4.0, 2.0, (0.1, 0.2, 0.0, -0.05))),

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lensbench.imaging.film_pose import STEEPEST_SIDE, FilmPose
-from lensbench.pupils.film_grid import POINTS, _hull, _needed_growth, _placement
+from lensbench.core.imaging.film import STEEPEST_SIDE, FilmPose
+from lensbench.core.pupils.film_grid import POINTS, _hull, _needed_growth, _placement
 
 
 def test_the_outline_around_points_is_the_polygon_of_their_corners():

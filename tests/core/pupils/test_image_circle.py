@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lensbench.pupils.image_circle import edge_of_light
-from lensbench.pupils.ray_aiming import Aim
+from lensbench.core.pupils.outline_solver import Aim, edge_of_light
 from tests.core.oracles import lens as reference_lens
 
 DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [0.6, 0.8]])

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from lensbench.pupils.equal_areas import equal_areas
-from lensbench.pupils.irregular_regions import _upper_hull
-from lensbench.pupils.outline_solver import _even_directions
+from lensbench.core.pupils.irregular_regions import _upper_hull
+from lensbench.core.pupils.outline_solver import _even_directions
+from lensbench.core.pupils.radial_sampler import equal_areas
 
 
 def ellipse(points, begin=0.0):

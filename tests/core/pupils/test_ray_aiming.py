@@ -5,7 +5,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.pupils.ray_aiming import CENTRED, Aim
+from lensbench.core.pupils.outline_solver import CENTRED, Aim
 
 FILM = np.array([[0.0, 0.0, 0.0], [9.0, -4.0, 2.5], [-12.0, 8.0, -3.0], [5.0, 5.0, 6.0], [-3.0, -14.0, -1.0]])
 

@@ -8,12 +8,12 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X
-from lensbench.kernels.program import Program
-from lensbench.optics.clearance import clearance_tracer, clearances
-from lensbench.optics.lens_surface import Surface
-from lensbench.pupils.radial_sampler import RINGS, PupilTable
-from lensbench.pupils.rim_solver import ROUGH, solve_rims
+from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, X
+from lensbench.core.kernels.program import Program
+from lensbench.core.optics.block_trace import clearance_tracer, clearances
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.pupils.radial_sampler import RINGS, PupilTable
+from lensbench.core.pupils.rim_solver import ROUGH, solve_rims
 from tests.core.oracles import DATA, REFERENCE
 from tests.core.oracles import lens as reference_lens
 from tests.library import CLASSICS

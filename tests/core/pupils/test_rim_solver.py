@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lensbench.pupils.rim_solver import _centroids, _directions
+from lensbench.core.pupils.rim_solver import _centroids, _directions
 
 TURN = np.linspace(0.0, np.pi, 81)              # of the upper half, from +x on; the lower is its mirror image
 

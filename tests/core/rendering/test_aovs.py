@@ -8,9 +8,9 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.charts.samplers import white_noise
-from lensbench.kernels.block import BLUE, GREEN, RED, TIME, U0, U1, WEIGHT, Step, X, Y
-from lensbench.kernels.program import Program
-from lensbench.rendering.aovs import aov_steps
+from lensbench.core.kernels.block import BLUE, GREEN, RED, TIME, U0, U1, WEIGHT, Step, X, Y
+from lensbench.core.kernels.program import Program
+from lensbench.core.rendering.aovs import aov_steps
 
 FILM = lb.Film(36.0, 24.0, 60, 40)
 SCENE = lb.builtin_scene("still-life")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lensbench.rendering.ghost_cells import add_cells
+from lensbench.core.rendering.ghost_lights import add_cells
 
 
 def test_bands_of_rows_have_the_light_that_they_have_together_also_of_rays_without_a_place():

@@ -9,16 +9,14 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.ghost_ranking import ghosts
-from lensbench.imaging.spectrum import WAVELENGTHS
-from lensbench.kernels.block import BLUE, RED
-from lensbench.optics.finding import Kind
-from lensbench.optics.ghost_pairs import ghost_pairs
-from lensbench.optics.ghost_path import ghost_path
-from lensbench.rendering import ghost_image
-from lensbench.rendering.ghost_cells import add_cells, add_lines
-from lensbench.rendering.ghost_image import Flare, GhostImage
-from lensbench.rendering.ghost_lights import ghost_lights
+from lensbench.core.analysis.ghost_ranking import ghosts
+from lensbench.core.imaging.spectrum import WAVELENGTHS
+from lensbench.core.kernels.block import BLUE, RED
+from lensbench.core.optics.finding import Kind
+from lensbench.core.optics.ghost_path import ghost_pairs, ghost_path
+from lensbench.core.rendering import ghost_image
+from lensbench.core.rendering.ghost_image import Flare, GhostImage
+from lensbench.core.rendering.ghost_lights import add_cells, add_lines, ghost_lights
 
 GAUSS = lenses.load("pbrt-dgauss-50mm")
 FILM = lb.Film(36.0, 24.0, 24, 16)
@@ -131,7 +129,7 @@ def test_drawn_ghosts_have_the_light_of_all(monkeypatch):
 
 
 def test_lights_beyond_the_brightest_are_counted_in_a_finding(monkeypatch):
-    monkeypatch.setattr("lensbench.rendering.ghost_lights.MOST_LIGHTS", 48)
+    monkeypatch.setattr("lensbench.core.rendering.ghost_lights.MOST_LIGHTS", 48)
     with ThreadPoolExecutor(1) as pool:
         for count, expected in ((50, [2.0]), (48, [])):
             image = GhostImage(lb.LensCamera(GAUSS, FILM), lb.Scene(spheres=LAMPS[:count]), Flare(pairs=((0, 1),)))

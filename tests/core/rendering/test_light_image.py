@@ -11,12 +11,15 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import B
-from lensbench.rendering import light_image
-from lensbench.rendering.entrance_bounds import COLUMNS, RIM, ROWS, entrance_bounds
-from lensbench.scenery.objects import Disk, Image, Material, Pattern, Rectangle, Sky, Sphere
-from lensbench.scenery.scene import Scene
-from lensbench.scenery.small_lights import samples_of, small_lights, split_light
+from lensbench.core.kernels.block import B
+from lensbench.core.rendering import light_image
+from lensbench.core.rendering.entrance_bounds import COLUMNS, RIM, ROWS, entrance_bounds
+from lensbench.core.scenery.objects.material import Image, Material, Pattern
+from lensbench.core.scenery.objects.planar import Disk, Rectangle
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Sky
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.small_lights import samples_of, small_lights, split_light
 
 BLACK = (0.0, 0.0, 0.0)
 DARK = Sky(BLACK, BLACK, BLACK)
@@ -424,7 +427,7 @@ ALONE = """
 import hashlib, sys
 import lensbench as lb
 from numba import float32, int64
-from lensbench.rendering import light_rays
+from lensbench.core.rendering import light_rays
 
 if sys.argv[1] == "alone":
     for part in (light_rays._find_path_plane, light_rays._aim_at_ball):

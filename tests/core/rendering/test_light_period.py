@@ -8,8 +8,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import B
-from lensbench.rendering.light_period import DECIDED, DENSEST, FIRST_PASSES, RAREST, RAY_TIME, LightPeriod
+from lensbench.core.kernels.block import B
+from lensbench.core.rendering.light_layer import DECIDED, DENSEST, FIRST_PASSES, RAREST, RAY_TIME, LightPeriod
 
 SHAPE = (96, 128)
 PIXELS = SHAPE[0] * SHAPE[1]

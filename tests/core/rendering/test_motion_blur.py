@@ -7,10 +7,11 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import TIME, U0, U1, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.scenery.objects import Material, Rectangle
-from lensbench.scenery.scene import Scene
+from lensbench.core.kernels.block import TIME, U0, U1, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.planar import Rectangle
+from lensbench.core.scenery.scene import Scene
 from tests.core.imaging.test_animated_transform import DARK, FILM, turned
 
 

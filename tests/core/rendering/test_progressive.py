@@ -11,10 +11,10 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.charts.samplers import white_noise
-from lensbench.kernels.block import Step
-from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampling_steps
-from lensbench.optics.finding import Kind
+from lensbench.core.kernels.block import Step
+from lensbench.core.kernels.program import Program
+from lensbench.core.kernels.sampling import sampling_steps
+from lensbench.core.optics.finding import Kind
 
 FILM = lb.Film(36.0, 24.0, 150, 100)
 
@@ -113,8 +113,10 @@ def test_a_white_world_fades_as_quadrature_says_along_a_radius():
 @pytest.mark.slow
 def test_a_known_grid_lands_where_the_traced_chief_rays_say():
     """Edges of a dark square on white, at 2 m, within 0.1 px of where rays through the stop put them."""
-    from lensbench.scenery.objects import Material, Rectangle, Sky
-    from lensbench.scenery.scene import Scene
+    from lensbench.core.scenery.objects.material import Material
+    from lensbench.core.scenery.objects.planar import Rectangle
+    from lensbench.core.scenery.objects.surroundings import Sky
+    from lensbench.core.scenery.scene import Scene
 
     film = lb.Film(36.0, 24.0, 300, 200)
     lens = lenses.load("pbrt-dgauss-50mm")
@@ -165,8 +167,8 @@ def test_the_picture_converges_faster_than_white_noise():
 
 
 def test_depth_is_the_distance_along_the_axis_and_sky_is_infinite():
-    from lensbench.scenery.objects import Rectangle
-    from lensbench.scenery.scene import Scene
+    from lensbench.core.scenery.objects.planar import Rectangle
+    from lensbench.core.scenery.scene import Scene
 
     scene = Scene("wall", plates=(Rectangle((-150.0, 0.0, -1700.0), (150.0, 0.0, 0.0), (0.0, 200.0, 0.0)),))
     view = camera()

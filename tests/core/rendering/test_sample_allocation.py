@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import B
-from lensbench.rendering.sample_allocation import EVEN, LEAST, MOST, SampleAllocation, _levels
+from lensbench.core.kernels.block import B
+from lensbench.core.rendering.sample_allocation import EVEN, LEAST, MOST, SampleAllocation, _levels
 
 SMALL = lb.Film(36.0, 24.0, 150, 100)
 

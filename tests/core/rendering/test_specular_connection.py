@@ -10,11 +10,14 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.rendering.specular_connection import connect_by_ball, specular_objects, visible_lights
-from lensbench.scenery.objects import Disk, Material, Rectangle, Sky, Sphere
-from lensbench.scenery.scene import Scene
-from lensbench.scenery.shading.illumination import INDEX
-from lensbench.scenery.small_lights import small_lights
+from lensbench.core.rendering.specular_connection import connect_by_ball, specular_objects, visible_lights
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.planar import Disk, Rectangle
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Sky
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.shading.illumination import INDEX
+from lensbench.core.scenery.small_lights import small_lights
 
 BLACK = (0.0, 0.0, 0.0)
 DARK = Sky(BLACK, BLACK, BLACK)

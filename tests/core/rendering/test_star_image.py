@@ -9,10 +9,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.blade_star import open_pupil, sunstar
-from lensbench.rendering.flare_image import FlareImage
-from lensbench.rendering.star_image import StarImage
-from lensbench.rendering.star_kernel import LINES, _curves, star_kernel
+from lensbench.core.analysis.blade_star import open_pupil, sunstar
+from lensbench.core.rendering.flare_image import FlareImage
+from lensbench.core.rendering.star_image import STAR_KERNEL_LINES, StarImage, _curves, star_kernel
 
 GAUSS = lenses.load("pbrt-dgauss-50mm")
 SQUARES = lb.Film(3.6, 2.4, 360, 240)           # pixels of 10 µm
@@ -38,7 +37,7 @@ def test_the_light_about_a_round_pupil_is_that_of_airys_pattern():
     r, _ = distances(kernel)
     for near, far in ((0.1, 0.3), (0.5, 2.0)):
         found = taken * kernel[(r > near) & (r <= far)].sum()
-        assert found == pytest.approx(LINES / (math.pi**2 * 0.03) * (1.0 / near - 1.0 / far), rel=0.03)
+        assert found == pytest.approx(STAR_KERNEL_LINES / (math.pi**2 * 0.03) * (1.0 / near - 1.0 / far), rel=0.03)
     assert kernel.sum() == pytest.approx(1.0, rel=0.02)
     ring = kernel[(r > 0.5) & (r < 0.52)]
     assert ring.std() < 0.1 * ring.mean()                               # a round stop has no rays
@@ -117,7 +116,7 @@ def test_stars_are_the_same_in_any_strips_of_the_picture(monkeypatch):
     whole, strips = (np.ones((16, 24, 3), np.float32) for _ in range(2))
     image.add_to(whole)
     assert np.ptp(whole) > 1e-6
-    monkeypatch.setattr("lensbench.rendering.star_image.LINES", 3)
+    monkeypatch.setattr("lensbench.core.rendering.star_image.LINES", 3)
     for first, end in ((0, 8), (8, 9), (9, 16)):
         image.add_to(strips[first:end], first)
     np.testing.assert_array_equal(strips, whole)
@@ -129,7 +128,7 @@ def test_the_stars_of_a_large_picture_are_made_with_fewer_pixels(monkeypatch):
     camera = lb.LensCamera(replace(GAUSS, blades=6), lb.Film(36.0, 24.0, 150, 99), f_number=16.0)
     found = []
     for largest in (1_000_000, 4000):
-        monkeypatch.setattr("lensbench.rendering.star_image.LARGEST", largest)
+        monkeypatch.setattr("lensbench.core.rendering.star_image.LARGEST", largest)
         image = StarImage(camera, scene, 1.0)
         with ThreadPoolExecutor(1) as pool:
             image.add(4, pool, 1, lambda: True)
@@ -147,7 +146,7 @@ def test_a_lens_that_is_dark_on_the_axis_has_no_stars_and_says_so(monkeypatch):
     def dark(*_):
         raise lb.LensError("no light reaches this place of the film")
 
-    monkeypatch.setattr("lensbench.rendering.star_image.open_pupil", dark)
+    monkeypatch.setattr("lensbench.core.rendering.star_image.open_pupil", dark)
     image = StarImage(lb.LensCamera(GAUSS, FILM), lb.builtin_scene("night-lights"), 1.0)
     with ThreadPoolExecutor(1) as pool:
         assert image.add(1, pool, 1, lambda: True)

@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.rendering.temporal_reuse import GHOST, GONE, LARGEST, MOST, SHARP, Reusable, _diameter
+from lensbench.core.rendering.temporal_reuse import GHOST, GONE, LARGEST, MOST, SHARP, Reusable, _diameter
 
 FILM = lb.Film(32.0, 18.0, 96, 54)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A3,
     A6,
@@ -28,9 +28,9 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.block_bounds import beam, beam_misses, lit_bounds, shadow_bounds
-from lensbench.scenery.scene import Scene
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.intersect.block_bounds import beam, beam_misses, lit_bounds, shadow_bounds
+from lensbench.core.scenery.scene import Scene
 from tests.core.scenery.test_moving_objects import crowd
 from tests.core.scenery.test_scene import shoot, unit
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lensbench.kernels.block import A6, FINISH, NX, PITCH, RED, SR, TR, B, L, lane_buffer
-from lensbench.scenery.finish import GLASS, MATTE, METAL
-from lensbench.scenery.shading.clearcoat import sharp_close
+from lensbench.core.kernels.block import A6, FINISH, NX, PITCH, RED, SR, TR, B, L, lane_buffer
+from lensbench.core.scenery.shading.clearcoat import sharp_close
+from lensbench.core.scenery.surface_codes import GLASS, MATTE, METAL
 from tests.core.scenery.test_scene import unit
 
 BARE = 0.04             # of the light that glass of index 1.5 reflects at right angles

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import BLUE, GREEN, RED, V0, V1, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
+from lensbench.core.kernels.block import BLUE, GREEN, RED, V0, V1, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
 from tests.core.scenery.test_scene import shoot, square_lights
 
 pytestmark = pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.scenery.families import FAMILIES, by_field
+from lensbench.core.scenery.families import FAMILIES, by_field
 
 SHAPES = [value for name in lb.__all__ if inspect.isclass(value := getattr(lb, name)) and hasattr(value, "family")]
 

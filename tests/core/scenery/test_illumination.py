@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import DEPTH, FINISH, NX, NY, NZ, TB, TG, TR, L, M, N, X, Y, Z
-from lensbench.kernels.block import Step as Stage
-from lensbench.kernels.program import Program
-from lensbench.scenery.finish import GLASS, METAL
-from lensbench.scenery.shading.specular_bounce import specular_bounce
+from lensbench.core.kernels.block import DEPTH, FINISH, NX, NY, NZ, TB, TG, TR, L, M, N, X, Y, Z
+from lensbench.core.kernels.block import Step as Stage
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.shading.bounces import specular_bounce
+from lensbench.core.scenery.surface_codes import GLASS, METAL
 from tests.core.scenery.test_meshes import sphere_mesh
 from tests.core.scenery.test_scene import random_rays, shoot, square_lights, unit
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from lensbench.kernels.block import A11, DEPTH, NX, PITCH, RED, B, L, X, lane_buffer
-from lensbench.scenery.shading.lane_groups import (
+from lensbench.core.kernels.block import A11, DEPTH, NX, PITCH, RED, B, L, X, lane_buffer
+from lensbench.core.scenery.shading.many_lamps import (
     BOX_HALF,
     BOX_MIDDLE,
     FINE,

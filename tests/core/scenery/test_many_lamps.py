@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import NX, PITCH, RED, B, X, lane_buffer
-from lensbench.scenery import scene_steps
-from lensbench.scenery.shading.many_lamps import COLUMNS, FACING, MANY_LAMPS, MIDDLE, PICKS, lamp_shares
+from lensbench.core.kernels.block import NX, PITCH, RED, B, X, lane_buffer
+from lensbench.core.scenery import scene_steps
+from lensbench.core.scenery.shading.many_lamps import COLUMNS, FACING, MANY_LAMPS, MIDDLE, PICKS, lamp_shares
 from tests.core.scenery.test_scene import shoot
 
 BLACK = lb.Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A0,
     A1,
     A2,
@@ -34,11 +34,10 @@ from lensbench.kernels.block import (
     Y,
     Z,
 )
-from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.meshes import find_meshes, nearest_distances, surfaces
-from lensbench.scenery.intersect.triangle_tree import triangle_tree
-from lensbench.scenery.shading.mesh_lamps import mesh_lamp_step
-from lensbench.scenery.shading.mesh_shadows import mesh_shadow_steps
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.intersect.meshes import find_meshes, nearest_distances, surfaces
+from lensbench.core.scenery.intersect.triangle_tree import triangle_tree
+from lensbench.core.scenery.shading.meshes import mesh_lamp_step, mesh_shadow_steps
 from tests.core.scenery.test_scene import shoot, square_lights
 
 slow = pytest.mark.slow

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lensbench as lb
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     BLUE,
     FINISH,
     GREEN,
@@ -31,11 +31,11 @@ from lensbench.kernels.block import (
     Y,
     Z,
 )
-from lensbench.kernels.program import Program
-from lensbench.scenery.finish import SHARP
-from lensbench.scenery.intersect.moving_objects import to_rest_frame
-from lensbench.scenery.scene import Scene
-from lensbench.scenery.shading.moving_clearcoat import moving_clearcoat
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.intersect.moving_objects import to_rest_frame
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.shading.moving_clearcoat import moving_clearcoat
+from lensbench.core.scenery.surface_codes import SHARP
 from tests.core.imaging.test_animated_transform import DARK, FILM, kernels, turned
 from tests.core.scenery.test_scene import unit
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lensbench as lb
-from lensbench.kernels.block import BLUE, DEPTH, GREEN, RED, SB, SG, SR, TB, TG, TR, B
-from lensbench.kernels.program import Program
+from lensbench.core.kernels.block import BLUE, DEPTH, GREEN, RED, SB, SG, SR, TB, TG, TR, B
+from lensbench.core.kernels.program import Program
 
 FILM = lb.Film(36.0, 24.0, 96, 64)
 MURK = lb.Medium(absorption=(1e-4, 2e-4, 0.0), scattering=(3e-4, 0.0, 1e-4), light=(0.5, 0.8, 1.0))

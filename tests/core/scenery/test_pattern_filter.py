@@ -10,9 +10,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import BLUE, GREEN, PIXEL_SIDE, PIXEL_SPREAD, RED, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.ripmap import ripmap
+from lensbench.core.kernels.block import BLUE, GREEN, PIXEL_SIDE, PIXEL_SPREAD, RED, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.intersect.texture import ripmap
 
 pytestmark = pytest.mark.slow
 WHITE = lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3)

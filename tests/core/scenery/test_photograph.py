@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.scenery.photograph import photograph_scene
+from lensbench.core.scenery.photograph import photograph_scene
 
 FOV = 0.7
 

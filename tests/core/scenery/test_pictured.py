@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import BLUE, GREEN, PIXEL_SPREAD, RED, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
+from lensbench.core.kernels.block import BLUE, GREEN, PIXEL_SPREAD, RED, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
 
 pytestmark = pytest.mark.slow
 

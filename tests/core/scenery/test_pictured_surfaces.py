@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import DEPTH, NX, NY, NZ, RED, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.pictured import pictured_floor_step, pictured_step
+from lensbench.core.kernels.block import DEPTH, NX, NY, NZ, RED, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.intersect.pictured import pictured_floor_step, pictured_step
 from tests.core.scenery.test_scene import unit
 
 LINES = 64

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import A1, A2, A3, PITCH, B, lane_buffer
-from lensbench.scenery.intersect.planar import COLUMNS, HALF_U, HALF_V, LINE, LINES, PLANAR, _grid
+from lensbench.core.kernels.block import A1, A2, A3, PITCH, B, lane_buffer
+from lensbench.core.scenery.intersect.planar import COLUMNS, HALF_U, HALF_V, LINE, LINES, PLANAR, _grid
 
 
 def test_the_lines_of_a_grid_begin_and_end_at_its_edges():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     A1,
     A2,
     A4,
@@ -23,8 +23,8 @@ from lensbench.kernels.block import (
     N,
     lane_buffer,
 )
-from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.ripmap import SECOND, Ripmap, look_up, ripmap
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.intersect.texture import SECOND, Ripmap, look_up, ripmap
 
 
 def test_every_texel_of_a_large_image_is_seen_in_its_place():

@@ -8,9 +8,9 @@ from numba import njit
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.cameras.pupil_footprint import FULL_PUPIL_SAMPLES, footprint_steps
-from lensbench.imaging.animated_transform import AnimatedTransform
-from lensbench.kernels.block import (
+from lensbench.core.cameras.pupil_footprint import FULL_PUPIL_SAMPLES, footprint_steps
+from lensbench.core.imaging.transform import AnimatedTransform
+from lensbench.core.kernels.block import (
     A0,
     A3,
     DEPTH,
@@ -40,12 +40,15 @@ from lensbench.kernels.block import (
     Y,
     lane_buffer,
 )
-from lensbench.kernels.program import Program
-from lensbench.scenery.finish import MATTE
-from lensbench.scenery.intersect.sky import SKY
-from lensbench.scenery.objects import Floor, Material, Rectangle, Sky, Sphere
-from lensbench.scenery.scene import Scene
-from lensbench.scenery.shading.rough_clearcoat import lobe_mean, rough_lights, rough_open
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.intersect.sky import SKY
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.planar import Rectangle
+from lensbench.core.scenery.objects.sphere import Sphere
+from lensbench.core.scenery.objects.surroundings import Floor, Sky
+from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.shading.rough_clearcoat import lobe_mean, rough_lights, rough_open
+from lensbench.core.scenery.surface_codes import MATTE
 
 NO_INTEGERS = np.zeros(0, np.int64)
 FILM = lb.Film(36.0, 24.0, 90, 60)

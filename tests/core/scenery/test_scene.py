@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lensbench as lb
-from lensbench.kernels.block import BLUE, GREEN, RED, V0, V1, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
+from lensbench.core.kernels.block import BLUE, GREEN, RED, V0, V1, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
 
 WITH_MESHES = ("portrait", "foliage", "dusk-street")        # their stages are compiled by slow tests alone
 ALL = (*(pytest.param(name, marks=pytest.mark.slow) if name in WITH_MESHES else name for name in lb.SCENES),
@@ -49,7 +49,7 @@ def square_lights(side):
 
 @pytest.mark.parametrize("name", ALL)
 def test_a_builtin_scene_is_one_value(name):
-    from lensbench.scenery.builtin.library import builtin_scene
+    from lensbench.core.scenery.builtin.library import builtin_scene
 
     scene = builtin_scene(name)
     assert scene is builtin_scene(name)
@@ -82,7 +82,7 @@ def test_what_cannot_be_is_refused(make):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ALL)
 def test_the_depth_stages_meet_what_the_textbook_meets(name):
-    from lensbench.scenery.builtin.library import builtin_scene
+    from lensbench.core.scenery.builtin.library import builtin_scene
 
     scene = builtin_scene(name)
     o, d = random_rays(4000, spread=0.5)
@@ -247,7 +247,7 @@ def test_an_image_shows_its_texels_upright_and_is_linear_between():
 @pytest.mark.parametrize("real", [np.float32, pytest.param(np.float64, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ALL)
 def test_no_ray_gives_anything_but_a_finite_radiance(name, real):
-    from lensbench.scenery.builtin.library import builtin_scene
+    from lensbench.core.scenery.builtin.library import builtin_scene
 
     scene = builtin_scene(name)
     axes = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)])
@@ -264,7 +264,7 @@ def test_no_ray_gives_anything_but_a_finite_radiance(name, real):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ALL)
 def test_float32_shows_what_float64_shows(name):
-    from lensbench.scenery.builtin.library import builtin_scene
+    from lensbench.core.scenery.builtin.library import builtin_scene
 
     scene = builtin_scene(name)
     o, d = random_rays(6000, seed=7, spread=0.35)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lensbench.scenery.shading.soft_shadows import sphere_point
+from lensbench.core.scenery.shading.soft_shadows import sphere_point
 
 
 @pytest.mark.parametrize("centre", [(300.0, -200.0, 700.0), (-40.0, 30.0, -90.0), (0.0, 0.0, -80.0)])

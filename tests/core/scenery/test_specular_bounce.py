@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lensbench.kernels.block import (
+from lensbench.core.kernels.block import (
     DEPTH,
     FINISH,
     NX,
@@ -26,10 +26,10 @@ from lensbench.kernels.block import (
     Y,
     Z,
 )
-from lensbench.kernels.program import Program
-from lensbench.scenery.finish import GLASS, METAL
-from lensbench.scenery.shading.illumination import INDEX
-from lensbench.scenery.shading.specular_bounce import bounce_pupil_part, specular_bounce
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.shading.bounces import bounce_pupil_part, specular_bounce
+from lensbench.core.scenery.shading.illumination import INDEX
+from lensbench.core.scenery.surface_codes import GLASS, METAL
 
 
 def bounced(finish, depth, side, spread, wanted):

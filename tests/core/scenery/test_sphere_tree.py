@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.kernels.block import BLUE, GREEN, RED, L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.scenery import scene_steps
-from lensbench.scenery.intersect import spheres as intersect
-from lensbench.scenery.intersect.sphere_tree import CROWD, Entry, bounding_sphere, sphere_tree
-from lensbench.scenery.shading import moving_lights, soft_shadows
+from lensbench.core.kernels.block import BLUE, GREEN, RED, L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.scenery import scene_steps
+from lensbench.core.scenery.intersect import spheres as intersect
+from lensbench.core.scenery.intersect.spheres import CROWD, Entry, bounding_sphere, sphere_tree
+from lensbench.core.scenery.shading import moving_lights, soft_shadows
 
 DARK = lb.Sky((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 

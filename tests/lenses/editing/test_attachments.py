@@ -18,7 +18,7 @@ from lensbench.lenses.editing.attachments import (
 )
 from lensbench.lenses.editing.cells import with_rule
 from lensbench.lenses.editing.document import EditError, LensDocument, Solve
-from lensbench.lenses.paraxial import focal_length, image_distance
+from lensbench.lenses.tables.paraxial import focal_length, image_distance
 
 TRIPLET = LensDocument(lenses.load("lenshh-cooke-triplet-50"))
 

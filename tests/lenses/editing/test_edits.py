@@ -8,12 +8,12 @@ import pytest
 
 import lensbench as lb
 from lensbench import AIR, Glass, Surface, lenses
+from lensbench.core.optics.finding import Kind
 from lensbench.lenses.editing import cells, elements, stop, structure
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
 from lensbench.lenses.editing.document_text import from_text, lost_edits, to_text
 from lensbench.lenses.editing.faults import faults
 from lensbench.lenses.file_error import LensFileError
-from lensbench.optics.finding import Kind
 from tests.lenses.editing import oracle
 
 TRIPLET = LensDocument(lenses.load("lenshh-cooke-triplet-50"))

@@ -3,9 +3,9 @@
 import pytest
 
 from lensbench import lenses
+from lensbench.core.optics.finding import Kind
 from lensbench.lenses.editing.document import EditError
 from lensbench.lenses.editing.pasted_table import pasted
-from lensbench.optics.finding import Kind
 
 TRIPLET = lenses.load("lenshh-cooke-triplet-50")
 ROWS = [(22.01359, 3.25896, 1.62041, 60.32, 8.6452), (-435.76044, 6.00755, None, None, 8.0786),

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from lensbench import lenses
+from lensbench.core.optics.finding import Kind
 from lensbench.lenses.editing.cells import with_rule, with_value, without_rule
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
 from lensbench.lenses.editing.elements import air_spaced, cemented, flipped
 from lensbench.lenses.editing.stop import with_stop, with_stop_in_gap
 from lensbench.lenses.editing.structure import deleted, inserted_plane, scaled, split
-from lensbench.optics.finding import Kind
 from tests.lenses.editing import oracle
 
 TRIPLET = LensDocument(lenses.load("lenshh-cooke-triplet-50"))

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 
 import lensbench as lb
 from lensbench import Glass, lenses
-from lensbench.lenses import Kind, glass_catalogue
+from lensbench.lenses import Kind
+from lensbench.lenses.glass import catalogue
 from tests.lenses.samples import DATA, bare, changed_sample, loaded, plain_words, prescriptions, refusal
 
 SAMPLE = (DATA / "triplet.seq").read_text()
@@ -23,7 +24,7 @@ def test_surfaces_glasses_stop_and_image_distance_are_read(tmp_path):
     assert [s.thickness for s in lens.surfaces] == [3.3, 6.0, 1.0, 4.75, 2.95, 42.2]
     assert [s.semi_diameter for s in lens.surfaces] == [8.5, 8.0, 5.5, lens.stop.semi_diameter, 7.0, 7.25]
     assert 2.0 * lb.first_order(lens, 0.5876).entrance_pupil.radius == pytest.approx(10.0, rel=1e-12)     # EPD
-    assert lens.surfaces[0].glass == glass_catalogue.find("N-SK16", "SCHOTT")
+    assert lens.surfaces[0].glass == catalogue.find("N-SK16", "SCHOTT")
     assert lens.surfaces[4].glass == Glass(1.62041, 60.32)
     assert lens.surfaces[2].conic == -0.25
     assert lens.surfaces[2].aspheric == ((4, 1.5e-6), (6, -0.2e-8), (10, 1e-13))
@@ -150,7 +151,7 @@ def test_a_saved_lens_loads_equal_to_the_last_bit_but_for_names_of_glasses(tmp_p
 
 def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
     lens = sample(tmp_path)
-    glass = glass_catalogue.find("N-SF5")
+    glass = catalogue.find("N-SF5")
     lens = replace(lens, surfaces=(*lens.surfaces[:2], replace(lens.surfaces[2], glass=glass), *lens.surfaces[3:]))
     assert any("9.98365 mm is written" in str(remark) for remark in lenses.save(lens, tmp_path / "b.seq"))
     lens = lenses.load(tmp_path / "b.seq")              # with the aperture that this glass gives

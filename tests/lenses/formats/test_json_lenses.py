@@ -9,7 +9,8 @@ from hypothesis import given, settings
 
 import lensbench as lb
 from lensbench import AIR, Glass, Lens, Surface, lenses
-from lensbench.lenses import WRITERS, Kind, glass_catalogue, media
+from lensbench.lenses import WRITERS, Kind
+from lensbench.lenses.glass import catalogue, media
 from tests.lenses.samples import DATA, bare, changed_json, loaded, plain_words, prescriptions, refusal
 
 OPTILAND = json.loads((DATA / "four.json").read_text())
@@ -33,7 +34,7 @@ def test_optiland_surfaces_and_places(tmp_path):
     assert [s.curvature for s in lens.surfaces] == [1 / 40, -1 / 80, 0.0, -1 / 60, 1 / 90]
     assert [s.thickness for s in lens.surfaces] == [5.5, 2.5, 3.25, 2.0, 100.0]
     assert [s.semi_diameter for s in lens.surfaces] == [9.5, 9.0, 6.0, 7.0, 7.5]
-    assert [s.glass for s in lens.surfaces] == [glass_catalogue.find("N-BK7"), AIR, AIR, Glass(1.62, 36.3), AIR]
+    assert [s.glass for s in lens.surfaces] == [catalogue.find("N-BK7"), AIR, AIR, Glass(1.62, 36.3), AIR]
     assert (lens.surfaces[1].conic, lens.surfaces[1].aspheric) == (-0.5, ((4, 1.5e-6), (6, -2e-9)))
     assert lens.surfaces[4].aspheric == ((3, 1e-6),)
     assert (lens.stop_index, lens.name, lens.findings) == (2, "Made-up four", ())
@@ -68,7 +69,7 @@ def test_rayoptics_surfaces_gaps_and_profiles(tmp_path):
     assert [s.thickness for s in lens.surfaces] == [5.5, 2.5, 3.25, 2.0, 100.0]
     assert [s.semi_diameter for s in lens.surfaces] == [9.5, 9.0, lens.stop.semi_diameter, 7.0, 7.5]
     assert 2.0 * lb.first_order(lens).entrance_pupil.radius == pytest.approx(12.5, rel=1e-6)        # the pupil's value
-    assert [s.glass for s in lens.surfaces] == [glass_catalogue.find("N-BK7"), AIR, AIR, Glass(1.62, 36.3), AIR]
+    assert [s.glass for s in lens.surfaces] == [catalogue.find("N-BK7"), AIR, AIR, Glass(1.62, 36.3), AIR]
     assert (lens.surfaces[1].conic, lens.surfaces[1].aspheric) == (-0.5, ((4, 1.5e-6), (6, -2e-9)))
     assert lens.surfaces[3].conic == 0.25 and lens.surfaces[4].aspheric == ((3, 1e-6),)
     assert (lens.stop_index, lens.name) == (2, "Made-up pair")
@@ -131,7 +132,7 @@ def test_rayoptics_tables_of_indices_become_the_glass_that_they_are(tmp_path):
             "__instance_type__": ["opticalglass.opticalmedium", "InterpolatedMedium"],
             "attributes": {"label": label, "_catalog": maker, "wvls": [1000.0 * w for w, _ in points],
                            "rndx": [n for _, n in points]}})
-    glass = glass_catalogue.find("S-LAL14")
+    glass = catalogue.find("S-LAL14")
     lines = (0.4, 0.5, 0.6, 0.7)
     known = loaded(tmp_path, "lens.roa", medium("S-LAL14", "OHARA", [(w, glass.index(w)) for w in lines]))
     assert known.surfaces[0].glass == glass
@@ -177,7 +178,7 @@ def test_optiland_materials_from_a_file_are_those_of_the_catalogue(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".zmx", ".roa", ".toml", ".len"])
 def test_fused_silica_keeps_its_dispersion(tmp_path, suffix):
-    lens = Lens((Surface(4.0, 9.0, glass_catalogue.find("F_SILICA"), curvature=0.02),
+    lens = Lens((Surface(4.0, 9.0, catalogue.find("F_SILICA"), curvature=0.02),
                  Surface(40.0, 9.0, curvature=-0.02)), 0)
     assert not [f for f in lenses.save(lens, tmp_path / f"a{suffix}") if f.kind is Kind.GLASS]
     assert lenses.load(tmp_path / f"a{suffix}").surfaces[0].glass == lens.surfaces[0].glass
@@ -185,7 +186,7 @@ def test_fused_silica_keeps_its_dispersion(tmp_path, suffix):
 
 @pytest.mark.parametrize("suffix", [".json", ".seq"])
 def test_a_format_that_keeps_only_numbers_of_fused_silica_says_so(tmp_path, suffix):
-    lens = Lens((Surface(4.0, 9.0, glass_catalogue.find("F_SILICA"), curvature=0.02),
+    lens = Lens((Surface(4.0, 9.0, catalogue.find("F_SILICA"), curvature=0.02),
                  Surface(40.0, 9.0, curvature=-0.02)), 0)
     remarks = lenses.save(lens, tmp_path / f"a{suffix}")
     assert any("only n_d and V_d are written" in str(remark) for remark in remarks)
@@ -207,7 +208,7 @@ def test_losses_are_reported(tmp_path, suffix):
         "the lens states no fields: the image heights 0, 0.7 and 1 of its film's half-diagonal, 21.63 mm, are written",
         "left out: kind, year, source, stated focal length, stated f-number, notes, designer, patent, film size"]
     table = media.tabulated("MINE", [(0.4, 1.51), (0.5875618, 1.5), (0.7, 1.49)])
-    formula = replace(glass_catalogue.find("N-BK7"), name="MINE")
+    formula = replace(catalogue.find("N-BK7"), name="MINE")
     for glass, kept in ((table, suffix == ".roa"), (formula, False)):
         odd = Lens((Surface(5.0, 9.0, glass, curvature=0.01), Surface(90.0, 9.0, curvature=0.0)), 1)
         remarks = lenses.save(odd, tmp_path / f"b{suffix}")
@@ -230,7 +231,7 @@ def test_rayoptics_refusals_name_surface_and_line(tmp_path, keys, value, told):
 
 def test_a_rayoptics_glass_without_its_class_is_found_by_its_name(tmp_path):
     text = changed_json(RAYOPTICS, sequence("gaps", 1, "attributes", "medium", "__instance_type__"), [])
-    assert loaded(tmp_path, "lens.roa", text).surfaces[0].glass == glass_catalogue.find("N-BK7")
+    assert loaded(tmp_path, "lens.roa", text).surfaces[0].glass == catalogue.find("N-BK7")
 
 
 def test_other_json_is_no_lens(tmp_path):

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lensbench import AIR, Glass, lenses
-from lensbench.lenses import READERS, WRITERS, glass_catalogue
-from lensbench.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData
+from lensbench.lenses import READERS, WRITERS
+from lensbench.lenses.glass import catalogue
 from tests.lenses.samples import DATA, changed_sample, plain_words, prescriptions, refusal
 
 SAMPLE = (DATA / "zoom.txt").read_text()
@@ -95,7 +96,7 @@ def test_the_stop_is_a_plane_of_its_own_or_on_a_surface(tmp_path):
 
 def test_a_glass_by_its_name_alone_is_that_of_the_catalogue(tmp_path):
     lens = sample(tmp_path, ("1.64769\t19.5\t33.79\tN-SF2\tSchott", "\t19.5\t\tN-SF2\tSchott"))
-    assert lens.surfaces[1].glass == glass_catalogue.find("N-SF2")
+    assert lens.surfaces[1].glass == catalogue.find("N-SF2")
 
 
 @pytest.mark.parametrize(("old", "new", "told"), [
@@ -136,7 +137,7 @@ def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
 
 def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
     lens = sample(tmp_path)
-    lens = replace(lens, surfaces=(replace(lens.surfaces[0], glass=glass_catalogue.find("N-SK16")),
+    lens = replace(lens, surfaces=(replace(lens.surfaces[0], glass=catalogue.find("N-SK16")),
                                    *lens.surfaces[1:]), year=1999)
     assert [str(remark) for remark in lenses.save(lens, tmp_path / "b.txt")] == ["left out: year"]
     assert lenses.load(tmp_path / "b.txt") == replace(lens, year=None)

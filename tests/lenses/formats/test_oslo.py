@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 import lensbench as lb
 from lensbench import AIR, Glass, lenses
-from lensbench.lenses import glass_catalogue
+from lensbench.lenses.glass import catalogue
 from tests.lenses.samples import DATA, bare, changed_sample, plain_words, prescriptions, refusal
 
 WITHOUT_DIGITS = {ord(sign): None for sign in "0123456789. "}
@@ -22,7 +22,7 @@ def test_surfaces_glasses_stop_and_image_distance_are_read(tmp_path):
     assert [s.thickness for s in lens.surfaces] == [4.0, 2.5, 3.0, 2.0, 55.0]
     assert [s.semi_diameter for s in lens.surfaces] == [8.0, 7.5, lens.stop.semi_diameter, 6.5, 7.0]
     assert lb.first_order(lens, 0.58756).entrance_pupil.radius == pytest.approx(5.0, rel=1e-12)       # EBR
-    assert lens.surfaces[0].glass == glass_catalogue.find("N-BK7")
+    assert lens.surfaces[0].glass == catalogue.find("N-BK7")
     assert (lens.surfaces[1].conic, lens.surfaces[1].aspheric) == (-0.75, ((4, 1.5e-6), (8, -2e-11)))
     assert lens.surfaces[3].aspheric == ((12, 1e-15),)
     assert (lens.stop_index, lens.name) == (2, "Made-up pair") and lens.surfaces[4].glass == AIR

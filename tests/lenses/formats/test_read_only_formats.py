@@ -7,8 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import AIR, Glass, lenses
-from lensbench.lenses import Kind, glass_catalogue
-from lensbench.optics.system import ApertureKind, FieldKind
+from lensbench.core.optics.system import ApertureKind, FieldKind
+from lensbench.lenses import Kind
+from lensbench.lenses.glass import catalogue
 from tests.lenses.samples import DATA, changed_json, changed_sample, loaded, refusal
 
 LENSHH = json.loads((DATA / "zoom.lhlt").read_text())
@@ -93,7 +94,7 @@ def test_deeplens_surfaces_media_and_gaps_are_read():
     assert [s.thickness for s in lens.surfaces] == pytest.approx([0.05, 0.8, 0.5, 2.9, 0.25, 0.4], abs=1e-12)
     assert dict(lens.surfaces[1].aspheric) == {4: 0.002, 6: -0.0005} and lens.surfaces[1].conic == -0.5
     assert lens.surfaces[2].glass == Glass(1.64769, 33.8)
-    assert lens.surfaces[4].glass == glass_catalogue.find("N-BK7")
+    assert lens.surfaces[4].glass == catalogue.find("N-BK7")
     assert [s.semi_diameter for s in lens.surfaces] == [1.05, 1.25, 1.5, 1.6, 2.5, 2.6]
 
 
@@ -127,8 +128,8 @@ def test_lenshh_surfaces_system_data_and_zoom_positions_are_read():
     assert (lens.name, lens.notes, lens.designer, lens.stop_index) == ("Made-up zoom", "For the tests", "Nobody", 3)
     assert [s.curvature for s in lens.surfaces[:2]] == [1.0 / 48.5, -1.0 / 120.25]
     assert lens.surfaces[4].conic == -0.5 and dict(lens.surfaces[4].aspheric) == {4: 1e-5, 6: -2e-8}
-    assert lens.surfaces[0].glass == glass_catalogue.find("N-SK16")
-    assert lens.surfaces[4].glass == glass_catalogue.find("LAF2", "HOYA")               # the file's first catalogue
+    assert lens.surfaces[0].glass == catalogue.find("N-SK16")
+    assert lens.surfaces[4].glass == catalogue.find("LAF2", "HOYA")               # the file's first catalogue
     assert lens.system.aperture.kind is ApertureKind.PUPIL_DIAMETER and lens.system.aperture.values[0] == 8.0
     assert lens.system.field_kind is FieldKind.ANGLE and lens.system.largest_field == 14.5
     assert lens.system.primary_wavelength == 0.5876 and lens.system.wavelengths[1].weight == 2.0

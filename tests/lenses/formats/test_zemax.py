@@ -10,7 +10,8 @@ from hypothesis import given, settings
 
 import lensbench as lb
 from lensbench import AIR, Glass, lenses
-from lensbench.lenses import Kind, Severity, glass_catalogue
+from lensbench.lenses import Kind, Severity
+from lensbench.lenses.glass import catalogue
 from tests.lenses.samples import DATA, bare, changed_sample, loaded, plain_words, prescriptions, refusal
 
 SAMPLE = (DATA / "doublet.zmx").read_text()
@@ -23,7 +24,7 @@ def test_surfaces_glasses_stop_and_image_distance_are_read(tmp_path):
     assert [s.thickness for s in lens.surfaces] == [6.5, 2.5, 95.0]
     assert [s.semi_diameter for s in lens.surfaces] == [12.0, lens.stop.semi_diameter, 11.25]
     assert 2.0 * lb.first_order(lens).entrance_pupil.radius == pytest.approx(23.8, rel=1e-12)      # ENPD, not DIAM 11.5
-    assert [s.glass for s in lens.surfaces] == [glass_catalogue.find("N-BK7"), Glass(1.62, 36.3), AIR]
+    assert [s.glass for s in lens.surfaces] == [catalogue.find("N-BK7"), Glass(1.62, 36.3), AIR]
     assert lens.surfaces[2].conic == -0.5
     assert lens.surfaces[2].aspheric == ((4, 1.25e-7), (6, -2e-11))
     assert (lens.stop_index, lens.name, lens.notes) == (1, "Small achromat with an asphere", "Made up for the tests")
@@ -97,7 +98,7 @@ def test_untraceable_features_are_refused_with_line_and_keyword(tmp_path, old, n
 
 def test_numbers_beside_a_name_count_only_where_no_catalogue_has_it(tmp_path):
     known = sample(tmp_path, ("GLAS N-BK7 0 0 1.5 4.0E+1", "GLAS N-BK7 0 0 1.7 4.5E+1"))
-    assert known.surfaces[0].glass == glass_catalogue.find("N-BK7")
+    assert known.surfaces[0].glass == catalogue.find("N-BK7")
     assert not any(finding.kind is Kind.GLASS for finding in known.findings)
     lens = sample(tmp_path, ("GLAS N-BK7 0 0 1.5 4.0E+1", "GLAS QQ-XY9 0 0 1.7 4.5E+1"))
     assert lens.surfaces[0].glass == Glass(1.7, 45.0, "QQ-XY9")
@@ -146,7 +147,7 @@ def test_a_lens_for_a_near_object_is_not_held_to_a_focus_at_infinity(tmp_path):
 def test_an_object_within_glass_gets_a_plane_in_front(tmp_path):
     lens = sample(tmp_path, ("DISZ INFINITY", "DISZ 250\n  GLAS N-BK7 0 0 1.5 40"))
     plain = sample(tmp_path)
-    cover, glass = lens.surfaces[0], glass_catalogue.find("N-BK7")
+    cover, glass = lens.surfaces[0], catalogue.find("N-BK7")
     assert lens.with_stop_radius(1.0).surfaces[1:] == plain.with_stop_radius(1.0).surfaces
     assert lens.stop_index == plain.stop_index + 1
     assert (cover.curvature, cover.thickness, cover.glass) == (0.0, 250.0, glass)
@@ -221,7 +222,7 @@ def test_the_catalogues_of_the_file_say_whose_glass_a_name_is(tmp_path):
     for catalogues, maker in (("SUMITA SCHOTT", "SUMITA"), ("SCHOTT SUMITA", "SCHOTT"), ("SUMITA_AUG2011", "SUMITA"),
                               ("OHARA SUMITA", "SUMITA")):
         lens = loaded(tmp_path, "a.zmx", f"GCAT {catalogues}\n{plain}")
-        assert lens.surfaces[0].glass == glass_catalogue.find("F2", maker)
+        assert lens.surfaces[0].glass == catalogue.find("F2", maker)
         assert not any("made by" in str(finding) for finding in lens.findings)
         lenses.save(lens, tmp_path / "b.zmx")
         assert lenses.load(tmp_path / "b.zmx").surfaces[0].glass == lens.surfaces[0].glass
@@ -303,6 +304,6 @@ def test_values_of_a_later_configuration_in_the_table_are_not_taken_for_the_firs
 
 def test_a_moulded_glass_says_how_far_off_it_is(tmp_path):
     lens = sample(tmp_path, ("GLAS N-BK7 0 0 1.5 4.0E+1", "GLAS L-TIM28_MOLD 0 0 1.5 4.0E+1"))
-    n_d = glass_catalogue.find("L-TIM28").n_d
+    n_d = catalogue.find("L-TIM28").n_d
     told = f"n_d {n_d:.5f}: moulding lowers the index by 0.001 to 0.006"
     assert any(told in str(finding) for finding in lens.findings)

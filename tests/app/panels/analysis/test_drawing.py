@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from imgui_bundle import ImVec2, imgui, implot
 
-from lensbench.app.panels.analysis.drawing import Drawn, draw_figure
-from lensbench.app.state.analysis.axial_figures import axial_figure
-from lensbench.app.state.analysis.figure import Axis, Figure, Map, Plot, Table
-from lensbench.app.state.analysis.query import query
-from lensbench.app.state.settings import Settings
-from lensbench.app.widgets import theme
+from lensbench.app.drawing import theme
+from lensbench.app.panels.analysis.plot_painter import Drawn, draw_figure
+from lensbench.app.plots.aperture_plots import axial_figure
+from lensbench.app.plots.plot import Axis, Figure, Map, Plot, Table
+from lensbench.app.plots.query import query
+from lensbench.app.settings.settings import Settings
 from tests.app.stand import drive
 
 EMPTY = Table((), ())

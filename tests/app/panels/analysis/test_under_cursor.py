@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.panels.analysis.under_cursor import told
-from lensbench.app.state.analysis.catalogue import ANALYSES
-from lensbench.app.state.analysis.figure import Area, Curve, Map
-from lensbench.app.state.analysis.query import query
-from lensbench.app.state.settings import Settings
+from lensbench.app.panels.analysis.plot_layers import told
+from lensbench.app.plots.catalogue import ANALYSES
+from lensbench.app.plots.plot import Area, Curve, Map
+from lensbench.app.plots.query import query
+from lensbench.app.settings.settings import Settings
 
 ASKED = query(replace(Settings(), f_number=4.0, blades=6))
 READ = re.compile(r"(.+?) ([+−-]?\d[\d.]*(?:e[+−-]?\d+)?)( .+|°)?")

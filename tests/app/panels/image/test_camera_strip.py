@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from lensbench.app.bench.exposure import AppliedExposure
 from lensbench.app.panels.image.camera_strip import strip_values
-from lensbench.app.state.picture.exposure import AppliedExposure
 from tests.app.conftest import SMALL
 from tests.app.kinds import KINDS, of_kind
 

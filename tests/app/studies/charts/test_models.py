@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
+from lensbench.app.drawing.sheet import look
+from lensbench.app.studies.charts.curves import Chart, Mark
 from lensbench.app.studies.charts.ladder import Model, ladder
 from lensbench.app.studies.charts.sheet import _one
 from lensbench.app.studies.charts.truth import Truth
-from lensbench.app.studies.charts.values import Chart, Mark
-from lensbench.app.studies.plotting import look
 from lensbench.app.studies.timing import time_in_turn
-from lensbench.kernels.block import WEIGHT, B, Step, X, Y, rows, stage
+from lensbench.core.kernels.block import WEIGHT, B, Step, X, Y, rows, stage
 
 FILM = lb.Film(36.0, 24.0, 600, 400)
 

@@ -10,15 +10,12 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.studies.charts.curves import Curve, Panel, draw_panels, panel_table, plain_panels
-from lensbench.app.studies.charts.focusing import focus_panel
-from lensbench.app.studies.charts.images import VARIANTS, image_panel, reached
-from lensbench.app.studies.charts.pupils import pupil_panels
-from lensbench.app.studies.charts.samplers import DEFAULT, WHITE, samplers
-from lensbench.app.studies.charts.sampling import COUNTS, gains, soft_scene, squares
-from lensbench.kernels.block import KEYS, PITCH, SAMPLE, TIME, U0, U1, V0, V1, B, Step, X, Y, lane_buffer
-from lensbench.kernels.program import Program, run_steps
-from lensbench.kernels.tile_order import add_corners
-from lensbench.optics import focus
+from lensbench.app.studies.charts.methods import VARIANTS, focus_panel, image_panel, pupil_panels, reached
+from lensbench.app.studies.charts.samplers import COUNTS, DEFAULT, WHITE, gains, samplers, soft_scene, squares
+from lensbench.core.kernels.block import KEYS, PITCH, SAMPLE, TIME, U0, U1, V0, V1, B, Step, X, Y, lane_buffer
+from lensbench.core.kernels.program import Program, run_steps
+from lensbench.core.kernels.tile_order import add_corners
+from lensbench.core.optics import focus
 
 NARROW = lb.Film(3.0, 2.0, 37, 25)
 

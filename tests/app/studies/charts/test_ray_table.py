@@ -7,10 +7,10 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.studies.charts.ray_table import ACROSS, ALONG, RADII, _box, ray_table_step
-from lensbench.kernels.block import L, M, N, X, Y, Z
-from lensbench.kernels.program import Program
-from lensbench.pupils.radial_sampler import PupilTable
+from lensbench.app.studies.charts.ladder import ACROSS, ALONG, RADII, _box, ray_table_step
+from lensbench.core.kernels.block import L, M, N, X, Y, Z
+from lensbench.core.kernels.program import Program
+from lensbench.core.pupils.radial_sampler import PupilTable
 
 LINE = [X, Y, Z, L, M, N]
 FILM = lb.Film(36.0, 24.0, 600, 400)

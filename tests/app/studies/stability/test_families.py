@@ -7,9 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.studies.stability.families import FAMILIES
+from lensbench.app.studies.stability.plots import FAMILIES
 from lensbench.app.studies.stability.sweep import LOST, Sweep
-from lensbench.rendering.progressive import Rendering
+from lensbench.core.rendering.progressive import Rendering
 
 ROWS = [(family, title) for family, sweeps in FAMILIES.items() for title in sweeps]
 TYPED = {fate.name for fate in lb.Fate} | {LOST}

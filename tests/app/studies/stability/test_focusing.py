@@ -8,8 +8,8 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.stability import focusing
-from lensbench.app.studies.stability.focus_baselines import bracketing_search, focus_of_one_ray, school_formula
-from lensbench.app.studies.stability.high_precision import exactly
+from lensbench.app.studies.stability.focusing import bracketing_search, focus_of_one_ray, school_formula
+from lensbench.app.studies.stability.refraction import exactly
 from tests.core.oracles import rms_on_film
 from tests.core.test_known_failures_focus import conjugate as fifty_digits
 

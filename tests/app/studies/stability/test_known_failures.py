@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from lensbench.app.studies.stability.known_failures import known_failures, table
+from lensbench.app.studies.stability.plots import known_failures, table
 
 TESTS = Path(__file__).parents[3]
 FAILURES = known_failures()

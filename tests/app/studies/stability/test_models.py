@@ -7,8 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.model_choice import LADDER
-from lensbench.app.studies.stability import domains, models
+from lensbench.app.studies.stability import models
+from lensbench.app.studies.stability import models as domains
+from lensbench.core.analysis.model_choice import LADDER
 
 
 @pytest.mark.parametrize("label", models.LENSES)

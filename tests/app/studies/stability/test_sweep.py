@@ -82,7 +82,7 @@ def test_bad_input_is_one_line_that_says_what_to_do(wrong, capsys):
 
 
 def test_ctrl_c_ends_the_command_in_one_line(monkeypatch, capsys):
-    from lensbench.app.studies.stability import families
+    from lensbench.app.studies.stability import plots as families
 
     def interrupted():
         raise KeyboardInterrupt

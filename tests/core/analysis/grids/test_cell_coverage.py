@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lensbench.analysis.grids.cell_coverage import cover, towards_centroids
+from lensbench.core.analysis.grids.grid_cells import cover, towards_centroids
 
 N = 6
 STEP = np.array([0.3, 0.5])             # pupil coordinates per cell, sagittal and tangential

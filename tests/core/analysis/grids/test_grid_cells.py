@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from lensbench.analysis.grids.grid_cells import _tighten
+from lensbench.core.analysis.grids.grid_cells import _tighten
 
 
 def test_a_narrowed_box_holds_the_cells_with_light_and_half_a_cell_more():

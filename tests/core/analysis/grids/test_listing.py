@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.analysis.grids.field_beams import OFFSET_S, OFFSET_T, SLOPE_S, SLOPE_T
+from lensbench.core.analysis.grids.field_beams import OFFSET_S, OFFSET_T, SLOPE_S, SLOPE_T
 from tests.core.analysis.grids.test_ray_grid import of_angles
 from tests.core.optics.test_reference_lenses import LISTING, listed, printed
 

@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.grids.field_beams import OFFSET_S, OFFSET_T, OPD
+from lensbench.core.analysis.grids.field_beams import OFFSET_S, OFFSET_T, OPD
 from tests.core.analysis.grids.test_ray_grid import of_angles
 from tests.core.oracles import REFERENCE, lens
 

@@ -8,11 +8,11 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.analysis.grids.chief_rays import find_chief_rays
-from lensbench.analysis.grids.field_beams import FieldBeams
-from lensbench.lenses.paraxial import axial_heights
-from lensbench.optics.finding import Kind
-from lensbench.optics.system import FieldPoint, SystemData
+from lensbench.core.analysis.grids.chief_rays import find_chief_rays
+from lensbench.core.analysis.grids.field_beams import FieldBeams
+from lensbench.core.optics.finding import Kind
+from lensbench.core.optics.system import FieldPoint, SystemData
+from lensbench.lenses.tables.paraxial import axial_heights
 from tests.core.optics.test_surface_pose import SINGLET, posed
 from tests.core.oracles import REFERENCE, lens
 

@@ -10,7 +10,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.optics.finding import Kind
+from lensbench.core.optics.finding import Kind
 from tests.library import EVERY
 
 FINE, ROUGH = 128, 32

@@ -1,0 +1,336 @@
+"""The lens and the camera of the settings; only this module zooms, stops down and focuses a lens.
+
+Lengths in mm. Every read-out is a function of the lens or camera built here. Cameras without a lens are built in
+`ideal_cameras`; `camera_kinds` lists them all.
+
+The film lies at the paraxial focus or at the position of least blur of all rays. The setting "auto" takes the paraxial
+focus, the limit of small stops, unless it blurs a point in focus by half a pixel more than the other position does.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.bench.stop_picture import stop_picture
+from lensbench.app.bench.water_window import port_before, seen_by_rays, seen_focus
+from lensbench.app.scenes.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.app.settings.setting import SettingsError
+from lensbench.app.settings.settings import Settings
+from lensbench.core.cameras.flat_port import FlatPort
+from lensbench.core.cameras.lens_settings import has_dispersion
+from lensbench.core.imaging.spectrum import WAVELENGTHS
+from lensbench.core.kernels.block import BLUE, RED
+from lensbench.core.scenery.shading.participating_medium import WATER_INDEX
+from lensbench.core.text import significant
+from lensbench.lenses.tables.paraxial import at_reference, is_d_line
+
+if TYPE_CHECKING:
+    from lensbench.lenses.editing.document import LensDocument
+
+VISIBLE = WAVELENGTHS[BLUE][0], WAVELENGTHS[RED][-1]    # µm, of pictures with dispersion
+ENOUGH = 0.5                    # of a pixel: a smaller gain does not move the film
+
+
+class FocusPosition(NamedTuple):
+    """Method by which a lens is focused, as in `lb.film_distance`: "paraxial" or "real" (least blur).
+
+    paraxial_blur, least_blur: diameters (mm, 2√2 × rms) of an axis point in focus, by real rays, at either position;
+    None where they are not known.
+    """
+
+    method: str
+    paraxial_blur: float | None = None
+    least_blur: float | None = None
+
+    @property
+    def blur(self) -> float | None:
+        """The diameter at the position of the film."""
+        return self.least_blur if self.method == "real" else self.paraxial_blur
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The lens in front of its film: stopped down and focused, with its film distance (mm).
+
+    first_order: of this focused lens. at_infinity: of the same lens focused at infinity, for which the focal length is
+    defined. f_number: that in air, focused at infinity. port: the flat window into water before the lens.
+    focus_distance: that of the settings as the lens sees it, through this window. refused: the lens cannot be focused
+    so, and is at its nearest focus. reason: why f-number or focus differs from the settings, or ""; the lens is then
+    wide open, or at its nearest focus.
+    """
+
+    lens: lb.Lens
+    first_order: lb.FirstOrder
+    at_infinity: lb.FirstOrder
+    f_number: float
+    film: lb.Film
+    film_distance: float
+    focusing: FocusPosition
+    port: FlatPort
+    focus_distance: float
+    refused: bool = False
+    reason: str = ""
+
+    @property
+    def film_z(self) -> float:
+        """The film plane in the lens frame (mm)."""
+        return self.lens.length + self.film_distance
+
+    @property
+    def principal_offset(self) -> float:
+        """Distance (mm) from the film to the front principal plane.
+
+        An object at s from that plane is at s + principal_offset from the film, where engraved distances begin.
+        """
+        return self.film_z - self.first_order.front_principal
+
+
+@keeps_last_good(64)
+def _load(lens: str, stamp: Stamp) -> lb.Lens:
+    return lenses.load(lens).at(zoom=0.0, close=0.0)
+
+
+@lru_cache(maxsize=64)
+def document_of_text(text: str, name: str) -> "LensDocument":
+    """The document of an edited lens from the text of the settings; name: of the lens that was edited, or its file.
+
+    LensFileError or OSError for a text that is no document.
+    """
+    from lensbench.lenses.editing.document_text import from_text
+
+    return from_text(text, folder=Path(name).parent if Path(name).suffix else None)
+
+
+@lru_cache(maxsize=64)
+def _edited(text: str, name: str, stamp: Stamp) -> lb.Lens:
+    """The lens of a document's text, with what the reader of its file assumed: the text does not hold that."""
+    lens = document_of_text(text, name).lens.at(zoom=0.0, close=0.0)
+    try:
+        assumed = _load(name, stamp).findings
+    except (ValueError, OSError):                       # the edits outlive their file
+        return lens
+    return replace(lens, findings=(*assumed, *(f for f in lens.findings if f not in assumed)))
+
+
+def prescription(settings: Settings) -> lb.Lens:
+    """The lens as its file, or the user's edits of it, state it: wide open, in its first positions, not scaled."""
+    stamp = file_stamp(settings.lens)
+    lens = _edited(settings.edited, settings.lens, stamp) if settings.edited else _load(settings.lens, stamp)
+    return lens if lens.stop_image is None else _with_present_picture(lens)
+
+
+def own_picture(settings: Settings) -> str:
+    """The file of the picture that the lens itself has in its stop; "" for none."""
+    if not settings.has_lens:
+        return ""
+    try:
+        image = prescription(settings).stop_image
+    except (ValueError, OSError):
+        return ""
+    return "" if image is None else image.file
+
+
+def _with_present_picture(lens: lb.Lens) -> lb.Lens:
+    """The lens with the picture in its stop as its file is now; as it was read where it cannot be read any more."""
+    image = lens.stop_image
+    if image is None or not image.file:
+        return lens
+    try:
+        now = stop_picture(image.file)
+    except SettingsError:
+        return lens
+    return lens if now == image else _pictured(lens, replace(now, name=image.name))
+
+
+@lru_cache(maxsize=8)
+def _pictured(lens: lb.Lens, image: lb.StopImage) -> lb.Lens:
+    return replace(lens, stop_image=image)
+
+
+def design(settings: Settings) -> lb.Lens:
+    """The lens of `published` as figures and the position of the film see it: at the primary wavelength of its design.
+
+    A lens for the d line is that of `published` itself. Errors are those of `published`.
+    """
+    return at_reference(published(settings))[0]
+
+
+def picture_wavelength(settings: Settings, lens: lb.Lens) -> float | None:
+    """The wavelength (µm) of pictures through a lens that was designed for another one than the d line.
+
+    It is the primary one of its design. None for a lens whose pictures are those of the d line, or of the visible
+    spectrum: where its primary wavelength is visible, its dispersion known and not turned off.
+    """
+    wavelength = lens.reference_wavelength
+    if is_d_line(wavelength):
+        return None
+    return None if settings.follows_lens and is_in_colour(settings, lens) else wavelength
+
+
+def is_in_colour(settings: "Settings", lens: lb.Lens) -> bool:
+    """Whether a picture through the lens itself shows its colour errors; an ideal model of it never does."""
+    return (settings.dispersion != "off" and VISIBLE[0] <= lens.reference_wavelength <=
+            VISIBLE[1] and has_dispersion(lens))
+
+
+def wavelength_remark(settings: Settings) -> str:
+    """What a user should know of the wavelength of these pictures; "" for the d line and the visible spectrum."""
+    wavelength = picture_wavelength(settings, published(settings)) if settings.has_lens else None
+    return "" if wavelength is None else (f"its pictures and figures are those at {significant(1000.0 * wavelength)} "
+                                          "nm alone, the primary wavelength of its design")
+
+
+def published(settings: Settings) -> lb.Lens:
+    """The lens wide open with its glasses, scaled to the chosen focal length (for a zoom, its shortest), then zoomed.
+
+    LensError if the settings zoom a lens that cannot zoom, SettingsError for a picture in the stop that cannot be read.
+    """
+    lens = prescription(settings)
+    if settings.stop_image:
+        lens = replace(lens, blades=0, stop_image=stop_picture(settings.stop_image))
+    elif settings.blades is not None:
+        lens = replace(lens, blades=settings.blades, blade_rotation=settings.blade_rotation,
+                       roundness=settings.roundness, blade_reach=math.inf, stop_image=None)
+    if settings.medium == "water" and settings.immersed:
+        lens = replace(lens, front_index=WATER_INDEX)
+    if settings.focal_length is not None:
+        efl = lb.first_order(lens).efl
+        lens = lens.scaled(settings.focal_length / efl)
+    return lens.at(zoom=settings.zoom)
+
+
+def setup(settings: Settings) -> Setup:
+    """The lens of the settings in front of its film; ValueError or OSError if the lens cannot be loaded or built."""
+    return _setup(design(settings), settings.optics)
+
+
+@lru_cache(maxsize=64)
+def _setup(lens: lb.Lens, settings: Settings) -> Setup:
+    reasons = []
+    if settings.f_number is not None:
+        try:
+            lens = lb.stopped_down(lens, settings.f_number)
+        except lb.LensError as error:
+            reasons.append(str(error))
+    at_infinity, f_number = lb.first_order(lens), lb.f_number_at_infinity(lens)
+    found, refused = FocusPosition("paraxial"), False
+    try:
+        seen, found = _focus(lens, settings)
+        lens = lb.focused(lens, seen, found.method)
+        film_distance = lb.film_distance(lens, seen, found.method)
+    except lb.LensError as error:
+        reasons.append(str(error))
+        refused = True
+        lens, film_distance, seen = _at_nearest(lens, settings.focus_distance)
+    return Setup(lens, lb.first_order(lens), at_infinity, f_number, settings.film, film_distance, found,
+                 port_before(lens, film_distance, settings), seen, refused, "; ".join(reasons))
+
+
+def _focus(lens: lb.Lens, settings: Settings) -> tuple[float, FocusPosition]:
+    """The focus distance (mm) as the lens sees it, and the position of the film; LensError where there is none."""
+    seen = seen_focus(lens, settings)
+    found = focusing(lens, settings, seen)
+    if found.method == "real":
+        try:
+            by_rays = seen_by_rays(lens, settings, seen)
+            away = lb.film_distance(lb.focused(lens, by_rays, "real"), by_rays, "real")
+            if away > 0.0 or settings.focus_position == "real":
+                return by_rays, found
+            return seen, found._replace(method="paraxial")      # the lens has no room for the film of its least blur
+        except lb.LensError:                            # rays focus no nearer
+            return seen, found._replace(method="paraxial")
+    return seen, found
+
+
+def _at_nearest(lens: lb.Lens, wanted: float) -> tuple[lb.Lens, float, float]:
+    """The lens at its nearest focus, with its film distance and that focus.
+
+    Some film distance, and the wanted focus, for a lens that cannot focus.
+    """
+    try:
+        nearest = lb.nearest_focus(lens)
+        lens = lb.focused(lens, nearest)
+        return lens, lb.film_distance(lens, nearest), nearest
+    except lb.LensError:
+        return lens, max(lens.length, lens.surfaces[-1].semi_diameter), wanted
+
+
+def focusing(lens: lb.Lens, settings: Settings, seen: float) -> FocusPosition:
+    """The position of the film behind a lens that is stopped down already, for a focus distance (mm) as it sees it.
+
+    It is the paraxial focus for ideal models, and where the whole bundle cannot be focused so near.
+    """
+    if not settings.follows_lens:
+        return FocusPosition("paraxial")
+    return _compared(lens, seen, settings.focus_position, ENOUGH * settings.film.pitch)
+
+
+@lru_cache(maxsize=64)
+def _compared(lens: lb.Lens, distance: float, asked: str, enough: float) -> FocusPosition:
+    try:
+        paraxial, least = (_blur(lens, distance, method) for method in ("paraxial", "real"))
+    except lb.LensError:
+        return FocusPosition("paraxial")
+    if not (math.isfinite(paraxial) and math.isfinite(least)):
+        return FocusPosition("paraxial")
+    better = asked == "real" or asked == "auto" and paraxial - least > enough
+    return FocusPosition("real" if better else "paraxial", paraxial, least)
+
+
+def _blur(lens: lb.Lens, distance: float, method: str) -> float:
+    """The diameter (mm) of the axis point in focus."""
+    focused = lb.focused(lens, distance, method)
+    film_distance = lb.film_distance(focused, distance, method)
+    return float(lb.real_circle_of_confusion(focused, film_distance, [distance])[0][0])
+
+
+def focus_text(found: FocusPosition) -> str:
+    """The position and its reason in a sentence or two."""
+    if found.paraxial_blur is None or found.least_blur is None:
+        return "Paraxial focus: the limit of small stops, the only focus of an ideal model"
+    method, blur = "by the least blur" if found.method == "real" else "paraxially", found.blur or 0.0
+    other_method, other_blur = (("paraxially", found.paraxial_blur) if found.method == "real"
+                                else ("by the least blur", found.least_blur))
+    return (f"Focused {method}: a point in focus is {significant(1000.0 * blur, 3)} µm wide on the axis, "
+            f"{significant(1000.0 * other_blur, 3)} "
+            f"µm {other_method}. The difference is spherical aberration, which grows with the aperture")
+
+
+def lens_camera(settings: Settings) -> lb.LensCamera:
+    """A camera with the real lens of the settings, or an ideal lens that follows from it.
+
+    The film lies where the primary wavelength of the design is in focus. Groups that focus move as for the d line.
+    """
+    lens, found = published(settings), setup(settings)
+    # A focus that cannot be: the camera refuses it, or here its window
+    seen = seen_focus(lens, settings) if found.refused else found.focus_distance
+    focus: dict[str, Any] = {"focus_distance": seen}
+    if picture_wavelength(settings, lens) is not None:
+        lens = design(settings)
+    elif not (is_d_line(lens.reference_wavelength) or lens.has_focus_groups or found.reason):
+        focus = {"film_distance": found.film_distance}          # the camera itself would focus the d line
+    return lb.LensCamera(lens, settings.film, **focus, f_number=settings.f_number, model=settings.lens_model,
+                         degree=settings.degree, focus_method=found.focusing.method,
+                         dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
+                         film_pose=settings.film_pose,
+                         **place_and_shutter(settings))
+
+
+def place_and_shutter(settings: Settings) -> dict[str, Any]:
+    """The arguments common to all cameras: pose, shutter, and the medium in front."""
+    return {"world_from_camera": settings.placement, "shutter_open": settings.moment,
+            "shutter_close": settings.moment + settings.shutter,
+            "shutter_ramp": settings.shutter_ramp * settings.shutter, "readout": settings.readout,
+            "readout_direction": settings.readout_direction, "medium": medium(settings)}
+
+
+def medium(settings: Settings) -> lb.Medium | None:
+    """The medium in front of the camera; None for clear air."""
+    if settings.medium == "air":
+        return None
+    kind = lb.Medium.water if settings.medium == "water" else lb.Medium.fog
+    return kind(settings.visibility, (settings.fog_light,) * 3)

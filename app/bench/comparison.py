@@ -1,0 +1,62 @@
+"""Two settings compared: dials that the reference takes from the current settings, and differences of numbers.
+
+What B takes with another lens or another camera is its own: A keeps its lens, and the film, focus and place that
+belong to it.
+"""
+
+import math
+import re
+from dataclasses import fields, replace
+
+from lensbench.app.bench.constraints import constrained
+from lensbench.app.settings.settings import Settings
+from lensbench.core.text import fixed, true_minus
+
+FIGURE = re.compile(r"(?P<sign>f/|T |ø )?(?P<value>[+−-]?\d+(?:\.\d+)?)(?P<unit>°)?")
+STOPS = ("f/", "T ")            # signs of figures whose difference is counted in stops
+DIGITS = 3                      # of a figure beside one with decimals: 2 is 2.00 there, without its zeros
+
+
+def difference(a: str, b: str) -> str:
+    """B less A of two texts of one figure; "" where one is no single number, or where both read alike.
+
+    Of f-numbers and T-stops the difference is that of the light in stops, positive where B is brighter.
+    """
+    first, second = FIGURE.fullmatch(a), FIGURE.fullmatch(b)
+    if first is None or second is None or a == b or first["sign"] != second["sign"] or first["unit"] != second["unit"]:
+        return ""
+    one, other = (float(found["value"].replace("−", "-")) for found in (first, second))
+    if first["sign"] in STOPS:
+        return true_minus(f"{fixed(2.0 * math.log2(one / other), 1, signed=True)} EV") if one > 0.0 < other else ""
+    decimals = min(_decimals(found["value"]) for found in (first, second)) if "." in a + b else 0
+    return true_minus(fixed(other - one, decimals, signed=True)) + (first["unit"] or "")
+
+
+def _decimals(value: str) -> int:
+    """Digits behind the point, those of DIGITS in all for a number without a point."""
+    whole, point, behind = value.lstrip("+-−").partition(".")
+    return len(behind) if point else max(DIGITS - len(whole), 0)
+
+
+OWN = ("lens", "edited", "camera", "lens_model", "degree", "focal_length")        # a change of these leaves A as it is
+NEVER = ("compare", "wipe", "overlay", "limit")                         # these are of the window, not of a picture
+
+
+def followed(a: Settings, before: Settings, after: Settings) -> Settings:
+    """A after B has changed from `before` to `after`, within the range of A's own lens.
+
+    A lens that opens less far opens as far as it can, and one that focuses less near focuses as near as it can. Where A
+    cannot take a change at all, it stays as it was.
+    """
+    changed = {field.name: getattr(after, field.name) for field in fields(Settings)
+               if getattr(after, field.name) != getattr(before, field.name)}
+    if any(name in changed for name in OWN):
+        return a
+    for name in NEVER:
+        changed.pop(name, None)
+    if not changed:
+        return a
+    try:
+        return constrained(replace(a, **changed).checked())
+    except (ValueError, OSError):
+        return a

@@ -1,0 +1,85 @@
+"""The flat window between a camera in air and water: focus distances as they are, and as the lens sees them.
+
+Lengths in mm, from the film; of a camera without a lens, from its centre of projection. The focus distance of the
+settings is the true one; a lens is focused on the distance at which it sees what is there.
+"""
+
+import math
+
+import lensbench as lb
+from lensbench.app.settings.settings import Settings
+from lensbench.core.cameras.flat_port import FlatPort
+from lensbench.core.cameras.real_lens_projection import foremost
+from lensbench.core.kernels.numeric import find_root
+from lensbench.core.scenery.shading.participating_medium import WATER_INDEX
+from lensbench.core.text import significant
+
+SEEN_ALIKE = 1e-10              # of a distance: error of the focus through a window
+STEPS = 30                      # of a search, each of which leaves a third of the error or less
+
+
+def port_index(settings: Settings) -> float:
+    """The index of the water behind the flat window of the camera; 1 without a window."""
+    return WATER_INDEX if settings.medium == "water" and not (settings.has_lens and settings.immersed) else 1.0
+
+
+def port_before(lens: lb.Lens, film_distance: float, settings: Settings) -> FlatPort:
+    """The window before a focused lens; distances from the film. None leaves them as they are, to the bit."""
+    index = port_index(settings)
+    return FlatPort(lens.length + film_distance - foremost(lens), index) if index != 1.0 else FlatPort()
+
+
+def nearest_in_focus(lens: lb.Lens, settings: Settings) -> float:
+    """The nearest focus distance (mm) of a lens, through its window; LensError as `lb.nearest_focus`."""
+    return true_focus(lens, lb.nearest_focus(lens), settings)
+
+
+def true_focus(lens: lb.Lens, seen: float, settings: Settings, method: str = "paraxial") -> float:
+    """The distance (mm) beyond the window of what a lens is focused on that it sees at a distance.
+
+    method: of focusing, as of `lb.focused`, whose errors this raises.
+    """
+    if port_index(settings) == 1.0 or not math.isfinite(seen):
+        return seen
+    there = lb.focused(lens, seen, method)
+    return float(port_before(there, lb.film_distance(there, seen, method), settings).true(seen))
+
+
+def seen_focus(lens: lb.Lens, settings: Settings) -> float:
+    """The focus distance (mm) of the settings as a lens sees it that is focused paraxially, through its window.
+
+    FocusError, with distances beyond the window, where that is nearer than the lens can focus.
+    """
+    wanted = settings.focus_distance
+    if port_index(settings) == 1.0 or not math.isfinite(wanted):
+        return wanted
+
+    def excess(seen: float) -> float:                   # the window moves with the film
+        return true_focus(lens, seen, settings) - wanted
+
+    nearest = lb.nearest_focus(lens)
+    if excess(nearest) > 0.0 or not excess(wanted) >= 0.0:
+        raise lb.FocusError(f"focus at {significant(wanted / 1000.0, 6)} m: through the window, the nearest distance "
+                            f"of this lens is {significant(nearest_in_focus(lens, settings) / 1000.0, 4)} m from the "
+                            "film")
+    return find_root(excess, nearest, wanted, SEEN_ALIKE * wanted)
+
+
+def seen_by_rays(lens: lb.Lens, settings: Settings, seen: float) -> float:
+    """The same of a lens that is focused by all its rays, from the distance that it sees when focused paraxially.
+
+    Its film, and so the window, and its groups stand a little elsewhere. FocusError where rays focus no nearer.
+    """
+    if port_index(settings) == 1.0 or not math.isfinite(seen):
+        return seen
+    for _ in range(STEPS):
+        off = settings.focus_distance - true_focus(lens, seen, settings, "real")
+        seen += off / port_index(settings)
+        if abs(off) <= SEEN_ALIKE * seen:
+            break
+    return seen
+
+
+def port_of(settings: Settings) -> FlatPort:
+    """The window into water of a camera without a lens, which touches its centre of projection."""
+    return FlatPort(0.0, port_index(settings))

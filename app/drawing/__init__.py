@@ -1,0 +1,1 @@
+"""Drawing in the window and on sheets: theme, dials, small controls, plots."""

@@ -1,0 +1,232 @@
+"""Parts that plots share: the map from plot coordinates to pixels, curves with dashes, ticks of logarithmic axes.
+
+Curves in pixels: their heights between two columns, so that labels avoid them, and fewer points to draw.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import ceil, floor, log10
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui, implot
+from numpy.typing import NDArray
+
+from lensbench.app.drawing import theme
+from lensbench.core.text import significant, true_minus
+
+TOLERANCE = 0.05        # pixels that a point may lie off the line between its neighbours
+ROUNDS = 5
+
+
+class Paths:
+    """Curves that rise to the right in one common set of columns.
+
+    pixels: (k, n, 2), x and y of the n points of k curves; all curves have the same x, which never decreases.
+    """
+
+    def __init__(self, pixels: NDArray[np.float64]):
+        self.pixels = pixels
+        self._columns, self._rows = pixels[0, :, 0], pixels[..., 1]
+
+    def heights(self, left: float, right: float) -> list[tuple[float, float]]:
+        """The least and the greatest y of each curve between two columns, its ends continued."""
+        i, j = np.searchsorted(self._columns, (left, right), "right").tolist()
+        parts = np.concatenate([self._at(left, i), self._at(right, j), self._rows[:, i:j]], axis=1)
+        return list(zip(parts.min(axis=1).tolist(), parts.max(axis=1).tolist(), strict=True))
+
+    def _at(self, column: float, i: int) -> NDArray[np.float64]:
+        """Heights (k, 1) of the curves in a column that lies before point i."""
+        rows, columns = self._rows, self._columns
+        if i == 0 or i == len(columns):
+            return rows[:, :1] if i == 0 else rows[:, -1:]
+        t = (column - columns[i - 1]) / (columns[i] - columns[i - 1])
+        return (1.0 - t) * rows[:, i - 1:i] + t * rows[:, i:i + 1]
+
+
+def crosses(crossing: list[tuple[float, float]], top: float, bottom: float) -> bool:
+    """Whether one of these stretches of curves (least and greatest y) enters the rows between top and bottom."""
+    return any(low < bottom and high > top for low, high in crossing)
+
+
+def simplified(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The curve (n, 2) without points that lie on the line between their neighbours; gaps of NaN stay.
+
+    A round can drop every second point, so that the drawn curve is at most ROUNDS × TOLERANCE pixels away.
+    """
+    for _ in range(ROUNDS):
+        if len(points) < 5:
+            return points
+        before, at, after = points[0:-2:2], points[1:-1:2], points[2::2]
+        chord, part = after - before, at - before
+        off = np.abs(chord[:, 0] * part[:, 1] - chord[:, 1] * part[:, 0])
+        needless = off <= TOLERANCE * np.hypot(chord[:, 0], chord[:, 1])
+        keep = np.ones(len(points), bool)
+        keep[1:-1:2] = ~needless
+        if keep.all():
+            return points
+        points = points[keep]
+    return points
+
+
+PLOT_FLAGS = (implot.Flags_.no_title | implot.Flags_.no_legend | implot.Flags_.no_menus | implot.Flags_.no_box_select
+              | implot.Flags_.no_mouse_text)
+AXIS_FLAGS = implot.AxisFlags_.no_menus | implot.AxisFlags_.no_side_switch | implot.AxisFlags_.no_highlight
+FAR = 1e5                       # pixels, to which points far outside are clipped
+
+
+@dataclass(frozen=True)
+class PlotMap:
+    """The plot being drawn: its corners in pixels and in plot coordinates (their logarithms on logarithmic axes).
+
+    log: of both axes, or of the horizontal one alone where log_y is given.
+    """
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+    x0: float
+    x1: float
+    y0: float
+    y1: float
+    log: bool
+    log_y: bool | None = None
+
+    @classmethod
+    def current(cls, log: bool, log_y: bool | None = None) -> "PlotMap":
+        """The plot between begin_plot and end_plot."""
+        limits, at, size = implot.get_plot_limits(), implot.get_plot_pos(), implot.get_plot_size()
+        ends = np.array([limits.x.min, limits.x.max, limits.y.min, limits.y.max])
+        for part, is_log in ((ends[:2], log), (ends[2:], log if log_y is None else log_y)):
+            if is_log:
+                part[:] = np.log10(np.maximum(part, 1e-12))
+        x0, x1, y0, y1 = (float(v) for v in ends)
+        return cls(at.x, at.y, at.x + size.x, at.y + size.y, x0, x1, y0, y1, log, log_y)
+
+    def pixels(self, x, y) -> np.ndarray:
+        """Arrays (n,) of plot coordinates to (n, 2) pixels."""
+        x, y = np.asarray(x, float), np.asarray(y, float)
+        if x.shape != y.shape:
+            x, y = np.broadcast_arrays(x, y)
+        if self.log:
+            x = np.log10(np.maximum(x, 1e-12))
+        if self.log if self.log_y is None else self.log_y:
+            y = np.log10(np.maximum(y, 1e-12))
+        px = self.left + (x - self.x0) / (self.x1 - self.x0) * (self.right - self.left)
+        py = self.bottom - (y - self.y0) / (self.y1 - self.y0) * (self.bottom - self.top)
+        found = np.empty((*px.shape, 2))
+        found[..., 0], found[..., 1] = px, py
+        return np.minimum(np.maximum(found, -FAR), FAR)
+
+    def at(self, x: float, y: float) -> ImVec2:
+        """One point."""
+        if self.log:
+            x = log10(max(x, 1e-12))
+        if self.log if self.log_y is None else self.log_y:
+            y = log10(max(y, 1e-12))
+        px = self.left + (x - self.x0) / (self.x1 - self.x0) * (self.right - self.left)
+        py = self.bottom - (y - self.y0) / (self.y1 - self.y0) * (self.bottom - self.top)
+        return ImVec2(min(max(px, -FAR), FAR), min(max(py, -FAR), FAR))
+
+    def x_at(self, pixel: float) -> float:
+        """The plot coordinate under a pixel's column."""
+        x = self.x0 + (pixel - self.left) / max(self.right - self.left, 1e-6) * (self.x1 - self.x0)
+        return float(10.0**x) if self.log else float(x)
+
+
+def polyline(draw: imgui.ImDrawList, points: np.ndarray, colour: int, weight: float, closed: bool = False) -> None:
+    """A curve through pixels (n, 2), with joins; NaN breaks it."""
+    flags = imgui.ImDrawFlags_.closed if closed else imgui.ImDrawFlags_.none
+    for piece in pieces(points):
+        draw.add_polyline(piece, colour, weight * theme.scale(), flags)
+
+
+def pieces(points: np.ndarray, on: float = 0.0, off: float = 0.0) -> list[list[ImVec2]]:
+    """The parts of a curve through pixels (n, 2): its unbroken runs, or dashes of `on` pixels with gaps of `off`."""
+    found: list[list] = []
+    for run in _runs(points):
+        if on <= 0.0:
+            found.append(run.tolist())
+            continue
+        lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(run, axis=0).T))])
+        starts = (on + off) * np.arange(min(int(lengths[-1] / (on + off)) + 1, 2000))
+        ends = np.minimum(starts + on, lengths[-1])
+        corners = [np.interp(marks, lengths, part).tolist() for marks in (starts, ends) for part in run.T]
+        inner, points = np.searchsorted(lengths, starts, "right"), run.tolist()
+        beyond = np.searchsorted(lengths, ends, "left")
+        found += [[(x0, y0), *points[i:j], (x1, y1)]
+                  for x0, y0, x1, y1, i, j in zip(*corners, inner.tolist(), beyond.tolist(), strict=True)]
+    return [[ImVec2(x, y) for x, y in piece] for piece in found]
+
+
+def dashed_line(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int, on: float = 5.0, off: float = 4.0) -> None:
+    """A straight line in dashes of `on` pixels with gaps of `off`, one pixel wide."""
+    pixel = theme.scale()
+    dx, dy = b.x - a.x, b.y - a.y
+    length = max((dx * dx + dy * dy) ** 0.5, 1e-6)
+    dx, dy, step = dx / length, dy / length, (on + off) * pixel
+    for k in range(min(int(length / step) + 1, 1000)):
+        s, t = k * step, min(k * step + on * pixel, length)
+        draw.add_line(ImVec2(a.x + s * dx, a.y + s * dy), ImVec2(a.x + t * dx, a.y + t * dy), colour, pixel)
+
+
+def _runs(points: np.ndarray) -> list[np.ndarray]:
+    good = np.isfinite(points).all(axis=1)
+    if good.all() or not good.any():
+        return [points] if good.size > 1 and good[0] else []
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
+    return [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a > 1]
+
+
+def text(draw: imgui.ImDrawList, at: ImVec2, colour: theme.Colour, words: str, right: bool = False,
+         plate: bool = False) -> None:
+    """Text on whole pixels. at: its upper left corner, or the upper right one; plate: it hides the lines below."""
+    size = imgui.calc_text_size(words)
+    x, y = floor((at.x - size.x if right else at.x) + 0.5), floor(at.y + 0.5)
+    if plate:
+        pad = theme.scale()
+        draw.add_rect_filled(ImVec2(x - 2.0 * pad, y + pad), ImVec2(x + size.x + 2.0 * pad, y + size.y),
+                             theme.packed(theme.colours().well, 0.8), 2.0 * pad)
+    draw.add_text(ImVec2(x, y), theme.packed(colour), words)
+
+
+@lru_cache(maxsize=256)
+def linear_ticks(low: float, high: float, pixels: float, room: float,
+                 whole: int | None = None) -> tuple[list[float], list[str]]:
+    """Ticks of a linear axis from low to high of a length in pixels, each needing `room` pixels: by 1, 2 or 5 × 10ⁿ.
+
+    There are two at least, closer than `room` if need be: one alone tells no scale. whole: at whole numbers alone, up
+    to this one.
+    """
+    least = max(abs(high - low) * max(room / max(pixels, 1.0), 0.02), 0.0 if whole is None else 1.0)
+    decade = 10.0 ** floor(np.log10(max(least, 1e-300)))
+    steps = [decade * part for part in (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1) if whole is None or decade * part >= 1.0]
+    fitting = [step for step in steps if step >= least]
+    step = next((step for step in (fitting[-1], *steps[len(fitting):]) if len(_multiples(step, low, high)) > 1),
+                fitting[-1])
+    values = [step * k for k in _multiples(step, low, high) if whole is None or step * k <= whole]
+    return values, [true_minus(significant(value)) for value in values]
+
+
+def _multiples(step: float, low: float, high: float) -> range:
+    """The whole numbers whose multiples of a step lie on an axis."""
+    return range(-floor(-min(low, high) / step), floor(max(low, high) / step) + 1)
+
+
+@lru_cache(maxsize=64)
+def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:
+    """Ticks of a logarithmic axis from low to high of a length in pixels, each needing `room` pixels.
+
+    The finest of 1-2-5, 1-3 and 1 a decade that fits, or of one in two decades and more; from the first decade of the
+    axis on where two would not lie on it else.
+    """
+    per_decade = pixels / max(np.log10(high / low), 1e-6)
+    every = max(1, ceil(room / max(per_decade, 1e-6)))
+    decades = range(floor(np.log10(low)), floor(np.log10(high)) + 2)
+    series = (1.0, 2.0, 5.0) if per_decade >= 3.4 * room else (1.0, 3.0) if per_decade >= 2.1 * room else (1.0,)
+    values = [m * 10.0**e for e in decades if e % every == 0 for m in series]
+    if sum(low <= value <= high for value in values) < 2:
+        first = ceil(np.log10(low) - 1e-9)
+        values = [10.0**e for e in decades if e >= first and (e - first) % every == 0] if every > 1 else \
+            [m * 10.0**e for e in decades for m in (1.0, 2.0, 5.0)]
+    return values, [significant(value) for value in values]

@@ -1,1 +1,0 @@
-"""Reading and writing of a user's files: pictures, settings, light fields."""

@@ -1,0 +1,150 @@
+"""Plots of a lens as it is stopped down or focused, and plots of the axis."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.plots.plot import (
+    DASHED,
+    DOTTED,
+    Axis,
+    Curve,
+    Figure,
+    Plot,
+    Table,
+    light_limit,
+    reach,
+    wavelength_name,
+)
+from lensbench.app.plots.query import Query
+from lensbench.app.plots.rims import with_rims
+from lensbench.core.analysis.aperture_curves import breathing, focus_shift, relative_illumination
+from lensbench.core.analysis.axial_curves import chromatic_focal_shift, longitudinal_aberration
+from lensbench.core.optics.finding import Kind
+from lensbench.core.text import f_number_text, fixed, significant
+
+FREQUENCY = 30.0                # lp/mm, at which the MTF chooses a focus
+SLOWEST = 22.0
+ROOM = 3.0                      # × the focus shift, to which the axis goes where the depth of focus is greater
+DEEP = 30.0                     # part of the depth of focus beyond which a shift counts as none
+
+
+def focus_shift_figure(query: Query, points: int, f_number: float | None = None) -> Figure:
+    """Best focus on the axis against the f-number, from that of the query to f/22; LensError for an afocal lens.
+
+    f_number: marked, where it is not that of the query.
+    """
+    widest = lb.f_number_at_infinity(query.setup.lens)
+    stops = math.sqrt(2.0) ** (0.5 * np.arange(1 + max(2, math.ceil(4 * math.log2(max(SLOWEST / widest, 1.0))))))
+    # The f-numbers are those at the primary wavelength of the design, whatever the light
+    numbers = widest * stops
+    found = focus_shift(query.lens, query.setup.film_distance, query.conditions(),
+                        lb.f_number_at_infinity(query.lens) * stops, FREQUENCY, 2.0 * query.setup.film.pitch)
+    most = 1000.0 * float(np.nanmax(np.abs([found.least_blur, found.best_mtf]), initial=0.0))
+    deep = 1000.0 * float(found.depth[0])
+    limit = reach([min(max(most, deep), max(ROOM * most, deep / DEEP))])
+    curves = (Curve("least rms blur", numbers, 1000.0 * found.least_blur),
+              Curve(f"highest MTF at {fixed(FREQUENCY, 0)} lp/mm", numbers, 1000.0 * found.best_mtf, "field0", DASHED),
+              *(Curve("depth of focus" if sign > 0.0 else "", numbers,
+                      1000.0 * (found.least_blur + sign * found.depth), "faint", DOTTED) for sign in (1.0, -1.0)),
+              Curve("film", numbers[[0, -1]], np.zeros(2), "amber", weight=1.0))
+    if f_number is not None and numbers[0] < f_number <= numbers[-1]:
+        curves += (Curve("", np.full(2, f_number), np.array([-limit, limit]), "dim", DASHED, 1.0),)
+    table = Table(("f-number", "least blur (mm)", "highest MTF (mm)", "depth of focus (mm)"), tuple(zip(
+        numbers, found.least_blur, found.best_mtf, found.depth, strict=True)))
+    said = f"depth of focus for a blur of {significant(1000.0 * found.limit, 2)} µm, two pixels"
+    unknown = ", ".join(f_number_text(number) for number in numbers[np.isnan(found.best_mtf)].tolist())
+    remarks = []
+    if unknown:
+        remarks.append(f"the MTF at {fixed(FREQUENCY, 0)} lp/mm has no maximum near the least blur at {unknown}")
+    if deep > limit:
+        remarks.append(f"the depth of focus at {f_number_text(float(numbers[0]))}, ± {significant(deep, 2)} µm, lies "
+                       "beyond the plot")
+    return Figure("Focus shift", ((Plot(Axis("f-number", numbers[0], numbers[-1], log=True),
+                                        Axis("Focus (µm)", -limit, limit), curves,
+                                        "Best focus behind the film"),),), table,
+                  query.words(None, "axis", said), tuple(remarks))
+
+
+def breathing_figure(query: Query, points: int) -> Figure:
+    """Change of the field of view against the focus distance; FocusError for a lens that forms no image.
+
+    The view ends at the film's corner, or at the edge of light of a smaller image circle.
+    """
+    query = query.lines
+    film, height = query.setup.film, query.largest_height
+    part = 2.0 * height / film.diagonal
+    found = breathing(query.lens, replace(film, width=part * film.width, height=part * film.height), None,
+                      query.conditions().primary_wavelength, query.setup.lens)
+    near = np.isfinite(found.distances) & np.isfinite(found.half_angles)
+    metres, change = found.distances[near] / 1000.0, found.change[near]
+    limit = reach(change, 1.0)
+    table = Table(("focus distance (m)", "half field (deg)", "change of the view (%)", "focal length (mm)",
+                   "magnification"), tuple(zip(found.distances / 1000.0, np.degrees(found.half_angles), found.change,
+                                               found.focal_lengths, found.magnifications, strict=True)))
+    low, high = (float(metres.min()), float(metres.max())) if metres.size else (1.0, 2.0)
+    return Figure("Breathing", ((Plot(Axis("Focus distance (m)", low, high, log=True),
+                                      Axis("Field (%)", -limit, limit),
+                                      (Curve("wider than at infinity", metres, change),
+                                       Curve("", np.array([low, high]), np.zeros(2), "grid", weight=1.0))),),), table,
+                  f"{'corner of the film' if part == 1.0 else 'edge of light'}, {significant(height, 4)} mm · "
+                  f"{query.primary_alone} · tangent of the half field",
+                  tuple(map(str, found.findings)))
+
+
+def illumination_figure(query: Query, points: int) -> Figure:
+    """Relative illumination over the film at four apertures, split wide open.
+
+    LensError for a lens without rotational symmetry.
+    """
+    query = query.lines
+    if query.lens.asymmetry:
+        raise lb.LensError("relative illumination is a function of the image height alone for lenses with rotational "
+                           f"symmetry: this one has {query.lens.asymmetry}")
+    lights = relative_illumination(query.lens, query.setup.film_distance, query.setup.film, points=max(points, 9),
+                                   wavelength=query.conditions().primary_wavelength)
+    # The f-numbers are those at the primary wavelength of the design, whatever the light
+    found = [(f_number_text(query.setup.f_number * math.sqrt(2.0)**k), light) for k, (_, light) in enumerate(lights)]
+    first = found[0][1]
+    curves = [Curve(name, light.radii, 100.0 * light.total, f"field{k - 1}" if k else "strong")
+              for k, (name, light) in enumerate(found)]
+    curves += [Curve(f"natural, {found[0][0]}", first.radii, 100.0 * first.natural, "dim", DASHED),
+               Curve(f"vignetting, {found[0][0]}", first.radii, 100.0 * first.vignetting, "dim", DOTTED)]
+    table = Table(("aperture", "film radius (mm)", "total", "natural", "vignetting"), tuple(
+        (name, *row) for name, light in found
+        for row in zip(light.radii, light.total, light.natural, light.vignetting, strict=True)))
+    plot = Plot(Axis("Image height (mm)", 0.0, first.radii[-1]), Axis("Light (%)", 0.0, light_limit(first)),
+                tuple(curves))
+    return with_rims(query, Figure("Relative illumination", ((plot,),), table, query.words(None, query.primary_alone),
+                                   query.open_stop))
+
+
+def axial_figure(query: Query, points: int) -> Figure:
+    """Where axial rays cross the axis against their height in the stop, and the paraxial focus against wavelength.
+
+    points: heights in the stop. LensError for a lens with a cylinder or toroid, and one without a focus.
+    """
+    query = query.lines
+    given, away = query.conditions(), query.setup.film_distance
+    along = longitudinal_aberration(query.lens, away, given, max(points, 9))
+    shift = chromatic_focal_shift(query.lens, away, given)
+    limit = reach(np.concatenate([along.foci.ravel(), shift.foci]))
+    curves = [Curve(wavelength_name(line), foci, along.heights, line)
+              for line, foci in zip(given.wavelengths, along.foci, strict=True)]
+    zero = Curve("", np.zeros(2), np.array([0.0, 1.0]), "grid", weight=1.0)
+    colours = 1000.0 * shift.wavelengths
+    rest = Curve("", np.zeros(2), colours[[0, -1]], "grid", weight=1.0)
+    focus = Axis("Focus (mm)", -limit, limit)
+    table = Table(("wavelength (um)", "height in the stop", "focus behind the film (mm)"),
+                  tuple((line, height, at) for line, foci in zip(given.wavelengths, along.foci, strict=True)
+                        for height, at in zip(along.heights, foci, strict=True))
+                  + tuple((line, 0.0, at) for line, at in zip(shift.wavelengths, shift.foci, strict=True)))
+    return Figure("Longitudinal aberration and chromatic focal shift", ((
+        Plot(focus, Axis("Height in the stop", 0.0, 1.0), (zero, *curves), "Longitudinal aberration",
+             across=True),
+        Plot(focus, Axis("Wavelength (nm)", colours[0], colours[-1]),
+             (rest, Curve("paraxial focus", shift.foci, colours)),
+             "Paraxial focus", across=True)),), table, query.words(None, "axis"),
+        tuple(str(finding) for finding in given.findings if finding.kind in (Kind.GLASS, Kind.LEFT_OUT)))

@@ -1,0 +1,120 @@
+"""A figure with that of another lens behind it: A as a ghost in every plot of B, and beside it in the numbers.
+
+Curves, bars and points of A are faint. Points of cells, such as spots, are brought to the scale of B. A plot of maps,
+such as a point spread or a bokeh gallery, is drawn to the right of that of B, with the same axes.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from lensbench.app.plots.plot import Area, Axis, Bars, Curve, Figure, Map, Plot, Points, Table
+
+LENS = "lens"                               # column of a table of both: "A" or "B"
+SKIPPED = ("amber", "faint", "grid")        # tints of what belongs to the axes, or is B's alone
+
+
+def with_ghost(b: Figure, a: Figure | None, name: str, reason: str = "") -> Figure:
+    """B with A behind it.
+
+    a: None where A has no such figure, for a reason. name: of A, for the remarks.
+    """
+    if a is None:
+        return replace(b, remarks=(*b.remarks, f"A ({name}) has no such figure: {reason}"))
+    same = [len(row) for row in a.rows] == [len(row) for row in b.rows]
+    if not same:
+        return replace(b, remarks=(*b.remarks, f"A ({name}) has other plots, which are not shown"))
+    rows = tuple(tuple(plot for pair in zip(*pairs, strict=True) for plot in _plots(*pair))
+                 for pairs in zip(b.rows, a.rows, strict=True))
+    return replace(b, rows=rows, table=_table(b.table, a.table),
+                   remarks=(*b.remarks, _where(rows, name),
+                            *(f"A: {each}" for each in a.remarks if each not in b.remarks)))
+
+
+def _where(rows: tuple[tuple[Plot, ...], ...], name: str) -> str:
+    """Where A is seen: in the plots and in the numbers, or in these alone."""
+    layers = [layer for row in rows for plot in row for layer in plot.layers]
+    mapped = any(isinstance(layer, Map) for layer in layers)
+    drawn = "faint or at the right" if mapped else "faint"
+    if mapped or any(getattr(layer, "ghost", False) for layer in layers):
+        return f"{drawn}, and A in the numbers: {name}"
+    return f"A in the numbers alone: {name} has nothing to draw here"
+
+
+def _plots(b: Plot, a: Plot) -> tuple[Plot, ...]:
+    """The plot of B with the ghost of A; with maps, that of A beside it."""
+    both = _plot(b, a)
+    if not any(isinstance(layer, Map) for layer in (*a.layers, *b.layers)):
+        return (both,)
+    return (replace(both, title=" · ".join(filter(None, ("B", b.title)))),
+            replace(a, title=" · ".join(filter(None, ("A", a.title))), x=both.x, y=both.y,
+                    layers=tuple(replace(layer, rays=None) if isinstance(layer, Points) else layer
+                                 for layer in a.layers)))
+
+
+def _plot(b: Plot, a: Plot) -> Plot:
+    """One plot with its ghost, its axes wide enough for both."""
+    ghosts = [found for layer in a.layers if (found := _ghost(layer, b, a)) is not None]
+    words = {layer.text.split("\n")[0]: layer.text for layer in a.layers if isinstance(layer, Area)}
+    areas = {(layer.x, layer.y): layer.text for layer in a.layers if isinstance(layer, Area)}
+    own = [replace(layer, text=_both(layer.text, areas.get((layer.x, layer.y)) or words.get(
+        layer.text.split("\n")[0]))) if isinstance(layer, Area) else layer for layer in b.layers]
+    maps = [layer for layer in own if isinstance(layer, Map)]
+    rest = [layer for layer in own if not isinstance(layer, Map)]
+    legend = [Curve("A", np.zeros(0), np.zeros(0), "dim", weight=1.0)] if any(
+        not isinstance(each, Map) for each in ghosts) else []
+    return replace(b, x=_axis(b.x, a.x), y=_axis(b.y, a.y), layers=(*maps, *ghosts, *rest, *legend))
+
+
+def _ghost(layer, b: Plot, a: Plot):
+    """A layer of A as a ghost in the plot of B, or None."""
+    if getattr(layer, "surface", None) is not None:
+        return None
+    if isinstance(layer, Curve):
+        shown = layer.name and layer.tint not in SKIPPED and not b.cell
+        return replace(layer, ghost=True, weight=1.0, rays=None) if shown else None
+    if isinstance(layer, Bars):
+        places = next((each.x for each in b.layers if isinstance(each, Bars) and each.name == layer.name
+                       and each.x.shape == layer.x.shape), None)
+        return None if places is None else replace(layer, x=places, ghost=True, name="", width=1.6 * layer.width,
+                                                   tint="dim")
+    if isinstance(layer, Points):
+        if not (a.cell and b.cell):
+            return replace(layer, ghost=True, rays=None)
+        x, y = np.round(layer.x), np.round(layer.y)
+        moved = np.column_stack([layer.x - x, layer.y - y]) * (a.cell / b.cell)
+        inside = (np.abs(moved) < 0.5).all(1)
+        return replace(layer, x=x[inside] + moved[inside, 0], y=y[inside] + moved[inside, 1], ghost=True, rays=None,
+                       tint="dim")
+    return replace(layer, ghost=True) if isinstance(layer, Map) and layer.name else None
+
+
+def _axis(b: Axis, a: Axis) -> Axis:
+    return b if b.label is None else replace(b, low=min(a.low, b.low), high=max(a.high, b.high))
+
+
+def _both(b: str, a: str | None) -> str:
+    """The words at a place in B, and those of A below them."""
+    return b if a is None else "\n".join((b, *(f"A: {line}" for line in a.split("\n"))))
+
+
+def rows_of_b(table: Table) -> list[tuple]:
+    """The rows of B in a table of one figure or of two, without the column that names the lens."""
+    if table.head[0] != LENS:
+        return list(table.rows)
+    return [row[1:] for row in table.rows if row[0] == "B"]
+
+
+def _table(b: Table, a: Table) -> Table:
+    """The numbers of both, B first, in the columns of both; one that a lens does not have is empty."""
+    head = (*b.head, *(name for name in a.head if name not in b.head))
+
+    def rows() -> list[tuple]:
+        found = []
+        for lens, table in (("B", b), ("A", a)):
+            at = [table.head.index(name) if name in table.head else None for name in head]
+            found += [(lens, *(math.nan if i is None else row[i] for i in at)) for row in table.rows]
+        return found
+
+    return Table((LENS, *head), rows)

@@ -1,0 +1,1 @@
+"""Scene files and what they name: meshes, textures, skies and photographs. No window."""

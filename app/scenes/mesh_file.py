@@ -1,0 +1,156 @@
+"""Meshes of scene files: OBJ, PLY, glTF and GLB, with base colour, normals and pictures.
+
+What a mesh file names is read from the folder of the scene alone. Its pictures are decoded by `texture`, by their own
+first bytes, whatever the file calls them; they are not turned by EXIF: their places count the texels as stored.
+"""
+
+import math
+import struct
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.scenes.gltf_file import read_gltf
+from lensbench.app.scenes.mesh_parts import MOST_BYTES, LookError, MeshFile, Part, distinct
+from lensbench.app.scenes.obj_file import read_obj
+from lensbench.app.scenes.ply_file import read_ply
+from lensbench.app.scenes.texture import TEXTURE_TEXELS, asset_path, image_of
+from lensbench.core.text import excerpt, significant
+from lensbench.lenses.picture_file import PictureFileError, read_picture_file
+
+READERS = {"obj": read_obj, "ply": read_ply, "gltf": read_gltf, "glb": read_gltf}
+MM = {"obj": 1.0, "ply": 1.0, "gltf": 1000.0, "glb": 1000.0}       # of a unit of the file; glTF is in metres
+MOST_LOOKS = 2000               # colours and pictures: each is a mesh of its own
+MOST_TEXELS = TEXTURE_TEXELS    # of all pictures of a file together
+DAMAGE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, MemoryError, struct.error,
+          RecursionError)
+
+
+class Pose(NamedTuple):
+    """Rotation (3, 3), factor and place (mm) of the origin of a mesh file."""
+
+    rotation: np.ndarray
+    scale: float | None         # mm of a unit of the file; None: as the format says
+    size: float | None          # mm of the longest side of its box, in place of a scale
+    place: tuple[float, float, float]
+
+
+def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None, smooth: bool) -> list[lb.Mesh]:
+    """The meshes of a file in the folder of the scene or below it, one for each look; SceneError in one line.
+
+    material: in place of those of the file. smooth: normals are the means of neighbouring triangles, unless the file
+    has its own.
+    """
+    path = asset_path(name, folder, "mesh", MOST_BYTES)
+    kind = path.suffix[1:].lower()
+    if kind not in READERS:
+        raise lb.SceneError(f"mesh {excerpt(name)}: choose a file of the kinds {', '.join(READERS)}")
+    file = MeshFile(path, folder, plain=material is not None)
+    try:
+        with np.errstate(all="ignore"):             # what is not finite is refused below
+            parts = _joined([part for part in READERS[kind](file) if len(part.faces)])
+            if not parts:
+                raise lb.SceneError("has no triangles")
+            return _placed(parts, _pictures(parts, file), MM[kind], name, pose, material, smooth)
+    except lb.SceneError as error:
+        advice = "; or give the mesh a material" if isinstance(error, LookError) else ""
+        raise lb.SceneError(f"mesh {excerpt(name)}: {error}{advice}") from error
+    except DAMAGE as error:
+        raise lb.SceneError(f"mesh {excerpt(name)} is damaged, or no file of the kind {kind}") from error
+
+
+def _joined(parts: list[Part]) -> list[Part]:
+    """One part for all of one look: a file may have a node for each screw."""
+    alike: dict[tuple, list[Part]] = {}
+    for part in parts:
+        given = tuple(each is None for each in (part.normals, part.uv, part.colours))
+        alike.setdefault((part.look, given), []).append(part)
+    if len(alike) > MOST_LOOKS:
+        raise lb.SceneError(f"has {significant(len(alike))} materials: at most {significant(MOST_LOOKS)} are read")
+
+    def stacked(same: list[Part], column: str) -> np.ndarray | None:
+        arrays = [getattr(part, column) for part in same]
+        return arrays[0] if len(same) == 1 or arrays[0] is None else np.concatenate(arrays)
+
+    found = []
+    for (look, _), same in alike.items():
+        starts = np.cumsum([0, *(len(part.vertices) for part in same[:-1])])
+        for k, start in enumerate(starts):
+            same[k] = same[k]._replace(faces=(same[k].faces + start).astype(np.int32))
+        vertices, faces, normals, uv, colours = (stacked(same, name) for name in (
+            "vertices", "faces", "normals", "uv", "colours"))
+        assert vertices is not None and faces is not None
+        found.append(Part(vertices, faces, look, normals, uv, colours))
+    return found
+
+
+def _pictures(parts: list[Part], file: MeshFile) -> dict:
+    """The images of the parts by the names of their looks, of MOST_TEXELS in all."""
+    names = [*dict.fromkeys(part.look.picture for part in parts if part.look.picture is not None)]
+    found = {}
+    for name in names:
+        try:
+            picture = read_picture_file(file.pictures.pop(name), upright=False)
+        except PictureFileError as error:
+            raise LookError(f"texture {excerpt(name)}: {error}") from error
+        found[name] = image_of(picture, MOST_TEXELS // len(names))
+    return found
+
+
+def _placed(parts: list[Part], images: dict, mm: float, name: str, pose: Pose, material: lb.Material | None,
+            smooth: bool) -> list[lb.Mesh]:
+    """The parts in the world, in mm. mm: of a unit of the format."""
+    lows, highs = zip(*((part.vertices.min(0), part.vertices.max(0)) for part in parts), strict=True)
+    low, high = np.min(lows, 0), np.max(highs, 0)
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        raise lb.SceneError("a vertex is not finite")
+    scale = mm if pose.scale is None else pose.scale
+    if pose.size is not None:
+        longest = float((high - low).max())
+        if not longest > 0.0:
+            raise lb.SceneError("has no size that a factor could change")
+        scale = pose.size / longest
+    found = []
+    for part in parts:
+        vertices = scale * part.vertices @ pose.rotation.T + np.asarray(pose.place)
+        normals = part.normals @ pose.rotation.T if part.normals is not None else None
+        if normals is None and smooth:
+            normals = _smoothed(vertices, part.faces)
+        image = images.get(part.look.picture)
+        pattern = None if image is None else lb.Pattern("image", image=image)
+        own = material or lb.Material(part.look.colour, pattern=pattern)
+        try:
+            found.append(lb.Mesh.of(vertices, part.faces, own, normals=normals, uv=part.uv, colours=part.colours,
+                                    name=Path(name).stem))
+        except lb.SceneError as error:
+            if "area" not in str(error):
+                raise
+    if not found:
+        raise lb.SceneError("no triangle of it has an area")
+    return found
+
+
+def _smoothed(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Normals (n, 3): sums over the triangles around each place, weighted by their areas."""
+    _, places = distinct(*np.round((vertices - vertices.min(0)) * 1e4).astype(np.int64).T)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    sums = np.zeros((places.max() + 1, 3))
+    for k in range(3):
+        for axis in range(3):
+            sums[:, axis] += np.bincount(places[faces[:, k]], normal[:, axis], len(sums))
+    return sums[places]
+
+
+def rotation(about_x: float, about_y: float, about_z: float) -> np.ndarray:
+    """Rotation (3, 3) about the axes of the world, x first, then y, then z; radians."""
+    turned = np.eye(3)
+    for angle, (j, k) in ((about_x, (1, 2)), (about_y, (2, 0)), (about_z, (0, 1))):
+        step = np.eye(3)
+        step[j, j] = step[k, k] = math.cos(angle)
+        step[k, j] = math.sin(angle)
+        step[j, k] = -step[k, j]
+        turned = step @ turned
+    return turned

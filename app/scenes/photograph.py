@@ -1,0 +1,314 @@
+"""Photographs with a depth map: two files, or a phone's one.
+
+pillow-heif is an optional part (`pip install lensbench[heic]`), imported when the first such file is read. It turns the
+picture and its map upright. References: ITU-T H.265, annex G.14.2.3, depth representation information; Apple,
+AVDepthData: disparities are in 1/m.
+
+A large map travels in extended XMP: base64 text, cut into segments of the JPEG, each with its offset. A property is an
+attribute or, in long hand, an element. The XML may declare no types and entities, so that nothing in it is expanded.
+References: Google, Depthmap metadata; Adobe, XMP specification part 1, 7.4 and 7.9.2.2; part 3, 1.1.3.1.
+"""
+
+import base64
+import binascii
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.parsers import expat
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.scenes.depth_levels import check_equal, endless, filled, grey_levels, unmeasured
+from lensbench.app.scenes.sky_picture import EXR, HdrError, read_exr
+from lensbench.app.scenes.table_values import Say, within
+from lensbench.app.scenes.texture import MOST_BYTES, asset_path, image_of, read_texture
+from lensbench.core.scenery.photograph import photograph_scene, reduced
+from lensbench.core.text import excerpt, significant
+from lensbench.lenses.file_error import open_regular
+from lensbench.lenses.picture_file import MOST_PIXELS, PictureFileError, read_picture_file
+
+EQUIVALENT, EXIF = 0xA405, 0x8769       # tags: focal length on 35 mm film, and the table where it stands
+DIAGONAL = math.hypot(36.0, 24.0)
+
+
+class PhonePhotograph(NamedTuple):
+    """picture: linear. away (h, w): distances in mm, along the axis unless `radial`: along the ray. fov: radians across
+    the picture, or None where the file does not state it.
+    """
+
+    picture: lb.Image
+    away: np.ndarray
+    radial: bool
+    fov: float | None
+
+
+def stated_fov(exif: Any, size: tuple[int, int], across: int) -> float | None:
+    """Angle (radians) across a side of a picture of this size, by its focal length on 35 mm film; None without one."""
+    try:
+        equivalent = float(exif.get_ifd(EXIF).get(EQUIVALENT))
+    except Exception:                   # none, or damaged notes: Pillow raises whatever they make Python raise
+        return None
+    if not 0.0 < equivalent < math.inf:
+        return None
+    return 2.0 * math.atan(DIAGONAL * across / math.hypot(*size) / (2.0 * equivalent))
+
+
+INVERSE_DISTANCE, DISPARITY = 0, 1      # meanings of a map, by depth_representation_type
+FARTHEST = 100_000.0                    # mm: where a disparity is that of infinity
+SAME_SHAPE = 0.02                       # of the ratio of the sides: map and picture show the same view
+
+
+def is_heic(head: bytes) -> bool:
+    """Whether a file begins as those of the HEIF family."""
+    return head[4:8] == b"ftyp"
+
+
+def read_heic_photograph(path: Path, name: str) -> PhonePhotograph:
+    """The photograph and the depth map of a HEIC file; SceneError in one line, which calls the file `name`."""
+    what = f"photograph {excerpt(name)}"
+    try:
+        import pillow_heif
+    except ImportError as error:
+        raise lb.SceneError(f"{what} is a HEIC file, which needs pillow-heif: pip install lensbench[heic]") from error
+    try:
+        found = pillow_heif.open_heif(path)
+        maps = found.info.get("depth_images")
+        if not maps:
+            raise lb.SceneError(f"{what} carries no depth map: take it as a portrait, or name a map as depth")
+        if max(math.prod(found.size), math.prod(maps[0].size)) > MOST_PIXELS or min(*found.size, *maps[0].size) < 2:
+            raise lb.SceneError(f"{what} has {found.size[0]} × {found.size[1]} pixels")
+        picture, coded = found.to_pillow(), maps[0].to_pillow()
+    except (OSError, ValueError, EOFError, RuntimeError, SyntaxError, MemoryError) as error:
+        if isinstance(error, lb.SceneError):
+            raise
+        raise lb.SceneError(f"{what}: its picture or its depth map cannot be read") from error
+    levels: Any = reduced(within(what, grey_levels, coded))
+    part = levels / (65535.0 if levels.dtype == np.uint16 else 255.0)
+    if abs(picture.width * part.shape[0] / (picture.height * part.shape[1]) - 1.0) > SAME_SHAPE:
+        raise lb.SceneError(f"{what}: its depth map, {part.shape[1]} × {part.shape[0]}, has another shape than its "
+                            f"picture, {picture.width} × {picture.height}")
+    away = _heic_depth_distances(maps[0].info.get("metadata") or {}, part, what)
+    fov = stated_fov(picture.getexif(), picture.size, picture.width)
+    return PhonePhotograph(image_of(picture), away, False, fov)
+
+
+def _heic_depth_distances(meaning: dict[str, Any], part: np.ndarray, what: str) -> np.ndarray:
+    """Distances (mm) of a map whose values lie in [0, 1], 1 the nearest."""
+    kind = meaning.get("representation_type")
+    if kind == DISPARITY and "d_min" in meaning and "d_max" in meaning:
+        low, high = float(meaning["d_min"]), float(meaning["d_max"])
+    elif kind == INVERSE_DISTANCE and meaning.get("z_near") and meaning.get("z_far"):
+        low, high = 1.0 / float(meaning["z_far"]), 1.0 / float(meaning["z_near"])
+    else:
+        raise lb.SceneError(f"{what}: its depth map does not state its distances: save it as PNG, and name it as depth "
+                            "with near and far")
+    if not (math.isfinite(low) and math.isfinite(high) and high > max(low, 1000.0 / FARTHEST)):
+        raise lb.SceneError(f"{what}: its depth map goes from {significant(low, 3)} to {significant(high, 3)} /m")
+    return 1000.0 / np.maximum(low + part * (high - low), 1000.0 / FARTHEST)
+
+
+MOST_PHONE_BYTES = 64 << 20           # of a photograph: its texts are held several times
+XMP, EXTENDED = b"http://ns.adobe.com/xap/1.0/\0", b"http://ns.adobe.com/xmp/extension/\0"
+SPACES = ("GDepth:", "GImage:")
+ORIENTATION = 0x0112            # tag
+UNREADABLE = ("of phones, JPEG files with a GDepth map and HEIC portraits are read; Apple's portraits in JPEG and "
+              "Dynamic Depth are not: save the map as PNG, and name it as depth")
+
+
+def read_phone_photograph(name: str, folder: Path) -> PhonePhotograph:
+    """A photograph of a phone with the depth map in its file, turned upright; SceneError in one line."""
+    path = asset_path(name, folder, "photograph", MOST_PHONE_BYTES)
+    with open_regular(path) as file:
+        data = file.read()
+    if is_heic(data[:12]):
+        return read_heic_photograph(path, name)
+    try:
+        found = _attributes(data)
+        if not found.get("GDepth:Data"):
+            raise lb.SceneError(f"it carries no depth map; {UNREADABLE}")
+        exif = read_picture_file(data, upright=False).getexif()
+        sharp = found.pop("GImage:Data", "")            # where there is one
+        picture = read_picture_file(_decoded(sharp) if sharp else data, upright=False)
+        image, size = image_of(picture), picture.size
+        coded = reduced(grey_levels(read_picture_file(_decoded(found.pop("GDepth:Data")), upright=False)))
+    except (PictureFileError, expat.ExpatError, binascii.Error, lb.SceneError) as error:
+        raise lb.SceneError(f"photograph {excerpt(name)}: {error}") from error
+    part = coded / (65535.0 if coded.dtype.itemsize > 1 else 255.0)
+    away = _phone_depth_distances(found, part, name)
+    turn = exif.get(ORIENTATION, 1)
+    fov = stated_fov(exif, size, size[1] if turn in (5, 6, 7, 8) else size[0])
+    upright = lb.Image.of(_turned(image.values, turn))
+    return PhonePhotograph(upright, _turned(away, turn), found.get("GDepth:MeasureType") == "OpticRay", fov)
+
+
+def _attributes(data: bytes) -> dict[str, str]:
+    """The attributes of GDepth and GImage in the XMP segments of a JPEG file; ExpatError for damaged ones."""
+    plain, pieces, at = b"", list[tuple[int, bytes]](), 2
+    while at + 4 <= len(data) and data[at] == 0xFF and data[at + 1] not in (0xDA, 0xD9):
+        length = int.from_bytes(data[at + 2:at + 4], "big")
+        body = data[at + 4:at + 2 + length]
+        if data[at + 1] == 0xE1 and body.startswith(XMP):
+            plain = plain or body[len(XMP):]
+        elif data[at + 1] == 0xE1 and body.startswith(EXTENDED) and len(body) > len(EXTENDED) + 40:
+            head = len(EXTENDED) + 32                       # behind the digest that names the packet
+            pieces.append((int.from_bytes(body[head + 4:head + 8], "big"), body[head + 8:]))
+        at += 2 + max(length, 2)
+    extended = b"".join(piece for _, piece in sorted(pieces, key=lambda piece: piece[0]))
+    return _properties(plain) | _properties(extended)
+
+
+def _properties(packet: bytes) -> dict[str, str]:
+    """The texts of the properties of GDepth and GImage in a packet of XMP, by name; ExpatError where it is damaged."""
+    found: dict[str, list[str]] = {}
+    inside: list[str] = []                              # elements from the root to the current one
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        inside.append(name)
+        found.update({key: [value] for key, value in attributes.items() if key.startswith(SPACES)})
+        if name.startswith(SPACES):
+            found[name] = []
+
+    def add(text: str) -> None:
+        if inside and inside[-1].startswith(SPACES):
+            found[inside[-1]].append(text)
+
+    def refuse(*_: Any) -> None:
+        raise lb.SceneError("its XMP declares types of its own: it is not read")
+
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    parser.StartElementHandler, parser.EndElementHandler = start, lambda name: inside.pop()
+    parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = add, refuse
+    if packet.strip(b" \0\t\r\n"):
+        parser.Parse(packet.rstrip(b"\0"), True)
+    return {name: "".join(texts).strip() for name, texts in found.items()}
+
+
+def _decoded(text: str) -> bytes:
+    """The bytes of base64 text; binascii.Error where it is none."""
+    return base64.b64decode("".join(text.split()), validate=True)
+
+
+def _phone_depth_distances(found: dict[str, str], part: np.ndarray, name: str) -> np.ndarray:
+    """Distances (mm) of a map whose values lie in [0, 1], 0 the nearest."""
+    form, unit = found.get("GDepth:Format", ""), found.get("GDepth:Units", "m")
+    try:
+        near, far = (float(found[f"GDepth:{which}"]) * {"m": 1000.0, "mm": 1.0}[unit] for which in ("Near", "Far"))
+    except (KeyError, ValueError) as error:
+        raise lb.SceneError(f"photograph {excerpt(name)}: its depth map has no Near and Far in m or mm") from error
+    if not 0.0 < near < far < math.inf:
+        raise lb.SceneError(f"photograph {excerpt(name)}: its depth map goes from {significant(near)} mm to "
+                            f"{significant(far)} mm")
+    if form == "RangeInverse":
+        return far * near / (far - part * (far - near))
+    if form == "RangeLinear":
+        return near + part * (far - near)
+    raise lb.SceneError(f"photograph {excerpt(name)}: its depth map has the format {excerpt(form)}, "
+                        "neither RangeInverse nor RangeLinear")
+
+
+def _turned(rows: np.ndarray, orientation: int) -> np.ndarray:
+    """A picture (h, w, …), turned upright by its EXIF orientation."""
+    if orientation in (5, 6, 7, 8):
+        rows = rows.swapaxes(0, 1)
+    if orientation in (2, 3, 6, 7):
+        rows = rows[:, ::-1]
+    return rows[::-1] if orientation in (3, 4, 7, 8) else rows
+
+
+MOST_AWAY = 1e8 / 4.0       # mm: a mesh reaches 100 km, and what has no end lies four times behind all others
+MEANINGS = ("distance", "disparity")
+
+
+def read_photograph(image: str, depth: str, folder: Path, fov: float, meaning: str, near: float | None,
+                    far: float | None, fill: str, holes: bool, say: Say) -> lb.Scene:
+    """The scene of a photograph and its depth map, in the folder of the scene file; SceneError in one line.
+
+    meaning: "distance", the map grows with the distance, or "disparity", with its inverse, as phones store it. near,
+    far (mm): the least and the greatest distance of the map; None: an EXR map in metres. fov: radians, across. holes:
+    whether pixels without a distance are looked for. say receives a sentence for each kind that was replaced.
+    """
+    if meaning not in MEANINGS:
+        raise lb.SceneError(f"depth_is {excerpt(meaning)}: choose one of {', '.join(MEANINGS)}")
+    levels = _levels(depth, folder)
+    metric = near is None or far is None
+    if metric and (meaning == "disparity" or levels.dtype.kind != "f"):
+        raise lb.SceneError("near and far are missing: the distances of the least and greatest distance of the map")
+    if near is not None and far is not None and not 0.0 < near < far:
+        raise lb.SceneError("near must be positive and less than far")
+    if far is not None and far > MOST_AWAY:
+        raise lb.SceneError(f"far is {significant(far / 1e6)} km: write at most {significant(MOST_AWAY / 1e6)} km, at "
+                            "which all that lies behind looks the same")
+    name = f"depth map {excerpt(depth)}"
+    away = within(name, _depth_map_distances, levels, meaning, None if metric else (near, far), holes,
+                  lambda text: say(f"{name}: {text}"))
+    return photograph_scene(read_texture(image, folder).values, away, fov, fill=fill, name=Path(image).stem)
+
+
+def _depth_map_distances(levels: np.ndarray, meaning: str, ends: tuple[float, float] | None, holes: bool, say: Say
+               ) -> np.ndarray:
+    """Distances (mm) of the levels of a map, reduced. ends: the least and the greatest of them; None: levels in m."""
+    disparity = meaning == "disparity"
+    hole = unmeasured(levels, disparity) if holes or levels.dtype.kind == "f" else np.zeros(levels.shape, bool)
+    doubtful = ends is not None or levels.max(where=~hole, initial=0) > MOST_AWAY / 1000.0
+    beyond = np.zeros(levels.shape, bool) if disparity else endless(levels, hole, holes and bool(doubtful))
+    known = ~(hole | beyond)
+    if not known.any():
+        raise lb.SceneError("no pixel of it holds a distance")
+    low, high = (float(f(where=known, initial=levels[known][0])) for f in (levels.min, levels.max))
+    shares = [100.0 * float(part.mean()) for part in (hole, beyond)]
+    levels, hole, beyond = reduced(levels), reduced(hole), reduced(beyond)
+    if ends is None and high * 1000.0 > MOST_AWAY:
+        raise lb.SceneError(f"it reaches {significant(high / 1000.0)} km as metres, more than "
+                            f"{significant(MOST_AWAY / 1e6)} km: give near and far, its least and greatest distance")
+    if ends is None:
+        away = levels.astype(np.float64) * 1000.0
+    elif not (math.isfinite(high) and high > low):
+        raise lb.SceneError("it has one value only")
+    else:
+        near, far = ends
+        part = np.clip((levels.astype(np.float64) - low) / (high - low), 0.0, 1.0)
+        away = 1.0 / (1.0 / far + part * (1.0 / near - 1.0 / far)) if disparity else near + part * (far - near)
+    if shares[0]:
+        say(f"{significant(shares[0], 2)} % of the pixels hold no distance (0, negative or NaN) and take the one of a "
+            "neighbour; if 0 is a distance, write holes = false")
+    if shares[1]:
+        say(f"{significant(shares[1], 2)} % of the pixels have the level of what has no end, far above all others, and "
+            "are laid behind them")
+    return filled(np.where(beyond, np.inf, away), hole)
+
+
+def own_depth_scene(image: str, folder: Path, fov: float | None, fill: str) -> lb.Scene:
+    """The scene of a phone's photograph that carries its depth map; SceneError in one line.
+
+    fov: radians across the upright photograph; None: as its focal length on 35 mm film says.
+    """
+    found = read_phone_photograph(image, folder)
+    fov = fov or found.fov
+    if fov is None:
+        raise lb.SceneError(f"photograph {excerpt(image)} does not state its focal length on 35 mm film: give fov, the "
+                            "angle across it")
+    away = found.away
+    if found.radial and 0.0 < fov < math.pi:            # along the ray, not along the axis
+        rows, columns = away.shape
+        half = math.tan(fov / 2.0)
+        x, y = ((2.0 * np.arange(n) + 1.0) / n - 1.0 for n in (columns, rows))
+        away = away / np.sqrt(1.0 + (half * x) ** 2 + ((half * rows / columns) * y[:, None]) ** 2)
+    return photograph_scene(found.picture.values, away, fov, fill=fill, name=Path(image).stem)
+
+
+def _levels(name: str, folder: Path) -> np.ndarray:
+    """The numbers (h, w) of a depth map; SceneError where they cannot be read, or are colours."""
+    path = asset_path(name, folder, "depth map", MOST_BYTES)
+    try:
+        with open_regular(path) as file:
+            is_exr = file.read(4) == EXR
+        if not is_exr:
+            return grey_levels(read_picture_file(path, real=True))
+        channels = read_exr(path, (("Z",), ("Y",), ("R", "G", "B"), ("R",)))
+        for other in channels[1:]:
+            check_equal(channels[0], other, 0.0)
+        return channels[0]
+    except (HdrError, PictureFileError, lb.SceneError, OSError, MemoryError) as error:
+        raise lb.SceneError(f"depth map {excerpt(name)}: {getattr(error, 'strerror', None) or error}") from error

@@ -1,0 +1,197 @@
+"""Pictures of the sky for scene files: Radiance .hdr and OpenEXR of all directions, or a plain picture.
+
+Pictures in the format of Radiance (.hdr, .pic): three mantissas and a common exponent, 8 bits each.
+
+A text header ends with an empty line; then "-Y height +X width", and rows of pixels. A row begins with 2, 2 and its
+length in two bytes, and holds the four components one after the other in runs; or it is plain (G. Ward, "Real
+pixels", Graphics Gems II, 1991).
+"""
+
+import re
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.scenes.table_values import Say
+from lensbench.app.scenes.texture import BAND, MOST_BYTES, TEXTURE_TEXELS, asset_path, read_texture
+from lensbench.core.kernels.cache import njit
+from lensbench.core.text import excerpt, significant
+from lensbench.lenses.file_error import open_regular
+from lensbench.lenses.picture_file import MOST_PIXELS
+
+LONGEST_HEADER = 1 << 16
+
+
+class HdrError(ValueError):
+    """A file that is no complete picture of this format; the message says why, and names no file."""
+
+
+def is_hdr(head: bytes) -> bool:
+    """Whether a file that begins with these bytes claims this format."""
+    return head.startswith((b"#?RADIANCE", b"#?RGBE"))
+
+
+def read_hdr(path: Path, most_texels: int) -> np.ndarray:
+    """Linear red, green and blue (height, width, 3), float32, the top row first.
+
+    HdrError for a file that is damaged, has more texels than allowed, or another order of pixels.
+    """
+    with open_regular(path) as file:
+        data = file.read()
+    if not is_hdr(data):
+        raise HdrError("it does not begin with #?RADIANCE")
+    end = data.find(b"\n\n", 0, LONGEST_HEADER)
+    size = re.compile(rb"([-+][XY]) (\d{1,6}) ([-+][XY]) (\d{1,6})\n").match(data, end + 2) if end >= 0 else None
+    if size is None:
+        raise HdrError("its header has no size")
+    if b"FORMAT=32-bit_rle_xyze" in data[:end]:
+        raise HdrError("its colours are XYZ: write it as RGBE")
+    if (size[1], size[3]) != (b"-Y", b"+X"):
+        raise HdrError("its rows do not run from the top left: write it in the order -Y +X")
+    height, width = int(size[2]), int(size[4])
+    if height * width > most_texels:
+        raise HdrError(f"it has more than {most_texels // 1_000_000} million pixels")
+    pixels = np.empty((height, width, 4), np.uint8)
+    if not _decode(np.frombuffer(data, np.uint8, offset=size.end()), pixels):
+        raise HdrError("it breaks off or is damaged")
+    del data
+    light = np.empty((height, width, 3), np.float32)
+    for row, colours in zip(pixels, light, strict=True):
+        scale = np.ldexp(np.float32(1.0), row[:, 3:].astype(np.int32) - 136)
+        colours[:] = np.where(row[:, 3:] > 0, (row[:, :3] + np.float32(0.5)) * scale, np.float32(0.0))
+    return light
+
+
+@njit(nogil=True, cache=True)
+def _decode(data, pixels):
+    """Fill pixels (h, w, 4); False if the data break off or contradict themselves."""
+    height, width = pixels.shape[0], pixels.shape[1]
+    at: Any = 0
+    for y in range(height):
+        if at + 4 > data.size:
+            return False
+        coded = data[at] == 2 and data[at + 1] == 2 and data[at + 2] < 128 and 8 <= width < 32768
+        if not coded:
+            if at + 4 * width > data.size:
+                return False
+            for x in range(width):
+                for c in range(4):
+                    pixels[y, x, c] = data[at + 4 * x + c]
+                if pixels[y, x, 0] == 1 and pixels[y, x, 1] == 1 and pixels[y, x, 2] == 1:
+                    return False                        # a run of the oldest form of the format
+            at += 4 * width
+            continue
+        if (np.int64(data[at + 2]) << 8) + data[at + 3] != width:
+            return False
+        at += 4
+        for c in range(4):
+            place: Any = 0
+            while place < width:
+                if at >= data.size:
+                    return False
+                count: Any = np.int64(data[at])
+                run = count > 128
+                count = count - 128 if run else count
+                need: Any = 2 if run else 1 + count
+                if count == 0 or place + count > width or at + need > data.size:
+                    return False
+                for k in range(count):
+                    pixels[y, place + k, c] = data[at + 1] if run else data[at + 1 + k]
+                place, at = place + count, at + need
+    return True
+
+
+MOST_SAMPLES = 4 * TEXTURE_TEXELS       # numbers in an OpenEXR file: red, green, blue, alpha of the largest sky
+EXR = b"\x76\x2f\x31\x01"
+CHANNELS = (("R", "G", "B"), ("Y", "Y", "Y"))
+
+
+def read_sky(name: str, folder: Path, say: Say) -> lb.Image:
+    """The picture of a sky in the folder of the scene or below it, linear; SceneError in one line.
+
+    Pixels that are negative (a filter or a lossy compression rings there) or not finite are replaced, and `say`
+    receives how many.
+    """
+    path = asset_path(name, folder, "sky", MOST_BYTES)
+    try:
+        with open_regular(path) as file:
+            head = file.read(16)
+        if head[:4] != EXR and not is_hdr(head):
+            return _checked(read_texture(name, folder), name)
+        parts = list(read_exr(path) if head[:4] == EXR else np.moveaxis(read_hdr(path, TEXTURE_TEXELS), -1, 0))
+    except HdrError as error:
+        raise lb.SceneError(f"sky {excerpt(name)} cannot be read: {error}") from error
+    except (OSError, MemoryError) as error:
+        raise lb.SceneError(f"sky {excerpt(name)} cannot be read: {getattr(error, 'strerror', None) or error}"
+                            ) from error
+    height, width = parts[0].shape
+    if min(height, width) < 2:
+        raise lb.SceneError(f"sky {excerpt(name)} is smaller than 2 × 2 pixels")
+    if height * width > TEXTURE_TEXELS:
+        raise lb.SceneError(f"sky {excerpt(name)} has {width} × {height} pixels: make it at most 8192 × 4096")
+    return _checked(lb.Image(width, height, _light(parts, name, say)), name)
+
+
+def _light(parts: list[np.ndarray], name: str, say: Say) -> bytes:
+    """The radiance of three channels (h, w), interleaved, float32, none negative and all finite."""
+    most = max(float(part.max(where=np.isfinite(part), initial=0.0)) for part in parts)
+    if not most > 0.0:
+        raise lb.SceneError(f"sky {excerpt(name)} has no pixel that is positive and finite")
+    data, negative, endless = BytesIO(), 0, 0       # the bytes are given without a copy
+    rows, columns = parts[0].shape
+    for first in range(0, rows, BAND):
+        band = np.stack([part[first:first + BAND] for part in parts], -1).astype(np.float32)
+        negative += int((np.isfinite(band) & (band < 0.0)).any(-1).sum())
+        endless += int((~np.isfinite(band)).any(-1).sum())
+        data.write(np.clip(np.nan_to_num(band, nan=0.0, posinf=most, neginf=0.0), 0.0, most).data)
+    for count, what in ((negative, "negative and count as 0"),
+                        (endless, "not finite and count as 0, or, if infinite, as the brightest of the others")):
+        if count:
+            say(f"sky {excerpt(name)}: {count} pixels ({significant(100.0 * count / (rows * columns), 2)} %) are "
+                f"{what}")
+    return data.getvalue()
+
+
+def _checked(image: lb.Image, name: str) -> lb.Image:
+    if not 1.5 <= image.width / image.height <= 2.5:
+        raise lb.SceneError(f"sky {excerpt(name)} of {image.width} × {image.height} pixels is no picture of all "
+                            "directions: it must be twice as wide as high")
+    return image
+
+
+def read_exr(path: Path, channels: tuple[tuple[str, ...], ...] = CHANNELS) -> tuple[np.ndarray, ...]:
+    """The first of these sets of channels that an OpenEXR file has, each (h, w); HdrError where it has none.
+
+    All channels of a file are decoded together, so that their sizes are bounded together.
+    """
+    import OpenEXR
+
+    try:
+        with OpenEXR.File(str(path), header_only=True) as file:         # before its pixels take memory
+            samples, most = 0, 0
+            for part in file.parts:
+                low, high = (np.asarray(corner, np.int64) for corner in part.header["dataWindow"])
+                most = max(most, int(np.prod(high - low + 1)))
+                samples += int(np.prod(high - low + 1)) * len(part.header["channels"])
+        if most > MOST_PIXELS:
+            raise HdrError(f"it has more than {MOST_PIXELS // 1_000_000} million pixels")
+        if samples > MOST_SAMPLES:
+            raise HdrError(f"its channels hold {samples // 1_000_000} million numbers: at most "
+                           f"{MOST_SAMPLES // 1_000_000} million are read; make it smaller, or leave channels out")
+        with OpenEXR.File(str(path), separate_channels=True) as file:
+            found = {key: np.asarray(channel.pixels) for key, channel in file.channels().items()}
+    except HdrError:
+        raise
+    except Exception as error:      # the library raises its own kinds and Python's
+        raise HdrError("it is no whole OpenEXR file") from error
+    for names in channels:
+        if all(key in found for key in names):
+            parts = tuple(found[key] for key in names)
+            if len({part.shape for part in parts}) > 1 or parts[0].ndim != 2:
+                raise HdrError("its channels differ in size")
+            return parts
+    sets = [", ".join(dict.fromkeys(names)) for names in channels]
+    raise HdrError(f"it has the channels {excerpt(', '.join(found))}, and neither {' nor '.join(sets)}: rename them")

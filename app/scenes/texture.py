@@ -1,0 +1,81 @@
+"""Textures of scene files: pictures beside the file or below its folder, as linear light.
+
+Where files that a scene file names may lie: beside it or below.
+"""
+
+import math
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.core.kernels.numeric import linear
+from lensbench.core.text import excerpt
+from lensbench.lenses.picture_file import PictureFileError, read_picture_file
+
+
+def asset_path(name: str, folder: Path, what: str, most_bytes: int) -> Path:
+    """The path of a file that a scene file names; SceneError where it is none, is too large or lies elsewhere.
+
+    folder: of the scene file, resolved. what: word for the file in messages, such as "texture".
+    """
+    if Path(name).is_absolute() or "\0" in name:
+        raise lb.SceneError(f"{what} {excerpt(name)}: name it relative to the scene file")
+    try:
+        path = (folder / name).resolve(strict=True)
+    except (OSError, RuntimeError) as error:
+        raise lb.SceneError(f"{what} {excerpt(name)}: there is no such file") from error
+    if not path.is_relative_to(folder):
+        raise lb.SceneError(f"{what} {excerpt(name)} lies outside the folder of the scene: put it beside the file or "
+                            "below")
+    if not path.is_file():
+        raise lb.SceneError(f"{what} {excerpt(name)} is not a file: it is a folder, pipe, device or socket")
+    if path.stat().st_size > most_bytes:
+        raise lb.SceneError(f"{what} {excerpt(name)} is larger than {most_bytes >> 20} MB")
+    return path
+
+
+MOST_BYTES = 512 << 20                  # of a file
+TEXTURE_SIDE = 8192                     # texels: larger pictures are averaged down to this
+TEXTURE_TEXELS = 8192 * 4096            # and to as many in all: 400 MB of linear light
+BAND = 64                               # rows that are made linear at once
+
+
+def read_texture(name: str, folder: Path) -> lb.Image:
+    """An image file in the folder of the scene or below it, linear and upright, as `image_of`; or SceneError."""
+    path = asset_path(name, folder, "texture", MOST_BYTES)
+    try:
+        return image_of(read_picture_file(path))
+    except PictureFileError as error:
+        raise lb.SceneError(f"texture {excerpt(name)}: {error}") from error
+
+
+def image_of(picture: Any, most_texels: int = TEXTURE_TEXELS) -> lb.Image:
+    """A decoded picture of Pillow as linear light, averaged down to TEXTURE_SIDE and most_texels at most.
+
+    PictureFileError for one of less than 2 × 2 pixels.
+    """
+    from PIL import Image as Picture
+
+    width, height = picture.size
+    if min(width, height) < 2:
+        raise PictureFileError("it is smaller than 2 × 2 pixels")
+    shrink = min(TEXTURE_SIDE / max(width, height), math.sqrt(most_texels / (width * height)), 1.0)
+    columns, rows = (max(2, math.floor(length * shrink)) for length in picture.size)
+    deep = picture.mode.startswith("I")
+    deepest = 65535 if deep else 255
+    curve = np.asarray(linear(np.arange(deepest + 1) / deepest), np.float32)
+    data = BytesIO()                    # gives its bytes without a copy
+    for first in range(0, rows, BAND):
+        last = min(first + BAND, rows)
+        top, bottom = first * height / rows, last * height / rows
+        part = picture.crop((0, math.floor(top), width, math.ceil(bottom)))
+        light = curve[np.clip(np.atleast_3d(part if deep else part.convert("RGB")), 0, deepest)]
+        if (columns, rows) != picture.size:
+            box = (0.0, top - math.floor(top), float(width), bottom - math.floor(top))
+            light = np.stack([np.asarray(Picture.fromarray(light[..., c]).resize(
+                (columns, last - first), Picture.Resampling.BOX, box)) for c in range(light.shape[2])], -1)
+        data.write(np.ascontiguousarray(np.broadcast_to(light, (*light.shape[:2], 3)), np.float32).data)
+    return lb.Image(columns, rows, data.getvalue())

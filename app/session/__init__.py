@@ -1,0 +1,1 @@
+"""What a user keeps: history, files, snapshots, edited lenses, pictures and recordings."""

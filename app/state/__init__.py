@@ -1,1 +1,0 @@
-"""Settings and their consequences: cameras, figures, undo, plot geometry. No GUI."""

@@ -1,1 +1,0 @@
-"""Analyses of the lens of the settings as plain figures: what is computed, and what is shown of it. No window."""

@@ -1,1 +1,0 @@
-"""Curves and regions that the panels draw, from the settings: section, plan, rays, exit pupil, blur. No window."""

@@ -1,1 +1,0 @@
-"""Parts of scene files: the values of their tables, and the files that they name, all in the folder of the scene."""

@@ -1,1 +1,0 @@
-"""Theme, dials and other controls for imgui."""

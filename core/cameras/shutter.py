@@ -1,0 +1,198 @@
+"""Place and exposure of a camera: transform to the world, shutter, rolling rows.
+
+The camera frame has its origin at the camera, x to the right, y up, and the camera looks along −z; mm and seconds.
+
+Rolling-shutter rows: projection of moving points onto the row of the film that is open when they fall on it.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lensbench.core.cameras.rays import CameraError, checked_times
+from lensbench.core.imaging.exposure import DIRECTIONS, shutter_step
+from lensbench.core.imaging.film import Film
+from lensbench.core.imaging.transform import AnimatedTransform, checked_rigid, transform_steps
+from lensbench.core.kernels.block import TIME, Step, X, Y
+from lensbench.core.kernels.program import Program
+from lensbench.core.text import significant
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlacedShutter:
+    """Placement and shutter of a camera.
+
+    Parameters
+    ----------
+    world_from_camera : (4, 4) array or AnimatedTransform
+        Rigid transform from the camera frame to the world, both in mm; the identity by default. An
+        AnimatedTransform may also scale all directions alike.
+    shutter_open, shutter_close : float
+        Times (s) between which the shutter is open; with a rolling shutter, those of the row that opens first.
+    shutter_ramp : float
+        Time (s) that the shutter takes to open, and again to close; 0 gives a box.
+    readout : float
+        Time (s) from the opening of the first row to that of the last; 0 is a global shutter.
+    readout_direction : str
+        Order of the rows in the upright picture: "down", "up", "left" or "right".
+
+    Raises
+    ------
+    CameraError
+        Unknown readout direction, or shutter times that contradict each other.
+    TransformError
+        A world_from_camera that is not rigid.
+    """
+
+    if TYPE_CHECKING:                   # a field of each camera kind, at that kind's own position in its signature
+        @property
+        def film(self) -> Film:
+            """The film that the picture falls on."""
+    world_from_camera: np.ndarray | AnimatedTransform = field(default_factory=lambda: np.eye(4))
+    shutter_open: float = 0.0
+    shutter_close: float = 1.0
+    shutter_ramp: float = 0.0
+    readout: float = 0.0
+    readout_direction: str = "down"
+
+    def __post_init__(self):
+        if isinstance(self.world_from_camera, AnimatedTransform):
+            _ = self.world_from_camera.scales               # raises where the transform does not scale evenly
+        else:
+            object.__setattr__(self, "world_from_camera", checked_rigid(self.world_from_camera))
+        if not (math.isfinite(self.shutter_open) and math.isfinite(self.shutter_close)):
+            raise CameraError("the shutter's times must be finite numbers of seconds")
+        if self.shutter_close < self.shutter_open:
+            raise CameraError(f"the shutter closes at {significant(self.shutter_close)} s, "
+                              f"before it opens at {significant(self.shutter_open)} s")
+        if not 0.0 <= self.shutter_ramp <= self.exposure_time / 2.0:
+            raise CameraError(f"shutter ramp {significant(self.shutter_ramp)} s: it must lie between 0 and "
+                              f"{significant(self.exposure_time / 2.0)} s, half of the time that the shutter is open")
+        if not (math.isfinite(self.readout) and self.readout >= 0.0):
+            raise CameraError(f"readout {significant(self.readout)} s: it must be 0 (a global shutter) or positive")
+        if self.readout_direction not in DIRECTIONS:
+            raise CameraError(f"readout direction {self.readout_direction!r}: choose one of {', '.join(DIRECTIONS)}")
+
+    @property
+    def exposure_time(self) -> float:
+        """Time (s) from the moment when a row begins to open until it is closed."""
+        return self.shutter_close - self.shutter_open
+
+    @property
+    def effective_time(self) -> float:
+        """Time (s) for which a shutter without ramps would pass the same light: the area of the trapezoid."""
+        return self.exposure_time - self.shutter_ramp
+
+    @property
+    def shutter_efficiency(self) -> float:
+        """effective_time / exposure_time: 1 for a box, 1/2 for a shutter that is fully open only for an instant."""
+        return self.effective_time / self.exposure_time if self.exposure_time > 0.0 else 1.0
+
+    @property
+    def moves(self) -> bool:
+        """Whether the camera moves while any of its rows is open."""
+        pose = self.world_from_camera
+        return isinstance(pose, AnimatedTransform) and pose.changes_between(self.shutter_open, self._last_moment)
+
+    @property
+    def _last_moment(self) -> float:
+        """Time (s) at which the last row is closed."""
+        return self.shutter_close + self.readout
+
+    def world_from_camera_at(self, seconds) -> np.ndarray:
+        """Transform from the camera frame to the world at given times.
+
+        Parameters
+        ----------
+        seconds : float or (n,) array
+            Times (s) on the clock of shutter_open.
+
+        Returns
+        -------
+        (4, 4) array, or (n, 4, 4) for n times.
+        """
+        pose = self.world_from_camera
+        if isinstance(pose, AnimatedTransform):
+            return pose.at(seconds)
+        return np.broadcast_to(pose, (*np.shape(seconds), 4, 4))
+
+    def placement(self, time=0.0, raster=None) -> np.ndarray:
+        """Transform from the camera frame to the world, at shutter times and for raster points.
+
+        Parameters
+        ----------
+        time : float or (n,) array
+            Shutter times in [0, 1), as `generate_rays` takes them.
+        raster : (n, 2) array or None
+            Raster points (pixels), on which the time depends with a rolling shutter; None: the centre of the film.
+
+        Returns
+        -------
+        (4, 4) array, or (n, 4, 4) where there are n times or raster points and the camera has an AnimatedTransform.
+        """
+        if not isinstance(self.world_from_camera, AnimatedTransform):
+            return self.world_from_camera
+        one = raster is None and np.ndim(time) == 0
+        raster = film_centre(self.film, max(np.size(time), 1)) if raster is None else raster
+        given = {X: raster[:, 0], Y: raster[:, 1], TIME: np.broadcast_to(checked_times(time), (len(raster),))}
+        seconds = self.shutter_open + Program([self.clock], np.float64).run(given, [TIME], len(raster))[0]
+        return self.world_from_camera_at(seconds[0] if one else seconds)
+
+    @property
+    def carried(self) -> list[Step]:
+        """Steps from a ray in the camera frame, at its TIME in seconds since shutter_open, to the world."""
+        pose = self.world_from_camera
+        if isinstance(pose, AnimatedTransform):
+            return pose.steps(self.shutter_open, self._last_moment)
+        return transform_steps(pose)
+
+    @property
+    def clock(self) -> Step:
+        """Step from the shutter sample TIME in [0, 1) and raster X, Y to TIME in seconds since shutter_open."""
+        return shutter_step(self.exposure_time, self.shutter_ramp, self.readout, self.readout_direction,
+                            self.film.pixels_x, self.film.pixels_y)
+
+
+def film_centre(film: Film, n: int) -> np.ndarray:
+    """Raster point of the film's centre, n times: (n, 2) pixels."""
+    return np.tile([film.pixels_x / 2.0, film.pixels_y / 2.0], (n, 1))
+
+
+Project = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Raster points (n, 2) → raster points of n objects, with the camera where it is while the rows of the former are open;
+and which objects are visible, (n,) bool."""
+
+ITERATIONS = 40         # of the secant rule, at most
+
+
+def project_onto_open_rows(camera: PlacedShutter, project: Project, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Raster points (n, 2) of n objects, each on the row that is open when it falls there; and which are visible."""
+    raster, visible = project(film_centre(camera.film, n))
+    if camera.moves and camera.readout > 0.0:
+        raster, visible = _solve_rows(camera, project, raster)
+    with np.errstate(invalid="ignore"):
+        inside = ((raster >= 0.0) & (raster <= [camera.film.pixels_x, camera.film.pixels_y])).all(1)
+    return raster, visible & inside
+
+
+def _solve_rows(camera: PlacedShutter, project: Project, raster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fixed points of `project` along the readout, by the secant rule for each object on its own."""
+    axis = 0 if camera.readout_direction in ("left", "right") else 1
+    before, open_at = film_centre(camera.film, len(raster)), raster.copy()
+    error_before = raster[:, axis] - before[:, axis]
+    for _ in range(ITERATIONS):
+        raster, visible = project(open_at)
+        error = raster[:, axis] - open_at[:, axis]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = -error * (open_at[:, axis] - before[:, axis]) / (error - error_before)
+        step = np.where(np.isfinite(step), step, error)
+        before, error_before, open_at = open_at, error, open_at.copy()
+        open_at[:, axis] += step
+        if not (np.abs(step) > 1e-11).any():
+            break
+    raster, visible = project(open_at)
+    with np.errstate(invalid="ignore"):                 # a fast panorama may miss a point, or see it twice
+        return raster, visible & (np.abs(raster[:, axis] - open_at[:, axis]) < 1e-6)

@@ -1,0 +1,1 @@
+"""Glasses: catalogues, the AGF format, and media as lens files name them."""

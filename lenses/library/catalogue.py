@@ -1,0 +1,179 @@
+"""The lens library: names, headers, and suggestions for an unknown name."""
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import lru_cache
+from pathlib import Path
+
+from lensbench.core.lazy import hashed_once
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.formats import toml_header
+
+LIBRARY = Path(__file__).parent
+COPIED = ("title", "kind", "year", "source", "maker", "designer", "patent", "film_size", "estimates", "stated_efl",
+          "image_circle", "notes")       # from the header
+
+
+@hashed_once
+@dataclass(frozen=True)
+class Card:
+    """Header of a library lens, for lists. Lengths in mm; None or "": not known.
+
+    Attributes
+    ----------
+    name : str
+        What `load` takes.
+    title, kind, source, notes : str
+        As the file has them; `kind` is "double Gauss", "fisheye", …
+    year : int or None
+        Year of the design.
+    maker, designer, patent : str
+        Who sold it (else whose patent it is), who designed it, the patent's number.
+    film_size : (2,) tuple of float or None
+        Width and height of the film or sensor that the lens was made for.
+    estimates : str
+        What of the prescription is not published but estimated, such as "all rims"; "" where nothing is.
+    efl, tele_efl : float or None
+        Computed focal length; of a zoom the shortest and the longest.
+    f_number : float or None
+        Wide open: stated, else computed.
+    stated_efl : float or None
+        Focal length as published.
+    image_circle : float or None
+        Diameter that the design covers, focused at infinity.
+    surfaces, elements, groups, aspheres, focus_groups : int
+        What it consists of, see `Counts`; a lens without focus groups is focused as a whole.
+    """
+
+    name: str
+    title: str
+    kind: str = ""
+    year: int | None = None
+    source: str = ""
+    maker: str = ""
+    designer: str = ""
+    patent: str = ""
+    film_size: tuple[float, float] | None = None
+    estimates: str = ""
+    efl: float | None = None
+    tele_efl: float | None = None
+    f_number: float | None = None
+    stated_efl: float | None = None
+    image_circle: float | None = None
+    surfaces: int = 0
+    elements: int = 0
+    groups: int = 0
+    aspheres: int = 0
+    focus_groups: int = 0
+    notes: str = ""
+
+    @property
+    def zooms(self) -> bool:
+        """Whether the focal length varies."""
+        return self.tele_efl is not None
+
+    @property
+    def has_aspheres(self) -> bool:
+        """Whether a surface is aspheric."""
+        return self.aspheres > 0
+
+
+@lru_cache(maxsize=1)
+def _names() -> tuple[str, ...]:
+    return tuple(sorted(path.stem for path in LIBRARY.glob("*.toml")))
+
+
+def names() -> list[str]:
+    """Names of the library lenses.
+
+    Returns
+    -------
+    list of str
+        In alphabetical order; each is an argument for `load`.
+    """
+    return list(_names())
+
+
+def path_of(name: str) -> Path:
+    """The file of a library lens."""
+    return LIBRARY / f"{name}.toml"
+
+
+@lru_cache(maxsize=1)
+def describe() -> tuple[Card, ...]:
+    """Headers of the library lenses, read once.
+
+    Returns
+    -------
+    tuple of Card
+        In the order of `names`.
+
+    Raises
+    ------
+    LensFileError
+        A file of the library cannot be read.
+    """
+    return tuple(_card(name) for name in _names())
+
+
+def card(name: str) -> Card | None:
+    """Header of one library lens; no other file is read.
+
+    Parameters
+    ----------
+    name : str
+        Any text.
+
+    Returns
+    -------
+    Card or None
+        None where the library has no lens of this name.
+
+    Raises
+    ------
+    LensFileError
+        The file cannot be read.
+    """
+    return _card(name) if name in _names() else None
+
+
+@lru_cache(maxsize=1024)
+def _card(name: str) -> Card:
+    path = path_of(name)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise LensFileError(path, None, f"cannot be read: {error.strerror}") from None
+    header = toml_header.of_file(text, str(path))
+    copied = {key: header[key] for key in COPIED if key in header}
+    return Card(name, efl=header.get("computed_efl"), tele_efl=header.get("computed_tele_efl"),
+                f_number=header.get("stated_f_number", header.get("computed_f_number")), **copied,
+                **header.get("counts", {}))
+
+
+def one_of_each_kind() -> list[str]:
+    """Names of library lenses of different kinds, for charts and sweeps that take long for each lens.
+
+    Returns
+    -------
+    list of str
+        The first name of each kind, in alphabetical order.
+    """
+    first: dict[str, str] = {}
+    for card in describe():
+        first.setdefault(card.kind, card.name)
+    return sorted(first.values())
+
+
+def suggestion(name: str) -> str:
+    """Library names nearest to an unknown one, as the end of a sentence."""
+    typed = name.strip().lower()[:80]
+    titles = {card.name: f"{card.name} {card.title} {card.kind}".lower() for card in describe()}
+    near = [known for known, title in titles.items() if len(typed) > 2 and typed in title]
+    near += get_close_matches(typed, titles, n=4, cutoff=0.7)
+    for word in get_close_matches(typed, sorted({word for title in titles.values() for word in title.split()})):
+        near += [known for known, title in titles.items() if word in title.split()]
+    near = list(dict.fromkeys(near))
+    if not near:
+        return f"`lensbench lenses` lists the {len(titles)} there are"
+    return f"did you mean {' or '.join(near[:4])}?"

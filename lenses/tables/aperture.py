@@ -1,0 +1,191 @@
+"""Size of the stop by the aperture that a design file states.
+
+Lengths in mm, or in the unit of a file. Object distances count from the object to the first vertex; inf: at infinity.
+The medium in front of the lens is air.
+
+The stated aperture of a design file sizes the stop. The rim that the file has for the stop's surface is the clear
+aperture of the part: it is kept where both agree, and named by a finding where they do not.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import asin, hypot, inf, isfinite, sqrt, tan
+from typing import Any
+
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.glass import D_LINE
+from lensbench.core.optics.lens_surface import LensError, Surface
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import Fate, trace
+from lensbench.core.optics.system import ApertureKind
+from lensbench.core.text import significant
+from lensbench.lenses.file_error import RowError
+from lensbench.lenses.tables.paraxial import FAR, index_of, ray
+from lensbench.lenses.tables.rows import WIDEST_STOP, check_sizes, widest_other
+from lensbench.lenses.tables.stations import Station, with_gaps
+
+SAME = 1e-7             # share of a radius: rounding of a stop that is written and read again
+PRINTED = 2e-4          # share of a radius: rounding of a rim in a file
+
+
+def axial_ray(surfaces: Sequence[Any], distance: float,
+              wavelength: float = D_LINE) -> tuple[list[float], float, float]:
+    """Ray from the axis point of the object: heights at the surfaces, slope in front of them and slope behind them.
+
+    Its height at the first surface is 1; from an object on that surface, its slope is 1.
+    """
+    if abs(distance) >= FAR:
+        height, slope = 1.0, 0.0
+    else:
+        height, slope = (1.0, 1.0 / distance) if distance else (0.0, 1.0)
+    heights, behind = ray(surfaces, height, slope, wavelength)
+    return heights, slope, behind
+
+
+def stop_radius(surfaces: Sequence[Any], stop: int, kind: ApertureKind, value: float, distance: float,
+                wavelength: float = D_LINE) -> float | None:
+    """Radius of the stop that an aperture asks for.
+
+    Parameters
+    ----------
+    surfaces : sequence of Surface or Row
+        From the scene to the film.
+    stop : int
+        Index of the stop.
+    kind : ApertureKind
+        The quantity that is stated.
+    value : float
+        Its value, as in `Aperture.values`.
+    distance : float
+        Object → first vertex; inf for an object at infinity.
+    wavelength : float
+        Micrometres.
+
+    Returns
+    -------
+    float or None
+        Radius in the unit of the surfaces; None where no stop has this aperture: an object at infinity has no
+        numerical aperture, an afocal lens no f-number, a stop in the front focus of what is before it no entrance
+        pupil.
+    """
+    try:
+        radius = _stop_radius(surfaces, stop, kind, value, distance, wavelength)
+    except (ArithmeticError, ValueError):
+        return None
+    return radius if isfinite(radius) and radius > 0.0 else None
+
+
+def _stop_radius(surfaces: Sequence[Any], stop: int, kind: ApertureKind, value: float, distance: float,
+                 wavelength: float) -> float:
+    if kind is ApertureKind.STOP_SIZE:
+        return value
+    index = index_of(surfaces[-1].glass, wavelength)
+    parallel, power_slope = ray(surfaces, 1.0, 0.0, wavelength)
+    # The stop is an image of the entrance pupil, and parallel[stop] its magnification
+    if kind is ApertureKind.PUPIL_DIAMETER:
+        return 0.5 * value * abs(parallel[stop])
+    if kind is ApertureKind.F_NUMBER:
+        return 0.5 / (index * abs(power_slope)) / value * abs(parallel[stop])
+    heights, front, behind = axial_ray(surfaces, distance, wavelength)
+    if kind is ApertureKind.OBJECT_NA:
+        slope, own = tan(asin(value)), front
+        if all(isinstance(surface, Surface) for surface in surfaces) and own:
+            return _real_height(surfaces, stop, value, distance, wavelength)
+    elif kind is ApertureKind.IMAGE_NA:
+        slope, own = tan(asin(value / index)), behind
+    else:
+        slope, own = 0.5 / (value * index), behind
+    return slope / abs(own) * abs(heights[stop])
+
+
+def f_number_kind(distance: float) -> ApertureKind:
+    """Kind of the f-number of programs that state the working one; for an object at infinity both are the same."""
+    return ApertureKind.F_NUMBER if abs(distance) >= FAR else ApertureKind.WORKING_F_NUMBER
+
+
+def pupil_diameter(surfaces: Sequence[Any], stop: int, radius: float, wavelength: float = D_LINE) -> float:
+    """Paraxial diameter of the entrance pupil; inf if the stop lies in the front focus of what is before it.
+
+    radius: of the stop. wavelength: µm.
+    """
+    height = abs(ray(surfaces, 1.0, 0.0, wavelength)[0][stop])
+    return 2.0 * radius / height if height else inf
+
+
+def _real_height(surfaces: Sequence[Surface], stop: int, na: float, distance: float, wavelength: float) -> float:
+    """Height at the stop of the real axial ray of a numerical aperture; NaN if it does not reach the stop.
+
+    Beyond an aperture of 0.3 the paraxial height is several per cent off.
+    """
+    cosine = sqrt(1.0 - na * na)
+    if not cosine:
+        return inf
+    tangent = na / cosine
+    before = distance + 1.0                         # so that the ray begins in front of an object that touches the lens
+    rays = trace(Lens(tuple(surfaces[:stop + 1]), stop), [0.0, -tangent * (before - distance), -before],
+                 [0.0, na, cosine], wavelength=wavelength, clip=False, forward=True)
+    reached = rays.surface[0] == stop and rays.fate[0] != Fate.MISSED
+    return hypot(*rays.points[0, :2]) if reached else inf
+
+
+def with_stated_aperture(lens: Lens, stations: list[Station],
+                         wavelength: float) -> tuple[Lens, list[Station], list[Finding]]:
+    """The lens and its configurations with the stop of `lens.system.aperture`.
+
+    Parameters
+    ----------
+    lens : Lens
+        With the stop's rim of its file.
+    stations : list of Station
+        Its configurations; each may state an aperture of its own, of the same kind.
+    wavelength : float
+        Of the paraxial rays (µm).
+
+    Returns
+    -------
+    tuple of Lens, list of Station, list of Finding
+        The stop of each, and findings that name both figures where a rim contradicts the aperture.
+    """
+    aperture, stop = lens.system.aperture, lens.stop_index
+    if aperture is None or (
+            aperture.kind is ApertureKind.STOP_SIZE and not aperture.values[0]
+            and not any(station.aperture for station in stations)):
+        return lens, stations, []
+    findings: list[Finding] = []
+
+    def sized(surfaces: Sequence[Surface], value: float, distance: float, rim: float) -> float:
+        """Radius of the stop by the aperture; the rim where both agree, and where no stop has this aperture."""
+        if aperture.kind is ApertureKind.STOP_SIZE and not value:
+            return rim
+        asked = stop_radius(surfaces, stop, aperture.kind, value, distance, wavelength)
+        if asked is not None and asked > WIDEST_STOP * widest_other(surfaces, stop):
+            asked = None
+        stated = f"the stated {aperture.kind}, {significant(value, 6)},"
+        try:
+            if asked is not None:
+                check_sizes(replace(surfaces[stop], semi_diameter=asked))
+        except (RowError, LensError, ArithmeticError):
+            asked = None
+        if asked is None:
+            findings.append(Finding(Kind.RIM, stop, f"{stated} fits no stop of this lens: the stop's semi-diameter "
+                                                    f"of the file, {significant(rim, 5)} mm, is kept"))
+            return rim
+        if abs(asked - rim) <= SAME * rim:
+            return rim
+        if abs(asked - rim) > PRINTED * rim:
+            findings.append(note(Kind.RIM, f"{stated} sizes the stop: its semi-diameter is {significant(asked, 5)} mm, "
+                                           f"and not the {significant(rim, 5)} mm of the rim in the file",
+                                 stop, aperture=asked, rim=rim))
+        return asked
+
+    rim, value = lens.stop.semi_diameter, aperture.values[0]
+    radius = sized(lens.surfaces, value, lens.system.object_distances[0], rim)
+    surfaces = list(lens.surfaces)
+    surfaces[stop] = replace(lens.stop, semi_diameter=radius)
+    made = []
+    for station in stations:
+        moved = with_gaps(lens.surfaces, list(station.gaps), list(station.gaps.values()))
+        size = sized(moved, value if station.aperture is None else station.aperture, station.distance,
+                     rim if station.stop is None else station.stop)
+        made.append(replace(station, stop=station.stop if size == radius and station.stop is None else size))
+    return replace(lens, surfaces=tuple(surfaces)), made, findings[:1]     # the positions repeat it

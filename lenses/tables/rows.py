@@ -1,0 +1,122 @@
+"""Checked surfaces from the rows of a lens table: numbers, curvatures from radii, and the stop.
+
+Lengths in mm. Every reader uses these functions, so that the same mistake gives the same message in every format.
+"""
+
+from collections.abc import Sequence
+from decimal import Context, Decimal
+from math import inf, isinf
+
+from lensbench.core.optics.finding import Finding, Kind, note
+from lensbench.core.optics.glass import Glass
+from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.text import significant
+from lensbench.lenses.file_error import RowError, number
+from lensbench.lenses.tables.paraxial import axial_heights
+
+SMALLEST_RADIUS = 1e-6      # mm
+SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: largest length in a lens, so that its powers stay finite
+HIGHEST_INDEX = 6.0         # germanium has 4
+WIDEST_STOP = 20.0          # × the largest other rim: a stop that limits light is never so wide
+HIGHEST_TERM = 1e200         # mm: largest aspheric term at the rim
+
+
+def curvature(radius: object) -> float:
+    """Curvature in 1/mm, correctly rounded from the digits of the radius; 0 and inf are a plane."""
+    size = number(radius, "radius", infinite=True)
+    if size == 0.0 or isinf(size):
+        return 0.0
+    if abs(size) < SMALLEST_RADIUS:
+        raise RowError(f"radius is {significant(size)} mm: it must be at least {significant(SMALLEST_RADIUS)} mm (0 or "
+                       f"inf: a plane)")
+    return float(1 / Decimal(radius)) if isinstance(radius, str | Decimal) else 1.0 / size
+
+
+def radius_text(c: float) -> str:
+    """Shortest decimal radius (mm) that `curvature` converts to exactly c; "inf" for a plane."""
+    if c == 0.0:
+        return "inf"
+    for digits in range(1, 28):
+        radius = Context(prec=digits).create_decimal(1 / Decimal(c))
+        text = f"{radius:f}" if abs(radius.adjusted()) < 12 else f"{radius:e}"
+        if float(1 / Decimal(text)) == c:
+            break
+    return text if "." in text or "e" in text else f"{text}.0"
+
+
+def surface(radius: object, thickness: object, n_d: object, semi_diameter: object,
+            v_d: object = None, glass: str = "") -> Surface:
+    """A surface from the values of its row; v_d 0 or None: unknown dispersion. RowError: an invalid value."""
+    n = number(n_d, "index n_d")
+    if n < 1.0:
+        raise RowError(f"index n_d is {significant(n)}: it must be at least 1 (air)")
+    abbe = None if v_d is None else number(v_d, "Abbe number V_d") or None
+    if abbe is not None and abbe < 0.0:
+        raise RowError(f"Abbe number V_d is {significant(abbe)}: it must be positive, or 0 where it is not known")
+    rim = number(semi_diameter, "semi-diameter")
+    if rim <= 0.0:
+        raise RowError(f"semi-diameter is {significant(rim)} mm: it must be positive")
+    made = Surface(number(thickness, "thickness"), rim, Glass(n, abbe, glass), curvature=curvature(radius))
+    check_sizes(made)
+    return made
+
+
+def check_sizes(surface: Surface) -> None:
+    """Raise RowError for a surface (mm) whose sizes can only be a mistake of the file."""
+    for name, c in (("radius", surface.curvature), ("radius of the section x–z", surface.curvature_x or 0.0)):
+        if abs(c) > 1.0 / SMALLEST_RADIUS:
+            raise RowError(f"{name} is {significant(1.0 / c)} mm: it must be at least {significant(SMALLEST_RADIUS)} "
+                           f"mm (0 or inf: a plane)")
+    if surface.glass.n_d > HIGHEST_INDEX:
+        raise RowError(f"index n_d is {significant(surface.glass.n_d)}: no lens is made of more than "
+                       f"{significant(HIGHEST_INDEX)}")
+    if not SMALLEST_RIM <= surface.semi_diameter <= LARGEST:
+        raise RowError(f"semi-diameter is {significant(surface.semi_diameter)} mm: it must lie between "
+                       f"{significant(SMALLEST_RIM)} and {significant(LARGEST)} mm")
+    if abs(surface.thickness) > LARGEST:
+        raise RowError(f"thickness is {significant(surface.thickness)} mm: no lens has gaps of more than "
+                       f"{significant(LARGEST)} mm")
+    for power, a in surface.aspheric:
+        if abs(a) * surface.semi_diameter ** power > HIGHEST_TERM:
+            raise RowError(f"the aspheric coefficient of r^{power} is {significant(a)}: it would raise the rim by "
+                           f"more than {significant(HIGHEST_TERM)} mm")
+
+
+def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[Finding, ...]]:
+    """Index of the aperture stop, from the surfaces marked as stops, and the assumption made.
+
+    Findings also name a stop that cannot limit the light, and thicknesses that only a mirror explains.
+    """
+    index, assumed = _stop_of(surfaces, marked)
+    rim, widest = surfaces[index].semi_diameter, widest_other(surfaces, index)
+    if rim > WIDEST_STOP * widest:
+        assumed += (Finding(Kind.RIM, index, f"the stop's semi-diameter, {significant(rim)} mm, is that of no stop: "
+                                             f"the widest other rim has {significant(widest)} mm. Correct the "
+                                             "diameter of the stop", figures={"semi_diameter": rim, "widest": widest}),)
+    folded = next((i for i, s in enumerate(surfaces[:-1]) if s.thickness < 0.0 and (s.glass.n_d > 1.0 or (
+        i > 0 and surfaces[i - 1].glass.n_d > 1.0 and surfaces[i + 1].glass.n_d > 1.0))), None)
+    if folded is not None:
+        assumed += (Finding(Kind.THICKNESS, folded, f"the thickness behind surface {folded}, "
+                                                    f"{significant(surfaces[folded].thickness)} mm, is negative, as "
+                                                    "behind a mirror: tables with mirrors are not traced"),)
+    return index, assumed
+
+
+def widest_other(surfaces: Sequence[Surface], index: int) -> float:
+    """The largest semi-diameter (mm) of all surfaces but one; inf where there are no others."""
+    return max((s.semi_diameter for i, s in enumerate(surfaces) if i != index), default=inf)
+
+
+def _stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[Finding, ...]]:
+    if len(marked) == 1:
+        return marked[0], ()
+    if not marked:
+        index = min(range(len(surfaces)), key=lambda i: surfaces[i].semi_diameter)
+        return index, (Finding(Kind.NO_STOP, None, f"no stop is marked: the smallest rim limits, surface {index} "
+                                                   f"(semi-diameter {significant(surfaces[index].semi_diameter)} mm)",
+                               figures={"semi_diameter": surfaces[index].semi_diameter}),)
+    heights = axial_heights(surfaces)
+    index = max(marked, key=lambda i: abs(heights[i]) / surfaces[i].semi_diameter)
+    return index, (note(Kind.STOP, f"{len(marked)} stops are marked, surfaces {', '.join(map(str, marked))}: "
+                                   f"surface {index} limits the light and is the stop", index),)
+
