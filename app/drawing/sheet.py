@@ -24,7 +24,7 @@ from lensbench.app.session.export import ExportError, replacing
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure as PrintedFigure
 
 
 SUFFIXES = (".svg", ".png")
@@ -67,11 +67,11 @@ def _load_font() -> None:
         font_manager.fontManager.addfont(folder / f"Roboto-{name}.ttf")
 
 
-def sheet(width: float, height: float) -> "Figure":
+def sheet(width: float, height: float) -> "PrintedFigure":
     """An empty figure of this size (inches) whose parts do not overlap."""
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure as PrintedFigure
 
-    return Figure((width, height), layout="constrained")
+    return PrintedFigure((width, height), layout="constrained")
 
 
 def plot(axes: "Axes", x: str, y: str, title: str = "", log: bool | tuple[bool, bool] = False) -> "Axes":
@@ -123,7 +123,7 @@ def checked_suffix(path: str | Path, figures: bool = False) -> Path:
     return path
 
 
-def save(figure: "Figure", path: str | Path) -> None:
+def save(figure: "PrintedFigure", path: str | Path) -> None:
     """Write a figure in the format of the suffix; equal figures give equal bytes.
 
     ExportError where the path cannot be written.

@@ -108,7 +108,9 @@ class LightFieldController:
             return None
         settings = picture_settings(shown.recording, shown.look)
         if not shown.coded:
-            image = light_field_picture(shown.recording, shown.look, None) if shown.coarse else shown.image
+            image = shown.image
+            if shown.coarse and isinstance(shown.recording, Recording):
+                image = light_field_picture(shown.recording, shown.look, None)
             return image, replace(settings, exposure=present.exposure, tone=present.tone)
         found = self.worker.found
         if shown.look.deep == "depth" and path is not None and found is not None:
