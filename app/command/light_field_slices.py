@@ -95,7 +95,8 @@ def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path 
             arguments.nearest, math.inf if arguments.farthest is None else arguments.farthest, show)
     sure = found.confidence > 0.5
     far, near = (end / 1000.0 for end in ends(found))
-    parts = found.error[sure] / found.distance[sure]
+    near_by = sure & np.isfinite(found.distance)
+    parts = found.error[near_by] / found.distance[near_by]
     figures = {"nearest_m": near, "farthest_m": far if math.isfinite(far) else "inf",
                "sure_percent": 100.0 * float(sure.mean()), "median_confidence": float(np.median(found.confidence)),
                "median_error_percent": 100.0 * float(np.median(parts)) if parts.size else math.nan}

@@ -244,7 +244,7 @@ class SettingTable(LensSettings):
     bits: int = setting(14, choices=BITS, restarts=NOTHING, read=read_count, metavar="N", option="sensor-bits",
                         help="of the sensor's converter: " + ", ".join(map(str, BITS)))
     tone: str = setting("filmic", choices=TONES, restarts=NOTHING, help="tone curve of the developed picture")
-    white: str = setting("picture", "white light of analyses", choices=WHITES, restarts=NOTHING)
+    white: str = setting("picture", "white light", choices=WHITES, restarts=NOTHING)
     overlay: str = setting("none", choices=OVERLAYS, restarts=NOTHING)
     compare: str = setting("off", choices=COMPARISONS, restarts=NOTHING)        # with the picture A
     wipe: float = setting(0.5, bounds=PART, restarts=NOTHING)       # where A ends and B begins, as a part of the width

@@ -122,8 +122,8 @@ def find_depth(field: LightField, nearest: float | None = None, farthest: float 
     at = sigma[0] + place * (sigma[1] - sigma[0])
     found = np.interp(at, shears, per_distance)
     slope = np.abs(np.interp(at, shears, np.gradient(per_distance, shears)))
-    with np.errstate(divide="ignore"):
-        error = slope * SHIFT_ERROR / farthest_view / found**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        error = np.where(found > 0.0, slope * SHIFT_ERROR / farthest_view / found**2, math.inf)
         return Depth((1.0 / found).astype(np.float32), confidence, error.astype(np.float32), picture)
 
 

@@ -31,7 +31,7 @@ from lensbench.app.command.main import main
     ("--camera perspective --focal-length 80mm", ["--focal-length has no effect on the camera perspective"]),
     ("pbrt-dgauss-50mm --coating uncoated --duration 5s",
      ["--coating has no effect on the camera lens: give --ghosts too", "--duration has no effect on the camera lens"]),
-    ("pbrt-dgauss-50mm --coating uncoated --ghosts --focal-length 80mm", []),
+    ("pbrt-dgauss-50mm --coating uncoated --ghosts --focal-length 80mm", ["no ghosts: the scene has no sun"]),
     ("pbrt-dgauss-50mm --lens-model thin --focus-position real", ["the lens model thin has one focus"]),
     ("pbrt-dgauss-50mm --iso 800 --metering highlights --shutter 0.01 --readout 5ms --read-noise 3",
      ["--iso has no effect on the camera lens: give --exposing triangle", "give --exposing automatic",

@@ -101,7 +101,7 @@ def test_a_picture_without_colour_errors_is_white_at_one_wavelength(tmp_path):
     assert plain.conditions().wavelengths == (0.5461,)
     infrared = asked(tmp_path, FLINT, (0.85, 0.94), primary=0)
     assert infrared.conditions().wavelengths == (0.85,)
-    with pytest.raises(SettingsError, match="white light of analyses"):
+    with pytest.raises(SettingsError, match="white light"):
         replace(Settings(), white="blue").checked()
 
 

@@ -48,7 +48,8 @@ def test_home_brings_the_camera_back_and_leaves_the_rest(drive):
     def use(hand):
         hand.picture()
         hand.press(imgui.Key.home)
-        assert hand.settings == replace(moved, position=(0.0, 0.0, 0.0), yaw=0.0, pitch=0.0)
+        assert hand.settings == with_scene(moved, moved.scene)
+        assert replace(hand.settings, position=moved.position, yaw=0.3, pitch=-0.1, focus_distance=900.0) == moved
         hand.press(chord(imgui.Key.mod_ctrl, imgui.Key.z))
         assert hand.settings == moved
 

@@ -10,6 +10,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.bench.lens_choice import with_scene
 from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.image import camera_strip
 from lensbench.app.panels.lens_section import panel as section_panel
@@ -178,7 +179,8 @@ def test_menus_undo_redo_theme_and_panels(drive):
         assert hand.settings == after
         hand.ctx.menu_click("//##MainMenuBar/Edit/Reset all")
         hand.ctx.yield_(2)
-        assert hand.settings == replace(Settings(), pixels_x=hand.settings.pixels_x, pixels_y=hand.settings.pixels_y)
+        fresh = replace(Settings(), pixels_x=hand.settings.pixels_x, pixels_y=hand.settings.pixels_y)
+        assert hand.settings == with_scene(fresh, fresh.scene)
         hand.ctx.menu_click("//##MainMenuBar/View/Light theme")
         hand.ctx.yield_(2)
         assert not hand.session.dark

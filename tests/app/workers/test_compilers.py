@@ -121,7 +121,7 @@ def test_a_process_compiles_a_kernel_into_the_cache(monkeypatch, tmp_path):
     found.begin()
     try:
         found._want(sobol_net.py_func, SIGNATURE)
-        assert list((tmp_path / "lensbench" / "kernels").glob("kernels.sampling.sobol_net-*.kernel"))
+        assert list((tmp_path / "lensbench" / "kernels").glob("core.kernels.sampling.sobol_net-*.kernel"))
     finally:
         found.stop()
         found.leave()
