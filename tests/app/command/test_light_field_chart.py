@@ -6,6 +6,7 @@ import math
 import pytest
 
 from lensbench.app.command.main import main
+from lensbench.app.studies.charts import methods
 
 ARGUMENTS = ["lightfield", "chart", "pbrt-dgauss-50mm", "--lens-model", "thin", "--focus", "1.2m", "--f-number", "2.8",
              "--size", "48x32", "--views"]
@@ -14,7 +15,10 @@ ARGUMENTS = ["lightfield", "chart", "pbrt-dgauss-50mm", "--lens-model", "thin", 
 @pytest.fixture(scope="module")
 def figures(tmp_path_factory):
     path = tmp_path_factory.mktemp("chart") / "field.json"
-    assert main([*ARGUMENTS, "2,6", "-o", str(path)]) == 0
+    with pytest.MonkeyPatch.context() as patch:                 # less noise than the differences that are tested
+        patch.setattr(methods, "LIGHT_FIELDS_RAYS", 4 * methods.LIGHT_FIELDS_RAYS)
+        patch.setattr(methods, "TRUTH", 2 * methods.TRUTH)
+        assert main([*ARGUMENTS, "2,6", "-o", str(path)]) == 0
     return json.loads(path.read_text(encoding="utf-8"))
 
 
@@ -24,7 +28,7 @@ def test_more_views_come_nearer_and_reach_farther(figures):
     assert many["near"] < few["near"] < 1200.0 and few["distances"] == many["distances"]
     # Blur of two views across is four dots, wherever it is wide
     for distance, coarse, fine in zip(few["distances"], few["decibels"], many["decibels"], strict=True):
-        assert distance == 1200.0 or fine > coarse + 0.8
+        assert distance == 1200.0 or fine > coarse + 1.0
 
 
 @pytest.mark.slow
