@@ -2,7 +2,7 @@
 # make test       install what the tests need and run the quick ones, in two processes
 # make test-slow  run the rest, which are marked `slow`
 # make wheel      a wheel in dist/ with compiled kernels for x86-64-v3 and v4 (three minutes)
-# make lint       style (ruff) and types (mypy)
+# make lint       style (ruff), order of imports (isort) and types (mypy)
 # make fuzz       damage every sample file of every reader 2,000 times in each way (half an hour;
 #                 LENSBENCH_LENS_FILES=FOLDER adds files of your own); the tests run a short form
 # make abuse      4,000 random commands of odd and impossible values (a quarter of an hour); the tests run a short form
@@ -47,6 +47,7 @@ wheel: $(VENV)/.installed
 
 lint: $(VENV)/.installed-test
 	$(BIN)/ruff check .
+	$(BIN)/isort --check-only --quiet .
 	@# The rooms as the one package that they are installed as: mypy does not see an editable install
 	@rm -rf build/typed && mkdir -p build/typed/lensbench
 	@ln -s $(CURDIR)/lensbench/* $(CURDIR)/core $(CURDIR)/lenses $(CURDIR)/shaders $(CURDIR)/app build/typed/lensbench/

@@ -46,14 +46,7 @@ if TYPE_CHECKING:
     from lensbench.core.design.standard_goal import goal_of
     from lensbench.core.imaging.coordinate_spaces import Intrinsics, Places, Spaces, depth_resolution
     from lensbench.core.imaging.exposure import (
-        Exposure,
-        ExposureError,
-        ev100,
-        irradiance,
-        luminance,
-        metered_stops,
-        pixel_energy,
-        radiant_exposure,
+        Exposure, ExposureError, ev100, irradiance, luminance, metered_stops, pixel_energy, radiant_exposure
     )
     from lensbench.core.imaging.field_of_view import Equivalent, equivalent, field_of_view, film_extent, focal_length
     from lensbench.core.imaging.film import FORMATS, Film, FilmError, FilmPose
@@ -61,40 +54,21 @@ if TYPE_CHECKING:
     from lensbench.core.imaging.transform import AnimatedTransform, TransformError, look_at
     from lensbench.core.kernels.sampling import unit_disk, unit_square
     from lensbench.core.lightfields.capture import (
-        capture_light_field,
-        light_field_bytes,
-        picture_through,
-        recording_bytes,
+        capture_light_field, light_field_bytes, picture_through, recording_bytes
     )
     from lensbench.core.lightfields.depth import Depth, find_depth
     from lensbench.core.lightfields.light_field import LightField, LightFieldError
     from lensbench.core.lightfields.lumigraph import (
-        Lumigraph,
-        NovelView,
-        array_camera,
-        capture_lumigraph,
-        lumigraph_pinhole,
+        Lumigraph, NovelView, array_camera, capture_lumigraph, lumigraph_pinhole
     )
     from lensbench.core.lightfields.plenoptic import PlenopticCamera, RawPicture
     from lensbench.core.optics.coatings import COATINGS, Coating, CoatingError, Layer, Reflectance
     from lensbench.core.optics.depth_of_field import (
-        circle_of_confusion,
-        depth_of_field,
-        hyperfocal,
-        magnification,
-        real_circle_of_confusion,
-        section_foci,
-        thick_circle_of_confusion,
-        thick_depth_of_field,
-        thick_hyperfocal,
+        circle_of_confusion, depth_of_field, hyperfocal, magnification, real_circle_of_confusion, section_foci,
+        thick_circle_of_confusion, thick_depth_of_field, thick_hyperfocal
     )
     from lensbench.core.optics.focus import (
-        FocusError,
-        best_focus,
-        film_distance,
-        focused,
-        focused_distance,
-        nearest_focus,
+        FocusError, best_focus, film_distance, focused, focused_distance, nearest_focus
     )
     from lensbench.core.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
     from lensbench.core.optics.iris import Iris, IrisError
@@ -104,19 +78,12 @@ if TYPE_CHECKING:
     from lensbench.core.optics.scalar_trace import Fate, Trace, trace
     from lensbench.core.optics.stop_image import StopImage, StopImageError
     from lensbench.core.optics.system import (
-        Aperture,
-        ApertureKind,
-        FieldKind,
-        FieldPoint,
-        SystemData,
-        SystemDataError,
-        Wavelength,
+        Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, SystemDataError, Wavelength
     )
     from lensbench.core.optics.transmission import t_number, transmission, working_f_number
     from lensbench.core.optics.zoom_positions import Positions, PositionsError
     from lensbench.core.pupils.region import ExitPupil, exit_pupil, open_region
-    from lensbench.core.rendering.aovs import AOVS as VIEWS
-    from lensbench.core.rendering.aovs import depth_map, fate_colours
+    from lensbench.core.rendering.aovs import AOVS as VIEWS, depth_map, fate_colours
     from lensbench.core.rendering.ghost_image import Flare, why_no_ghosts
     from lensbench.core.rendering.progressive import Rendering
     from lensbench.core.scenery.builtin.library import SCENES, builtin_scene

@@ -111,18 +111,7 @@ def _mistakes() -> tuple[type[Exception], ...]:
 
 def _parser() -> argparse.ArgumentParser:
     from lensbench.app.command import (
-        analyse,
-        check,
-        design,
-        info,
-        lens_files,
-        library,
-        light_field,
-        render,
-        studies,
-    )
-    from lensbench.app.command import (
-        lens_files as export,
+        analyse, check, design, info, lens_files, lens_files as export, library, light_field, render, studies
     )
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "

@@ -13,13 +13,7 @@ from lensbench.app.bench.build import design
 from lensbench.app.bench.camera_kinds import MAKERS
 from lensbench.app.bench.coating import missing_ghost
 from lensbench.app.bench.constraints import (
-    beyond_view,
-    constrained,
-    full_view,
-    with_camera,
-    with_field_of_view,
-    with_film,
-    with_layout,
+    beyond_view, constrained, full_view, with_camera, with_field_of_view, with_film, with_layout
 )
 from lensbench.app.bench.lens_choice import APERTURE, FILM, FOCUS, with_lens, with_scene
 from lensbench.app.bench.readouts import colours
@@ -98,8 +92,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     not name is limited to the range of the lens. SettingsError,
     LensError, LensFileError, ExportError.
     """
-    from lensbench.app.session.settings_file import PREFIX as STATE
-    from lensbench.app.session.settings_file import settings_of_text
+    from lensbench.app.session.settings_file import PREFIX as STATE, settings_of_text
 
     lens = arguments.lens
     camera = arguments.camera or ("lens" if arguments.lens_model is not None else None)

@@ -17,17 +17,7 @@ from lensbench.app.bench.readouts import Readings
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph
 from lensbench.app.drawing.plot_axes import (
-    AXIS_FLAGS,
-    PLOT_FLAGS,
-    Paths,
-    PlotMap,
-    crosses,
-    dashed_line,
-    log_ticks,
-    pieces,
-    polyline,
-    simplified,
-    text,
+    AXIS_FLAGS, PLOT_FLAGS, Paths, PlotMap, crosses, dashed_line, log_ticks, pieces, polyline, simplified, text
 )
 from lensbench.app.drawing.recorded import Memo, Recorded
 from lensbench.app.plots.blur import Curves, curves, main_curve, plot_range

@@ -6,8 +6,7 @@ The progress of a background task, with Cancel: the same in every panel and dial
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
-from imgui_bundle import icons_fontawesome_6 as fa
+from imgui_bundle import ImVec2, icons_fontawesome_6, icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph, two_lines

@@ -20,16 +20,7 @@ from lensbench.app.plots.pixel_rays import Pointed
 from lensbench.app.plots.section import Sketch, sketch
 from lensbench.app.plots.solid_rays import fan_lines, focused_surface, lost_lines, pixel_lines, pointed_line
 from lensbench.app.plots.solids import (
-    Eye,
-    Part,
-    Strokes,
-    film_outline,
-    film_part,
-    grid_part,
-    lens_outlines,
-    lens_parts,
-    scene_parts,
-    strokes,
+    Eye, Part, Strokes, film_outline, film_part, grid_part, lens_outlines, lens_parts, scene_parts, strokes
 )
 from lensbench.app.settings.settings import Settings
 

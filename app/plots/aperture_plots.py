@@ -7,16 +7,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.plots.plot import (
-    DASHED,
-    DOTTED,
-    Axis,
-    Curve,
-    Figure,
-    Plot,
-    Table,
-    light_limit,
-    reach,
-    wavelength_name,
+    DASHED, DOTTED, Axis, Curve, Figure, Plot, Table, light_limit, reach, wavelength_name
 )
 from lensbench.app.plots.query import Query
 from lensbench.app.plots.rims import with_rims

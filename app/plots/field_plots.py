@@ -13,18 +13,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.plots.plot import (
-    DASHED,
-    DOTTED,
-    SOLID,
-    Area,
-    Axis,
-    Curve,
-    Figure,
-    Plot,
-    Table,
-    dash_of,
-    reach,
-    wavelength_name,
+    DASHED, DOTTED, SOLID, Area, Axis, Curve, Figure, Plot, Table, dash_of, reach, wavelength_name
 )
 from lensbench.app.plots.query import Query
 from lensbench.app.plots.rims import with_rims

@@ -20,11 +20,7 @@ from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_distance
 from lensbench.core.analysis.grids.chief_rays import find_chief_rays
 from lensbench.core.analysis.grids.field_conditions import (
-    FIELDS,
-    Conditions,
-    conditions,
-    wanted_chief_rays,
-    white_light,
+    FIELDS, Conditions, conditions, wanted_chief_rays, white_light
 )
 from lensbench.core.analysis.grids.traced_grid import RayGrid, ray_grid
 from lensbench.core.imaging.spectrum import WHITES

@@ -7,19 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lensbench.app.plots.plot import (
-    DASHED,
-    Area,
-    Axis,
-    Curve,
-    Figure,
-    Label,
-    Map,
-    Plot,
-    Points,
-    Table,
-    reach,
-    shape_of,
-    wavelength_name,
+    DASHED, Area, Axis, Curve, Figure, Label, Map, Plot, Points, Table, reach, shape_of, wavelength_name
 )
 from lensbench.app.plots.query import Query
 from lensbench.core.analysis.grids.traced_grid import RayGrid

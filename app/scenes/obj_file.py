@@ -9,17 +9,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.scenes.mesh_parts import (
-    GREY,
-    WHITE,
-    Look,
-    LookError,
-    MeshFile,
-    Part,
-    coded,
-    compact,
-    cut_to_triangles,
-    distinct,
-    of_looks,
+    GREY, WHITE, Look, LookError, MeshFile, Part, coded, compact, cut_to_triangles, distinct, of_looks
 )
 from lensbench.core.kernels.numeric import linear
 from lensbench.core.text import excerpt

@@ -19,27 +19,8 @@ from lensbench.app.scenes.mesh_file import MM, Pose, read_mesh, rotation
 from lensbench.app.scenes.photograph import own_depth_scene, read_photograph
 from lensbench.app.scenes.sky_picture import read_sky
 from lensbench.app.scenes.table_values import (
-    MOTION,
-    Reader,
-    Say,
-    Table,
-    angle,
-    as_table,
-    as_tables,
-    colour,
-    fields_of,
-    given,
-    length,
-    light,
-    number,
-    numbers,
-    only,
-    point,
-    text,
-    truth,
-    unit,
-    vector,
-    within,
+    MOTION, Reader, Say, Table, angle, as_table, as_tables, colour, fields_of, given, length, light, number, numbers,
+    only, point, text, truth, unit, vector, within
 )
 from lensbench.app.scenes.texture import TEXTURE_TEXELS, read_texture
 from lensbench.core.scenery.families import by_field

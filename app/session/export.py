@@ -29,8 +29,7 @@ from lensbench.app.bench.auto_model import record
 from lensbench.app.bench.exposure import applied_exposure, recorded
 from lensbench.app.bench.false_colours import aov_codes
 from lensbench.app.session import picture_formats
-from lensbench.app.session.picture_formats import SIGNATURE as EXR_SIGNATURE
-from lensbench.app.session.picture_formats import HeaderError, exr_attribute, write_exr
+from lensbench.app.session.picture_formats import SIGNATURE as EXR_SIGNATURE, HeaderError, exr_attribute, write_exr
 from lensbench.app.settings.settings import CHOSEN, Settings
 from lensbench.core.text import MOST_CHARACTERS, cut, escaped
 from lensbench.lenses.file_error import open_regular

@@ -13,32 +13,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from lensbench.app.settings.text_values import (
-    format_angle,
-    format_distance,
-    format_duration,
-    format_electrons,
-    format_exposure,
-    format_f_number,
-    format_film_curvature,
-    format_hole,
-    format_iso,
-    format_length,
-    format_light,
-    format_part,
-    format_signed_length,
-    format_time,
-    read_angle,
-    read_distance,
-    read_electrons,
-    read_exposure,
-    read_f_number,
-    read_film_curvature,
-    read_iso,
-    read_length,
-    read_light,
-    read_percent,
-    read_signed_length,
-    read_time,
+    format_angle, format_distance, format_duration, format_electrons, format_exposure, format_f_number,
+    format_film_curvature, format_hole, format_iso, format_length, format_light, format_part, format_signed_length,
+    format_time, read_angle, read_distance, read_electrons, read_exposure, read_f_number, read_film_curvature, read_iso,
+    read_length, read_light, read_percent, read_signed_length, read_time
 )
 from lensbench.core.text import fixed, significant, true_minus
 

@@ -13,29 +13,10 @@ from types import UnionType
 from typing import Any, NamedTuple, get_args, get_origin
 
 from lensbench.app.settings.text_values import (
-    format_angle,
-    format_distance,
-    format_duration,
-    format_electrons,
-    format_exposure,
-    format_f_number,
-    format_hole,
-    format_length,
-    format_light,
-    format_part,
-    format_signed_length,
-    format_time,
-    read_angle,
-    read_aperture,
-    read_distance,
-    read_electrons,
-    read_exposure,
-    read_film_radius,
-    read_length,
-    read_light,
-    read_part,
-    read_signed_length,
-    read_time,
+    format_angle, format_distance, format_duration, format_electrons, format_exposure, format_f_number, format_hole,
+    format_length, format_light, format_part, format_signed_length, format_time, read_angle, read_aperture,
+    read_distance, read_electrons, read_exposure, read_film_radius, read_length, read_light, read_part,
+    read_signed_length, read_time
 )
 from lensbench.core.text import escaped, excerpt, significant
 

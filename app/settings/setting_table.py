@@ -10,35 +10,11 @@ from dataclasses import dataclass
 from lensbench.app.settings.camera_facts import CAMERAS, LENS_MODELS, MODEL_TITLES
 from lensbench.app.settings.lens_settings import LensSettings
 from lensbench.app.settings.setting import (
-    ANGLE,
-    DISTANCE,
-    LENGTH,
-    MOMENT,
-    MOTION,
-    NOTHING,
-    PART,
-    PLACE,
-    SPAN,
-    Interval,
-    setting,
+    ANGLE, DISTANCE, LENGTH, MOMENT, MOTION, NOTHING, PART, PLACE, SPAN, Interval, setting
 )
 from lensbench.app.settings.text_values import (
-    read_angle,
-    read_count,
-    read_distance,
-    read_electrons,
-    read_exposure,
-    read_film_radius,
-    read_ghost_pair,
-    read_iso,
-    read_length,
-    read_light,
-    read_part,
-    read_position,
-    read_seed,
-    read_signed_length,
-    read_time,
-    read_whole,
+    read_angle, read_count, read_distance, read_electrons, read_exposure, read_film_radius, read_ghost_pair, read_iso,
+    read_length, read_light, read_part, read_position, read_seed, read_signed_length, read_time, read_whole
 )
 from lensbench.core.imaging.film import MAX_SIDE, STEEPEST
 from lensbench.core.imaging.spectrum import WHITES

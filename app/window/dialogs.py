@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
-from imgui_bundle import portable_file_dialogs as native
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui, portable_file_dialogs as native
 
 from lensbench.app.bench.constraints import with_longer_side
 from lensbench.app.drawing import theme

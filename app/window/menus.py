@@ -12,15 +12,7 @@ from lensbench.app.session.edited_lens import reverted
 from lensbench.app.session.notices import Request
 from lensbench.app.window.analyses import PANELS
 from lensbench.app.window.commands import (
-    COMMANDS,
-    GESTURES,
-    quit_window,
-    redo,
-    reset_all,
-    reset_camera,
-    toggle_pin,
-    try_this,
-    undo,
+    COMMANDS, GESTURES, quit_window, redo, reset_all, reset_camera, toggle_pin, try_this, undo
 )
 from lensbench.app.window.dialogs import centre_next
 from lensbench.app.window.layouts import LAYOUTS

@@ -28,13 +28,7 @@ from lensbench.app.session.lens_shelf import ranked, score
 from lensbench.app.settings.setting import check, reader, spec, titles, value_text, words
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import (
-    format_angle,
-    format_length,
-    format_part,
-    read_angle,
-    read_distance,
-    read_length,
-    read_percent,
+    format_angle, format_length, format_part, read_angle, read_distance, read_length, read_percent
 )
 from lensbench.app.window.commands import COMMANDS
 from lensbench.app.window.state import WindowState

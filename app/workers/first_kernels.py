@@ -28,11 +28,9 @@ from lensbench.core.imaging import film
 from lensbench.core.kernels import program, sampling, tile_order
 from lensbench.core.kernels.cache import is_compiled
 from lensbench.core.kernels.program import Code, stage_signature
-from lensbench.core.optics import axial_bundle, surfaces
-from lensbench.core.optics import block_trace as clearance
+from lensbench.core.optics import axial_bundle, block_trace as clearance, surfaces
 from lensbench.core.optics.block_trace import surface_steps
-from lensbench.core.pupils import irregular_regions, radial_sampler, rim_solver
-from lensbench.core.pupils import radial_sampler as equal_areas
+from lensbench.core.pupils import irregular_regions, radial_sampler, radial_sampler as equal_areas, rim_solver
 
 
 def prepare(settings: Settings) -> None:

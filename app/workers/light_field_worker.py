@@ -20,14 +20,7 @@ from numpy.typing import NDArray
 
 import lensbench as lb
 from lensbench.app.bench.light_field_query import (
-    ArrayRecording,
-    Look,
-    Recorded,
-    Recording,
-    light_field_picture,
-    novel_view,
-    picture_settings,
-    radius,
+    ArrayRecording, Look, Recorded, Recording, light_field_picture, novel_view, picture_settings, radius
 )
 from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.analysis_worker import STILL

@@ -14,17 +14,10 @@ from lensbench.core.lazy import lazy_names
 
 if TYPE_CHECKING:
     from lensbench.core.analysis.aperture_curves import (
-        Breathing,
-        FocusShift,
-        breathing,
-        focus_shift,
-        relative_illumination,
+        Breathing, FocusShift, breathing, focus_shift, relative_illumination
     )
     from lensbench.core.analysis.axial_curves import (
-        FocalShift,
-        Longitudinal,
-        chromatic_focal_shift,
-        longitudinal_aberration,
+        FocalShift, Longitudinal, chromatic_focal_shift, longitudinal_aberration
     )
     from lensbench.core.analysis.blade_star import Sunstar, star_pictures, sunstar
     from lensbench.core.analysis.depth_over_field import FieldDepth, field_depth
@@ -34,12 +27,7 @@ if TYPE_CHECKING:
     from lensbench.core.analysis.grids.field_conditions import Conditions, conditions, field_name
     from lensbench.core.analysis.grids.traced_grid import RayGrid, close_foci, ray_grid
     from lensbench.core.analysis.manufacture import (
-        Production,
-        Sensitivity,
-        Tolerances,
-        manufactured,
-        production,
-        sensitivities,
+        Production, Sensitivity, Tolerances, manufactured, production, sensitivities
     )
     from lensbench.core.analysis.meridional_curves import FieldCurves, field_curves
     from lensbench.core.analysis.onion_rings import rippled
@@ -48,12 +36,7 @@ if TYPE_CHECKING:
     from lensbench.core.analysis.spot_diagram import Fans, Spots, ray_fans, spots
     from lensbench.core.analysis.transfer_function import Mtf, mtf
     from lensbench.core.analysis.wavefront import (
-        Wavefront,
-        fringe_index,
-        noll_indices,
-        wavefronts,
-        zernike_name,
-        zernikes,
+        Wavefront, fringe_index, noll_indices, wavefronts, zernike_name, zernikes
     )
 
 _HOMES = {           # the imports above, as they are made at run time

@@ -20,8 +20,7 @@ from lensbench.core.imaging.film import Film
 from lensbench.core.kernels.pauses import pause
 from lensbench.core.optics.depth_of_field import magnification
 from lensbench.core.optics.finding import Finding, Kind
-from lensbench.core.optics.focus import FocusError, focused, nearest_focus
-from lensbench.core.optics.focus import film_distance as focus_on
+from lensbench.core.optics.focus import FocusError, film_distance as focus_on, focused, nearest_focus
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.lens_surface import LensError
 from lensbench.core.optics.paraxial import f_number_at_infinity, first_order, stopped_down

@@ -19,20 +19,8 @@ from lensbench.core.analysis.grids.chief_rays import find_chief_rays
 from lensbench.core.analysis.grids.field_conditions import conditions
 from lensbench.core.analysis.grids.traced_grid import ray_grid
 from lensbench.core.analysis.perturbed_copies import (
-    AROUND_X,
-    AROUND_Y,
-    DX,
-    DY,
-    POSE,
-    bodies,
-    change_gap,
-    change_index,
-    change_radius,
-    copies_of,
-    elements,
-    judge_copies,
-    set_poses,
-    trace_copies,
+    AROUND_X, AROUND_Y, DX, DY, POSE, bodies, change_gap, change_index, change_radius, copies_of, elements,
+    judge_copies, set_poses, trace_copies
 )
 from lensbench.core.analysis.transfer_function import mtf
 from lensbench.core.imaging.film import Film

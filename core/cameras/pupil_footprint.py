@@ -15,28 +15,8 @@ from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.ray_generation import fill_gaps
 from lensbench.core.imaging.transform import AnimatedTransform
 from lensbench.core.kernels.block import (
-    A0,
-    OX,
-    OY,
-    OZ,
-    PUPIL_RADIUS,
-    PUPIL_SPREAD,
-    SAMPLE,
-    TIME,
-    U0,
-    U1,
-    WEIGHT,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    gather,
-    rows,
-    stage,
+    A0, OX, OY, OZ, PUPIL_RADIUS, PUPIL_SPREAD, SAMPLE, TIME, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, gather, rows,
+    stage
 )
 from lensbench.core.kernels.program import Program
 

@@ -15,25 +15,7 @@ from lensbench.core.cameras.camera_stages import CameraStages
 from lensbench.core.cameras.rays import CameraError, Rays, checked_times
 from lensbench.core.imaging.coordinate_spaces import Intrinsics, Places, Spaces, film_window, transform_points
 from lensbench.core.kernels.block import (
-    A0,
-    PIXEL_SIDE,
-    PIXEL_SPREAD,
-    SAMPLE,
-    TIME,
-    U0,
-    U1,
-    WEIGHT,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    gather,
-    rows,
-    stage,
+    A0, PIXEL_SIDE, PIXEL_SPREAD, SAMPLE, TIME, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, gather, rows, stage
 )
 from lensbench.core.kernels.program import Program
 from lensbench.core.kernels.sampling import unit_table

@@ -12,25 +12,12 @@ from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.film_landing import FilmImportance, FilmLanding, ideal_film_landing
 from lensbench.core.cameras.ideal_lens import Gaussian, posed_film_points, posed_steps
 from lensbench.core.cameras.lens_settings import (
-    FOLLOWING,
-    check_medium,
-    check_room,
-    check_settings,
-    focus_of_film,
-    has_dispersion,
-    ideal_lens,
-    missing_dispersion,
-    thick,
+    FOLLOWING, check_medium, check_room, check_settings, focus_of_film, has_dispersion, ideal_lens, missing_dispersion,
+    thick
 )
 from lensbench.core.cameras.rays import CameraError
 from lensbench.core.cameras.real_lens_projection import (
-    BEYOND,
-    FilmRegions,
-    Regions,
-    foremost,
-    starting_points,
-    traced_importance,
-    traced_landing,
+    BEYOND, FilmRegions, Regions, foremost, starting_points, traced_importance, traced_landing
 )
 from lensbench.core.imaging.film import UPRIGHT, Film, FilmPose
 from lensbench.core.kernels.block import Step

@@ -8,8 +8,7 @@ stays white, and dispersion only moves the light of each wavelength.
 
 import numpy as np
 
-from lensbench.core.kernels.block import BLUE, GREEN, RED, Step, rows, stage
-from lensbench.core.kernels.block import B as LANES
+from lensbench.core.kernels.block import BLUE, GREEN, RED, B as LANES, Step, rows, stage
 from lensbench.core.kernels.sampling import WAVELENGTH, sobol
 
 # Middles, by weight, of the eight parts (µm)

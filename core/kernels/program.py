@@ -24,25 +24,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from lensbench.core.kernels.block import (
-    ALIVE,
-    BLUE,
-    GREEN,
-    KEYS,
-    LOST,
-    PITCH,
-    PIXEL,
-    RED,
-    ROWS,
-    SAMPLE,
-    SEED,
-    V0,
-    V1,
-    WEIGHT,
-    B,
-    Step,
-    lane_buffer,
-    rows,
-    stage,
+    ALIVE, BLUE, GREEN, KEYS, LOST, PITCH, PIXEL, RED, ROWS, SAMPLE, SEED, V0, V1, WEIGHT, B, Step, lane_buffer, rows,
+    stage
 )
 from lensbench.core.kernels.cache import is_compiled, njit
 

@@ -23,27 +23,7 @@ from functools import cache
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    A9,
-    CLEARANCE,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    rows,
-    stage,
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, CLEARANCE, B, L, M, N, Step, X, Y, Z, rows, stage
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.program import Program

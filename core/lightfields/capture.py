@@ -25,15 +25,7 @@ from lensbench.core.kernels.program import Program
 from lensbench.core.kernels.sampling import sampling_steps, unit_disk
 from lensbench.core.kernels.tile_order import strip_count
 from lensbench.core.lightfields.light_field import (
-    FINER,
-    SPREAD,
-    LightField,
-    LightFieldError,
-    axis_coverage,
-    needed_margin,
-    of_wide,
-    spread_offsets,
-    widened,
+    FINER, SPREAD, LightField, LightFieldError, axis_coverage, needed_margin, of_wide, spread_offsets, widened
 )
 from lensbench.core.lightfields.pupil_cells import Cell, cell_steps, lit_cell, pupil_reach, sample_disk
 from lensbench.core.optics.glass import D_LINE

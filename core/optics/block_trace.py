@@ -27,31 +27,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    CLEARANCE,
-    H0,
-    H1,
-    H2,
-    H3,
-    H4,
-    H5,
-    H6,
-    H7,
-    H8,
-    KEYS,
-    WEIGHT,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    lane_buffer,
-    offsets,
-    pack,
-    rows,
-    stage,
+    CLEARANCE, H0, H1, H2, H3, H4, H5, H6, H7, H8, KEYS, WEIGHT, B, L, M, N, Step, X, Y, Z, lane_buffer, offsets, pack,
+    rows, stage
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.program import Code, Program, run_steps

@@ -13,28 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    CLEARANCE,
-    H0,
-    H1,
-    H2,
-    KEYS,
-    TB,
-    TG,
-    TR,
-    WEIGHT,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    gather,
-    rows,
+    A0, A1, A2, CLEARANCE, H0, H1, H2, KEYS, TB, TG, TR, WEIGHT, B, L, M, N, Step, X, Y, Z, gather, rows
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.program import Program, call_stage, run_steps, stage_address

@@ -22,23 +22,7 @@ from functools import cache, lru_cache
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    CLEARANCE,
-    U0,
-    U1,
-    WEIGHT,
-    B,
-    Step,
-    X,
-    Y,
-    gather,
-    rows,
-    stage,
+    A0, A1, A2, A3, A4, A5, CLEARANCE, U0, U1, WEIGHT, B, Step, X, Y, gather, rows, stage
 )
 from lensbench.core.kernels.numeric import find_root
 from lensbench.core.optics.stop_image import RINGS, StopImage

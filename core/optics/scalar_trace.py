@@ -16,17 +16,7 @@ from lensbench.core.kernels.cache import njit
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.surfaces import (
-    AFTER,
-    AXES,
-    BEFORE,
-    COLUMNS,
-    CURVATURE,
-    PLACE,
-    RIM2,
-    SPHERE,
-    VERTEX,
-    SurfaceTable,
-    intersect,
+    AFTER, AXES, BEFORE, COLUMNS, CURVATURE, PLACE, RIM2, SPHERE, VERTEX, SurfaceTable, intersect
 )
 
 

@@ -26,48 +26,13 @@ import numpy as np
 
 from lensbench.core.imaging.film import UPRIGHT, FilmPose, film_normal, place_on_film
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A6,
-    A7,
-    A8,
-    A9,
-    A10,
-    A11,
-    ALIVE,
-    LOST,
-    U0,
-    U1,
-    WEIGHT,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    rows,
-    stage,
-    weigh_four,
+    A0, A1, A2, A3, A4, A6, A7, A8, A9, A10, A11, ALIVE, LOST, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage,
+    weigh_four
 )
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.pupils.film_grid import (
-    COLUMNS,
-    DEGREE,
-    EDGE_POINTS,
-    GENERAL_TERMS,
-    RINGS,
-    SECTORS,
-    TERMS,
-    Nodes,
-    course_at,
-    course_terms,
-    solve_nodes,
+    COLUMNS, DEGREE, EDGE_POINTS, GENERAL_TERMS, RINGS, SECTORS, TERMS, Nodes, course_at, course_terms, solve_nodes
 )
 
 ROUNDING = 1e-5                 # share by which rounding may put a point in the film's corner beyond the last ring

@@ -15,38 +15,8 @@ import numpy as np
 
 from lensbench.core.imaging.film import NUMBERS, FilmPose, film_normal, place_on_film
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    A9,
-    A10,
-    A11,
-    ALIVE,
-    DEPTH,
-    LOST,
-    NX,
-    NY,
-    NZ,
-    U0,
-    U1,
-    WEIGHT,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    gather,
-    rows,
-    stage,
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, ALIVE, DEPTH, LOST, NX, NY, NZ, U0, U1, WEIGHT, B, L, M, N, Step,
+    X, Y, Z, gather, rows, stage
 )
 from lensbench.core.pupils.radial_sampler import CELLS, GRID, RING_CORNERS, RINGS, SECTORS, PupilTable
 

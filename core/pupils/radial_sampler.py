@@ -12,32 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    A9,
-    ALIVE,
-    LOST,
-    U0,
-    U1,
-    WEIGHT,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    gather,
-    rows,
-    stage,
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, ALIVE, LOST, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, gather, rows, stage
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.optics.block_trace import ClearanceTracer, clearance_tracer, clearances
@@ -45,13 +20,7 @@ from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.pupils.irregular_regions import enclose_irregular_regions
 from lensbench.core.pupils.rim_solver import (
-    ROUGH,
-    find_interior_points,
-    paraxial_centre_ratio,
-    project_rear_rim,
-    rear_rim,
-    region_scale,
-    solve_rims,
+    ROUGH, find_interior_points, paraxial_centre_ratio, project_rear_rim, rear_rim, region_scale, solve_rims
 )
 
 

@@ -27,28 +27,7 @@ from lensbench.core.analysis.model_choice import resolved
 from lensbench.core.cameras.base import Camera
 from lensbench.core.imaging.transform import AnimatedTransform
 from lensbench.core.kernels.block import (
-    BLUE,
-    CLEARANCE,
-    DEPTH,
-    EMITS,
-    GREEN,
-    RED,
-    TG,
-    TIME,
-    TR,
-    U0,
-    U1,
-    WEIGHT,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    rows,
-    stage,
+    BLUE, CLEARANCE, DEPTH, EMITS, GREEN, RED, TG, TIME, TR, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 )
 from lensbench.core.kernels.program import Program
 from lensbench.core.kernels.sampling import concentric_disk

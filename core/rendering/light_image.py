@@ -28,52 +28,18 @@ import numpy as np
 from lensbench.core.cameras.base import Camera
 from lensbench.core.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
 from lensbench.core.kernels.block import (
-    BLUE,
-    DEPTH,
-    GREEN,
-    KEYS,
-    PIXEL,
-    RED,
-    SAMPLE,
-    SEED,
-    V0,
-    V1,
-    WEIGHT,
-    B,
-    Step,
-    X,
-    Y,
-    Z,
-    lane_buffer,
-    rows,
+    BLUE, DEPTH, GREEN, KEYS, PIXEL, RED, SAMPLE, SEED, V0, V1, WEIGHT, B, Step, X, Y, Z, lane_buffer, rows
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.program import Program, raise_pending, run_steps
 from lensbench.core.kernels.sampling import concentric_disk, sobol_net
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.rendering.light_layer import (
-    DECIDED,
-    FIRST_PASSES,
-    LIST_BLUE,
-    LIST_GREEN,
-    LIST_RED,
-    LIST_SIZE,
-    LIST_V0,
-    LIST_X,
-    LIST_Y,
-    LightLayer,
-    LightPeriod,
-    add_rays,
+    DECIDED, FIRST_PASSES, LIST_BLUE, LIST_GREEN, LIST_RED, LIST_SIZE, LIST_V0, LIST_X, LIST_Y, LightLayer, LightPeriod,
+    add_rays
 )
 from lensbench.core.rendering.light_rays import (
-    LIGHT_MARK,
-    LIGHT_SIZE,
-    MARK,
-    apply_throughput,
-    require_mirror,
-    reverse_ray,
-    trace_by_ball,
-    trace_to_light,
+    LIGHT_MARK, LIGHT_SIZE, MARK, apply_throughput, require_mirror, reverse_ray, trace_by_ball, trace_to_light
 )
 from lensbench.core.rendering.light_selection import BALL, STRAIGHT, SelectedLight, ray_budget, select_lights
 from lensbench.core.rendering.sample_programs import SamplePrograms

@@ -38,8 +38,7 @@ from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.ghost_path import DIRECT
 from lensbench.core.optics.ghost_trace import Visible
 from lensbench.core.optics.lens_surface import LensError
-from lensbench.core.rendering.ghost_image import MOST as PASSES
-from lensbench.core.rendering.ghost_image import Flare, GhostImage
+from lensbench.core.rendering.ghost_image import MOST as PASSES, Flare, GhostImage
 from lensbench.core.scenery.scene import Scene
 
 LEAST = 2.0             # Airy radii, and

@@ -18,73 +18,32 @@ from lensbench.core.scenery.intersect.image_sky import image_sky_step
 from lensbench.core.scenery.intersect.moving_objects import motion_parameters, moving, moving_parameters
 from lensbench.core.scenery.intersect.pictured import is_large, pictured_floor_step
 from lensbench.core.scenery.intersect.sky import (
-    SKY_DISTANCE,
-    UP,
-    floor,
-    floor_parameters,
-    sky,
-    sky_parameters,
-    sun_disk,
-    sun_disk_parameters,
+    SKY_DISTANCE, UP, floor, floor_parameters, sky, sky_parameters, sun_disk, sun_disk_parameters
 )
 from lensbench.core.scenery.objects.shape import Shape, by_family, displaced
 from lensbench.core.scenery.objects.surroundings import ImageSky, Sky
 from lensbench.core.scenery.shading.bounces import (
-    INNER,
-    bounce_pupil_part,
-    diffuse_bend,
-    diffuse_end,
-    diffuse_leave,
-    diffuse_sky,
-    solid_bend,
-    solid_leave,
-    specular_bounce,
+    INNER, bounce_pupil_part, diffuse_bend, diffuse_end, diffuse_leave, diffuse_sky, solid_bend, solid_leave,
+    specular_bounce
 )
 from lensbench.core.scenery.shading.clearcoat import clearcoat, clearcoat_parameters
 from lensbench.core.scenery.shading.illumination import (
-    ambient,
-    begin_path,
-    daylight,
-    finish_path,
-    gather_emission,
-    open_light,
-    rise,
+    ambient, begin_path, daylight, finish_path, gather_emission, open_light, rise
 )
 from lensbench.core.scenery.shading.image_rough_clearcoat import image_rough_clearcoat_step
 from lensbench.core.scenery.shading.image_sky_light import add_tinted, sky_cells, sky_rays_step
 from lensbench.core.scenery.shading.many_lamps import MANY_LAMPS, has_a_share, many_lamp_steps
 from lensbench.core.scenery.shading.meshes import gradient_rays
 from lensbench.core.scenery.shading.moving_clearcoat import (
-    image_clearcoat_step,
-    moving_clearcoat,
-    moving_highlights,
-    moving_reflected,
-    moving_rough_clearcoat,
+    image_clearcoat_step, moving_clearcoat, moving_highlights, moving_reflected, moving_rough_clearcoat
 )
 from lensbench.core.scenery.shading.moving_lights import (
-    add_lit,
-    after,
-    lamp_rays,
-    moving_ambient,
-    moving_lamp,
-    moving_lamp_rays,
-    moving_occluders,
-    moving_shadows,
-    moving_sky_occluders,
-    moving_sun,
-    shadow_stage,
-    sky_occluders,
-    sun_rays,
+    add_lit, after, lamp_rays, moving_ambient, moving_lamp, moving_lamp_rays, moving_occluders, moving_shadows,
+    moving_sky_occluders, moving_sun, shadow_stage, sky_occluders, sun_rays
 )
 from lensbench.core.scenery.shading.participating_medium import Medium
 from lensbench.core.scenery.shading.rough_clearcoat import rough_clearcoat, rough_clearcoat_parameters
-from lensbench.core.scenery.shading.soft_shadows import (
-    lamp,
-    occluder_parameters,
-    point_parameters,
-    sun,
-    sun_parameters,
-)
+from lensbench.core.scenery.shading.soft_shadows import lamp, occluder_parameters, point_parameters, sun, sun_parameters
 from lensbench.core.scenery.small_lights import ExcludedLight
 from lensbench.core.scenery.surface_codes import BENDS, DARK, LAMP, SHARP, SHINES, SMALL_LIGHT
 from lensbench.core.scenery.values import unit

@@ -12,8 +12,7 @@ from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.glass import C_LINE, D_LINE, F_LINE, Glass
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import Aperture
-from lensbench.lenses.formats import codev_surfaces as codev_tilts
-from lensbench.lenses.formats import codev_system
+from lensbench.lenses.formats import codev_surfaces as codev_tilts, codev_system
 from lensbench.lenses.formats.codev_surfaces import TERMS
 from lensbench.lenses.glass import catalogue, media
 from lensbench.lenses.tables import stations as configurations

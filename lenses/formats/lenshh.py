@@ -26,15 +26,7 @@ from lensbench.lenses.tables.row_solves import RowSolve
 from lensbench.lenses.tables.rows import curvature
 from lensbench.lenses.tables.stations import Configurations
 from lensbench.lenses.tables.text import (
-    check_keys,
-    coefficients,
-    flag,
-    item_lines,
-    items,
-    parse,
-    table,
-    text_value,
-    value,
+    check_keys, coefficients, flag, item_lines, items, parse, table, text_value, value
 )
 
 APERTURES = {"epd": ApertureKind.PUPIL_DIAMETER, "fnumber": ApertureKind.F_NUMBER,

@@ -26,19 +26,8 @@ from lensbench.lenses.tables.row_solves import RowSolve
 from lensbench.lenses.tables.rows import curvature, radius_text
 from lensbench.lenses.tables.system_text import WrittenSystem, written_system
 from lensbench.lenses.tables.text import (
-    EXACT,
-    check_keys,
-    coefficients,
-    exact,
-    exact_value,
-    flag,
-    item_lines,
-    items,
-    parse,
-    table,
-    text_of,
-    text_value,
-    value,
+    EXACT, check_keys, coefficients, exact, exact_value, flag, item_lines, items, parse, table, text_of, text_value,
+    value
 )
 
 APERTURES = {"EPD": ApertureKind.PUPIL_DIAMETER, "imageFNO": ApertureKind.F_NUMBER,

@@ -25,19 +25,8 @@ from lensbench.lenses.tables.aperture import f_number_kind
 from lensbench.lenses.tables.design import Design, Row
 from lensbench.lenses.tables.system_text import WrittenSystem, with_working_f_number, written_system
 from lensbench.lenses.tables.text import (
-    EXACT,
-    check_keys,
-    coefficients,
-    exact,
-    exact_value,
-    flag,
-    item_lines,
-    items,
-    parse,
-    table,
-    text_of,
-    text_value,
-    value,
+    EXACT, check_keys, coefficients, exact, exact_value, flag, item_lines, items, parse, table, text_of, text_value,
+    value
 )
 
 UNITS = {"mm": 1.0, "cm": 10.0, "meters": 1000.0, "m": 1000.0, "in": 25.4, "inches": 25.4}        # lower case

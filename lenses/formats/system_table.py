@@ -14,13 +14,7 @@ All entries are optional. The kinds are the words of `ApertureKind` and `FieldKi
 from typing import Any
 
 from lensbench.core.optics.system import (
-    Aperture,
-    ApertureKind,
-    FieldKind,
-    FieldPoint,
-    SystemData,
-    SystemDataError,
-    Wavelength,
+    Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, SystemDataError, Wavelength
 )
 from lensbench.core.text import excerpt
 from lensbench.lenses.file_error import RowError, number

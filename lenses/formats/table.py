@@ -8,22 +8,8 @@ from lensbench.core.optics.lens_surface import Shape
 from lensbench.core.optics.prescription import Lens
 from lensbench.lenses.file_error import LensFileError, RowError
 from lensbench.lenses.formats import (
-    codev,
-    codev_writer,
-    deeplens,
-    flaresim,
-    lens_explorer,
-    lenshh,
-    lensoptics,
-    optical_bench,
-    optiland,
-    oslo,
-    oslo_writer,
-    pbrt_format,
-    rayoptics,
-    toml_format,
-    zemax,
-    zemax_writer,
+    codev, codev_writer, deeplens, flaresim, lens_explorer, lenshh, lensoptics, optical_bench, optiland, oslo,
+    oslo_writer, pbrt_format, rayoptics, toml_format, zemax, zemax_writer
 )
 from lensbench.lenses.tables.shapes import COMMON, ROTATIONAL, lost_poses, lost_shapes
 from lensbench.lenses.tables.system_text import WHOLE, lost_system

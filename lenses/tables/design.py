@@ -14,14 +14,7 @@ from lensbench.core.optics.glass import AIR, Glass
 from lensbench.core.optics.lens_surface import LensError, PoseError, Surface, SurfacePose
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import (
-    LENGTHS,
-    Aperture,
-    ApertureKind,
-    FieldKind,
-    FieldPoint,
-    SystemData,
-    SystemDataError,
-    Wavelength,
+    LENGTHS, Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, SystemDataError, Wavelength
 )
 from lensbench.core.text import significant
 from lensbench.lenses.file_error import LensFileError, RowError

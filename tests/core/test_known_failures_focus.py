@@ -11,8 +11,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from tests.core.oracles import PBRT_FOCUS, rms_on_film
-from tests.core.oracles import lens as reference_lens
+from tests.core.oracles import PBRT_FOCUS, lens as reference_lens, rms_on_film
 from tests.library import CLASSICS
 
 WIDE = lenses.load("pbrt-wide-22mm")

@@ -5,8 +5,7 @@ from dataclasses import replace
 from math import hypot, inf
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from lensbench import Glass, Lens, Surface, first_order, lenses
 from lensbench.core.optics.finding import Kind

@@ -12,15 +12,7 @@ import pytest
 from lensbench import lenses
 from lensbench.lenses import WRITERS
 from lensbench.lenses.formats import (
-    codev_surfaces,
-    deeplens,
-    flaresim,
-    lens_explorer,
-    lenshh,
-    optiland,
-    oslo,
-    rayoptics,
-    zemax,
+    codev_surfaces, deeplens, flaresim, lens_explorer, lenshh, optiland, oslo, rayoptics, zemax
 )
 from tests.lenses.samples import DATA, loaded, refusal
 

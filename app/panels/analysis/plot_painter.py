@@ -11,15 +11,7 @@ from lensbench.app.drawing import theme
 from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, log_ticks, pieces, text
 from lensbench.app.drawing.recorded import Calls, FrameMemo, Recorder, record, repeat
 from lensbench.app.panels.analysis.plot_layers import (
-    MapPictures,
-    colour_of,
-    draw_cursor,
-    draw_layers,
-    draw_map,
-    draw_points,
-    told,
-    tooltip,
-    unit_of,
+    MapPictures, colour_of, draw_cursor, draw_layers, draw_map, draw_points, told, tooltip, unit_of
 )
 from lensbench.app.plots.plot import Curve, Figure, Map, Plot, Points
 

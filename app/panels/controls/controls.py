@@ -14,12 +14,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.bench.camera_kinds import unfit
 from lensbench.app.bench.constraints import (
-    constrained,
-    with_camera,
-    with_equivalent_film,
-    with_film,
-    with_layout,
-    with_projection,
+    constrained, with_camera, with_equivalent_film, with_film, with_layout, with_projection
 )
 from lensbench.app.bench.lens_choice import FILM, with_scene
 from lensbench.app.drawing import theme

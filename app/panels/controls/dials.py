@@ -9,13 +9,7 @@ from imgui_bundle import imgui
 from lensbench.app.bench.build import design
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.constraints import (
-    WIDEST_FISHEYE,
-    constrained,
-    ends_of_view,
-    field_of_view,
-    full_view,
-    with_field_of_view,
-    zooms,
+    WIDEST_FISHEYE, constrained, ends_of_view, field_of_view, full_view, with_field_of_view, zooms
 )
 from lensbench.app.bench.lens_choice import APERTURE, FOCUS, LOCKS
 from lensbench.app.bench.readouts import SOFT

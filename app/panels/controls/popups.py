@@ -4,8 +4,7 @@ import math
 from contextlib import suppress
 from dataclasses import replace
 
-from imgui_bundle import ImVec2, imgui
-from imgui_bundle import icons_fontawesome_6 as fa
+from imgui_bundle import ImVec2, icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.bench.build import design, focus_text, setup
 from lensbench.app.bench.readouts import colours

@@ -18,13 +18,7 @@ from lensbench.app.session.lens_shelf import film_name
 from lensbench.app.settings.setting_table import LAYOUTS, TONES, VIEWS
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import (
-    format_angle,
-    format_distance,
-    format_duration,
-    format_exposure,
-    format_f_number,
-    format_length,
-    format_time,
+    format_angle, format_distance, format_duration, format_exposure, format_f_number, format_length, format_time
 )
 from lensbench.core.text import significant
 

@@ -21,15 +21,7 @@ from lensbench.app.panels.image.camera_strip import camera_strip
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
 from lensbench.app.panels.image.notices import draw_notices, draw_trials, look_around
 from lensbench.app.panels.image.overlays import (
-    STEPS,
-    draw_cross,
-    draw_fates,
-    draw_histogram,
-    draw_legend,
-    draw_magnifier,
-    draw_mark,
-    draw_note,
-    draw_pointed,
+    STEPS, draw_cross, draw_fates, draw_histogram, draw_legend, draw_magnifier, draw_mark, draw_note, draw_pointed
 )
 from lensbench.app.panels.image.toolbar import picture_tools
 from lensbench.app.settings.settings import Settings

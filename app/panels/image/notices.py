@@ -6,8 +6,7 @@ The first line is the newest error, the other the newest note; a notice that is 
 import math
 import os
 
-from imgui_bundle import ImVec2, ImVec4, imgui
-from imgui_bundle import icons_fontawesome_6 as fa
+from imgui_bundle import ImVec2, ImVec4, icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.bench.lens_choice import TRIALS, tried
 from lensbench.app.bench.pose import LookAround

@@ -6,8 +6,7 @@ element whose handles of decentre and tilt are shown above it.
 
 from dataclasses import dataclass
 
-from imgui_bundle import ImVec2, imgui
-from imgui_bundle import icons_fontawesome_6 as fa
+from imgui_bundle import ImVec2, icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.drawing import theme
 from lensbench.app.panels.lens_section.draw import OPEN, Canvas

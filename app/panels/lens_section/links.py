@@ -16,14 +16,7 @@ from lensbench.app.bench.ray_fans import Fan
 from lensbench.app.bench.view_camera import InSection
 from lensbench.app.drawing import theme
 from lensbench.app.panels.lens_section.draw import (
-    DEAD_ALPHA,
-    LIVE_ALPHA,
-    OPEN,
-    Canvas,
-    dashed,
-    draw_cross,
-    ray_paths,
-    within,
+    DEAD_ALPHA, LIVE_ALPHA, OPEN, Canvas, dashed, draw_cross, ray_paths, within
 )
 from lensbench.app.plots.section import Sketch, elements, surface_curves
 from lensbench.core.optics.finding import Finding, Kind

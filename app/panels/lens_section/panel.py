@@ -18,28 +18,14 @@ from lensbench.app.bench.ray_fans import Fan
 from lensbench.app.bench.view_camera import in_section as in_section_of_film
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.recorded import FrameMemo
-from lensbench.app.panels.lens_section import draw as drawing
-from lensbench.app.panels.lens_section import links as marks
+from lensbench.app.panels.lens_section import draw as drawing, links as marks
 from lensbench.app.panels.lens_section.draw import Canvas, View, fitted
 from lensbench.app.panels.lens_section.handles import HandleState, draw_body, draw_handle, edit_by_handles
 from lensbench.app.panels.lens_section.links import (
-    FADED,
-    draw_faults,
-    draw_lit_surfaces,
-    draw_pixel_fan,
-    draw_posed,
-    draw_ray,
-    surfaces_at,
+    FADED, draw_faults, draw_lit_surfaces, draw_pixel_fan, draw_posed, draw_ray, surfaces_at
 )
 from lensbench.app.panels.lens_section.switches import (
-    Ghost,
-    dead_ray_switch,
-    draw_ghost,
-    edit_switch,
-    front_of,
-    ghost_of,
-    place_of_text,
-    view_switch,
+    Ghost, dead_ray_switch, draw_ghost, edit_switch, front_of, ghost_of, place_of_text, view_switch
 )
 from lensbench.app.plots.exit_pupil import region
 from lensbench.app.plots.pixel_rays import Pointed, in_section, pixel_fan

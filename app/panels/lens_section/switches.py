@@ -10,8 +10,7 @@ from dataclasses import replace
 from math import floor
 from typing import NamedTuple
 
-from imgui_bundle import ImVec2, imgui
-from imgui_bundle import icons_fontawesome_6 as fa
+from imgui_bundle import ImVec2, icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.drawing import theme
 from lensbench.app.panels.lens_section.draw import OPEN, Canvas, ray_paths

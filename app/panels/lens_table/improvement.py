@@ -3,8 +3,7 @@
 import math
 from functools import lru_cache
 
-from imgui_bundle import icons_fontawesome_6 as fa
-from imgui_bundle import imgui
+from imgui_bundle import icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.bench.lens_choice import image_circle
 from lensbench.app.drawing import theme

@@ -5,8 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from imgui_bundle import icons_fontawesome_6 as fa
-from imgui_bundle import imgui
+from imgui_bundle import icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import chord

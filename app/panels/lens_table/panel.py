@@ -6,8 +6,7 @@ key steps the number; a right click has solves and pickups, and the edits of row
 
 from functools import partial
 
-from imgui_bundle import icons_fontawesome_6 as fa
-from imgui_bundle import imgui
+from imgui_bundle import icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph

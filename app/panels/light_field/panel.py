@@ -7,14 +7,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 import lensbench as lb
 from lensbench.app.bench.light_field_query import (
-    SHOWN,
-    ArrayRecording,
-    Look,
-    Recorded,
-    Recording,
-    f_number_match,
-    format_place,
-    with_aperture,
+    SHOWN, ArrayRecording, Look, Recorded, Recording, f_number_match, format_place, with_aperture
 )
 from lensbench.app.bench.tone import develop
 from lensbench.app.drawing import theme
@@ -22,13 +15,7 @@ from lensbench.app.drawing.controls import paragraph, toggles
 from lensbench.app.drawing.dial import dial
 from lensbench.app.panels.light_field.capture_form import Form, recording_form
 from lensbench.app.panels.light_field.pupil_pad import (
-    array_body,
-    coverage_greys,
-    figures,
-    millimetres,
-    pupil_grid,
-    pupil_pad,
-    pupil_picture,
+    array_body, coverage_greys, figures, millimetres, pupil_grid, pupil_pad, pupil_picture
 )
 from lensbench.app.panels.light_field.slices import Strip, depth_body, moment_chooser, rays_body
 from lensbench.app.panels.snapshots import task_progress

@@ -16,19 +16,12 @@ from numpy.typing import NDArray
 
 import lensbench as lb
 from lensbench.app.bench.light_field_query import (
-    ELSEWHERE,
-    SURFACES,
-    ArrayRecording,
-    Look,
-    Recording,
-    radius,
-    with_view,
+    ELSEWHERE, SURFACES, ArrayRecording, Look, Recording, radius, with_view
 )
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph, toggles
 from lensbench.app.drawing.dial import dial
-from lensbench.app.settings import dial_scales, text_values
-from lensbench.app.settings import dial_scales as scales
+from lensbench.app.settings import dial_scales, dial_scales as scales, text_values
 from lensbench.app.workers.light_field_worker import FieldPicture
 from lensbench.core.text import fixed, significant, true_minus
 

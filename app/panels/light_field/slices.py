@@ -20,14 +20,7 @@ import lensbench as lb
 from lensbench.app.bench.constraints import MARGIN
 from lensbench.app.bench.false_colours import colour, ends
 from lensbench.app.bench.light_field_query import (
-    DEEP,
-    Look,
-    Recording,
-    epipolar,
-    format_place,
-    radiance,
-    radiance_over_time,
-    ray,
+    DEEP, Look, Recording, epipolar, format_place, radiance, radiance_over_time, ray
 )
 from lensbench.app.bench.tone import develop
 from lensbench.app.drawing import theme

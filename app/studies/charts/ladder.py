@@ -17,26 +17,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    gather,
-    rows,
-    stage,
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, B, L, M, N, Step, X, Y, Z, gather, rows, stage
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.program import Program

@@ -32,13 +32,7 @@ from lensbench.app.drawing.sheet import AMBER, COLOURS, DIM, look, plot, save, s
 from lensbench.app.studies.charts.curves import Curve, Panel
 from lensbench.app.studies.charts.samplers import white_noise
 from lensbench.app.studies.stability.focusing import (
-    bracketing_search,
-    closed_form,
-    least_blur,
-    rms_radius,
-    school_formula,
-    three_rays,
-    whole_bundle,
+    bracketing_search, closed_form, least_blur, rms_radius, school_formula, three_rays, whole_bundle
 )
 from lensbench.app.studies.stability.pupils import BUCKETS, Place, Result, box, paraxial_disk, result, solved
 from lensbench.app.studies.timing import Time, report_progress, time_in_turn

@@ -17,8 +17,7 @@ from lensbench.app.settings.setting import SettingsError
 from lensbench.app.settings.settings import Settings
 from lensbench.app.studies.charts.curves import Panel
 from lensbench.app.studies.charts.methods import focus_panel, image_panel, pupil_panels
-from lensbench.app.studies.charts.samplers import sampling_panels
-from lensbench.app.studies.charts.samplers import scenes as sampling_scenes
+from lensbench.app.studies.charts.samplers import sampling_panels, scenes as sampling_scenes
 from lensbench.lenses.library.catalogue import one_of_each_kind
 
 PIXELS = (6000, 4000)

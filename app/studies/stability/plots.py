@@ -18,14 +18,7 @@ import numpy as np
 from lensbench.app.drawing.sheet import COLOURS, DIM, FAINT, PAPER, look, plot, save, sheet
 from lensbench.app.session.export import replacing
 from lensbench.app.studies.stability import (
-    closed_forms,
-    focusing,
-    intersection,
-    models,
-    orientation,
-    pupils,
-    refraction,
-    sampling,
+    closed_forms, focusing, intersection, models, orientation, pupils, refraction, sampling
 )
 from lensbench.app.studies.stability.sweep import Curve, Sweep, quantity_text
 

@@ -40,15 +40,7 @@ import numpy as np
 
 from lensbench.core.analysis.grids.chief_rays import find_chief_rays
 from lensbench.core.analysis.grids.field_beams import (
-    OFFSET_S,
-    OFFSET_T,
-    OPD,
-    PUPIL_S,
-    PUPIL_T,
-    SHARE,
-    SLOPE_S,
-    SLOPE_T,
-    FieldBeams,
+    OFFSET_S, OFFSET_T, OPD, PUPIL_S, PUPIL_T, SHARE, SLOPE_S, SLOPE_T, FieldBeams
 )
 from lensbench.core.analysis.grids.field_conditions import Conditions, field_names, wanted_chief_rays
 from lensbench.core.analysis.grids.grid_cells import Landed, of_mean_1, open_areas, towards_centroids, trace_cells

@@ -9,28 +9,7 @@ import math
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    BEAM,
-    BLUE,
-    GREEN,
-    RED,
-    B,
-    L,
-    M,
-    N,
-    X,
-    Y,
-    Z,
-    offsets,
-    rows,
-    stage,
-    vector,
+    A0, A1, A2, A3, A4, A5, A6, BEAM, BLUE, GREEN, RED, B, L, M, N, X, Y, Z, offsets, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
 

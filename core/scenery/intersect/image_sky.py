@@ -10,27 +10,7 @@ import numpy as np
 
 from lensbench.core.kernels.arrays import address, borrowed
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    BLUE,
-    DEPTH,
-    EMITS,
-    FINISH,
-    GREEN,
-    NX,
-    NY,
-    NZ,
-    RED,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    offsets,
-    pack,
-    rows,
-    stage,
+    A0, A1, A2, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, RED, B, L, M, N, Step, offsets, pack, rows, stage
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.scenery.intersect.sky import FAR

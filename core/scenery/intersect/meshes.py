@@ -13,43 +13,8 @@ import numpy as np
 
 from lensbench.core.kernels.arrays import address, borrowed
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    A9,
-    A10,
-    A11,
-    BEAM,
-    BLUE,
-    DEPTH,
-    EMITS,
-    FINISH,
-    GREEN,
-    NX,
-    NY,
-    NZ,
-    PIXEL_SIDE,
-    PIXEL_SPREAD,
-    RED,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    offsets,
-    pack,
-    rows,
-    stage,
-    vector,
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, BEAM, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE,
+    PIXEL_SPREAD, RED, B, L, M, N, Step, X, Y, Z, offsets, pack, rows, stage, vector
 )
 from lensbench.core.kernels.byte_cache import byte_cache
 from lensbench.core.kernels.cache import njit
@@ -57,13 +22,7 @@ from lensbench.core.kernels.eights import DIRECTION, GROUP, MOST, ORIGIN, SECOND
 from lensbench.core.scenery.intersect.block_bounds import beam_misses
 from lensbench.core.scenery.intersect.texture import REPEATED, TEXTURE, look_up_texture, texture
 from lensbench.core.scenery.intersect.triangle_tree import (
-    TriangleTree,
-    depth_of_stack,
-    inverse_of,
-    scratch_of,
-    search,
-    search_group,
-    triangle_tree,
+    TriangleTree, depth_of_stack, inverse_of, scratch_of, search, search_group, triangle_tree
 )
 from lensbench.core.scenery.surface_codes import INSIDE, SOLID, is_ball
 

@@ -11,34 +11,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    BEAM,
-    DEPTH,
-    H0,
-    H1,
-    H2,
-    H3,
-    H4,
-    H5,
-    H6,
-    H7,
-    NX,
-    NY,
-    NZ,
-    TIME,
-    B,
-    L,
-    M,
-    N,
-    Packed,
-    X,
-    Y,
-    Z,
-    join,
-    offsets,
-    pack,
-    rows,
-    stage,
-    vector,
+    BEAM, DEPTH, H0, H1, H2, H3, H4, H5, H6, H7, NX, NY, NZ, TIME, B, L, M, N, Packed, X, Y, Z, join, offsets, pack,
+    rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.numeric import sine_versine

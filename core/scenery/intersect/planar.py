@@ -11,51 +11,14 @@ from typing import Any
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    BEAM,
-    BLUE,
-    DEPTH,
-    EMITS,
-    FINISH,
-    GREEN,
-    NX,
-    NY,
-    NZ,
-    PIXEL_SIDE,
-    PIXEL_SPREAD,
-    RED,
-    B,
-    L,
-    M,
-    N,
-    Packed,
-    X,
-    Y,
-    Z,
-    join,
-    offsets,
-    pack,
-    rows,
-    stage,
-    vector,
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, BEAM, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE, PIXEL_SPREAD,
+    RED, B, L, M, N, Packed, X, Y, Z, join, offsets, pack, rows, stage, vector
 )
 from lensbench.core.scenery.intersect.block_bounds import FORWARD, RIGHTWARD, UPWARD, beam_misses
 from lensbench.core.scenery.intersect.spheres import inside_edge, plane_point
 from lensbench.core.scenery.intersect.texture import look_up, ripmap
 from lensbench.core.scenery.shading.pattern_filter import (
-    checker_contrast,
-    filtered_contrast,
-    footprint_stretch,
-    line_coverage,
-    parity,
+    checker_contrast, filtered_contrast, footprint_stretch, line_coverage, parity
 )
 
 # AXIS_U, AXIS_V: half-axes over their squared lengths (1/mm); HALF_U, HALF_V: lengths of the half-axes (mm); COLOUR2,

@@ -9,31 +9,8 @@ import math
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    BLUE,
-    DEPTH,
-    EMITS,
-    FINISH,
-    GREEN,
-    NX,
-    NY,
-    NZ,
-    PIXEL_SIDE,
-    PIXEL_SPREAD,
-    RED,
-    B,
-    L,
-    M,
-    N,
-    X,
-    Y,
-    Z,
-    offsets,
-    pack,
-    rows,
-    stage,
-    vector,
+    A0, A1, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE, PIXEL_SPREAD, RED, B, L, M, N, X, Y, Z, offsets,
+    pack, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.scenery.shading.pattern_filter import checker_contrast, footprint_stretch, parity

@@ -20,31 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    BEAM,
-    BLUE,
-    DEPTH,
-    EMITS,
-    FINISH,
-    GREEN,
-    NX,
-    NY,
-    NZ,
-    RED,
-    B,
-    L,
-    M,
-    N,
-    Packed,
-    X,
-    Y,
-    Z,
-    offsets,
-    pack,
-    rows,
-    stage,
-    vector,
+    A0, A1, BEAM, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, RED, B, L, M, N, Packed, X, Y, Z, offsets, pack, rows,
+    stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.scenery.intersect.block_bounds import beam_misses

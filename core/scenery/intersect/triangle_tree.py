@@ -18,24 +18,8 @@ import numpy as np
 
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.eights import (
-    DIRECTION,
-    GROUP,
-    GROUP_ROWS,
-    INVERSE,
-    LEAF_ROWS,
-    LINKS,
-    MOST,
-    NODE_ROWS,
-    NUMBERS,
-    ORIGIN,
-    SECOND,
-    THIRD,
-    WIDTH,
-    box_met,
-    boxes_met,
-    count_of_bits,
-    lowest_bit,
-    triangles_met,
+    DIRECTION, GROUP, GROUP_ROWS, INVERSE, LEAF_ROWS, LINKS, MOST, NODE_ROWS, NUMBERS, ORIGIN, SECOND, THIRD, WIDTH,
+    box_met, boxes_met, count_of_bits, lowest_bit, triangles_met
 )
 
 BINS = 16

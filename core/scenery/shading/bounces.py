@@ -20,67 +20,16 @@ import numpy as np
 from numba import uint32
 
 from lensbench.core.kernels.block import (
-    ALIVE,
-    BLUE,
-    DEPTH,
-    EMITS,
-    FINISH,
-    GREEN,
-    H0,
-    H1,
-    H2,
-    H3,
-    H4,
-    H5,
-    H6,
-    NX,
-    NY,
-    NZ,
-    OX,
-    OY,
-    OZ,
-    PATH,
-    PIXEL,
-    PIXEL_SIDE,
-    PIXEL_SPREAD,
-    PUPIL_RADIUS,
-    PUPIL_SPREAD,
-    RED,
-    SAMPLE,
-    SEED,
-    TB,
-    TG,
-    TR,
-    V0,
-    V1,
-    B,
-    L,
-    M,
-    N,
-    X,
-    Y,
-    Z,
-    rows,
-    stage,
-    vector,
+    ALIVE, BLUE, DEPTH, EMITS, FINISH, GREEN, H0, H1, H2, H3, H4, H5, H6, NX, NY, NZ, OX, OY, OZ, PATH, PIXEL,
+    PIXEL_SIDE, PIXEL_SPREAD, PUPIL_RADIUS, PUPIL_SPREAD, RED, SAMPLE, SEED, TB, TG, TR, V0, V1, B, L, M, N, X, Y, Z,
+    rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.sampling import cosine_direction, mix
 from lensbench.core.scenery.intersect.sky import SKY_DISTANCE, gradient
 from lensbench.core.scenery.shading.illumination import AMBIENT, F0, INDEX, schlick_edge
 from lensbench.core.scenery.surface_codes import (
-    DARK,
-    DIFFUSE,
-    DIRECT,
-    INSIDE,
-    METAL,
-    SPECULAR,
-    ball_radius,
-    is_ball,
-    is_glass,
-    is_solid,
-    is_specular,
-    shines,
+    DARK, DIFFUSE, DIRECT, INSIDE, METAL, SPECULAR, ball_radius, is_ball, is_glass, is_solid, is_specular, shines
 )
 
 

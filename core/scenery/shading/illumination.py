@@ -10,37 +10,8 @@ import math
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    BLUE,
-    DEPTH,
-    EMITS,
-    FINISH,
-    GREEN,
-    NX,
-    NY,
-    NZ,
-    PATH,
-    RED,
-    SB,
-    SG,
-    SR,
-    TB,
-    TG,
-    TR,
-    B,
-    L,
-    M,
-    N,
-    X,
-    Y,
-    Z,
-    offsets,
-    rows,
-    stage,
-    vector,
+    A0, A1, A2, A3, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PATH, RED, SB, SG, SR, TB, TG, TR, B, L, M, N, X, Y,
+    Z, offsets, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.scenery.intersect.block_bounds import lit_bounds

@@ -11,39 +11,8 @@ import math
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    A9,
-    A10,
-    FINISH,
-    NX,
-    NY,
-    NZ,
-    SB,
-    SG,
-    SR,
-    TB,
-    TG,
-    TR,
-    V0,
-    V1,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    offsets,
-    pack,
-    rows,
-    stage,
-    vector,
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, FINISH, NX, NY, NZ, SB, SG, SR, TB, TG, TR, V0, V1, B, L, M, N, Step,
+    offsets, pack, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.numeric import sine_versine
@@ -51,13 +20,7 @@ from lensbench.core.scenery.intersect import sky as ground
 from lensbench.core.scenery.intersect.image_sky import IMAGE_SKY, image_sky_step, look_up_sky
 from lensbench.core.scenery.shading.illumination import F0, schlick_edge
 from lensbench.core.scenery.shading.image_sky_light import (
-    CELL_INTEGERS,
-    COSINE,
-    SINE,
-    SKY_LIGHT,
-    sky_density,
-    sky_directions,
-    sky_rays_step,
+    CELL_INTEGERS, COSINE, SINE, SKY_LIGHT, sky_density, sky_directions, sky_rays_step
 )
 from lensbench.core.scenery.shading.rough_clearcoat import smith_sum
 from lensbench.core.scenery.surface_codes import is_rough_coat

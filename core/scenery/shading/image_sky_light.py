@@ -13,41 +13,8 @@ import numpy as np
 
 from lensbench.core.kernels.arrays import address, borrowed
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    A9,
-    A10,
-    BLUE,
-    DEPTH,
-    GREEN,
-    NX,
-    NY,
-    NZ,
-    RED,
-    SB,
-    SG,
-    SR,
-    V0,
-    V1,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    offsets,
-    pack,
-    rows,
-    stage,
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, BLUE, DEPTH, GREEN, NX, NY, NZ, RED, SB, SG, SR, V0, V1, B, L, M, N,
+    Step, X, Y, Z, offsets, pack, rows, stage
 )
 from lensbench.core.kernels.byte_cache import byte_cache
 from lensbench.core.kernels.cache import njit

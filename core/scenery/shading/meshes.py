@@ -9,53 +9,14 @@ import numpy as np
 
 from lensbench.core.kernels.arrays import address, borrowed
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    A9,
-    A10,
-    BLUE,
-    DEPTH,
-    GREEN,
-    NX,
-    NY,
-    NZ,
-    RED,
-    V0,
-    V1,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    rows,
-    stage,
-    vector,
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, BLUE, DEPTH, GREEN, NX, NY, NZ, RED, V0, V1, B, L, M, N, Step, X, Y, Z,
+    rows, stage, vector
 )
 from lensbench.core.kernels.byte_cache import byte_cache
 from lensbench.core.kernels.eights import GROUP
 from lensbench.core.kernels.sampling import cosine_direction
 from lensbench.core.scenery.intersect.meshes import (
-    CORNER_COUNT,
-    CORNERS,
-    LEAF_COUNT,
-    LEAVES,
-    NODE_COUNT,
-    NODES,
-    STACK,
-    VERTEX_COUNT,
-    VERTICES,
-    corner_places,
-    surfaces,
+    CORNER_COUNT, CORNERS, LEAF_COUNT, LEAVES, NODE_COUNT, NODES, STACK, VERTEX_COUNT, VERTICES, corner_places, surfaces
 )
 from lensbench.core.scenery.intersect.sky import gradient
 from lensbench.core.scenery.intersect.triangle_tree import inverse_of, place_ray, scratch_of, search, search_group

@@ -11,61 +11,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    A9,
-    A10,
-    A11,
-    H0,
-    H1,
-    H2,
-    H3,
-    H4,
-    H5,
-    H6,
-    H7,
-    H8,
-    NX,
-    NY,
-    NZ,
-    TIME,
-    B,
-    L,
-    M,
-    N,
-    Packed,
-    Step,
-    rows,
-    stage,
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, H0, H1, H2, H3, H4, H5, H6, H7, H8, NX, NY, NZ, TIME, B, L, M, N,
+    Packed, Step, rows, stage
 )
 from lensbench.core.scenery.intersect.image_sky import IMAGE_SKY, image_sky_step, look_up_sky
 from lensbench.core.scenery.intersect.moving_objects import (
-    COUNT,
-    GROUP,
-    LENGTH,
-    MOTION,
-    motion_of,
-    moving_groups,
-    to_rest_frame,
+    COUNT, GROUP, LENGTH, MOTION, motion_of, moving_groups, to_rest_frame
 )
 from lensbench.core.scenery.intersect.sky import SKY
 from lensbench.core.scenery.objects.shape import Shape
 from lensbench.core.scenery.shading.clearcoat import (
-    IS_LAST,
-    LIGHTS,
-    PLANAR_LIGHTS,
-    SWITCHES,
-    reflected_parameters,
-    sharp_close,
-    sharp_lights,
-    sharp_open,
+    IS_LAST, LIGHTS, PLANAR_LIGHTS, SWITCHES, reflected_parameters, sharp_close, sharp_lights, sharp_open
 )
 from lensbench.core.scenery.shading.moving_lights import after
 from lensbench.core.scenery.shading.rough_clearcoat import highlight_parameters, rough_close, rough_lights, rough_open

@@ -15,81 +15,23 @@ from collections.abc import Sequence
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    H0,
-    H1,
-    H2,
-    H3,
-    H4,
-    H5,
-    H6,
-    H7,
-    H8,
-    NX,
-    NY,
-    NZ,
-    TIME,
-    B,
-    L,
-    M,
-    N,
-    Packed,
-    X,
-    Y,
-    Z,
-    join,
-    pack,
-    rows,
-    stage,
-    vector,
+    A0, A1, A2, A3, A4, A5, H0, H1, H2, H3, H4, H5, H6, H7, H8, NX, NY, NZ, TIME, B, L, M, N, Packed, X, Y, Z, join,
+    pack, rows, stage, vector
 )
 from lensbench.core.kernels.numeric import sine_versine
 from lensbench.core.scenery.intersect.block_bounds import boxes_disjoint, shadow_bounds
 from lensbench.core.scenery.intersect.moving_objects import (
-    COUNT,
-    GROUP,
-    LENGTH,
-    MOTION,
-    WHICH,
-    motion_of,
-    moving_groups,
-    rotated,
-    swept_bounds,
-    time_bounds,
-    to_rest_frame,
-    to_world_frame,
+    COUNT, GROUP, LENGTH, MOTION, WHICH, motion_of, moving_groups, rotated, swept_bounds, time_bounds, to_rest_frame,
+    to_world_frame
 )
 from lensbench.core.scenery.intersect.spheres import counts_below, sphere_tree
 from lensbench.core.scenery.objects.shape import Shape
 from lensbench.core.scenery.objects.sphere import Sphere
 from lensbench.core.scenery.shading.illumination import (
-    CENTRE,
-    OCCLUDER,
-    RADIUS2,
-    REACH,
-    SURROUND,
-    add_sky,
-    count_lit,
-    sky_begin,
-    sky_occlusion,
-    unoccluded,
+    CENTRE, OCCLUDER, RADIUS2, REACH, SURROUND, add_sky, count_lit, sky_begin, sky_occlusion, unoccluded
 )
 from lensbench.core.scenery.shading.soft_shadows import (
-    IRRADIANCE,
-    LAMP,
-    RADIANCE,
-    SUN,
-    add_light,
-    occluder_integers,
-    occluder_parameters,
-    sample_lamp,
-    sample_sun,
-    shadow,
+    IRRADIANCE, LAMP, RADIANCE, SUN, add_light, occluder_integers, occluder_parameters, sample_lamp, sample_sun, shadow
 )
 
 

@@ -13,24 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    BLUE,
-    DEPTH,
-    GREEN,
-    RED,
-    SB,
-    SG,
-    SR,
-    TB,
-    TG,
-    TR,
-    B,
-    Step,
-    offsets,
-    pack,
-    rows,
-    stage,
-    vector,
+    A0, BLUE, DEPTH, GREEN, RED, SB, SG, SR, TB, TG, TR, B, Step, offsets, pack, rows, stage, vector
 )
 from lensbench.core.scenery.values import Triple
 from lensbench.core.text import fixed, significant

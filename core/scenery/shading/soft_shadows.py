@@ -10,67 +10,20 @@ import math
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    BEAM,
-    BLUE,
-    DEPTH,
-    GREEN,
-    NX,
-    NY,
-    NZ,
-    RED,
-    SB,
-    SG,
-    SR,
-    V0,
-    V1,
-    B,
-    L,
-    M,
-    N,
-    Packed,
-    X,
-    Y,
-    Z,
-    offsets,
-    pack,
-    rows,
-    stage,
-    vector,
+    A0, A1, A2, A3, A4, A5, A6, A7, BEAM, BLUE, DEPTH, GREEN, NX, NY, NZ, RED, SB, SG, SR, V0, V1, B, L, M, N, Packed,
+    X, Y, Z, offsets, pack, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.sampling import concentric_disk
 from lensbench.core.scenery.intersect.block_bounds import (
-    beam_misses,
-    boxes_disjoint,
-    plane_misses,
-    shadow_beam,
-    shadow_bounds,
+    beam_misses, boxes_disjoint, plane_misses, shadow_beam, shadow_bounds
 )
 from lensbench.core.scenery.intersect.spheres import (
-    CROWD,
-    bounding_sphere,
-    closest_approach,
-    counts_below,
-    inside_edge,
-    plane_point,
-    sphere_tree,
+    CROWD, bounding_sphere, closest_approach, counts_below, inside_edge, plane_point, sphere_tree
 )
 from lensbench.core.scenery.shading.bounces import rounded_length
 from lensbench.core.scenery.shading.illumination import (
-    POINT,
-    POINT_AREA,
-    POINT_LIGHT,
-    POINT_PLACE,
-    POINT_RADIUS2,
-    count_lit,
+    POINT, POINT_AREA, POINT_LIGHT, POINT_PLACE, POINT_RADIUS2, count_lit
 )
 from lensbench.core.scenery.values import across, unit
 

@@ -12,15 +12,7 @@ from lensbench.app.bench.build import design
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.constraints import constrained
 from lensbench.app.bench.lens_choice import (
-    FILM,
-    FRAME,
-    LOCKS,
-    image_circle,
-    in_the_way,
-    own_film,
-    subject_distance,
-    with_lens,
-    with_scene,
+    FILM, FRAME, LOCKS, image_circle, in_the_way, own_film, subject_distance, with_lens, with_scene
 )
 from lensbench.app.scenes.scene_file import cached_scene
 from lensbench.app.settings.settings import Settings

@@ -4,9 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given
-from hypothesis import settings as limits
-from hypothesis import strategies as st
+from hypothesis import given, settings as limits, strategies as st
 
 from lensbench.app.bench.pose import STEEPEST, dollied, orbited, panned, pivot_distance
 from lensbench.app.scenes.scene_file import cached_scene

@@ -1,8 +1,7 @@
 """Curves in pixels: their stretches between columns, and what may be left out of them."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from lensbench.app.drawing.plot_axes import Paths, simplified
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from imgui_bundle import imgui
 
 from lensbench.app.bench import tone

@@ -12,14 +12,7 @@ from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.constraints import with_longer_side
 from lensbench.app.bench.false_colours import depth_codes, depth_picture, ends
 from lensbench.app.bench.light_field_query import (
-    Look,
-    Recording,
-    epipolar,
-    radiance,
-    radius,
-    ray,
-    with_aperture,
-    with_view,
+    Look, Recording, epipolar, radiance, radius, ray, with_aperture, with_view
 )
 from lensbench.app.bench.tone import decibels, develop
 from lensbench.app.drawing.controls import chord

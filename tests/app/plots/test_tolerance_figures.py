@@ -10,13 +10,7 @@ from lensbench.app.panels.analysis.plot_layers import unit_of
 from lensbench.app.plots.plot import Bars, Curve, Label, Map
 from lensbench.app.plots.query import query
 from lensbench.app.plots.tolerance_plots import (
-    SHARES,
-    SHOWN,
-    copies_figure,
-    cost_figure,
-    error_name,
-    pictures_figure,
-    with_copy,
+    SHARES, SHOWN, copies_figure, cost_figure, error_name, pictures_figure, with_copy
 )
 from lensbench.app.settings.settings import Settings
 from lensbench.core.analysis.manufacture import Tolerances

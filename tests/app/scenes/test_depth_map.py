@@ -3,8 +3,7 @@
 import numpy as np
 import OpenEXR
 import pytest
-from PIL import Image as Picture
-from PIL import ImageOps
+from PIL import Image as Picture, ImageOps
 
 from lensbench.app.scenes.scene_file import SceneFileError, load_scene
 

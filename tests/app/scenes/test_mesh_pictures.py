@@ -6,8 +6,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from PIL import EpsImagePlugin
-from PIL import Image as Picture
+from PIL import EpsImagePlugin, Image as Picture
 
 from lensbench.app.scenes.scene_file import SceneFileError, load_scene
 from lensbench.core.kernels.numeric import linear

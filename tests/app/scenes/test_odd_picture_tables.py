@@ -5,8 +5,7 @@ import math
 import numpy as np
 import OpenEXR
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from PIL import Image as Picture
 
 from lensbench.app.scenes.scene_file import SceneFileError, load_scene

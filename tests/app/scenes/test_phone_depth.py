@@ -10,8 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from PIL import Image as Picture
-from PIL import ImageOps
+from PIL import Image as Picture, ImageOps
 
 import lensbench as lb
 from lensbench.app.scenes.photograph import EQUIVALENT, EXIF, EXTENDED, XMP, read_phone_photograph

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image as Picture
-from PIL import ImageOps
+from PIL import Image as Picture, ImageOps
 
 import lensbench as lb
 from lensbench.app.scenes.scene_file import SceneFileError, find_scene, load_scene

@@ -15,9 +15,7 @@ from dataclasses import replace
 import numpy as np
 import OpenEXR
 import pytest
-from hypothesis import given
-from hypothesis import settings as profile
-from hypothesis import strategies as st
+from hypothesis import given, settings as profile, strategies as st
 from PIL import Image
 
 from lensbench.app.session.export import ExportError, develop, read_settings, replacing, save_bands, save_picture

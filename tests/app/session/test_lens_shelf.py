@@ -7,18 +7,7 @@ import pytest
 
 from lensbench import lenses
 from lensbench.app.session.lens_shelf import (
-    ERAS,
-    FORMATS,
-    LENGTHS,
-    ORDERS,
-    SPEEDS,
-    Shelf,
-    film_of,
-    kinds,
-    makers,
-    noted,
-    shelved,
-    short_title,
+    ERAS, FORMATS, LENGTHS, ORDERS, SPEEDS, Shelf, film_of, kinds, makers, noted, shelved, short_title
 )
 from lensbench.lenses import Card
 

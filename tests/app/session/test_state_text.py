@@ -4,9 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
-from hypothesis import settings as limits
-from hypothesis import strategies as st
+from hypothesis import given, settings as limits, strategies as st
 
 from lensbench.app.session.settings_file import PREFIX, is_state_text, settings_of_text, state_text
 from lensbench.app.settings.setting import SettingsError

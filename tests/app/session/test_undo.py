@@ -2,9 +2,7 @@
 
 from dataclasses import replace
 
-from hypothesis import given
-from hypothesis import settings as limits
-from hypothesis import strategies as st
+from hypothesis import given, settings as limits, strategies as st
 
 from lensbench.app.session.undo import History
 from lensbench.app.settings.settings import Settings

@@ -3,17 +3,10 @@
 import math
 
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from lensbench.app.settings.dial_scales import (
-    F_NUMBERS,
-    aperture_scale,
-    exposure_scale,
-    figures_that_fit,
-    focal_length_scale,
-    focus_scale,
-    fov_scale,
+    F_NUMBERS, aperture_scale, exposure_scale, figures_that_fit, focal_length_scale, focus_scale, fov_scale
 )
 from lensbench.app.settings.text_values import format_area, read_distance, read_f_number
 

@@ -11,8 +11,7 @@ import lensbench as lb
 from lensbench.app.bench.auto_model import choose
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers import measurements, picture_before, warm_cache
-from lensbench.app.workers import render_worker as module
+from lensbench.app.workers import measurements, picture_before, render_worker as module, warm_cache
 from lensbench.app.workers.render_worker import PAUSED_SAMPLES, RenderWorker
 
 SMALL = replace(Settings(), pixels_x=96, pixels_y=64, samples=8)

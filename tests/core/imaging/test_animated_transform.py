@@ -4,18 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import lensbench as lb
 from lensbench import lenses
 from lensbench.core.imaging.transform import (
-    polar_decomposition,
-    quaternion,
-    quaternion_product,
-    rotation_matrix,
-    shortest_arc,
-    slerp,
+    polar_decomposition, quaternion, quaternion_product, rotation_matrix, shortest_arc, slerp
 )
 from lensbench.core.kernels.block import PITCH, TIME, B, lane_buffer
 from lensbench.core.kernels.program import Program

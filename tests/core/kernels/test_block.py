@@ -4,24 +4,7 @@ import numpy as np
 import pytest
 
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    ALIVE,
-    BLUE,
-    GREEN,
-    LOST,
-    RED,
-    WEIGHT,
-    B,
-    Step,
-    X,
-    Y,
-    gather,
-    lane_buffer,
-    rows,
-    stage,
-    weigh_four,
+    A0, A1, A2, ALIVE, BLUE, GREEN, LOST, RED, WEIGHT, B, Step, X, Y, gather, lane_buffer, rows, stage, weigh_four
 )
 from lensbench.core.kernels.program import Program
 

@@ -3,8 +3,7 @@
 from math import inf
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from lensbench.core.kernels.numeric import monotone_cubic
 from tests.core.oracles import LAW

@@ -3,8 +3,7 @@
 from math import exp, log, pi, sin, sqrt
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from lensbench.core.kernels.numeric import find_minimum, find_root
 

@@ -4,8 +4,7 @@ from math import inf, nan, sqrt
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import lensbench as lb
 from lensbench.core.optics.axial_bundle import marginal_height

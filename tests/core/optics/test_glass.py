@@ -4,8 +4,7 @@ import re
 from math import inf, nan, sqrt
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import lensbench as lb
 from lensbench.core.optics.glass import C_LINE, D_LINE, F_LINE, Glass, GlassError, from_formula

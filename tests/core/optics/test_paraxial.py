@@ -6,8 +6,7 @@ from math import inf, isfinite, nan
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 
 import lensbench as lb
 from lensbench import lenses as library

@@ -4,8 +4,7 @@ from math import cos, pi, radians, sin
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 
 import lensbench as lb
 from tests.core.oracles import DATA, LAW, REFERENCE, TRACED, WAVELENGTHS, lens, lenses, pbrt_rays

@@ -6,8 +6,7 @@ from math import cos, inf, isnan, nan, sin, sqrt
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 import lensbench as lb
 from tests.core.oracles import LAW, lens

@@ -14,8 +14,7 @@ from lensbench.core.optics.block_trace import clearance_tracer, clearances
 from lensbench.core.optics.lens_surface import Surface
 from lensbench.core.pupils.radial_sampler import RINGS, PupilTable
 from lensbench.core.pupils.rim_solver import ROUGH, solve_rims
-from tests.core.oracles import DATA, REFERENCE
-from tests.core.oracles import lens as reference_lens
+from tests.core.oracles import DATA, REFERENCE, lens as reference_lens
 from tests.library import CLASSICS
 
 BOUNDS = json.loads((DATA / "exit_pupils.json").read_text())

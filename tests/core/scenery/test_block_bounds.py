@@ -5,28 +5,7 @@ import pytest
 
 import lensbench as lb
 from lensbench.core.kernels.block import (
-    A0,
-    A3,
-    A6,
-    BEAM,
-    BLUE,
-    GREEN,
-    PITCH,
-    RED,
-    TIME,
-    V0,
-    V1,
-    B,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
-    lane_buffer,
-    rows,
-    stage,
+    A0, A3, A6, BEAM, BLUE, GREEN, PITCH, RED, TIME, V0, V1, B, L, M, N, Step, X, Y, Z, lane_buffer, rows, stage
 )
 from lensbench.core.kernels.program import Program
 from lensbench.core.scenery.intersect.block_bounds import beam, beam_misses, lit_bounds, shadow_bounds

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.core.kernels.block import DEPTH, FINISH, NX, NY, NZ, TB, TG, TR, L, M, N, X, Y, Z
-from lensbench.core.kernels.block import Step as Stage
+from lensbench.core.kernels.block import DEPTH, FINISH, NX, NY, NZ, TB, TG, TR, L, M, N, Step as Stage, X, Y, Z
 from lensbench.core.kernels.program import Program
 from lensbench.core.scenery.shading.bounces import specular_bounce
 from lensbench.core.scenery.surface_codes import GLASS, METAL

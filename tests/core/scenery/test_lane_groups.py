@@ -4,14 +4,7 @@ import numpy as np
 
 from lensbench.core.kernels.block import A11, DEPTH, NX, PITCH, RED, B, L, X, lane_buffer
 from lensbench.core.scenery.shading.many_lamps import (
-    BOX_HALF,
-    BOX_MIDDLE,
-    FINE,
-    GROUP,
-    GROUPS,
-    NORMAL,
-    STEPS,
-    group_lanes,
+    BOX_HALF, BOX_MIDDLE, FINE, GROUP, GROUPS, NORMAL, STEPS, group_lanes
 )
 from tests.core.scenery.test_scene import unit
 

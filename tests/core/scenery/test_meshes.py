@@ -8,31 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench.core.kernels.block import (
-    A0,
-    A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    BLUE,
-    DEPTH,
-    GREEN,
-    NX,
-    NY,
-    NZ,
-    PIXEL_SPREAD,
-    RED,
-    TIME,
-    V0,
-    V1,
-    L,
-    M,
-    N,
-    X,
-    Y,
-    Z,
+    A0, A1, A2, A3, A4, A5, A6, A7, BLUE, DEPTH, GREEN, NX, NY, NZ, PIXEL_SPREAD, RED, TIME, V0, V1, L, M, N, X, Y, Z
 )
 from lensbench.core.kernels.program import Program
 from lensbench.core.scenery.intersect.meshes import find_meshes, nearest_distances, surfaces
@@ -184,9 +160,7 @@ def test_a_closed_surface_has_no_holes_in_single_precision():
 
 @slow
 def test_embree_agrees_on_a_million_rays():
-    from embreex import mesh_construction as mesh_module
-    from embreex import rtcore
-    from embreex import rtcore_scene as scene_module
+    from embreex import mesh_construction as mesh_module, rtcore, rtcore_scene as scene_module
 
     mesh = sphere_mesh(145, 300.0, (0.0, 0.0, -800.0), bumps=0.1)
     assert len(mesh.triangles) > 82_000

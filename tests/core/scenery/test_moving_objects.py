@@ -5,31 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import lensbench as lb
 from lensbench.core.kernels.block import (
-    BLUE,
-    FINISH,
-    GREEN,
-    NY,
-    RED,
-    SB,
-    SG,
-    SR,
-    TB,
-    TG,
-    TIME,
-    TR,
-    V0,
-    V1,
-    L,
-    M,
-    N,
-    X,
-    Y,
-    Z,
+    BLUE, FINISH, GREEN, NY, RED, SB, SG, SR, TB, TG, TIME, TR, V0, V1, L, M, N, X, Y, Z
 )
 from lensbench.core.kernels.program import Program
 from lensbench.core.scenery.intersect.moving_objects import to_rest_frame

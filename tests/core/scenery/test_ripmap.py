@@ -5,23 +5,7 @@ import pytest
 
 import lensbench as lb
 from lensbench.core.kernels.block import (
-    A1,
-    A2,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    BLUE,
-    GREEN,
-    PATH,
-    PITCH,
-    RED,
-    B,
-    L,
-    M,
-    N,
-    lane_buffer,
+    A1, A2, A4, A5, A6, A7, A8, BLUE, GREEN, PATH, PITCH, RED, B, L, M, N, lane_buffer
 )
 from lensbench.core.kernels.program import Program
 from lensbench.core.scenery.intersect.texture import SECOND, Ripmap, look_up, ripmap

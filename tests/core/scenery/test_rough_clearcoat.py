@@ -11,34 +11,8 @@ from lensbench import lenses
 from lensbench.core.cameras.pupil_footprint import FULL_PUPIL_SAMPLES, footprint_steps
 from lensbench.core.imaging.transform import AnimatedTransform
 from lensbench.core.kernels.block import (
-    A0,
-    A3,
-    DEPTH,
-    FINISH,
-    KEYS,
-    NX,
-    NY,
-    OX,
-    OY,
-    PITCH,
-    PIXEL_SIDE,
-    PIXEL_SPREAD,
-    PUPIL_RADIUS,
-    PUPIL_SPREAD,
-    SAMPLE,
-    SB,
-    SR,
-    TB,
-    TR,
-    U0,
-    U1,
-    B,
-    L,
-    M,
-    N,
-    X,
-    Y,
-    lane_buffer,
+    A0, A3, DEPTH, FINISH, KEYS, NX, NY, OX, OY, PITCH, PIXEL_SIDE, PIXEL_SPREAD, PUPIL_RADIUS, PUPIL_SPREAD, SAMPLE,
+    SB, SR, TB, TR, U0, U1, B, L, M, N, X, Y, lane_buffer
 )
 from lensbench.core.kernels.program import Program
 from lensbench.core.scenery.intersect.sky import SKY

@@ -3,28 +3,8 @@
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    DEPTH,
-    FINISH,
-    NX,
-    NY,
-    NZ,
-    OX,
-    OY,
-    OZ,
-    PIXEL_SIDE,
-    PIXEL_SPREAD,
-    PUPIL_RADIUS,
-    PUPIL_SPREAD,
-    TB,
-    TG,
-    TR,
-    L,
-    M,
-    N,
-    Step,
-    X,
-    Y,
-    Z,
+    DEPTH, FINISH, NX, NY, NZ, OX, OY, OZ, PIXEL_SIDE, PIXEL_SPREAD, PUPIL_RADIUS, PUPIL_SPREAD, TB, TG, TR, L, M, N,
+    Step, X, Y, Z
 )
 from lensbench.core.kernels.program import Program
 from lensbench.core.scenery.shading.bounces import bounce_pupil_part, specular_bounce

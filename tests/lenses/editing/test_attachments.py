@@ -8,13 +8,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.lenses.editing.attachments import (
-    CROWN,
-    attached_behind,
-    attached_in_front,
-    close_up_lens,
-    front_width,
-    plate,
-    surfaces_of,
+    CROWN, attached_behind, attached_in_front, close_up_lens, front_width, plate, surfaces_of
 )
 from lensbench.lenses.editing.cells import with_rule
 from lensbench.lenses.editing.document import EditError, LensDocument, Solve

@@ -4,8 +4,7 @@ from dataclasses import replace
 from functools import partial
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from lensbench import AIR, Glass, lenses
 from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint, SystemData

@@ -9,8 +9,7 @@ import pytest
 
 from lensbench.core.optics.glass import C_LINE, D_LINE, F_LINE, Glass, GlassError
 from lensbench.lenses.file_error import LensFileError, RowError
-from lensbench.lenses.glass import agf, media
-from lensbench.lenses.glass import catalogue as glass_catalogue
+from lensbench.lenses.glass import agf, catalogue as glass_catalogue, media
 
 # Indices on the makers' data sheets, printed to five digits: n_d, n_F, n_C
 PUBLISHED = {

@@ -7,8 +7,7 @@ import json
 from math import radians, tan
 
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 import lensbench as lb
 from lensbench import lenses

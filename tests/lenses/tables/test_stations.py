@@ -4,8 +4,7 @@ from dataclasses import replace
 from math import inf
 
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 import lensbench as lb
 from lensbench import Glass, Lens, Positions, Surface, lenses

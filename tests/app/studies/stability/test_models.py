@@ -7,8 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.studies.stability import models
-from lensbench.app.studies.stability import models as domains
+from lensbench.app.studies.stability import models, models as domains
 from lensbench.core.analysis.model_choice import LADDER
 
 
