@@ -47,7 +47,8 @@ RENDERS = {                                 # of each, arguments of `lensbench r
     "moving camera": "pbrt-dgauss-50mm --scene room --end-yaw 10deg --duration 1 --shutter 0.5 --moment 0",
     "noise": "pbrt-dgauss-50mm --scene room --noise --iso 3200",
 }
-ANALYSED = ("pbrt-dgauss-50mm", "sigma-dg-hsm-art-35-f14", "canon-ef-28-105-f4", "carl-zeiss-touit-makro-planar-t-macro-50-f28")
+ANALYSED = ("pbrt-dgauss-50mm", "sigma-dg-hsm-art-35-f14", "canon-ef-28-105-f4",
+            "carl-zeiss-touit-makro-planar-t-macro-50-f28")
 
 
 def digest(*arrays: object) -> str:
