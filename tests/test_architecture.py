@@ -203,8 +203,9 @@ def test_what_works_without_a_window_imports_no_graphics():
             assert not packages(path) & GRAPHICS, path
 
 
-# Names that decode a picture, and the files that may call them: each bounds the memory by the header first
-DECODERS = {"open": {"lenses/picture_file.py"}, "File": {"app/scenes/sky_picture.py"},
+# Names that decode a picture, and the files that may call them: each bounds the memory by the header first; the trial
+# reads its own pictures
+DECODERS = {"open": {"lenses/picture_file.py"}, "File": {"app/scenes/sky_picture.py", "trials/fingerprints.py"},
             "open_heif": {"app/scenes/photograph.py"}, "imread": set(), "load_image": set()}
 LIBRARIES = {"PIL", "OpenEXR", "pillow_heif", "imageio", "cv2", "matplotlib", "skimage", "tifffile"}
 
