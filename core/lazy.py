@@ -1,7 +1,8 @@
 """Computed late: names that are imported when they are first used, and hashes of frozen values, computed once."""
 
+import ast
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any, TypeVar
 
@@ -13,48 +14,40 @@ def called(module: str, name: str, *arguments: Any) -> Any:
     return getattr(import_module(f"{ROOT}.{module}"), name)(*arguments)
 
 
-def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` of a package whose names live in other modules.
+def typed_imports(package: str) -> dict[str, tuple[str, str]]:
+    """Module and name there of each name that a package imports under `if TYPE_CHECKING:`, read from its source."""
+    spec = sys.modules[package].__spec__
+    body = ast.parse(spec.loader.get_source(package)).body         # type: ignore[union-attr]
+    return {name.asname or name.name: (str(imported.module), name.name)
+            for node in body if isinstance(node, ast.If)
+            for imported in node.body if isinstance(imported, ast.ImportFrom) for name in imported.names}
 
-    Parameters
-    ----------
-    package : str
-        The package's `__name__`.
-    homes : mapping of str to str
-        For each module, by its path inside lensbench, the names that it supplies, separated by spaces; `name=there`
-        where the module has the name `there` for it. Without names the module itself is meant.
 
-    Returns
-    -------
-    tuple of callable
-        To be bound to `__getattr__` and `__dir__` of the package. A name that was asked for once is an ordinary
-        attribute from then on.
+def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` of a package that lists its names as imports under `if TYPE_CHECKING:`.
+
+    Each name is imported when it is first used, and is an ordinary attribute from then on.
     """
-    place = {}
-    for module, names in homes.items():
-        if not names:
-            place[module.rpartition(".")[2]] = (f"{ROOT}.{module}", "")
-        for each in names.split():
-            name, _, there = each.partition("=")
-            place[name] = (f"{ROOT}.{module}", there or name)
+    homes = typed_imports(package)
 
     def find(name: str) -> Any:
-        try:
-            module, there = place[name]
-        except KeyError:
-            raise AttributeError(f"module {package!r} has no attribute {name!r}") from None
-        value = import_module(module)
-        if there:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        module, there = homes[name]
+        home = import_module(module)
+        if hasattr(home, there):
             from lensbench.core.named_objects import refusing_names  # with `inspect`: not before a name is used
 
-            value = refusing_names(getattr(value, there), package)
+            value = refusing_names(getattr(home, there), package)
+        else:
+            value = import_module(f"{module}.{there}")
         setattr(sys.modules[package], name, value)
         return value
 
     def listed() -> list[str]:
-        return sorted({*vars(sys.modules[package]), *place})
+        return sorted({*vars(sys.modules[package]), *homes})
 
-    return find, listed
+    return find, listed, sorted(homes)
 
 
 Value = TypeVar("Value", bound=type)

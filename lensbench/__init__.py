@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from lensbench.core.lazy import lazy_names
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:               # the public names; each is imported when it is first used
     from lensbench.app.notebook.picture import Picture, develop, save
     from lensbench.app.notebook.render import load_scene, render
     from lensbench.app.notebook.show import show
@@ -97,96 +97,4 @@ if TYPE_CHECKING:
     from lensbench.core.scenery.shading.participating_medium import Medium, MediumError
     from lensbench.core.scenery.values import SceneError
 
-_HOMES = {           # the imports above, as they are made at run time
-    "app.notebook.picture": "Picture develop save",
-    "app.notebook.render": "load_scene render",
-    "app.notebook.show": "show",
-    "core.analysis": "",
-    "core.analysis.aberrations": "ChiefRay Seidel astigmatic_foci chief_ray seidel",
-    "core.analysis.distortion": "Distortion distortion distortion_grid",
-    "core.analysis.model_choice": "Choice choose_model",
-    "core.analysis.vignetting": "Falloff falloff Vignetting vignetting",
-    "core.cameras.bare_sensor": "BareSensor",
-    "core.cameras.base": "Camera",
-    "core.cameras.custom": "CustomCamera",
-    "core.cameras.environment": "EnvironmentCamera",
-    "core.cameras.film_landing": "Importance",
-    "core.cameras.finite_pinhole": "PinholeCamera best_pinhole",
-    "core.cameras.fisheye": "FisheyeCamera",
-    "core.cameras.orthographic": "OrthographicCamera",
-    "core.cameras.perspective": "PerspectiveCamera",
-    "core.cameras.ray_generation": "Differentials",
-    "core.cameras.rays": "CameraError Rays",
-    "core.cameras.real_lens": "LensCamera",
-    "core.design.goal": "Goal",
-    "core.design.improve": "Improvement improve",
-    "core.design.merit": "Judgement judge",
-    "core.design.standard_goal": "goal_of",
-    "core.imaging.coordinate_spaces": "Intrinsics Places Spaces depth_resolution",
-    "core.imaging.exposure": "Exposure ExposureError ev100 irradiance luminance metered_stops pixel_energy "
-        "radiant_exposure",
-    "core.imaging.field_of_view": "Equivalent equivalent field_of_view film_extent focal_length",
-    "core.imaging.film": "FORMATS Film FilmError FilmPose",
-    "core.imaging.sensor": "Sensor",
-    "core.imaging.transform": "AnimatedTransform TransformError look_at",
-    "core.kernels.sampling": "unit_disk unit_square",
-    "core.lightfields.capture": "capture_light_field light_field_bytes picture_through recording_bytes",
-    "core.lightfields.depth": "Depth find_depth",
-    "core.lightfields.light_field": "LightField LightFieldError",
-    "core.lightfields.lumigraph": "Lumigraph NovelView array_camera capture_lumigraph lumigraph_pinhole",
-    "core.lightfields.plenoptic": "PlenopticCamera RawPicture",
-    "core.optics.coatings": "COATINGS Coating CoatingError Layer Reflectance",
-    "core.optics.depth_of_field": "circle_of_confusion depth_of_field hyperfocal real_circle_of_confusion "
-        "magnification section_foci thick_circle_of_confusion thick_depth_of_field thick_hyperfocal",
-    "core.optics.focus": "FocusError best_focus film_distance focused focused_distance nearest_focus",
-    "core.optics.glass": "AIR C_LINE D_LINE F_LINE Glass GlassError",
-    "core.optics.iris": "Iris IrisError",
-    "core.optics.lens_surface": "LensError Surface PoseError SurfacePose",
-    "core.optics.paraxial": "FirstOrder f_number_at_infinity first_order stopped_down",
-    "core.optics.prescription": "Lens",
-    "core.optics.scalar_trace": "Fate Trace trace",
-    "core.optics.stop_image": "StopImage StopImageError",
-    "core.optics.system": "Aperture ApertureKind FieldKind FieldPoint SystemData SystemDataError Wavelength",
-    "core.optics.transmission": "t_number transmission working_f_number",
-    "core.optics.zoom_positions": "Positions PositionsError",
-    "core.pupils.region": "ExitPupil exit_pupil open_region",
-    "core.rendering.aovs": "VIEWS=AOVS fate_colours depth_map",
-    "core.rendering.ghost_image": "Flare why_no_ghosts",
-    "core.rendering.progressive": "Rendering",
-    "core.scenery.builtin.library": "SCENES builtin_scene",
-    "core.scenery.objects.material": "Image Material Pattern",
-    "core.scenery.objects.mesh": "Mesh",
-    "core.scenery.objects.planar": "Disk Rectangle",
-    "core.scenery.objects.sphere": "Sphere",
-    "core.scenery.objects.surroundings": "Floor ImageSky Sky Sun",
-    "core.scenery.photograph": "photograph_scene",
-    "core.scenery.scene": "Scene",
-    "core.scenery.shading.participating_medium": "Medium MediumError",
-    "core.scenery.values": "SceneError",
-}
-__getattr__, __dir__ = lazy_names(__name__, _HOMES)
-
-__all__ = [
-    "AIR", "COATINGS", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Aperture",
-    "ApertureKind", "BareSensor", "Camera", "CameraError", "ChiefRay", "Choice", "Coating", "CoatingError",
-    "CustomCamera", "Depth", "Differentials", "Disk", "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil",
-    "Exposure", "ExposureError", "Falloff", "Fate", "FieldKind", "FieldPoint", "Film", "FilmError", "FilmPose",
-    "FirstOrder", "FisheyeCamera", "Flare", "Floor", "FocusError", "Glass", "GlassError", "Goal", "Image", "ImageSky",
-    "Importance", "Improvement", "Intrinsics", "Iris", "IrisError", "Judgement", "Layer", "Lens", "LensCamera",
-    "LensError", "LightField", "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "Mesh",
-    "NovelView", "OrthographicCamera", "Pattern", "PerspectiveCamera", "Picture", "PinholeCamera", "Places",
-    "PlenopticCamera", "PoseError", "Positions", "PositionsError", "RawPicture", "Rays", "Rectangle", "Reflectance",
-    "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "StopImage", "StopImageError",
-    "Sun", "Surface", "SurfacePose", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting",
-    "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_focus", "best_pinhole", "builtin_scene",
-    "capture_light_field", "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion", "depth_map",
-    "depth_of_field", "depth_resolution", "develop", "distortion", "distortion_grid", "equivalent", "ev100",
-    "exit_pupil", "f_number_at_infinity", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent",
-    "find_depth", "first_order", "focal_length", "focused", "focused_distance", "goal_of", "hyperfocal", "improve",
-    "irradiance", "judge", "light_field_bytes", "load_scene", "look_at", "lumigraph_pinhole", "luminance",
-    "magnification", "metered_stops", "nearest_focus", "open_region", "photograph_scene", "picture_through",
-    "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "recording_bytes", "render", "save",
-    "section_foci", "seidel", "show", "stopped_down", "t_number", "thick_circle_of_confusion", "thick_depth_of_field",
-    "thick_hyperfocal", "trace", "transmission", "unit_disk", "unit_square", "vignetting", "why_no_ghosts",
-    "working_f_number",
-]
+__getattr__, __dir__, __all__ = lazy_names(__name__)

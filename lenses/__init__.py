@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from lensbench.core.lazy import lazy_names
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:               # the public names; each is imported when it is first used
     from lensbench.core.optics.finding import Finding, Kind, Severity
     from lensbench.lenses.checks import check
     from lensbench.lenses.file_error import LensFileError
@@ -20,15 +20,4 @@ if TYPE_CHECKING:
     from lensbench.lenses.lens_file import load, load_document, save
     from lensbench.lenses.library.catalogue import Card, card, describe, names
 
-_HOMES = {           # the imports above, as they are made at run time
-    "core.optics.finding": "Finding Kind Severity",
-    "lenses.checks": "check",
-    "lenses.file_error": "LensFileError",
-    "lenses.formats.table": "FORMATS READERS WRITERS Format",
-    "lenses.lens_file": "load load_document save",
-    "lenses.library.catalogue": "Card card describe names",
-}
-__getattr__, __dir__ = lazy_names(__name__, _HOMES)
-
-__all__ = ["FORMATS", "READERS", "WRITERS", "Card", "Finding", "Format", "Kind", "LensFileError", "Severity", "card",
-           "check", "describe", "load", "load_document", "names", "save"]
+__getattr__, __dir__, __all__ = lazy_names(__name__)

@@ -1,6 +1,8 @@
 """Rooms and their permitted imports, read from the source; and the modules that a start loads."""
 
 import ast
+import importlib
+import inspect
 import re
 import subprocess
 import sys
@@ -9,6 +11,8 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+
+from lensbench.core.lazy import typed_imports
 
 ROOT = Path(__file__).parent.parent
 GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
@@ -167,19 +171,17 @@ def test_kernels_are_declared_with_the_njit_that_keeps_what_it_compiles():
     assert own == ["lensbench.core.kernels.cache"]
 
 
-@pytest.mark.parametrize("package", ["lensbench", "core/analysis", "lenses"])
-def test_the_names_of_a_package_are_found_where_its_typed_imports_find_them(package):
-    tree = ast.parse((ROOT / package / "__init__.py").read_text(encoding="utf-8"))
-    typed = next(node.body for node in tree.body if isinstance(node, ast.If))
-    named = {(name.asname or name.name, node.module, name.name) for node in typed for name in node.names}
-    lists = {node.targets[0].id: ast.literal_eval(node.value) for node in tree.body
-             if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)}
-    listed = {(each.partition("=")[0], f"lensbench.{home}", each.rpartition("=")[2])
-              for home, names in lists["_HOMES"].items() for each in names.split()}
-    listed |= {(home.split(".")[-1], f"lensbench.{home}".rpartition(".")[0], home.split(".")[-1])
-               for home, names in lists["_HOMES"].items() if not names}         # a whole module
-    assert listed == named
-    assert sorted(lists["__all__"]) == sorted(name for name, *_ in named)
+@pytest.mark.parametrize("package", ["lensbench", "lensbench.core.analysis", "lensbench.lenses"])
+def test_a_package_offers_the_names_of_its_typed_imports(package):
+    """One list serves type checkers, `dir`, star imports and the late imports."""
+    held = importlib.import_module(package)
+    homes = typed_imports(package)
+    assert held.__all__ == sorted(homes) and set(homes) <= set(dir(held))
+    starred = {}
+    exec(f"from {package} import *", starred)
+    for name, (module, there) in homes.items():
+        value = getattr(importlib.import_module(module), there)
+        assert starred[name] is value or inspect.unwrap(starred[name]) is inspect.unwrap(value), name
 
 
 def test_lenses_know_the_prescription_and_their_checks_what_they_trace():

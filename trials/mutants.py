@@ -28,7 +28,7 @@ import time
 from functools import cache
 from pathlib import Path
 
-import lensbench
+from lensbench.core.lazy import typed_imports
 from trials.executed_lines import RECORD, Executed, executed
 from trials.faults import KINDS, ROOT, Fault, random_faults
 
@@ -74,7 +74,7 @@ def naming_tests(path: str) -> list[str]:
     """Test files that have the name of a module, those that name it, and those that use its public names."""
     *rooms, name = Path(path).with_suffix("").parts
     room = ".".join(["lensbench", *rooms])
-    public = [each.partition("=")[0] for each in lensbench._HOMES.get(".".join([*rooms, name]), "").split()]
+    public = [offered for offered, (home, _) in typed_imports("lensbench").items() if home == f"{room}.{name}"]
     own = [file for file in test_files() if re.fullmatch(rf"test_(\w+_)?{name}", Path(file).stem)]
     found = [own]
     for pattern in (rf"{re.escape(room)}\.{name}\b|from {re.escape(room)} import .*\b{name}\b",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from lensbench.core.lazy import lazy_names
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:               # the public names; each is imported when it is first used
     from lensbench.core.analysis.aperture_curves import (
         Breathing, FocusShift, breathing, focus_shift, relative_illumination
     )
@@ -39,33 +39,4 @@ if TYPE_CHECKING:
         Wavefront, fringe_index, noll_indices, wavefronts, zernike_name, zernikes
     )
 
-_HOMES = {           # the imports above, as they are made at run time
-    "core.analysis.aperture_curves": "Breathing FocusShift breathing focus_shift relative_illumination",
-    "core.analysis.axial_curves": "FocalShift Longitudinal chromatic_focal_shift longitudinal_aberration",
-    "core.analysis.blade_star": "Sunstar sunstar star_pictures",
-    "core.analysis.depth_over_field": "FieldDepth field_depth",
-    "core.analysis.focus_map": "MtfMap mtf_map",
-    "core.analysis.focus_wedge": "SharpFocus sharp_focus",
-    "core.analysis.ghost_ranking": "Ghost Ghosts ghosts LightBudget light_budget",
-    "core.analysis.grids.field_conditions": "Conditions conditions field_name",
-    "core.analysis.grids.traced_grid": "ray_grid close_foci RayGrid",
-    "core.analysis.manufacture": "Production Sensitivity Tolerances production sensitivities manufactured",
-    "core.analysis.meridional_curves": "FieldCurves field_curves",
-    "core.analysis.onion_rings": "rippled",
-    "core.analysis.point_spread": "PointSpread encircled_energy psf",
-    "core.analysis.sensor_stack": "with_sensor_stack",
-    "core.analysis.spot_diagram": "Fans ray_fans Spots spots",
-    "core.analysis.transfer_function": "Mtf mtf",
-    "core.analysis.wavefront": "Wavefront wavefronts fringe_index noll_indices zernike_name zernikes",
-}
-__getattr__, __dir__ = lazy_names(__name__, _HOMES)
-
-__all__ = [
-    "Breathing", "Conditions", "Fans", "FieldCurves", "FieldDepth", "FocalShift", "FocusShift", "Ghost", "Ghosts",
-    "LightBudget", "Longitudinal", "Mtf", "MtfMap", "PointSpread", "Production", "RayGrid", "Sensitivity", "SharpFocus",
-    "Spots", "Sunstar", "Tolerances", "Wavefront", "breathing", "chromatic_focal_shift", "close_foci", "conditions",
-    "encircled_energy", "field_curves", "field_depth", "field_name", "focus_shift", "fringe_index", "ghosts",
-    "light_budget", "longitudinal_aberration", "manufactured", "mtf", "mtf_map", "noll_indices", "production", "psf",
-    "ray_fans", "ray_grid", "relative_illumination", "rippled", "sensitivities", "sharp_focus", "spots",
-    "star_pictures", "sunstar", "wavefronts", "with_sensor_stack", "zernike_name", "zernikes",
-]
+__getattr__, __dir__, __all__ = lazy_names(__name__)
