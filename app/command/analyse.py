@@ -3,8 +3,27 @@
 import argparse
 import math
 import sys
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
+
+import lensbench as lb
+from lensbench.app.command.lens_options import LENS_HELP, add_lens_options, add_setting, option
+from lensbench.app.command.options import add_picture_options, carries_settings, read_film, read_size, settings_from
+from lensbench.app.command.output import UsageError, print_json, progress, save_json
+from lensbench.app.drawing.sheet import write_figures
+from lensbench.app.plots.bokeh_plots import Ripple, ripple_surface
+from lensbench.app.plots.catalogue import ANALYSES
+from lensbench.app.plots.mtf_plots import FINEST
+from lensbench.app.plots.query import query, read_fields, read_wavelengths, with_own
+from lensbench.app.plots.stack_plots import Stack
+from lensbench.app.session.export import check_writable
+from lensbench.app.settings.lens_settings import AUTO
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import read_distance
+from lensbench.core.analysis.onion_rings import check_ripple_surface
+from lensbench.core.imaging.spectrum import WHITES
+from lensbench.core.text import significant
 
 SHEETS = (".pdf", ".svg", ".png", ".csv", ".json")
 POINTS = 64
@@ -15,14 +34,6 @@ OF_FEW = {"frequencies": ("mtf", "mtf-map", "mtf-frequency"), "stack": ("stack",
 
 def add_analyse_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench analyse`."""
-    from dataclasses import fields
-
-    from lensbench.app.command.lens_options import LENS_HELP, add_lens_options, add_setting, option
-    from lensbench.app.command.options import read_film, read_size
-    from lensbench.app.settings.settings import Settings
-    from lensbench.app.settings.text_values import read_distance
-    from lensbench.core.imaging.spectrum import WHITES
-
     add = parser.add_argument
     add("lens", nargs="?", metavar="LENS", help=LENS_HELP)
     add("--what", metavar="NAMES", help="analyses, separated by commas (default: all); --what list names them")
@@ -34,10 +45,10 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
     add("--film", type=option(read_film), metavar="FILM",
         help="width x height in mm, or the name of a format (default: the film that the lens was made for)")
     add("--size", type=option(read_size), metavar="WxH", help="pixels across and down, for the size of a pixel")
-    add("--fields", type=option(_read_fields), metavar="FIELDS",
+    add("--fields", type=option(read_fields), metavar="FIELDS",
         help="fields of spots, fans, wavefront and other figures of a few fields: parts of the largest (0,0.7,1), "
              "angles (0,14,20deg), image heights (0,10,21.6mm), or “design” for those that the lens file states")
-    add("--wavelengths", type=option(_read_wavelengths), metavar="NM",
+    add("--wavelengths", type=option(read_wavelengths), metavar="NM",
         help="wavelengths in nm, the middle one primary, with weights if you like, such as 486.1,587.6:2,656.3 "
              "(default: --white)")
     add("--white", choices=WHITES,
@@ -57,15 +68,6 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
 
 def analyse(arguments: argparse.Namespace) -> int:
     """Compute the figures, print their conditions and remarks, and write the file if one is given."""
-    from dataclasses import replace
-
-    import lensbench as lb
-    from lensbench.app.command.output import UsageError, print_json, progress, save_json
-    from lensbench.app.drawing.sheet import write_figures
-    from lensbench.app.plots.catalogue import ANALYSES
-    from lensbench.app.plots.query import query, with_own
-    from lensbench.app.session.export import check_writable
-
     if arguments.what == "list":
         print("\n".join(f"{name:14}{each.shows}" for name, each in ANALYSES.items()))
         return 0
@@ -88,10 +90,10 @@ def analyse(arguments: argparse.Namespace) -> int:
         raise UsageError(asked.setup.reason)
     asked = with_own(asked, arguments.fields, arguments.wavelengths)
     few = tuple(name for name, each in ANALYSES.items() if each.few)
-    for option, chosen in {"fields": few, **OF_FEW}.items():
+    for word, chosen in {"fields": few, **OF_FEW}.items():
         unmoved = [name for name in names if name not in chosen]
-        if getattr(arguments, option) is not None and unmoved and (option == "fields" or len(unmoved) == len(names)):
-            print(f"--{option} has no effect on {', '.join(unmoved)}: it is that of {', '.join(chosen)}",
+        if getattr(arguments, word) is not None and unmoved and (word == "fields" or len(unmoved) == len(names)):
+            print(f"--{word} has no effect on {', '.join(unmoved)}: it is that of {', '.join(chosen)}",
                   file=sys.stderr)
     figures, left_out = {}, {}
     with progress() as show:
@@ -126,14 +128,6 @@ def analyse(arguments: argparse.Namespace) -> int:
 
 def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, Any]:
     """What the options of the command change of one analysis."""
-    from lensbench.app.command.output import UsageError
-    from lensbench.app.plots.bokeh_plots import Ripple, ripple_surface
-    from lensbench.app.plots.mtf_plots import FINEST
-    from lensbench.app.plots.stack_plots import Stack
-    from lensbench.app.settings.lens_settings import AUTO
-    from lensbench.core.analysis.onion_rings import check_ripple_surface
-    from lensbench.core.optics.lens_surface import LensError
-
     if name == "stack" and arguments.stack is not None:
         return {"stack": Stack(*arguments.stack)}
     if name == "bokeh" and arguments.ripple is not None:
@@ -142,7 +136,7 @@ def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, A
             surface = ripple_surface(lens)
         try:
             check_ripple_surface(lens, surface)
-        except LensError as error:
+        except lb.LensError as error:
             raise UsageError(f"--{error}") from None
         return {"ripple": Ripple(int(surface), period, 1e-6 * height)}
     if arguments.frequencies is not None:
@@ -157,25 +151,10 @@ def _options(name: str, arguments: argparse.Namespace, lens: Any) -> dict[str, A
     return {}
 
 
-def _read_fields(text: str) -> Any:
-    from lensbench.app.plots.query import read_fields
-
-    return read_fields(text)
-
-
-def _read_wavelengths(text: str) -> Any:
-    from lensbench.app.plots.query import read_wavelengths
-
-    return read_wavelengths(text)
-
-
 def _read_frequencies(text: str) -> tuple[float, ...]:
     """Cycles a millimetre, rising."""
     values = _numbers(text, 1, 4)
     if not 0.0 < min(values) or max(values) > MOST_LINES:
-        from lensbench.app.command.output import UsageError
-        from lensbench.core.text import significant
-
         raise UsageError(f"{text!r}: give frequencies above 0 and up to {significant(MOST_LINES)} lp/mm")
     return values
 
@@ -196,8 +175,6 @@ def _read_ripple(text: str) -> tuple[float | None, float, float]:
 
 
 def _numbers(text: str, fewest: int, most: int) -> tuple[float, ...]:
-    from lensbench.app.command.output import UsageError
-
     parts = text.split(",")
     try:
         values = tuple(float(part) for part in parts)
@@ -211,10 +188,6 @@ def _numbers(text: str, fewest: int, most: int) -> tuple[float, ...]:
 
 def _settings(arguments: argparse.Namespace) -> Any:
     """The settings of the lens in front of its film, as a picture of the same options has them."""
-    from dataclasses import replace
-
-    from lensbench.app.command.options import add_picture_options, carries_settings, settings_from
-
     pictures = argparse.ArgumentParser()
     pictures.add_argument("lens")
     add_picture_options(pictures)

@@ -170,7 +170,7 @@ ERRORS = {
 }
 
 
-def add_tolerance_options(parser: argparse.ArgumentParser) -> None:
+def add_tolerances_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench tolerances`."""
     from lensbench.app.command.lens_options import option
     from lensbench.app.settings.text_values import read_extent

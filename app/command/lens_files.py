@@ -17,6 +17,7 @@ from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any, TextIO
 
+from lensbench.app.command.output import UsageError
 from lensbench.core.optics.finding import Finding, Kind
 from lensbench.core.text import excerpt, fixed, significant
 from lensbench.lenses.file_error import open_regular
@@ -40,7 +41,6 @@ def export(arguments: argparse.Namespace) -> int:
     from lensbench.app.bench.camera_kinds import camera
     from lensbench.app.command.lens_options import say
     from lensbench.app.command.options import settings_from
-    from lensbench.app.command.output import UsageError
     from lensbench.app.session.camera_export import PROGRAMS, export_camera
     from lensbench.app.session.export import check_writable
     from lensbench.app.settings.camera_facts import CAMERA_KINDS
@@ -67,7 +67,7 @@ OUT = (*COLUMNS, "fate", "surface")
 LARGEST_TABLE = 200_000_000         # bytes
 
 
-class RaysError(ValueError):
+class RaysError(UsageError):
     """A ray table that cannot be read or written; the message says where."""
 
 

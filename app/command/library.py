@@ -11,7 +11,7 @@ from lensbench.lenses.library.catalogue import Card, describe
 from lensbench.lenses.library.search import FILMS, ORDERS, SearchError, filtered, searched
 
 
-def add_library_options(parser: argparse.ArgumentParser) -> None:
+def add_lenses_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lenses`."""
     add = parser.add_argument
     add("--search", default="", metavar="WORDS", help="title, kind, maker, designer, patent, year; the most relevant "
@@ -53,7 +53,7 @@ def _range(text: str) -> tuple[float, float]:
     return ends
 
 
-def library(arguments: argparse.Namespace) -> int:
+def lenses(arguments: argparse.Namespace) -> int:
     """Print the lenses that pass all filters; what has no lens of its own is an error."""
     cards = describe()
     focal = arguments.focal

@@ -8,22 +8,31 @@ import math
 import time
 from dataclasses import replace
 from time import perf_counter
-from typing import TYPE_CHECKING
 
+import lensbench as lb
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.bench.light_field_query import Look, Recording
 from lensbench.app.command.capture_options import prepare_capture, read_views
-from lensbench.app.command.output import checked_picture_path, progress
+from lensbench.app.command.lens_options import option
+from lensbench.app.command.light_field_slices import add_view_options
+from lensbench.app.command.lumigraph import add_lumigraph_options
+from lensbench.app.command.options import add_picture_options, settings_from
+from lensbench.app.command.output import (
+    UsageError, checked_chart_path, checked_picture_path, is_json, print_json, progress, save_json
+)
+from lensbench.app.scenes.scene_file import cached_scene
+from lensbench.app.session.export import save_picture
+from lensbench.app.session.recordings import load_light_field, save_light_field
+from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.text_values import read_aperture, read_count, read_distance
+from lensbench.app.studies.charts.methods import VIEWS, draw, measure
+from lensbench.app.studies.timing import machine
+from lensbench.app.workers.render_job import prepare
 from lensbench.core.text import fixed, significant
-
-if TYPE_CHECKING:
-    from lensbench.app.bench.light_field_query import Recording
-    from lensbench.app.settings.settings import Settings
 
 
 def add_field_chart_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield chart`."""
-    from lensbench.app.command.lens_options import option
-    from lensbench.app.command.options import add_picture_options
-
     parser.set_defaults(command=_chart)
     parser.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file")
     add_picture_options(parser)
@@ -46,13 +55,6 @@ def read_numbers(text: str) -> tuple[int, ...]:
 
 
 def _chart(arguments: argparse.Namespace) -> int:
-    from lensbench.app.bench.camera_kinds import camera
-    from lensbench.app.command.options import settings_from
-    from lensbench.app.command.output import checked_chart_path, is_json, print_json, progress, save_json
-    from lensbench.app.scenes.scene_file import cached_scene
-    from lensbench.app.studies.charts.methods import VIEWS, draw, measure
-    from lensbench.app.studies.timing import machine
-
     settings = settings_from(arguments)
     path = checked_chart_path(arguments.output)
     with progress() as show:
@@ -84,14 +86,8 @@ def _chart(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def add_light_field_options(parser: argparse.ArgumentParser) -> None:
+def add_lightfield_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield`."""
-    from lensbench.app.command.lens_options import option
-    from lensbench.app.command.light_field_slices import add_view_options
-    from lensbench.app.command.lumigraph import add_lumigraph_options
-    from lensbench.app.command.options import add_picture_options
-    from lensbench.app.settings.text_values import read_aperture, read_count, read_distance
-
     kinds = parser.add_subparsers(metavar="capture | refocus | view | array | novel | chart", required=True)
     capture = kinds.add_parser("capture", help="Record a light field through a lens.")
     capture.set_defaults(command=_capture)
@@ -137,9 +133,6 @@ def read_place(text: str) -> tuple[float, float]:
 
 
 def _capture(arguments: argparse.Namespace) -> int:
-    from lensbench.app.command.output import UsageError
-    from lensbench.app.session.recordings import save_light_field
-
     if arguments.microlens_f_number is not None and not arguments.microlenses:
         raise UsageError("--microlens-f-number goes with --microlenses N")
     if arguments.moments > 1 and arguments.microlenses:
@@ -154,11 +147,7 @@ def _capture(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
-    import lensbench as lb
-    from lensbench.app.bench.light_field_query import Recording
-    from lensbench.app.workers.render_job import prepare
-
+def _by_lens(arguments: argparse.Namespace, settings: Settings) -> Recording:
     camera, scene = prepare(settings)
     size = lb.recording_bytes(camera, arguments.views, moments=arguments.moments)
     print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
@@ -168,11 +157,7 @@ def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording"
                                                 progress=show, moments=arguments.moments), settings)
 
 
-def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
-    import lensbench as lb
-    from lensbench.app.bench.light_field_query import Recording
-    from lensbench.app.workers.render_job import prepare
-
+def _by_microlenses(arguments: argparse.Namespace, settings: Settings) -> Recording:
     camera, scene = prepare(settings)
     plenoptic = lb.PlenopticCamera(camera, arguments.microlenses, arguments.microlens_f_number)
     across, down = plenoptic.sensor
@@ -187,11 +172,6 @@ def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Rec
 
 
 def _refocus(arguments: argparse.Namespace) -> int:
-    from lensbench.app.bench.light_field_query import Look
-    from lensbench.app.command.output import UsageError
-    from lensbench.app.session.export import save_picture
-    from lensbench.app.session.recordings import load_light_field
-
     path = checked_picture_path(arguments.output)
     recording = load_light_field(arguments.field)
     field, settings = recording.field, recording.settings

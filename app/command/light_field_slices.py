@@ -4,14 +4,18 @@ import argparse
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lensbench.app.bench.false_colours import depth_picture, ends, with_codes
+from lensbench.app.bench.light_field_query import Recording, epipolar, radiance, radiance_over_time, ray
+from lensbench.app.command.lens_options import option, say
+from lensbench.app.command.output import UsageError, checked_picture_path, progress
+from lensbench.app.session.export import save_picture
+from lensbench.app.session.recordings import load_light_field
+from lensbench.app.settings.text_values import read_distance
 from lensbench.core.text import significant
-
-if TYPE_CHECKING:
-    from lensbench.app.bench.light_field_query import Recording
 
 EPIPOLAR_LINES = 8              # rows of an enlarged epipolar image for each view
 CELL_PIXELS = 24                # side of a pupil cell in an enlarged picture
@@ -20,9 +24,6 @@ ENLARGED = (".png", ".ppm")     # formats to look at; the others hold the record
 
 def add_view_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield view`."""
-    from lensbench.app.command.lens_options import option
-    from lensbench.app.settings.text_values import read_distance
-
     parser.set_defaults(command=_view)
     parser.add_argument("field", metavar="FILE.npz", help="file written by `capture`")
     kinds = parser.add_mutually_exclusive_group(required=True)
@@ -50,11 +51,6 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _view(arguments: argparse.Namespace) -> int:
-    from lensbench.app.command.lens_options import say
-    from lensbench.app.command.output import UsageError, checked_picture_path
-    from lensbench.app.session.export import save_picture
-    from lensbench.app.session.recordings import load_light_field
-
     if arguments.output is None and not arguments.json:
         raise UsageError("name a picture by -o FILE, or ask for the figures by --json")
     path = None if arguments.output is None else checked_picture_path(arguments.output)
@@ -85,11 +81,8 @@ def _format(value: Any) -> str:
     return significant(value, 4) if isinstance(value, float) else f"{value}"
 
 
-def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path | None):
+def _of_depth(arguments: argparse.Namespace, recording: Recording, path: Path | None):
     """Picture, figures and settings of the depth, or of the all-in-focus picture."""
-    from lensbench.app.bench.false_colours import depth_picture, ends, with_codes
-    from lensbench.app.command.output import progress
-
     with progress() as show:
         found = recording.find_depth(
             arguments.nearest, math.inf if arguments.farthest is None else arguments.farthest, show)
@@ -105,11 +98,8 @@ def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path 
     return depth_picture(found, path or Path("depth.exr")), figures, with_codes(recording.settings)
 
 
-def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool):
+def _of_rays(arguments: argparse.Namespace, recording: Recording, large: bool):
     """Picture and figures of a view, an epipolar image or a pixel; large: enlarge the picture to look at."""
-    from lensbench.app.bench.light_field_query import epipolar, radiance, radiance_over_time, ray
-    from lensbench.app.command.output import UsageError
-
     field, (w, h) = recording.field, (recording.settings.pixels_x, recording.settings.pixels_y)
     across, down = field.views
     if arguments.at is not None:
@@ -143,10 +133,8 @@ def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool)
         "pupil_mm": [[list(pupil) for _, pupil in row] for row in rays]}
 
 
-def _of_sensor(arguments: argparse.Namespace, recording: "Recording", large: bool):
+def _of_sensor(arguments: argparse.Namespace, recording: Recording, large: bool):
     """Picture and figures of a plenoptic sensor, or of the pixels behind one of its microlenses."""
-    from lensbench.app.command.output import UsageError
-
     raw, (w, h) = recording.raw, (recording.settings.pixels_x, recording.settings.pixels_y)
     if raw is None:
         raise UsageError("this light field was recorded without microlenses: capture one by --microlenses N")

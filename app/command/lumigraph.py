@@ -5,16 +5,22 @@ import math
 from dataclasses import replace
 from time import perf_counter
 
+import lensbench as lb
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.command.capture_options import prepare_capture, read_views
+from lensbench.app.command.lens_options import option
+from lensbench.app.command.options import add_picture_options, read_size
+from lensbench.app.command.output import UsageError, checked_picture_path, progress
+from lensbench.app.scenes.scene_file import cached_scene
+from lensbench.app.session.export import save_picture
+from lensbench.app.session.recordings import load_lumigraph, save_lumigraph
+from lensbench.app.settings.settings import placed
+from lensbench.app.settings.text_values import read_distance
 from lensbench.core.text import fixed, significant
 
 
 def add_lumigraph_options(kinds) -> None:
     """Add the commands `array` and `novel` to `lensbench lightfield`."""
-    from lensbench.app.command.capture_options import read_views
-    from lensbench.app.command.lens_options import option
-    from lensbench.app.command.options import add_picture_options, read_size
-    from lensbench.app.settings.text_values import read_distance
-
     array = kinds.add_parser("array", help="Record a lumigraph: pictures and depths from an array of pinholes.")
     array.set_defaults(command=_array)
     array.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file: the array "
@@ -47,13 +53,6 @@ def add_lumigraph_options(kinds) -> None:
 
 
 def _array(arguments: argparse.Namespace) -> int:
-    import lensbench as lb
-    from lensbench.app.bench.camera_kinds import camera
-    from lensbench.app.command.capture_options import prepare_capture
-    from lensbench.app.command.output import progress
-    from lensbench.app.scenes.scene_file import cached_scene
-    from lensbench.app.session.recordings import save_lumigraph
-
     settings, path = prepare_capture(arguments)
     across, down = arguments.views
     size = lb.light_field_bytes(settings.film, arguments.views)
@@ -71,11 +70,6 @@ def _array(arguments: argparse.Namespace) -> int:
 
 
 def _novel(arguments: argparse.Namespace) -> int:
-    from lensbench.app.command.output import UsageError, checked_picture_path
-    from lensbench.app.session.export import save_picture
-    from lensbench.app.session.recordings import load_lumigraph
-    from lensbench.app.settings.settings import placed
-
     if arguments.flat and arguments.surface is not None:
         raise UsageError("--flat and --surface: choose one of them")
     for name in ("at", "turn"):

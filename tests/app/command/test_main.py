@@ -257,7 +257,7 @@ def test_a_screenshot_that_is_no_png_is_refused_before_the_window_opens(viewed, 
 
 
 def test_a_missing_system_library_is_answered_by_its_package(viewed, monkeypatch, capsys):
-    monkeypatch.setattr("lensbench.app.command.main.LIBRARIES", ("libEGL.so.1", "libmissing.so.9"))
+    monkeypatch.setattr("lensbench.app.command.view.LIBRARIES", ("libEGL.so.1", "libmissing.so.9"))
     monkeypatch.setattr(sys, "platform", "linux")
     assert main(["view"]) == 2
     assert re.search(r"libmissing.so.9.*apt-get install libegl1", one_line(capsys))
