@@ -1,7 +1,6 @@
 """The lens and the camera of the settings; only this module zooms, stops down and focuses a lens.
 
-Lengths in mm. Every read-out is a function of the lens or camera built here. Cameras without a lens are built in
-`ideal_cameras`; `camera_kinds` lists them all.
+Lengths in mm. Every read-out is a function of the lens or camera built here; `camera_kinds` lists all cameras.
 
 The film lies at the paraxial focus or at the position of least blur of all rays. The setting "auto" takes the paraxial
 focus, the limit of small stops, unless it blurs a point in focus by half a pixel more than the other position does.

@@ -1,13 +1,8 @@
 """Camera kinds: the maker of each, its read-outs and its field of view.
 
-A new kind of camera is one row here and one of `camera_facts`. Makers and read-outs longer than a line are in
-`ideal_cameras`.
-
-Cameras without a lens: makers, read-outs and fields of view for the rows of `camera_kinds`.
-
-A maker turns Settings into a camera of the core; a read-out function into Readings. `…_view` returns the field of
-view (radians) and the focal length (mm) that it is seen with; `…_with_view` the settings that have another field of
-view. Lengths in mm.
+A new kind of camera is one row of MAKERS here and one of `camera_facts`. A maker turns Settings into a camera of the
+core; a read-out function into Readings. `…_view` returns the field of view (radians) and the focal length (mm) that it
+is seen with; `…_with_view` the settings that have another field of view. Lengths in mm.
 """
 
 import math

@@ -41,29 +41,12 @@ STEEPEST = math.radians(60.0)   # a steeper stated field gives no image height w
 
 @resumable
 def with_lens(settings: Settings, lens: str, locked: Collection[str] = (), zoom: float = 0.0) -> Settings:
-    """The settings with a lens at its best.
+    """The settings with a lens (a library name or a path) at its best, within its range.
 
-    Parameters
-    ----------
-    settings : Settings
-        The present settings. A camera without a lens becomes one with a lens.
-    lens : str
-        A name of the library, or a path.
-    locked : collection of {"film", "aperture", "focus"}
-        What stays: the film with its crop, movements and curvature; the f-number; the focus distance with the place of
-        the camera. A camera that moves between two keyframes keeps its place and focus too.
-    zoom : float
-        Of a zoom lens, from 0 (wide) to 1 (tele).
-
-    Returns
-    -------
-    Settings
-        Within the range of the lens; with the model “auto” where the lens cannot have the present one.
-
-    Raises
-    ------
-    LensFileError, LensError, OSError
-        If the lens cannot be read.
+    A camera without a lens becomes one with a lens; the model becomes “auto” where the lens cannot have the current
+    one. zoom: from 0 (wide) to 1 (tele). locked: those of LOCKS that stay: the film with its crop, movements and
+    curvature; the f-number; the focus distance with the position of the camera, which a camera between two keyframes
+    keeps in any case. LensFileError, LensError or OSError if the lens cannot be read.
     """
     if not settings.has_lens:
         settings = with_camera(settings, "lens")
@@ -139,21 +122,10 @@ def _stated_circle(lens: lb.Lens) -> float | None:
 
 @resumable
 def with_scene(settings: Settings, scene: str, locked: Collection[str] = ()) -> Settings:
-    """The settings with a scene as it opens: framed on its subject and focused there, as `with_lens` does.
+    """The settings with a scene (a built-in name or a path) as it opens: framed on its subject and focused there.
 
-    Parameters
-    ----------
-    settings : Settings
-        The present settings.
-    scene : str
-        A name of a built-in scene, or a path.
-    locked : collection of {"film", "aperture", "focus"}
-        With "focus", the camera stands at the origin and keeps its focus distance, as one without a lens does.
-
-    Returns
-    -------
-    Settings
-        Within the range of the lens. A lens that cannot be read stands at the origin: the worker reports it.
+    locked: as for `with_lens`; with "focus", and without a lens, the camera stands at the origin and keeps its focus
+    distance. So does a lens that cannot be read: the worker reports it.
     """
     chosen = at_home(replace(settings, scene=scene))
     if FOCUS in locked or not chosen.has_lens:

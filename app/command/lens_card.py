@@ -15,19 +15,11 @@ LABELS = {"Nearest focus, from the film": "nearest_focus", "f-number": "f_number
 
 
 def lens_card(lens: Lens) -> dict[str, Any]:
-    """Provenance, counts, glasses and findings of a lens as read, for JSON.
+    """Provenance, counts, glasses and findings of a lens as read, for JSON; lengths in mm.
 
-    Parameters
-    ----------
-    lens : Lens
-        At any position, wide open: a lens that is stopped down contradicts its stated f-number.
-
-    Returns
-    -------
-    dict
-        Lengths in mm. `glasses` has a row for each medium that is no air, with the surface before it; `estimated` the
-        keys of the figures that follow from `estimates`; `system` the system data, `designed` the same in words;
-        `check` the findings of `lenses.check`.
+    lens: at any position, wide open: a lens that is stopped down contradicts its stated f-number. `glasses` has a row
+    for each medium other than air, with the surface before it; `estimated` the keys of the values that follow from
+    `estimates`; `system` the system data, `designed` the same in words; `check` the findings of `lenses.check`.
     """
     from lensbench import lenses
     from lensbench.lenses.tables.counts import counts

@@ -30,28 +30,11 @@ class _Ideal(NamedTuple):
 
 
 def export_camera(camera: lb.Camera, to: str, path: str | Path) -> list[str]:
-    """Write a camera for another renderer, and for pbrt the lens beside it.
+    """Write a camera for another renderer, and return what that program cannot hold.
 
-    Parameters
-    ----------
-    camera : Camera
-        A LensCamera, a PerspectiveCamera or, for pbrt, an OrthographicCamera without a window, at rest.
-    to : str
-        "pbrt", "mitsuba" or "blender".
-    path : str or path
-        The file; the lens for pbrt has the same name and the suffix .dat.
-
-    Returns
-    -------
-    list of str
-        What the other program cannot hold.
-
-    Raises
-    ------
-    CameraError
-        A camera that the other program does not have.
-    LensFileError, OSError
-        Files that cannot be written.
+    camera: a LensCamera, a PerspectiveCamera or, for pbrt, an OrthographicCamera, at rest and without a window. to: a
+    key of PROGRAMS. path: the file; for pbrt the lens is written next to it, with the suffix .dat. CameraError for a
+    camera that the other program does not have; LensFileError or OSError for files that cannot be written.
     """
     path = Path(path)
     if to not in PROGRAMS:

@@ -117,25 +117,11 @@ def edit_mark(settings: Settings) -> str:
 
 
 def save_document(settings: Settings, path: Path) -> tuple[Settings, tuple[Finding, ...]]:
-    """Save the edited lens of the settings.
+    """Save the edited lens of the settings to a file, whose suffix is the format.
 
-    Parameters
-    ----------
-    settings : Settings
-        With an edited lens.
-    path : Path
-        The file; its suffix says the format. An old file stays until the new one is complete.
-
-    Returns
-    -------
-    tuple of Settings and tuple of Finding
-        The settings with the file as their lens, without edits where the file holds all of them; and what the format
-        could not hold.
-
-    Raises
-    ------
-    LensFileError, ExportError
-        Where the file cannot be written.
+    An old file stays until the new one is complete. Returns the settings with the file as their lens, without edits
+    where the file holds all of them; and what the format could not hold. LensFileError or ExportError where the file
+    cannot be written.
     """
     document, moved = document_of(replace(settings, zoom=0.0)), tuple[Finding, ...]()
     with suppress(ValueError, OSError):                 # the file of the lens is gone

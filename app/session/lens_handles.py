@@ -58,27 +58,12 @@ class Handle:
 
 def handle_at(lens: lb.Lens, z: float, y: float, reach: float, selected: tuple[int, int] | None = None,
               bend: bool = False, above: bool = False) -> Handle | None:
-    """The handle at a point.
+    """The handle at a point (z, y), mm, of the lens as it is drawn; None where there is none.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens as it is drawn.
-    z, y : float
-        The point (mm).
-    reach : float
-        How near it must be to a vertex, a rim or a surface (mm).
-    selected : (int, int), optional
-        First and last of the selected surfaces: an element among them takes all of them along.
-    bend : bool
-        Whether glass is bent, and not moved.
-    above : bool
-        Whether the drawing is that from above, where cylinders and toroids show a curvature that no handle changes.
-
-    Returns
-    -------
-    Handle or None
-        Vertices and rims come first, then surfaces, the middle of an air gap on the axis, and the glass.
+    Vertices and rims come first, then surfaces, the middle of an air gap on the axis, and the glass. reach: how near
+    the point must be (mm). selected: first and last of the selected surfaces; an element among them takes all of them
+    along. bend: glass is bent, and not moved. above: the drawing from above, where cylinders and toroids show a
+    curvature that no handle changes.
     """
     vertices = lens.vertices
     for i in range(len(lens.surfaces)):
@@ -119,20 +104,10 @@ def body_of(lens: lb.Lens, handle: Handle) -> tuple[int, int]:
 
 def pose_handles(lens: lb.Lens, body: tuple[int, int], reach: float, highest: float,
                  above: bool) -> tuple[Handle, Handle]:
-    """The handles of decentre and tilt of a body, side by side above its upper rims.
+    """The handles of decentre and tilt of a body (first and last surface), next to each other above its upper edge.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens as it is drawn.
-    body : (int, int)
-        First and last surface.
-    reach : float
-        How near the mouse must be to take hold of one (mm).
-    highest : float
-        The upper end of the drawing (mm).
-    above : bool
-        Whether the drawing is that from above.
+    reach: how near the mouse must be to take hold of one (mm). highest: the upper end of the drawing (mm). above:
+    whether the drawing is that from above.
     """
     first, last = body
     tops = np.array([curve[-1] for curve in surface_curves(lens)[first:last + 1]])

@@ -129,23 +129,10 @@ ORDERS: dict[str, tuple[str, Callable[[Card], tuple]]] = {
 
 def shelved(cards: Sequence[Card], shelf: Shelf, favourites: Collection[str] = (),
             recent: Sequence[str] = ()) -> tuple[Card, ...]:
-    """The cards that a shelf shows, in its order.
+    """The cards of the library that a shelf shows, in its order; a search orders by relevance first.
 
-    Parameters
-    ----------
-    cards : sequence of Card
-        The library.
-    shelf : Shelf
-        Search, filters and order. A search orders by relevance, the recent lenses by their use.
-    favourites : collection of str
-        Names of the part "favourites".
-    recent : sequence of str
-        Names of the part "recent", the newest first.
-
-    Returns
-    -------
-    tuple of Card
-        Equal relevance follows the order of the shelf.
+    favourites: names of the part "favourites". recent: names of the part "recent", the newest first, which is its
+    order.
     """
     kept = _filtered(cards, shelf)
     if shelf.part == "favourites":

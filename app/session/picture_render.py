@@ -4,11 +4,9 @@ The kept samples are an .npz beside the picture, `kept_path`. It holds the sums 
 estimate of the noise, so that the finished picture is that of a render without a stop, bit for bit; and a checksum of
 the files that the settings name, so that samples of a former lens or scene are never mixed with those of the present.
 
-Noise of a picture while it is rendered, estimated from its samples alone.
-
-The samples before and after an earlier estimate are two pictures of the same scene, whose difference gives the
-noise of their mean. The earlier picture is part of the state, so that a render that goes on estimates as one without
-a stop.
+The noise is estimated from the samples alone: those before and after an earlier estimate are two pictures of the same
+scene, whose difference gives the noise of their mean. The earlier picture is part of the state, so that a render that
+goes on estimates as one without a stop.
 """
 
 import os
@@ -47,16 +45,9 @@ NOISE_STATE = ("noise", "noise_samples", "noise_image")      # names of `Noise.s
 class Noise:
     """Noise of a picture while it is rendered: the root mean square error of its sRGB values, black 0 and white 1.
 
-    The samples before and after an earlier estimate are two pictures of the same scene, whose difference gives the
-    noise of their mean. Samples of a net are spread more evenly all together than in parts, so the estimate tends to be
-    too high. Of a picture of more than LOOKED pixels, lines at even distances are looked at.
-
-    Parameters
-    ----------
-    settings
-        For exposure and tone curve; the noise of a sensor is left out.
-    goal
-        Noise that is enough.
+    Samples of a net are spread more evenly all together than in parts, so the estimate tends to be too high. Of a
+    picture of more than LOOKED pixels, lines at even distances are examined. settings: for exposure and tone curve; the
+    noise of a sensor is left out. goal: noise that is enough.
     """
 
     def __init__(self, settings: Settings, goal: float):
@@ -91,20 +82,7 @@ class Noise:
         return dict(zip(NOISE_STATE, values, strict=True))
 
     def restore(self, state: Mapping[str, np.ndarray], rendering: lb.Rendering) -> None:
-        """Go on from the estimate of a rendering of the same arguments, whose samples are restored.
-
-        Parameters
-        ----------
-        state
-            As `state` gave it.
-        rendering
-            The rendering whose noise it was.
-
-        Raises
-        ------
-        ValueError
-            For the noise of another picture.
-        """
+        """Go on from the `state` of a rendering of the same arguments, whose samples are restored; or ValueError."""
         if state.keys() != set(NOISE_STATE):
             raise ValueError("the estimate of the noise is incomplete")
         noise, samples, image = (state[name] for name in NOISE_STATE)
@@ -154,20 +132,10 @@ def _never() -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Rendered:
-    """A picture that has been rendered.
+    """A picture that has been rendered, (h, w) pixels, with so many samples per pixel.
 
-    Parameters
-    ----------
-    shape
-        (h, w) pixels.
-    samples
-        Samples per pixel.
-    noise
-        Its noise, as `Noise` estimates it; None where nothing was asked for.
-    choice
-        Of the automatic model, if that was asked for.
-    findings
-        What the picture leaves out, as `Rendering.findings`.
+    noise: as `Noise` estimates it, if it was asked for. choice: of the automatic model, if that was asked for.
+    findings: what the picture leaves out, as `Rendering.findings`.
     """
 
     shape: tuple[int, int]
@@ -261,40 +229,15 @@ def export_render(settings: Settings, path: str | Path, bits: int = 8,
                   cancelled: Callable[[], bool] = _never, threads: int | None = None, text: bool = False,
                   noise: float | None = None, resume: bool = False,
                   stopping: Callable[[], bool] = _never) -> Rendered | None:
-    """Render the settings and save the picture. The path is tried before the work begins.
+    """Render the settings and save the picture; None after a cancellation or a stop, where no picture is written.
 
-    The picture is rendered and written band by band, unless noise or resume need all of it at a time.
-
-    Parameters
-    ----------
-    settings
-        Their size, and their samples or, with `noise`, these at the most.
-    path
-        Of the picture; the suffix is one of SUFFIXES.
-    bits, text
-        As for `save_picture`.
-    progress
-        Receives the finished part, 0 to 1.
-    cancelled
-        Called by the rendering threads many times a second.
-    threads
-        Number of threads; None: one for each core.
-    noise
-        Stop as soon as the noise (`Noise`) is at most this.
-    resume
-        Keep the samples in `kept_path` on the way and when stopped, and begin with those that are there.
-    stopping
-        Called after each pass of samples: whether to stop there.
-
-    Returns
-    -------
-    Rendered or None
-        None after a cancellation or a stop: no picture is written then.
-
-    Raises
-    ------
-    ExportError
-        For a path that cannot be written, and for kept samples of other settings or a damaged file of them.
+    The picture is rendered and written band by band, unless noise or resume need all of it at a time. bits, text: as
+    for `save_picture`. progress: receives the finished part, 0 to 1. cancelled: called by the rendering threads many
+    times a second. threads: None for one a core. noise: stop as soon as the noise (`Noise`) is at most this; the
+    samples of the settings are then the most. resume: keep the samples in `kept_path` on the way and when stopped, and
+    begin with those that are there. stopping: called after each pass of samples, whether to stop there. ExportError for
+    a path that cannot be written, which is tried before the work begins, and for kept samples of other settings or a
+    damaged file of them.
     """
     path = Path(path)
     checked_place(path, text)

@@ -1,10 +1,6 @@
-"""The scale of each dial: focus and film, exposure and time, sensor and iris, and cameras without a lens.
+"""The engraved scale of each dial: position of a value from 0 (left) to 1 (right), figures, and the text of a value.
 
 Lengths in mm, angles in radians, exposure in stops, times in seconds.
-
-An engraved scale of a dial: position of a value, engraved figures, and the text of a value.
-
-A scale maps its values to u from 0 (left) to 1 (right). `dial_scales` makes the scale of each dial.
 """
 
 import math

@@ -52,10 +52,7 @@ TRACED = ("auto", "trace", "polynomial")        # lens models whose first pictur
 def missing_kernels(settings: Settings) -> list[tuple[Any, Any]]:
     """Kernels and signatures that the first picture of the settings needs and that are compiled nowhere yet.
 
-    Raises
-    ------
-    ValueError, OSError
-        For a lens or a scene that cannot be read.
+    ValueError or OSError for a lens or a scene that cannot be read.
     """
     return [(kernel, signature) for kernel, signature in dict.fromkeys(_wanted(settings))
             if not is_compiled(kernel, signature)]
