@@ -9,7 +9,7 @@ from typing import Any
 
 import lensbench as lb
 from lensbench.app.command.lens_options import LENS_HELP, add_lens_options, add_setting, option
-from lensbench.app.command.options import add_picture_options, carries_settings, read_film, read_size, settings_from
+from lensbench.app.command.options import add_picture_options, read_film, read_size, settings_from
 from lensbench.app.command.output import UsageError, print_json, progress, save_json
 from lensbench.app.drawing.sheet import write_figures
 from lensbench.app.plots.bokeh_plots import Ripple, ripple_surface
@@ -18,6 +18,7 @@ from lensbench.app.plots.mtf_plots import FINEST
 from lensbench.app.plots.query import query, read_fields, read_wavelengths, with_own
 from lensbench.app.plots.stack_plots import Stack
 from lensbench.app.session.export import check_writable
+from lensbench.app.session.states import carries_settings
 from lensbench.app.settings.lens_settings import AUTO
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import read_distance

@@ -23,7 +23,7 @@ from lensbench.app.command.ignored_options import LINEAR, remarks
 from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
 from lensbench.app.settings.lens_settings import LensSettings
 from lensbench.app.settings.setting import SettingsError, spec
-from lensbench.app.settings.settings import PICTURES, Settings
+from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_angle, read_angle
 from lensbench.core.text import cut
 
@@ -77,13 +77,6 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
             add_setting(parser, field)
 
 
-def carries_settings(lens: str) -> bool:
-    """Whether what is given in place of the LENS is an exported picture, or the text of a state."""
-    from lensbench.app.session.settings_file import PREFIX as STATE
-
-    return lens.startswith(STATE) or Path(lens).suffix.lower() in PICTURES
-
-
 def settings_from(arguments: argparse.Namespace) -> Settings:
     """The Settings that the options describe, checked.
 
@@ -92,21 +85,17 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     not name is limited to the range of the lens. SettingsError,
     LensError, LensFileError, ExportError.
     """
-    from lensbench.app.session.settings_file import PREFIX as STATE, settings_of_text
+    from lensbench.app.session.states import carries_settings, load_settings, read_state
 
     lens = arguments.lens
     camera = arguments.camera or ("lens" if arguments.lens_model is not None else None)
     if arguments.settings is not None:
-        from lensbench.app.session.settings_file import load_settings
         settings = load_settings(arguments.settings)
         if lens is not None:
             settings = constrained(replace(settings, lens=_name_or_file(lens), edited="",
                                            focal_length=arguments.focal_length))
-    elif lens is not None and lens.startswith(STATE):
-        settings = settings_of_text(lens)
-    elif lens is not None and Path(lens).suffix.lower() in PICTURES:
-        from lensbench.app.session.settings_file import load_settings
-        settings = load_settings(lens)
+    elif lens is not None and carries_settings(lens):
+        settings = read_state(lens)
     else:
         opened = with_camera(replace(Settings(), focal_length=arguments.focal_length,
                                      lens_model=arguments.lens_model or Settings.lens_model,

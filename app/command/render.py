@@ -60,7 +60,7 @@ def render(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.options import settings_from
     from lensbench.app.scenes.scene_file import cached_scene
     from lensbench.app.session.picture_render import export_render, kept_path
-    from lensbench.app.session.settings_file import save_settings
+    from lensbench.app.session.states import save_settings
     from lensbench.app.settings.camera_facts import CAMERA_KINDS
     from lensbench.app.workers.warm_cache import compiling_ahead
 

@@ -9,9 +9,10 @@ from lensbench.app.bench.constraints import constrained
 from lensbench.app.bench.stop_picture import with_readable_stop
 from lensbench.app.command.lens_options import LENS_HELP, say
 from lensbench.app.command.main import loading
-from lensbench.app.command.options import add_picture_options, carries_settings, settings_from
+from lensbench.app.command.options import add_picture_options, settings_from
 from lensbench.app.command.output import UsageError, checked_screenshot_path
 from lensbench.app.scenes.scene_file import cached_scene
+from lensbench.app.session.states import carries_settings, last_session
 from lensbench.app.settings.settings import Settings
 
 SCREENSHOT = "lensbench-window.png"     # where there is no display
@@ -64,8 +65,6 @@ def view(arguments: argparse.Namespace) -> int:
 
 def _last_session(otherwise: Settings) -> Settings:
     """The settings of the last session, if its lens and scene are still there."""
-    from lensbench.app.session.settings_file import last_session
-
     try:
         last = last_session()
         return otherwise if last is None else constrained(with_readable_stop(last, say))

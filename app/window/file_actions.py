@@ -169,7 +169,7 @@ class Files:
     def _opened(self, path: Path, kind: str, present: Settings) -> Settings:
         if kind in ("picture", "settings"):
             from lensbench.app.session.export import read_settings
-            from lensbench.app.session.settings_file import load_settings
+            from lensbench.app.session.states import load_settings
 
             say = partial(self._state.view.say, change=True)
             settings = read_settings(path) if kind == "picture" else load_settings(path)
@@ -223,7 +223,7 @@ class Files:
 
     def save_settings(self, path: Path) -> None:
         """Save the present settings."""
-        from lensbench.app.session.settings_file import save_settings
+        from lensbench.app.session.states import save_settings
 
         try:
             save_settings(path, self._state.history.present)

@@ -13,7 +13,7 @@ import glfw  # isort: skip - after imgui_bundle, so that both share one library
 from lensbench.app.drawing import theme
 from lensbench.app.panels.controls.controls import lens_name
 from lensbench.app.session.edited_lens import reverted
-from lensbench.app.session.unsaved_lens import Autosave, Unsaved, left_behind, unsaved_folder
+from lensbench.app.session.states import Autosave, Unsaved, left_behind, unsaved_folder
 from lensbench.app.settings.settings import Settings
 from lensbench.app.window.dialogs import centre_next
 from lensbench.app.window.state import WindowState

@@ -18,8 +18,8 @@ from lensbench.app.panels.controls.controls import lens_title, scene_title
 from lensbench.app.session.export import save_picture
 from lensbench.app.session.notices import Request
 from lensbench.app.session.picture_formats import copy_picture
-from lensbench.app.session.settings_file import is_state_text, left_behind, settings_of_text, state_text
 from lensbench.app.session.snapshots import Moment, MomentShelf, moments_folder
+from lensbench.app.session.states import is_state_text, named_files, settings_of_text, state_text
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_f_number
 from lensbench.app.window.comparing import Comparing
@@ -142,7 +142,7 @@ class Moments:
 
     def _copy_state(self, settings: Settings) -> None:
         imgui.set_clipboard_text(state_text(settings))
-        files = left_behind(settings)
+        files = named_files(settings)
         self._window.view.say("The state was copied as text" + (
             f"; it names {' and '.join(files)}, which the receiver needs too" if files else ""), done=True)
 

@@ -24,7 +24,7 @@ from lensbench.app.display.presenter import save_window
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.dial import use_dials
 from lensbench.app.session.notices import Request
-from lensbench.app.session.settings_file import save_session, session_path
+from lensbench.app.session.states import save_session, session_path
 from lensbench.app.settings.settings import Settings, differences
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.commands import NOTHING_PINNED, Keyboard, shortcuts

@@ -19,7 +19,7 @@ from lensbench.app.plots.blur import Blur
 from lensbench.app.plots.pixel_spot import spot_of
 from lensbench.app.plots.plan import plan
 from lensbench.app.plots.query import query
-from lensbench.app.session.settings_file import load_settings, save_settings
+from lensbench.app.session.states import load_settings, save_settings
 from lensbench.app.settings.dial_scales import curvature_scale
 from lensbench.app.settings.setting import SettingsError, spec
 from lensbench.app.settings.settings import Settings

@@ -20,7 +20,7 @@ from lensbench.app.command import options
 from lensbench.app.command.main import main
 from lensbench.app.session import picture_render
 from lensbench.app.session.export import read_settings, save_picture
-from lensbench.app.session.settings_file import save_session, session_path, state_text
+from lensbench.app.session.states import save_session, session_path, state_text
 from lensbench.app.settings import text_values
 from lensbench.app.settings.settings import Settings
 

@@ -16,7 +16,7 @@ from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.light_field_query import Recording
 from lensbench.app.session.export import ExportError, save_picture
 from lensbench.app.session.recordings import load_light_field, load_lumigraph, save_light_field, save_lumigraph
-from lensbench.app.session.settings_file import load_settings, save_settings
+from lensbench.app.session.states import load_settings, save_settings
 from lensbench.app.settings.setting import SettingsError
 from lensbench.app.settings.settings import VERSION, Settings
 from tests.mishaps import JUNK

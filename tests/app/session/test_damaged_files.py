@@ -12,7 +12,7 @@ import pytest
 
 from lensbench.app.session.export import ExportError
 from lensbench.app.session.recordings import LARGEST, load_light_field
-from lensbench.app.session.settings_file import load_settings
+from lensbench.app.session.states import load_settings
 from lensbench.app.settings.settings import Settings
 from tests.app.session import damage
 from tests.app.session.damage import ERRORS, SMALL, packed, whole_files, with_settings

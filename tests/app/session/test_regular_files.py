@@ -14,7 +14,7 @@ from lensbench.app.scenes.scene_file import cached_scene, load_scene, scene_file
 from lensbench.app.session.edited_lens import document_named
 from lensbench.app.session.export import read_settings
 from lensbench.app.session.recordings import load_light_field
-from lensbench.app.session.settings_file import load_settings
+from lensbench.app.session.states import load_settings
 from lensbench.app.window.file_actions import Files
 from lensbench.lenses.file_error import open_regular
 from lensbench.lenses.glass import agf

@@ -11,7 +11,7 @@ from hypothesis import given, settings as profile, strategies as st
 
 from lensbench.app.command.main import main
 from lensbench.app.session.export import ExportError, save_picture
-from lensbench.app.session.settings_file import load_settings, save_settings
+from lensbench.app.session.states import load_settings, save_settings
 from lensbench.app.settings.camera_facts import CAMERAS, LENS_MODELS
 from lensbench.app.settings.setting import SettingsError
 from lensbench.app.settings.setting_table import TONES

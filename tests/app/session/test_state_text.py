@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings as limits, strategies as st
 
-from lensbench.app.session.settings_file import PREFIX, is_state_text, settings_of_text, state_text
+from lensbench.app.session.states import PREFIX, is_state_text, settings_of_text, state_text
 from lensbench.app.settings.setting import SettingsError
 from lensbench.app.settings.settings import Settings
 

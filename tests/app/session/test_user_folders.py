@@ -3,7 +3,7 @@
 import pytest
 
 from lensbench.app.session.snapshots import moments_folder
-from lensbench.app.session.unsaved_lens import unsaved_folder
+from lensbench.app.session.states import unsaved_folder
 from lensbench.app.workers.lens_pictures import pictures_folder
 from lensbench.lenses.glass.catalogue import user_folder
 

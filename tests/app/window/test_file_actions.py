@@ -13,7 +13,7 @@ from lensbench.app.bench.build import design
 from lensbench.app.drawing.controls import chord
 from lensbench.app.session.export import read_settings
 from lensbench.app.session.notices import Request
-from lensbench.app.session.settings_file import save_settings, state_text
+from lensbench.app.session.states import save_settings, state_text
 from lensbench.app.window import dialogs
 from lensbench.app.window.file_actions import QUESTIONS
 from lensbench.lenses.stop_picture import read_picture

@@ -19,7 +19,7 @@ from lensbench.app.plots.section import sketch, surface_curves
 from lensbench.app.session import lens_cells
 from lensbench.app.session.edited_lens import document_of, original
 from lensbench.app.session.lens_handles import HandleKind, pose_handles
-from lensbench.app.session.unsaved_lens import Autosave, left_behind
+from lensbench.app.session.states import Autosave, left_behind
 from lensbench.app.window.lens_editing import LensEditing
 from lensbench.core.design import substitution
 from lensbench.lenses.editing.document import Solve
@@ -435,7 +435,7 @@ def test_unsaved_edits_are_offered_at_the_next_start(drive, tmp_path, monkeypatc
     edited = with_document(TRIPLET, with_value(spoiled, 1, "thickness", 6.5))
     saved.keep(edited)
     assert left_behind(tmp_path) == []                          # this process still runs
-    monkeypatch.setattr("lensbench.app.session.unsaved_lens.runs", lambda process: False)
+    monkeypatch.setattr("lensbench.app.session.states.runs", lambda process: False)
     assert [each.settings for each in left_behind(tmp_path)] == [edited]
 
     def use(hand):
@@ -462,7 +462,7 @@ def test_the_file_of_unsaved_edits_stays_where_a_full_disk_takes_no_other(drive,
 
     edited = with_document(TRIPLET, with_value(original(TRIPLET), 1, "thickness", 6.5))
     Autosave(tmp_path).keep(edited)
-    monkeypatch.setattr("lensbench.app.session.unsaved_lens.runs", lambda process: False)
+    monkeypatch.setattr("lensbench.app.session.states.runs", lambda process: False)
 
     def full_disk(path, settings):
         raise OSError("No space left on device")
@@ -472,7 +472,7 @@ def test_the_file_of_unsaved_edits_stays_where_a_full_disk_takes_no_other(drive,
         hand.session.editing = LensEditing(hand.session, tmp_path)
         hand.ctx.yield_(5)
         with monkeypatch.context() as full:
-            full.setattr("lensbench.app.session.unsaved_lens.save_settings", full_disk)
+            full.setattr("lensbench.app.session.states.save_settings", full_disk)
             hand.ctx.item_click("**/Restore")
             hand.ctx.yield_(5)
         assert hand.settings == edited and any(
@@ -506,7 +506,7 @@ def test_edits_that_another_lens_takes_the_place_of_stay_on_disk(tmp_path, ends)
 
 
 def test_edits_stay_on_disk_where_a_file_that_was_saved_before_comes_back_and_after_a_failure(tmp_path, monkeypatch):
-    from lensbench.app.session import unsaved_lens
+    from lensbench.app.session import states
     from lensbench.app.session.edited_lens import with_document
     from lensbench.lenses.editing.cells import with_value
 
@@ -521,7 +521,7 @@ def test_edits_stay_on_disk_where_a_file_that_was_saved_before_comes_back_and_af
     def full(*_):
         raise OSError("no space left")
 
-    monkeypatch.setattr(unsaved_lens, "save_settings", full)
+    monkeypatch.setattr(states, "save_settings", full)
     for _ in range(3):
         with pytest.raises(OSError, match="no space"):
             kept.keep(edited)

@@ -8,8 +8,8 @@ from imgui_bundle import imgui
 from PIL import Image
 
 from lensbench.app.drawing.controls import chord
-from lensbench.app.session.settings_file import settings_of_text, state_text
 from lensbench.app.session.snapshot_card import WIDTH, words, write_card
+from lensbench.app.session.states import settings_of_text, state_text
 from lensbench.app.window import moments as window_moments
 from tests.app.conftest import SMALL
 

@@ -1,26 +1,31 @@
-"""Settings as TOML files, to repeat a picture; users can read and edit them.
+"""Everything that keeps Settings outside of pictures: files, texts for messages, the last session, unsaved lenses.
 
-The keys are the fields of Settings, in their units; a missing key means the default. TOML has no null: WORDS has a word
-for each field that may be None. A lens or scene file may be given by its path relative to the settings file.
+A settings file is TOML that users read and edit. Its keys are the fields of Settings, in their units; a missing key
+means the default. TOML has no null: WORDS has a word for each field that may be None. A lens, a scene or a picture in
+the stop may be given by its path relative to the settings file. Files are written by `export.replacing`, completely or
+not at all.
 
-Settings as a short text that fits into a chat message: “lensbench:” and the settings that differ from the defaults.
+A text that fits into a chat message is “lensbench:” and the settings that differ from the defaults: JSON, deflated, in
+the letters of URLs. It names lenses and scenes, and holds no files.
 
-The text is JSON of plain settings, deflated, in the letters of URLs. It names lenses and scenes, and holds no files.
-
-The settings of the last session, which the next one begins with: one file of the user.
+The edits of a lens are kept in files of settings while the window is open, so that nothing that a person made is lost.
+Each window has its own; what a window that has ended left behind is offered at the next start.
 """
 
 import base64
 import binascii
 import json
+import os
 import re
 import tomllib
 import zlib
-from dataclasses import asdict, fields, replace
+from contextlib import suppress
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
+from time import time
 from typing import Any
 
-from lensbench.app.session.export import read_settings, replacing
+from lensbench.app.session.export import read_settings, replacing, runs
 from lensbench.app.session.snapshots import moments_folder
 from lensbench.app.settings.setting import SettingsError, spec
 from lensbench.app.settings.settings import PICTURES, VERSION, Settings
@@ -116,8 +121,10 @@ def _placed(settings: Settings, folder: Path) -> Settings:
                    stop_image=place(settings.stop_image))
 
 
+# As a text
+
 PREFIX = "lensbench:"
-LONGEST_TEXT = 1 << 16               # characters, and bytes of the JSON
+LONGEST_TEXT = 1 << 16          # characters, and bytes of the JSON
 DIGITS = 7                      # of a number: finer than any dial
 
 
@@ -129,6 +136,16 @@ def state_text(settings: Settings) -> str:
     packed = json.dumps(plain, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode()
     deflate = zlib.compressobj(9, zlib.DEFLATED, -15)
     return PREFIX + base64.urlsafe_b64encode(deflate.compress(packed) + deflate.flush()).decode().rstrip("=")
+
+
+def carries_settings(lens: str) -> bool:
+    """Whether what is given instead of a LENS is an exported picture, or the text of a state."""
+    return lens.startswith(PREFIX) or Path(lens).suffix.lower() in PICTURES
+
+
+def read_state(text: str) -> Settings:
+    """The settings of the text of a state, or of a file of settings or an exported picture; errors are theirs."""
+    return settings_of_text(text) if text.startswith(PREFIX) else load_settings(text)
 
 
 def is_state_text(text: str) -> bool:
@@ -156,7 +173,7 @@ def settings_of_text(text: str) -> Settings:
     return Settings.from_dict(plain)
 
 
-def left_behind(settings: Settings) -> list[str]:
+def named_files(settings: Settings) -> list[str]:
     """Names of the files that the settings name, and that their text does not hold."""
     return [Path(name).name for name in (settings.lens, settings.scene, settings.stop_image)
             if Path(name).suffix and Path(name).is_file()]
@@ -168,13 +185,16 @@ def _short(value: object) -> object:
     return [_short(part) for part in value] if isinstance(value, list | tuple) else value
 
 
+# The last session
+
+
 def session_path() -> Path:
     """The file; it may not exist yet."""
     return moments_folder().parent / "session.toml"
 
 
 def save_session(settings: Settings) -> None:
-    """Write the settings beside their place, then rename; OSError or ExportError if that cannot be."""
+    """Keep the settings for the next session; OSError or ExportError if that cannot be."""
     path = session_path()
     path.parent.mkdir(parents=True, exist_ok=True)
     save_settings(path, settings)
@@ -184,3 +204,85 @@ def last_session() -> Settings | None:
     """The settings of the last session; None before the first. ValueError or OSError for a file that cannot be read."""
     path = session_path()
     return load_settings(path) if path.exists() else None
+
+
+# Unsaved edits of lenses
+
+KEPT = 30 * 86400.0             # seconds that edits are kept which nobody has taken
+
+
+def unsaved_folder() -> Path:
+    """The folder of unsaved edits, in that of the configuration."""
+    home = os.environ.get("XDG_CONFIG_HOME")
+    return (Path(home) if home else Path("~").expanduser() / ".config") / "lensbench" / "unsaved"
+
+
+@dataclass(frozen=True)
+class Unsaved:
+    """Edits that a window left behind. written: seconds since 1970."""
+
+    path: Path
+    settings: Settings
+    written: float
+
+    def remove(self) -> None:
+        """Delete the file."""
+        with suppress(OSError):
+            self.path.unlink()
+
+
+class Autosave:
+    """The file of one window, and one for each lens that another has taken the place of with its edits unsaved."""
+
+    def __init__(self, folder: Path):
+        self._folder, self._files = folder, 0
+        self._path = self._new()
+        self._kept = "", ""                             # the lens and its edits, as written last
+        self._left: dict[tuple[str, str], Path] = {}    # the files of former lenses, until these come back
+
+    def _new(self) -> Path:
+        self._files += 1
+        return self._folder / f"{os.getpid()}-{id(self):x}-{self._files}.toml"
+
+    def keep(self, settings: Settings, saved: tuple[str, str] = ("", "")) -> bool:
+        """Write the edits of these settings, or remove the file where there are none; OSError, ValueError.
+
+        saved: the lens and the edits that the window has saved last. True where another lens has taken the place of
+        one with other edits: their file stays.
+        """
+        before, present, path = self._kept, (settings.lens, settings.edited), self._path
+        if present == before:
+            return False
+        leaves = bool(before[1]) and present[0] != before[0] and before != saved
+        if leaves or present in self._left:             # undone, the edits have their file again
+            path = self._left.get(present) or self._new()
+        if settings.edited:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            save_settings(path, settings)
+        else:
+            path.unlink(missing_ok=True)
+        if leaves:
+            self._left[before] = self._path
+        elif path != self._path:
+            self._path.unlink(missing_ok=True)
+        self._left.pop(present, None)
+        self._path, self._kept = path, present
+        return leaves
+
+
+def left_behind(folder: Path) -> list[Unsaved]:
+    """What windows that have ended left in a folder, the newest first; files that cannot be read are left alone."""
+    found = []
+    with suppress(OSError):
+        for path in folder.glob("*.toml"):
+            with suppress(OSError, ValueError):
+                if runs(int(path.name.split("-")[0])):
+                    continue
+                written = path.stat().st_mtime
+                if time() - written > KEPT:
+                    path.unlink()
+                    continue
+                settings = load_settings(path)
+                if settings.edited:
+                    found.append(Unsaved(path, settings, written))
+    return sorted(found, key=lambda each: -each.written)
