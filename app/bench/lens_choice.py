@@ -258,8 +258,8 @@ class Trial:
 
 
 TRIALS = (
-    Trial("Swirl", "A Biotar of 1927, wide open. Its rims cut the blur at the edge to cat's eyes that turn about the "
-          "middle. Turn Aperture towards f/4: the swirl goes", "lentil-zeiss-biotar-1927", "foliage"),
+    Trial("Swirl", "A Biotar of 1927, wide open. Its clear apertures cut the blur at the edge to cat's eyes that "
+          "turn about the middle. Turn Aperture towards f/4: the swirl goes", "lentil-zeiss-biotar-1927", "foliage"),
     Trial("Fisheye", "180° on one picture, by the real rays of a design of 1964. Move the mouse to the edge of the "
           "circle: the section shows where its rays enter", "lib-miyamoto-fisheye-1964", "room"),
     Trial("Hexagon bokeh", "Six straight blades at f/2: lights out of focus are images of the stop. Turn Aperture, "

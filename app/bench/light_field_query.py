@@ -311,5 +311,5 @@ def f_number_match(of: lb.PlenopticCamera) -> tuple[tuple[str, str, str], ...]:
         ("Fill", fixed(of.fill, 2), "Diameter of the pupil's picture over the distance to the next:\n"
                                    "more than 1 overlaps, less leaves the sensor dark"),
         ("Used", format_part(of.used), "Part of the sensor that receives light: π/4 where round pictures touch"),
-        ("Spilled", format_part(of.spilled), "Part of the light that falls beside the pixels of its microlens:\n"
+        ("Spilled", format_part(of.spilled), "Part of the light that misses the pixels of its microlens:\n"
                                                    "it mixes with the light of the neighbours"))

@@ -25,7 +25,7 @@ DARK = "no light of the scene reaches this point of the film"
 SCAN = 257                      # rays that search the edges of a fan
 CLOSED = 0.3                    # part of the open stop below which a fan has fewer rays
 DEAD_EACH_SIDE = 3
-WHY = {lb.Fate.MISSED: "misses", lb.Fate.CLIPPED: "is stopped by the rim of",
+WHY = {lb.Fate.MISSED: "misses", lb.Fate.CLIPPED: "is vignetted by",
        lb.Fate.TOTAL_REFLECTION: "is totally reflected at", lb.Fate.BACKWARD: "is turned backward at"}
 
 

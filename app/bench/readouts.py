@@ -102,7 +102,7 @@ def colours(settings: Settings) -> Colours:
     if not any(surface.glass.disperses for surface in lens.surfaces):
         return Colours(False, False, f"{alone}: no dispersion is known for the glasses of this lens")
     if wavelength is not None and not VISIBLE[0] <= wavelength <= VISIBLE[1]:
-        return Colours(False, False, f"{alone}, which lies beside what a colour picture sees, {SEEN}")
+        return Colours(False, False, f"{alone}, outside what a colour picture sees, {SEEN}")
     missing = missing_dispersion(lens)
     if missing:
         return Colours(False, False, f"{alone}: {missing}, and a picture sees {SEEN}")

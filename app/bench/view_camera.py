@@ -117,7 +117,7 @@ def _in_section(settings: Settings, lens: Stamp, above: bool) -> InSection:
 def sentence(settings: Settings) -> str:
     """What the film brings into focus, in a sentence or two."""
     if settings.film_pose == UPRIGHT and not lens_leans(settings):
-        return "The film is in line: flat, centred, and perpendicular to the axis of the lens"
+        return "The film is flat, centred and perpendicular to the axis of the lens"
     if settings.film_pose.is_curved:
         towards = "towards the lens" if settings.film_pose.radius < 0.0 else "away from the lens"
         curved = f"The sides of the film are curved {towards}"
@@ -139,5 +139,5 @@ def sentence(settings: Settings) -> str:
     x, y = found.hinge.point[:2]
     sides = [f"{format_length(abs(v))} {word}" for v, word in (
         (x, "to the right" if x > 0.0 else "to the left"), (y, "above" if y > 0.0 else "below")) if abs(v) > 0.05]
-    return true_minus(f"The plane of sharp focus leans by {format_angle(lean)} and {crosses}. It turns about the hinge "
-                      f"line when the focus changes, {' and '.join(sides)} the lens")
+    return true_minus(f"The plane of sharp focus is tilted by {format_angle(lean)} and {crosses}. It turns about the "
+                      f"hinge line when the focus changes, {' and '.join(sides)} the lens")

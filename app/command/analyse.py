@@ -47,7 +47,7 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
         help="width x height in mm, or the name of a format (default: the film that the lens was made for)")
     add("--size", type=option(read_size), metavar="WxH", help="pixels across and down, for the size of a pixel")
     add("--fields", type=option(read_fields), metavar="FIELDS",
-        help="fields of spots, fans, wavefront and other figures of a few fields: parts of the largest (0,0.7,1), "
+        help="fields of spots, fans, wavefront and other plots of a few fields: parts of the largest (0,0.7,1), "
              "angles (0,14,20deg), image heights (0,10,21.6mm), or “design” for those that the lens file states")
     add("--wavelengths", type=option(read_wavelengths), metavar="NM",
         help="wavelengths in nm, the middle one primary, with weights if you like, such as 486.1,587.6:2,656.3 "

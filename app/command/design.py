@@ -43,7 +43,7 @@ def add_improve_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--glasses", nargs="?", const="all", metavar="MAKER",
                         help="also try other glasses, of all catalogues or of one maker such as schott")
     parser.add_argument("--edge", type=option(read_extent), metavar="MM",
-                        help="least thickness of elements at their rims")
+                        help="least thickness of elements at their edges")
     parser.add_argument("--centre", type=option(read_extent), metavar="MM",
                         help="least thickness of elements at their centre")
     parser.add_argument("--json", action="store_true", help="print JSON: the spot of each step, and the numbers")

@@ -134,4 +134,4 @@ def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: 
                    f"{settings.pixels_y} stretches it; give --size {settings.pixels_y * across // down}x"
                    f"{settings.pixels_y}")
     if "f_number" in given and settings.f_number is None and settings.kind.ideal_lens:
-        yield "--f-number open makes this camera a pinhole, for an ideal lens has no widest stop: give a number"
+        yield "--f-number open makes this camera a pinhole (an ideal lens has no maximum aperture): give a number"

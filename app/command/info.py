@@ -81,8 +81,8 @@ def info(arguments: argparse.Namespace) -> int:
                         + (", its pictures too" if seen_at is not None else "")))
     if data["out_of_line"]:
         which = ", ".join(map(str, data["out_of_line"]))
-        rows.insert(0, ("Out of line", f"surfaces {which}; focal lengths, pupils and f-number are those of the lens in "
-                                       "line"))
+        rows.insert(0, ("Tilted or decentred", f"surfaces {which}; focal lengths, pupils and f-number are those of the "
+                                               "centred lens"))
     year = f"{data['year']}{lens_card.star(card, 'year')}" if data["year"] else ""
     print(escaped(", ".join(word for word in (data["name"] or arguments.lens, data["kind"], year) if word)))
     print("\n".join(map(escaped, [

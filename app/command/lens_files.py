@@ -33,7 +33,7 @@ def add_export_options(parser: argparse.ArgumentParser) -> None:
     add_picture_options(parser)
     parser.add_argument("--to", required=True, choices=("pbrt", "mitsuba", "blender"), help="for which program")
     parser.add_argument("-o", "--output", required=True, metavar="FILE",
-                        help="the file: .pbrt with the lens as .dat beside it, .xml, or .py for Blender")
+                        help="the file: .pbrt with the lens as .dat next to it, .xml, or .py for Blender")
 
 
 def export(arguments: argparse.Namespace) -> int:
@@ -130,7 +130,7 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="FILE", help="a .csv or .json file; the standard output by default")
     parser.add_argument("--wavelength", type=float, default=None, metavar="UM",
                         help="in µm, such as 0.55; the d line by default")
-    parser.add_argument("--no-clip", action="store_true", help="let rays pass outside the rims and outside the stop")
+    parser.add_argument("--no-clip", action="store_true", help="let rays pass outside the clear apertures and the stop")
     parser.add_argument("--json", action="store_true", help="print JSON: a list for each column")
     _add_position_options(parser)
 

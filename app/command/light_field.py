@@ -36,11 +36,11 @@ def add_field_chart_options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(command=_chart)
     parser.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file")
     add_picture_options(parser)
-    parser.add_argument("-o", "--output", metavar="FILE", help=".svg or .png: the chart; .json: its figures")
+    parser.add_argument("-o", "--output", metavar="FILE", help=".svg or .png: the chart; .json: its numbers")
     parser.add_argument("--views", type=option(read_numbers), default=None, metavar="N,N…",
                         help="views across and down of each light field (3,5,9,17); each light field has the same "
                              "number of rays")
-    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    parser.add_argument("--json", action="store_true", help="print the numbers as JSON")
 
 
 def read_numbers(text: str) -> tuple[int, ...]:
@@ -185,7 +185,7 @@ def _refocus(arguments: argparse.Namespace) -> int:
     picture = field.refocus(recording.seen(distance), arguments.f_number, arguments.view)
     save_picture(path, picture, replace(settings, focus_distance=distance,
                                         f_number=arguments.f_number or settings.f_number))
-    note = "" if distance == wanted else f", the nearest distance in place of {significant(wanted / 1000.0, 4)} m"
+    note = "" if distance == wanted else f", the nearest distance instead of {significant(wanted / 1000.0, 4)} m"
     near, far = recording.clear_range
     unknown = recording.unknown(Look("focus", distance, arguments.f_number, arguments.view))
     if unknown > 0.0:

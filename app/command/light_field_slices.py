@@ -47,12 +47,12 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--farthest", type=option(read_distance), metavar="DISTANCE",
                         help="farthest depth for --depth and --all-in-focus (default: infinity)")
     parser.add_argument("-o", "--output", metavar="FILE", help=".png, .ppm, .exr or .pfm")
-    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    parser.add_argument("--json", action="store_true", help="print the numbers as JSON")
 
 
 def _view(arguments: argparse.Namespace) -> int:
     if arguments.output is None and not arguments.json:
-        raise UsageError("name a picture by -o FILE, or ask for the figures by --json")
+        raise UsageError("name a picture by -o FILE, or ask for the numbers with --json")
     path = None if arguments.output is None else checked_picture_path(arguments.output)
     large = path is not None and path.suffix.lower() in ENLARGED
     recording = load_light_field(arguments.field)

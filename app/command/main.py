@@ -28,7 +28,7 @@ COMMANDS = {
     "convert": ("lens_files", "Write a lens file in the format of another program."),
     "export": ("lens_files", "Write the camera of a picture for pbrt, Mitsuba or Blender."),
     "trace": ("lens_files", "Trace a table of rays through a lens."),
-    "analyse": ("analyse", "Draw spots, focus shift and other figures of a lens as a sheet, or write their numbers."),
+    "analyse": ("analyse", "Draw spots, focus shift and other plots of a lens as a sheet, or write their numbers."),
     "lightfield": ("light_field", "Record a light field through a lens; focus it afterwards."),
     "improve": ("design", "Improve a lens by damped least squares on its radii, thicknesses or other numbers."),
     "tolerances": ("design", "Show what errors of manufacture cost a lens, and the spread of many copies."),

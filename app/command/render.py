@@ -39,7 +39,7 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
         help="render until the noise of the developed picture is at most this part of white, such as 1%%; --samples "
              f"are then the most, {MOST_SAMPLES} by default")
     add("--resume", action="store_true",
-        help="keep the samples beside the picture, in FILE.part.npz, while it is rendered and when Ctrl-C or a "
+        help="keep the samples next to the picture, in FILE.part.npz, while it is rendered and when Ctrl-C or a "
              "termination stops it; go on from such a file. With --frames, leave out the frames "
              "that are there, newer than the files of lens and scene")
     add("--frames", type=option(read_count), metavar="N",

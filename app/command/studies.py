@@ -76,7 +76,7 @@ def add_chart_options(parser: argparse.ArgumentParser) -> None:
 
     add = parser.add_argument
     add("lens", nargs="*", metavar="LENS", help="lenses of the library, or lens files (default: one of each kind)")
-    add("-o", "--output", metavar="FILE", help=".svg or .png: the chart; .json: its figures")
+    add("-o", "--output", metavar="FILE", help=".svg or .png: the chart; .json: its numbers")
     add("--of", choices=("models", "pupil", "focus", "image", "sampler"), default="models",
         help="subject of the chart: camera models (default), methods that sample the pupil, focus methods, whole "
              "pictures against render time, or samplers against white noise")

@@ -128,7 +128,7 @@ def _placed(parts: list[Part], images: dict, mm: float, name: str, pose: Pose, m
             if "area" not in str(error):
                 raise
     if not found:
-        raise lb.SceneError("no triangle of it has an area")
+        raise lb.SceneError("none of its triangles has an area")
     return found
 
 

@@ -70,8 +70,8 @@ class MeshFile:
         """The bytes of a file that the mesh names, relative to its own place."""
         if name not in self._files:
             if "://" in name:
-                raise lb.SceneError(f"its file {excerpt(name)} lies on a network: save it beside the mesh, and name it "
-                                    "there")
+                raise lb.SceneError(f"its file {excerpt(name)} lies on a network: save it next to the mesh, and name "
+                                    "it there")
             inner = name if Path(name).is_absolute() else str(self.path.parent.relative_to(self.folder) / name)
             path = asset_path(inner, self.folder, "its file", MOST_BYTES)
             self.size += path.stat().st_size

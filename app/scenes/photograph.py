@@ -255,7 +255,7 @@ def _depth_map_distances(levels: np.ndarray, meaning: str, ends: tuple[float, fl
     beyond = np.zeros(levels.shape, bool) if disparity else endless(levels, hole, holes and bool(doubtful))
     known = ~(hole | beyond)
     if not known.any():
-        raise lb.SceneError("no pixel of it holds a distance")
+        raise lb.SceneError("none of its pixels holds a distance")
     low, high = (float(f(where=known, initial=levels[known][0])) for f in (levels.min, levels.max))
     shares = [100.0 * float(part.mean()) for part in (hole, beyond)]
     levels, hole, beyond = reduced(levels), reduced(hole), reduced(beyond)

@@ -28,7 +28,7 @@ def asset_path(name: str, folder: Path, what: str, most_bytes: int) -> Path:
     except (OSError, RuntimeError) as error:
         raise lb.SceneError(f"{what} {excerpt(name)}: there is no such file") from error
     if not path.is_relative_to(folder):
-        raise lb.SceneError(f"{what} {excerpt(name)} lies outside the folder of the scene: put it beside the file or "
+        raise lb.SceneError(f"{what} {excerpt(name)} lies outside the folder of the scene: put it next to the file or "
                             "below")
     if not path.is_file():
         raise lb.SceneError(f"{what} {excerpt(name)} is not a file: it is a folder, pipe, device or socket")

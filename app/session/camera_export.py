@@ -40,7 +40,7 @@ def export_camera(camera: lb.Camera, to: str, path: str | Path) -> list[str]:
     if to not in PROGRAMS:
         raise lb.CameraError(f"export to {to!r}: choose one of {', '.join(PROGRAMS)}")
     if isinstance(camera.world_from_camera, lb.AnimatedTransform):
-        raise lb.CameraError("a camera that moves is not exported: choose the moment with a camera at rest")
+        raise lb.CameraError("a camera that moves is not exported: choose a time at which it is at rest")
     if getattr(camera, "window", None) is not None:
         raise lb.CameraError("a camera with a window is not exported: leave the window out")
     remarks = _left_out(camera, to)
@@ -57,7 +57,7 @@ def _left_out(camera: lb.Camera, to: str) -> list[str]:
         found.append(f"{to} gets square pixels: these are {significant(pixel, 4)} times as wide as high, and "
                      "the picture has another height")
     if not camera.film_pose.is_upright:
-        found.append(f"{to} has its film flat and in line: tilt, swing, rise, shift and curvature are left out")
+        found.append(f"{to} has a flat, centred film: tilt, swing, rise, shift and curvature are left out")
     if camera.readout > 0.0:
         found.append(f"{to} has no rolling shutter: all rows open at once")
     if camera.shutter_ramp > 0.0:
@@ -66,7 +66,7 @@ def _left_out(camera: lb.Camera, to: str) -> list[str]:
         found.append("blender has its shutter in frames: the time of the exposure is left out")
     if camera.weights != "radiance" and not isinstance(camera, lb.OrthographicCamera) and not (
             to == "pbrt" and isinstance(camera, lb.LensCamera)):
-        found.append(f"{to} weighs all rays of this camera alike: its picture does not fall off towards the corners "
+        found.append(f"{to} weighs all rays of this camera equally: its picture does not fall off towards the corners "
                      "(cos⁴)")
     as_lens = to == "pbrt" and isinstance(camera, lb.LensCamera)        # the lens file names what it leaves out
     if not as_lens and isinstance(camera, lb.LensCamera | lb.PerspectiveCamera) and not camera.gaussian.iris.is_round:
@@ -97,7 +97,7 @@ def _ideal(camera: lb.Camera, to: str, remarks: list[str]) -> _Ideal:
         remarks.append(f"{to} has no prescriptions: the lens is written as a thin lens, without aberrations and "
                        "vignetting")
     if camera.lens.asymmetry:
-        remarks.append(f"{to} has a round lens in line: {camera.lens.asymmetry} of this one is left out")
+        remarks.append(f"{to} has a round, centred lens: {camera.lens.asymmetry} of this one is left out")
     lens = camera.ideal("pinhole" if camera.model == "pinhole" else "thin")
     return _Ideal(lens.z, -1.0 / lens.slope_film, lens.origin_pupil * lens.iris.equivalent_radius,
                   camera.focus_distance + lens.z)

@@ -65,7 +65,7 @@ class MomentShelf:
             try:
                 found.append(_read(path))
             except (ValueError, OSError) as error:
-                self._say(f"The moment {path.stem} cannot be read: {error}")
+                self._say(f"The snapshot {path.stem} cannot be read: {error}")
         self.moments = found
 
     def keep(self, image: NDArray[np.float32], settings: Settings, name: str) -> Moment:
@@ -73,7 +73,7 @@ class MomentShelf:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ExportError(f"{self.folder}: {error.strerror}: the moment was not kept") from error
+            raise ExportError(f"{self.folder}: {error.strerror}: the snapshot was not kept") from error
         path = self._free(name)
         save_picture(path, image, settings)
         moment = _read(path)
@@ -88,7 +88,7 @@ class MomentShelf:
         try:
             moment.path.rename(path)
         except OSError as error:
-            raise ExportError(f"{moment.path}: {error.strerror}: the moment keeps its name") from error
+            raise ExportError(f"{moment.path}: {error.strerror}: the snapshot keeps its name") from error
         self.moments[self.moments.index(moment)] = Moment(path, moment.settings, moment.thumbnail)
 
     def remove(self, moment: Moment) -> None:
@@ -96,7 +96,7 @@ class MomentShelf:
         try:
             moment.path.unlink(missing_ok=True)
         except OSError as error:
-            raise ExportError(f"{moment.path}: {error.strerror}: the moment stays") from error
+            raise ExportError(f"{moment.path}: {error.strerror}: the snapshot was not deleted") from error
         self.moments.remove(moment)
 
     def _free(self, name: str) -> Path:

@@ -145,7 +145,7 @@ class SettingTable(LensSettings):
         help="of these blades: 0%% for straight ones, 100%% for a circle")
     stop_image: str = setting(
         "", "picture in the stop", read=str, metavar="FILE",
-        help="picture whose shape the stop takes in place of blades: white passes, black is opaque; its longer side "
+        help="picture whose shape the stop takes instead of blades: white passes, black is opaque; its longer side "
         "is the diameter of the stop")
     focus_distance: float = setting(
         1200.0, unit="mm", bounds=DISTANCE._replace(infinite=True), read=read_distance, metavar="DISTANCE",

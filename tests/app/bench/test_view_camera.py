@@ -90,7 +90,7 @@ def test_a_lens_out_of_line_leans_the_plane_of_sharp_focus_before_a_film_in_line
     settings = Settings(lens=str(tmp_path / "bent.toml"), focus_distance=1500.0, f_number=8.0, lens_model="trace")
     found = in_section(settings)
     assert leans(settings) and set(found.planes) == {"sharp", "near", "far"} and set(found.points) == {"Hinge line"}
-    assert np.ptp(found.film[:, 0]) == 0.0 and "leans by" in sentence(settings)
+    assert np.ptp(found.film[:, 0]) == 0.0 and "is tilted by" in sentence(settings)
     straight = replace(settings, lens="lenshh-cooke-triplet-50")
     assert not leans(straight) and in_section(straight) is None
 
@@ -192,7 +192,7 @@ def test_section_and_plan_show_the_plane_and_its_lines():
     swung, straight = plan(replace(POSED, tilt=0.0)), plan(Settings())
     assert abs(np.diff(straight.focus[:, 1])[0]) < 1e-9 < 0.05 < swung.focus[1, 1] - swung.focus[0, 1]
     assert swung.band.shape == (4, 2)
-    assert "hinge" in sentence(POSED) and "in line" in sentence(Settings())
+    assert "hinge" in sentence(POSED) and "flat, centred" in sentence(Settings())
     raised = Settings(lens="lentil-schneider-anamorphic-31-2001", focus_distance=3000.0, rise=4.0)
     assert sentence(raised) == "The film is shifted: what is in focus is a plane across the axis"   # beams are rounded
 

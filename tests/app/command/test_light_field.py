@@ -63,7 +63,7 @@ def test_a_picture_of_it_carries_its_settings(recorded, tmp_path, capsys):
 
 def test_a_distance_that_the_lens_cannot_be_focused_at_is_taken_for_the_nearest_and_said(recorded, tmp_path, capsys):
     assert main(["lightfield", "refocus", str(recorded), "--focus", "1cm", "-o", str(tmp_path / "a.png")]) == 0
-    assert "the nearest distance in place of 0.01 m" in capsys.readouterr().out
+    assert "the nearest distance instead of 0.01 m" in capsys.readouterr().out
 
 
 def test_a_lens_focused_by_real_rays_is_captured_and_refocused(tmp_path, capsys):

@@ -156,7 +156,7 @@ def test_the_true_reason_is_passed_on(folder):
     with pytest.raises(SceneFileError, match=r"depth map 'c.exr': it is no whole OpenEXR file"):
         load(folder, PHOTO + 'depth = "c.exr"\n')
     OpenEXR.File({}, {"Z": np.full((8, 12), np.nan, np.float32)}).write(str(folder / "d.exr"))
-    with pytest.raises(SceneFileError, match=r"depth map 'd.exr': no pixel of it holds a distance"):
+    with pytest.raises(SceneFileError, match=r"depth map 'd.exr': none of its pixels holds a distance"):
         load(folder, PHOTO + 'depth = "d.exr"\n')
     OpenEXR.File({}, {"Z": np.linspace(3e4, 5e4, 96, dtype=np.float32).reshape(8, 12)}).write(str(folder / "e.exr"))
     with pytest.raises(SceneFileError, match=r"depth map 'e.exr': it reaches 50 km.*give near and far"):
