@@ -160,7 +160,7 @@ def test_the_ray_of_a_mark_lands_where_the_mark_is():
     assert nearest_ray(plot, 0.5, 0.5) is None
 
 
-def test_a_point_of_a_fan_is_the_ray_that_lands_there_or_that_a_rim_ends():
+def test_a_point_of_a_fan_is_the_ray_that_lands_there_or_is_vignetted():
     settings = replace(Settings(), f_number=2.0)
     figure = fans_figure(A, 16)
     for fan, plot in enumerate(figure.rows[-1]):                        # tangential, then sagittal
@@ -178,7 +178,7 @@ def test_a_point_of_a_fan_is_the_ray_that_lands_there_or_that_a_rim_ends():
     dead = next(layer for layer in tangential.layers if layer.surface is not None)
     k = int(np.flatnonzero(np.isfinite(dead.y))[0])
     lost = pointed_ray(settings, figure.points, nearest_ray(tangential, float(dead.x[k]), float(dead.y[k])))
-    assert lost.surface == dead.surface and "rim" in lost.end and lost.raster is None
+    assert lost.surface == dead.surface and "vignetted" in lost.end and lost.raster is None
 
 
 def test_a_ray_of_a_lens_that_opens_no_further_says_why_it_is_not_followed():
