@@ -222,8 +222,8 @@ class Hand:
         if session.browsing.is_open:
             session.browsing.toggle()
         session.layout = layout
-        for moment in list(session.moments.shelf.moments):
-            session.moments.shelf.remove(moment)
+        for snapshot in list(session.snapshots.shelf.moments):
+            session.snapshots.shelf.remove(snapshot)
         session.light_field.worker.cancel()
         session.light_field.worker.forget()
         yield

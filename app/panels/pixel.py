@@ -23,7 +23,7 @@ from lensbench.app.settings.text_values import format_distance
 from lensbench.core.text import fixed, significant, true_minus
 
 NOTHING = "Point at the picture: this panel shows how the pixel under the mouse comes about. " \
-          "I, or Alt + click, pins the pixel; Escape unpins it"
+          "I, or Alt+click, pins the pixel; Escape unpins it"
 STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)    # half the plot is one of these × 10ⁿ µm: it rests as the mouse moves
 NEAR = 7.0                      # screen pixels from the mouse to a point of the spot
 LABEL = 4.4                     # em, the column of names

@@ -1,6 +1,6 @@
 """The 3-D view: the lens cut in half, its rays, film and focused surface, and the things of the scene, turned by hand.
 
-Drag turns, right drag or Shift + drag moves, the wheel zooms, a double click fits the lens. The panel composes what is
+Drag turns, right drag or Shift+drag moves, the wheel zooms, a double click fits the lens. The panel composes what is
 to be seen, and shows the texture that the display makes of it.
 """
 
@@ -112,7 +112,7 @@ def _handled(state: View3DState, size: ImVec2) -> None:
         if imgui.is_mouse_double_clicked(button.left):
             state.fitted_to = (*state.fitted_to[:-2], 0.0, state.shown)         # fit, in the same direction
         if not imgui.is_item_active():
-            imgui.set_item_tooltip("Drag turns, right drag or Shift + drag moves, the wheel zooms, a double click fits")
+            imgui.set_item_tooltip("Drag turns, right drag or Shift+drag moves, the wheel zooms, a double click fits")
 
 
 def _fitted(settings: Settings, shown: Sketch | None, chosen: str, size: ImVec2, eye: Eye | None) -> Eye:

@@ -80,7 +80,7 @@ class Analyses:
         if self._saving is not None and self._saving.done:
             task, self._saving = self._saving, None
             if task.error is None:
-                self._window.view.say(f"The figure was saved as {self._path.name}", done=True)
+                self._window.view.say(f"Plot saved as {self._path.name}", done=True)
             else:
                 self._window.view.say(task.message)
 

@@ -217,7 +217,7 @@ class Files:
             state.history.part()
             state.lens_written(saved.lens, saved)
             self._remember(path)
-        say(f"The lens was saved as {path.name}", done=True)
+        say(f"Lens saved as {path.name}", done=True)
         for remark in remarks:
             say(f"{path.name}: {remark}", note=True)
 
@@ -230,7 +230,7 @@ class Files:
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))
         else:
-            self._state.view.say(f"The settings were saved as {path.name}", done=True)
+            self._state.view.say(f"Settings saved as {path.name}", done=True)
 
     def save_intrinsics(self, path: Path) -> None:
         """Save the camera's intrinsics and pose as JSON."""
@@ -248,7 +248,7 @@ class Files:
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))
         else:
-            self._state.view.say(f"The intrinsics were saved as {path.name}", done=True)
+            self._state.view.say(f"Intrinsics saved as {path.name}", done=True)
 
     def save_picture(self, path: Path, bits: int = 8) -> None:
         """Save the picture with its present samples, and with its settings."""
@@ -266,4 +266,4 @@ class Files:
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))
         else:
-            self._state.view.say(f"The picture was saved as {path.name}", done=True)
+            self._state.view.say(f"Picture saved as {path.name}", done=True)

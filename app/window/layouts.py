@@ -28,27 +28,27 @@ NARROWEST = 19.4                # em: of a dock beside another below the picture
 LAYOUTS = {
     BENCH: Layout(
         "Picture, section, blur and pupil", {
-            **LEFT, "Bottom": ("Section", "Surfaces", "3-D", "Stability", "Moments"),
+            **LEFT, "Bottom": ("Section", "Surfaces", "3-D", "Stability", "Snapshots"),
             "Right": ("Circle of confusion", "Plan", "Pixel"),
             "RightBottom": ("Exit pupil", "Falloff", "Models", "Light field")}),
     "Photographer": Layout(
         "Picture, section, and how sharp the lens draws", {
-            **LEFT, "Bottom": ("Section", "3-D", "Moments"),
+            **LEFT, "Bottom": ("Section", "3-D", "Snapshots"),
             "Right": ("MTF", "MTF map", "Focus shift", "Depth of field", "Illumination"),
             "RightBottom": ("Bokeh", "Sunstar", "Spots", "Pixel")}, (0.25, 19.4, 46.0)),
     "Student": Layout(
         "Coordinate spaces, stability of the formulas, models of the lens", {
             "Left": ("Controls",), "LeftBottom": ("Spaces", "Read-outs", "Lens card"),
-            "Bottom": ("Section", "3-D", "Stability", "Moments"),
+            "Bottom": ("Section", "3-D", "Stability", "Snapshots"),
             "Right": ("Models", "Circle of confusion", "Plan"), "RightBottom": ("Exit pupil", "Pixel", "Falloff")}),
     "Designer": Layout(
         "Spots and the aberrations behind them", {
-            **LEFT, "Bottom": ("Section", "3-D", "Moments"), "BottomRight": ("Seidel", "Illumination"),
+            **LEFT, "Bottom": ("Section", "3-D", "Snapshots"), "BottomRight": ("Seidel", "Illumination"),
             "Right": ("Spots", "Wavefront", "Point spread", "Field curves"),
             "RightBottom": ("Ray fans", "MTF", "MTF map", "Ghosts")}, (0.30, 22.0, 70.0), 0.36, "lens"),
     "Editor": Layout(
         "Surfaces to edit, the section, and what an edit does to the picture", {
-            **LEFT, "Bottom": ("Section", "3-D", "Moments"), "BottomRight": ("Surfaces",),
+            **LEFT, "Bottom": ("Section", "3-D", "Snapshots"), "BottomRight": ("Surfaces",),
             "Right": ("Spots", "MTF", "Field curves"), "RightBottom": ("Ray fans", "Wavefront", "Seidel")},
         (0.26, 21.0, 60.0), 0.36, "lens"),
 }

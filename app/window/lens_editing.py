@@ -82,7 +82,7 @@ class LensEditing:
             return False
         try:
             if self._autosave.keep(settings, self._window.written):
-                self._window.view.say(f"The edits of {self._edited_name} are not saved: Ctrl + Z brings them back, and "
+                self._window.view.say(f"The edits of {self._edited_name} are not saved: Ctrl+Z brings them back, and "
                                       "the next start offers them", note=True, change=True)
             self._edited_name = lens_name(settings).removesuffix(" *") if settings.edited else ""
         except (OSError, ValueError) as error:

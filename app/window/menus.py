@@ -1,32 +1,46 @@
 """The menus, and the sheet of keys and gestures."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from imgui_bundle import ImVec2, hello_imgui, icons_fontawesome_6, imgui
 
 from lensbench.app.bench.lens_choice import TRIALS
 from lensbench.app.drawing import theme
-from lensbench.app.panels.image.overlays import toggle_magnifier
-from lensbench.app.session.edited_lens import reverted
+from lensbench.app.panels.action_names import key_of
 from lensbench.app.session.notices import Request
+from lensbench.app.window.actions import ACTIONS
 from lensbench.app.window.analyses import PANELS
-from lensbench.app.window.commands import (
-    COMMANDS, GESTURES, quit_window, redo, reset_all, reset_camera, toggle_pin, try_this, undo
-)
 from lensbench.app.window.dialogs import centre_next
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.state import WindowState
-from lensbench.lenses import WRITERS
 
 SHEET = "Keys and mouse"
+GESTURES = (                    # of the mouse, for the sheet of keys
+    ("Click in the picture", "focus there"),
+    ("Drag · wheel", "orbit about the point in focus · dolly"),
+    ("Shift+drag, right drag", "pan"),
+    ("Ctrl+wheel · Ctrl+drag", "zoom the picture · move it"),
+    ("Alt+click · Escape", "pin a pixel, to follow its rays · unpin it"),
+    ("Alt+wheel", "magnification of the magnifier"),
+    ("On a dial", "drag, click, wheel; Ctrl+click types, double click resets"),
+    ("In a plot", "drag to pan, wheel to zoom, double click to fit"),
+    ("In the table of surfaces", "drag, click or Enter, Ctrl+arrows; Insert, Delete, Alt+arrows; right click"),
+    ("In the lens browser", "click or arrows try, Enter keeps, Escape returns"),
+)
 
 
 def menus(state: WindowState) -> None:
     """File, Edit, View and Help in the menu bar."""
-    for name, content in (("File", _file_menu), ("Edit", _edit_menu), ("View", _view_menu), ("Help", _help_menu)):
+    for name, items in MENUS.items():
         if imgui.begin_menu(name):
-            content(state)
+            for item in items:
+                if callable(item):
+                    item(state)
+                elif item:
+                    _item(item, state)
+                else:
+                    imgui.separator()
             imgui.end_menu()
     mark = icons_fontawesome_6.ICON_FA_CIRCLE_QUESTION
     imgui.set_cursor_pos_x(imgui.get_window_width() - imgui.calc_text_size(mark).x
@@ -36,118 +50,62 @@ def menus(state: WindowState) -> None:
     imgui.set_item_tooltip("What the terms mean: P, E, T-stop, CoC, …")
 
 
-def _file_menu(state: WindowState) -> None:
-    history = state.history
-    if _item("Lens browser…", "L"):
-        state.requests.add(Request.BROWSE_LENSES)
-    for name, request, key in (("Open lens…", Request.OPEN_LENS, "Ctrl+O"), ("Open scene…", Request.OPEN_SCENE, ""),
-                               ("Open picture…", Request.OPEN_PICTURE, ""),
-                               ("Open settings…", Request.OPEN_SETTINGS, ""),
-                               ("Open light field…", Request.OPEN_LIGHT_FIELD, "")):
-        if _item(name, key):
-            state.requests.add(request)
+def _item(name: str, state: WindowState, title: str = "") -> None:
+    """The menu item of an action. title: shown instead of the name of the action."""
+    action = ACTIONS[name]
+    if imgui.menu_item(title or name, "" if title else key_of(name), action.checked(state), action.enabled(state))[0]:
+        action.run(state)
+    if action.tip:
+        imgui.set_item_tooltip(action.tip)
+
+
+def _recent(state: WindowState) -> None:
     if imgui.begin_menu("Recent", bool(state.recent)):
         for path in list(state.recent):
-            if _item(_short(path)):
+            if imgui.menu_item(_short(path), "", False)[0]:
                 state.reopened = path
             imgui.set_item_tooltip(str(path))
         imgui.end_menu()
-    imgui.separator()
-    if _item("Save lens…", enabled=history.present.has_lens):
-        state.requests.add(Request.SAVE_LENS)
-    imgui.set_item_tooltip(f"The suffix sets the format: {' '.join(WRITERS)}")
-    if _item("Save edits of the lens", "Ctrl+Shift+S", bool(history.present.edited)):
-        state.requests.add(Request.SAVE_EDITED)
-    imgui.set_item_tooltip("Into the file that the lens was opened from; a lens of the library gets a file of its own")
-    if _item("Revert the lens", "", bool(history.present.edited)):
-        state.take(reverted(state.edited))
-    imgui.set_item_tooltip("Take back all edits of its surfaces; Undo brings them back")
-    if _item("Save settings…"):
-        state.requests.add(Request.SAVE_SETTINGS)
-    if _item("Export…", "Ctrl+E"):
-        state.requests.add(Request.EXPORT)
-    if _item("Screenshot of render…", "Ctrl+S"):
-        state.requests.add(Request.SAVE_RENDER)
-    if _item("Screenshot of window…"):
-        state.requests.add(Request.SAVE_WINDOW)
-    imgui.separator()
-    if _item("Quit", "Ctrl+Q"):
-        quit_window(state)
 
 
-def _edit_menu(state: WindowState) -> None:
-    history = state.history
-    if _item("Undo", "Ctrl+Z", history.can_undo):
-        undo(state)
-    if _item("Redo", "Ctrl+Shift+Z", history.can_redo):
-        redo(state)
-    imgui.separator()
-    if _item("Command palette…", "Ctrl+K"):
-        state.requests.add(Request.SHOW_PALETTE)
-    if _item("Reset all"):
-        reset_all(state)
-
-
-def _view_menu(state: WindowState) -> None:
-    runner = hello_imgui.get_runner_params()
-    panels = runner.docking_params.dockable_windows
+def _layouts(state: WindowState) -> None:
     if imgui.begin_menu("Layout"):
-        for name, layout in LAYOUTS.items():
-            if _item(name, "", True, state.layout == name):
-                state.choose_layout(name)
-            imgui.set_item_tooltip(layout.about)
+        for name in LAYOUTS:
+            _item(f"Layout: {name}", state, name)
         imgui.end_menu()
+
+
+def _panels(state: WindowState) -> None:
+    """Show and hide panels, those for analysis in a menu of their own; one that is shown comes to the front."""
+    panels = hello_imgui.get_runner_params().docking_params.dockable_windows
     if imgui.begin_menu("Analysis"):
-        _panels([panel for panel in panels if panel.label in PANELS])
+        _switches([panel for panel in panels if panel.label in PANELS])
         imgui.end_menu()
-    _panels([panel for panel in panels if panel.label not in (*PANELS, "Render")])
-    imgui.separator()
-    if _item("Pin pixel", "I", state.view.links.pinned is not None or state.view.pointed is not None,
-             state.view.links.pinned is not None):
-        toggle_pin(state)
-    imgui.set_item_tooltip("Keep the pixel that the mouse was on last: its rays stay in the section, the exit pupil, "
-                           "the plan and the panel “Pixel”")
-    if _item("Magnifier", "M", True, state.view.magnifier > 0):
-        toggle_magnifier(state.view)
-    imgui.set_item_tooltip("Magnify the pixels at the mouse, with their values; Alt + wheel sets the magnification")
-    if _item("Reset camera", "Home"):
-        reset_camera(state)
-    imgui.set_item_tooltip("To where the scene opens: framed and focused on its subject, where it states one")
-    imgui.separator()
-    if _item("Dark theme", "", True, state.dark):
-        state.choose_theme(True)
-    if _item("Light theme", "", True, not state.dark):
-        state.choose_theme(False)
-    imgui.separator()
-    if _item("Reset layout"):
-        state.requests.add(Request.RESET_LAYOUT)
-    imgui.set_item_tooltip("Every panel of the layout back in its place, for the present size of the window; otherwise "
-                           "each layout keeps the places that its panels were given")
+    _switches([panel for panel in panels if panel.label not in (*PANELS, "Render")])
 
 
-def _panels(panels: list[hello_imgui.DockableWindow]) -> None:
-    """Show and hide panels; one that is shown comes to the front of its dock."""
+def _switches(panels: list[hello_imgui.DockableWindow]) -> None:
     for panel in panels:
-        if _item(panel.label, "", True, panel.is_visible):
+        if imgui.menu_item(panel.label, "", panel.is_visible)[0]:
             panel.is_visible = not panel.is_visible
             panel.focus_window_at_next_frame = panel.is_visible
 
 
-def _help_menu(state: WindowState) -> None:
-    if _item("Keys and mouse", "F1"):
-        state.requests.add(Request.SHOW_HELP)
-    if _item("What the terms mean"):
-        state.requests.add(Request.SHOW_TERMS)
-    imgui.separator()
+def _trials(state: WindowState) -> None:
     imgui.text_disabled("Try this")
     for trial in TRIALS:
-        if _item(trial.title):
-            try_this(state, trial)
-        imgui.set_item_tooltip(trial.about)
+        _item(f"Try this: {trial.title}", state, trial.title)
 
 
-def _item(name: str, key: str = "", enabled: bool = True, checked: bool = False) -> bool:
-    return imgui.menu_item(name, key, checked, enabled)[0]
+SEPARATOR = ""
+MENUS: dict[str, tuple[str | Callable[[WindowState], None], ...]] = {
+    "File": ("Lens browser…", "Open lens…", "Open scene…", "Open picture…", "Open settings…", "Open light field…",
+             _recent, SEPARATOR, "Save lens…", "Save lens edits", "Revert lens", "Save settings…", "Export…",
+             "Save picture…", "Save screenshot…", SEPARATOR, "Quit"),
+    "Edit": ("Undo", "Redo", SEPARATOR, "Command palette…", "Reset all"),
+    "View": (_layouts, _panels, SEPARATOR, "Pin pixel", "Magnifier", "Reset camera", SEPARATOR, "Dark theme",
+             "Light theme", SEPARATOR, "Reset layout"),
+    "Help": ("Keys and mouse", "What the terms mean", SEPARATOR, _trials)}
 
 
 def _short(path: Path) -> str:
@@ -178,9 +136,9 @@ class Help:
         if not shown:
             return
         groups: dict[str, list[tuple[str, str]]] = {}
-        for command in COMMANDS:
-            if command.group:
-                groups.setdefault(command.group, []).append((command.keys, command.name))
+        for action in ACTIONS.values():
+            if action.group:
+                groups.setdefault(action.group, []).append((action.keys, action.name.removesuffix("…")))
         names = list(groups)
         columns = ([[("Mouse", list(GESTURES)), *((name, groups[name]) for name in names[1:3])],
                     [(name, groups[name]) for name in names if name not in names[1:3]]] if wide else

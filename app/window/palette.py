@@ -30,7 +30,7 @@ from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import (
     format_angle, format_length, format_part, read_angle, read_distance, read_length, read_percent
 )
-from lensbench.app.window.commands import COMMANDS
+from lensbench.app.window.actions import ACTIONS
 from lensbench.app.window.state import WindowState
 from lensbench.core.kernels.cache import NotCompiledError
 from lensbench.core.text import cut, significant, true_minus
@@ -150,7 +150,7 @@ def answers(query: str, state: WindowState) -> list[Entry]:
 
 def _entries(state: WindowState) -> list[Entry]:
     present = state.edited
-    entries = [Entry(command.name, command.keys, command.run) for command in COMMANDS]
+    entries = [Entry(action.name, action.keys, action.run) for action in ACTIONS.values()]
     for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
         if panel.label != "Render":
             shown = "shown" if panel.is_visible else ""

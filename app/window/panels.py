@@ -19,7 +19,7 @@ from lensbench.app.settings.settings import Settings, differences
 from lensbench.app.window.analyses import PANELS, Analyses
 from lensbench.app.window.docking import RENDER, Docking
 from lensbench.app.window.lens_browsing import LensBrowsing
-from lensbench.app.window.moments import Moments
+from lensbench.app.window.snapshots import Snapshots
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
 from lensbench.app.workers.render_worker import RenderWorker
@@ -152,8 +152,8 @@ class Panels:
     All but the render are imported when they are first drawn, for the first picture does not need them.
     """
 
-    def __init__(self, window: WindowState, browsing: LensBrowsing, analyses: Analyses, moments: Moments):
-        self._state, self._browsing, self._analyses, self._moments = window, browsing, analyses, moments
+    def __init__(self, window: WindowState, browsing: LensBrowsing, analyses: Analyses, snapshots: Snapshots):
+        self._state, self._browsing, self._analyses, self._snapshots = window, browsing, analyses, snapshots
         self._stability_worker: Any = None              # from when the panel is first looked at
         self._stability_state: Any = None
         self.docking = Docking(window, browsing)
@@ -173,7 +173,7 @@ class Panels:
             docked("Surfaces", self._surfaces, padding=6.0),
             docked("3-D", self._view_3d),
             docked("Stability", self._stability),
-            docked("Moments", self._moments.draw, padding=8.0),
+            docked("Snapshots", self._snapshots.draw, padding=8.0),
             docked("Circle of confusion", self._confusion),
             docked("Plan", self._plan),
             docked("Pixel", self._pixel),

@@ -26,8 +26,8 @@ from lensbench.app.drawing.dial import use_dials
 from lensbench.app.session.notices import Request
 from lensbench.app.session.states import save_session, session_path
 from lensbench.app.settings.settings import Settings, differences
+from lensbench.app.window.actions import NOTHING_PINNED, Keyboard, shortcuts
 from lensbench.app.window.analyses import Analyses
-from lensbench.app.window.commands import NOTHING_PINNED, Keyboard, shortcuts
 from lensbench.app.window.comparing import Comparing
 from lensbench.app.window.docking import MINIMUM, Folding
 from lensbench.app.window.file_actions import QUESTIONS, Files
@@ -35,9 +35,9 @@ from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.lens_editing import LensEditing
 from lensbench.app.window.menus import Help
-from lensbench.app.window.moments import Moments
 from lensbench.app.window.palette import Palette
 from lensbench.app.window.panels import Panels
+from lensbench.app.window.snapshots import Snapshots
 from lensbench.app.window.state import WindowState, forget_derived, preference, texts
 from lensbench.app.window.terms import Terms
 from lensbench.app.workers.task import Heap, Task
@@ -59,9 +59,9 @@ class Session(WindowState):
         self.editing = LensEditing(self)
         self.folding = Folding(self)
         self.analyses = Analyses(self)
-        self.moments = Moments(self, self.comparing)
+        self.snapshots = Snapshots(self, self.comparing)
         self.files = Files(self, self.export, self.analyses)
-        self.panels = Panels(self, self.browsing, self.analyses, self.moments)
+        self.panels = Panels(self, self.browsing, self.analyses, self.snapshots)
         self.shots_taken = 0                            # screenshots of the window that have been saved
         self.shot_is_early = False                      # the screenshot was taken before the picture was ready
         self.shot_problem = ""                          # why the latest of them was not
@@ -273,10 +273,10 @@ class Session(WindowState):
             self.palette.open()
         if Request.SHOW_TERMS in wanted:
             self.terms.open()
-        self.moments.answer(wanted)
+        self.snapshots.answer(wanted)
         if self.card_path is not None:
             path, self.card_path = self.card_path, None
-            self.moments.save_card(path)
+            self.snapshots.save_card(path)
         self.light_field.answer(wanted, self.history.present)
         if Request.SAVE_EDITED in wanted:
             self.files.save_edited()

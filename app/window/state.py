@@ -155,7 +155,7 @@ class WindowState:
         self.dark = True
         self.layout = BENCH                             # the chosen one of LAYOUTS
         self.recent: list[Path] = []                    # files that were opened, the newest first
-        self.card_path: Path | None = None              # where the card of a moment is to be saved
+        self.card_path: Path | None = None              # where the card of a snapshot is to be saved
         self.written = "", ""                           # the lens and the edits that the window has saved last
         self.reopened: Path | None = None               # a recent file that is to be opened
         self.screenshot: Path | None = None             # where a picture of the window is to be saved

@@ -223,7 +223,7 @@ class LightFieldWorker:
         self.recording, self.field_picture = recording, shown       # until there is one of the new recording
 
     def _take_saved(self, name: str) -> None:
-        self.messages.append((f"The light field was saved as {name}", True))
+        self.messages.append((f"Light field saved as {name}", True))
 
     def _take_compared(self, compared: Compared | None) -> None:
         if compared is not None:

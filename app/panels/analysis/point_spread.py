@@ -66,7 +66,7 @@ FIELD_TIPS = {"axis": "The film's centre", "middle": "0.7 of the way to the corn
               "full": "The film's corner, or the edge of light",
               "pixel": "The pixel that was under the mouse last, or the pinned one: the picture of a point of what it "
                        "shows"}
-NO_PIXEL = "Point at the picture: this panel shows how a point of what the pixel shows is drawn. I, or Alt + click, " \
+NO_PIXEL = "Point at the picture: this panel shows how a point of what the pixel shows is drawn. I, or Alt+click, " \
            "pins the pixel"
 NO_LIGHT = "No light reaches this pixel"
 

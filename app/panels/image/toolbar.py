@@ -16,6 +16,7 @@ from lensbench.app.bench.pose import LookAround
 from lensbench.app.display.frame import Picture, View
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import check_box
+from lensbench.app.panels.action_names import ACTION_NAMES, key_of, tip_of
 from lensbench.app.panels.image.overlays import toggle_magnifier
 from lensbench.app.session.notices import Request
 from lensbench.app.settings.setting_table import COMPARISONS, TONES, VIEWS
@@ -34,13 +35,8 @@ VIEW_TIPS = {
     "depth": "How near each thing is: white for the nearest, black for the sky",
     "weight": "What the camera lets through to each place: cos⁴, vignetting and the pupil's size",
 }
-COMPARISON_KEYS = {"off": "", "side": "S", "wipe": "W", "difference": "D"}
-COMPARISON_TIPS = {
-    "off": "The present picture alone",
-    "side": "A at the left, the present picture at the right",
-    "wipe": "A and the present picture in one place: drag the line between them",
-    "difference": "How far the present picture is from A, channel by channel, in linear light",
-}
+COMPARISON_ACTIONS = {"off": "", "side": "Compare side by side", "wipe": "Compare with a wipe",
+                      "difference": "Show difference"}
 KEEP = imgui.SelectableFlags_.no_auto_close_popups
 
 
@@ -97,22 +93,23 @@ def comparison_menu(settings: Settings, pinned: Settings | None, view: View) -> 
 
     pinned: the settings of the picture A; None if there is none.
     """
-    if imgui.menu_item("Pin as A", "A", False)[0]:
+    if imgui.menu_item("Pin picture as A", key_of("Pin picture as A"), False)[0]:
         view.requests.add(Request.PIN)
-    imgui.set_item_tooltip("Keep the present picture, to compare later ones with it; it goes on refining")
+    imgui.set_item_tooltip(ACTION_NAMES["Pin picture as A"].tip)
     imgui.separator()
-    for key, name in COMPARISONS.items():
-        if imgui.menu_item(f"{name}###{key}", COMPARISON_KEYS[key], key == settings.compare, pinned is not None)[0]:
+    for key, action in COMPARISON_ACTIONS.items():
+        if imgui.menu_item(f"{action or COMPARISONS[key]}###{key}", key_of(action) if action else "",
+                           key == settings.compare, pinned is not None)[0]:
             settings = replace(settings, compare=key)
-        imgui.set_item_tooltip(COMPARISON_TIPS[key])
+        imgui.set_item_tooltip(ACTION_NAMES[action].tip if action else "Show the current picture alone")
     imgui.separator()
-    if imgui.menu_item("Lock A's dials to B", "K", view.locked, pinned is not None)[0]:
+    lock = "Lock A's dials to B"
+    if imgui.menu_item(lock, key_of(lock), view.locked, pinned is not None)[0]:
         view.locked = not view.locked
-    imgui.set_item_tooltip("A follows every dial that is turned in B: focus, aperture, exposure, place, scene…\n"
-                           "It keeps its own lens and camera model")
-    if imgui.menu_item("Take A's settings", "", False, pinned is not None)[0] and pinned is not None:
+    imgui.set_item_tooltip(ACTION_NAMES[lock].tip)
+    if imgui.menu_item("Apply A's settings", "", False, pinned is not None)[0] and pinned is not None:
         settings = replace(pinned, compare=settings.compare, wipe=settings.wipe, overlay=settings.overlay)
-    imgui.set_item_tooltip("Take over all settings of the picture A; undo brings the present ones back")
+    imgui.set_item_tooltip("Apply all settings of the picture A (undo to go back)")
     return settings
 
 
@@ -208,12 +205,8 @@ def _size_tools(view: View) -> list[Tool]:
         view.zoom = 1.0
         return settings
 
-    return [
-        Tool("Fit", fa.ICON_FA_EXPAND + "  Fit", "Show the whole picture", "F", "Show the whole picture (F)",
-             view.zoom is None, fit),
-        Tool("100 %", "100 %", "100 %", "1", "One pixel of the picture for one of the screen (1)\n"
-             "Ctrl + wheel zooms, Ctrl + drag moves the picture", view.zoom is not None and abs(view.zoom - 1) < 1e-6,
-             whole_pixels)]
+    return [_tool("Fit", fa.ICON_FA_EXPAND + "  Fit", "Fit picture", view.zoom is None, fit),
+            _tool("100 %", "100 %", "Zoom to 100 %", view.zoom is not None and abs(view.zoom - 1) < 1e-6, whole_pixels)]
 
 
 def _looking_tools(settings: Settings, view: View) -> list[Tool]:
@@ -241,9 +234,8 @@ def _looking_tools(settings: Settings, view: View) -> list[Tool]:
         view.look = None if view.look is not None else LookAround()
         return given
 
-    panorama = [Tool("Look around", fa.ICON_FA_STREET_VIEW, "Look around", "", "Look around inside the panorama: drag "
-                     "to turn, wheel for the angle of view, double click to look ahead", view.look is not None, look,
-                     gap=True)] if settings.kind.panorama else []
+    panorama = [replace(_tool("Look around", fa.ICON_FA_STREET_VIEW, "Look around", view.look is not None, look),
+                        gap=True)] if settings.kind.panorama else []
     return [
         *panorama,
         Tool("Focus pick", fa.ICON_FA_CROSSHAIRS, "A click focuses", "", "Click in the picture to focus there\n\n"
@@ -251,46 +243,41 @@ def _looking_tools(settings: Settings, view: View) -> list[Tool]:
              focus_pick, gap=True),
         Tool("Pin pixel", fa.ICON_FA_THUMBTACK, "A click pins a pixel", "", "Click in the picture to pin a pixel: its "
              "rays stay in the section, the exit pupil,\nthe plan and the panel “Pixel”. Another click or Escape "
-             "unpins it\n\nWithout this tool: Alt + click, or I with the mouse on the pixel", view.pin_pick, pin_pick),
-        *(Tool(name, icon, name, key, f"{tip} ({key})", settings.overlay == kind, overlay(kind))
-          for icon, kind, name, key, tip in (
-              (fa.ICON_FA_HIGHLIGHTER, "peaking", "Focus peaking", "P", "Focus peaking: edges in focus are amber"),
-              (fa.ICON_FA_BULLSEYE, "coc", "CoC overlay", "C", "Circle of confusion in pixels as false colour: amber "
-               "in focus, blue before it, pink behind it"),
-              (fa.ICON_FA_CIRCLE_HALF_STROKE, "clipping", "Clipping", "Z",
-               "Clipping: stripes where the picture is fully white (orange) or black (blue)"))),
-        Tool("Histogram", fa.ICON_FA_CHART_AREA, "Histogram", "H", "Histogram of the tone-mapped picture (H)",
-             view.histogram, histogram),
-        Tool("Magnifier", fa.ICON_FA_MAGNIFYING_GLASS, "Magnifier", "M", "Magnifier at the mouse, with the values of "
-             "the pixels (M)\nAlt + wheel magnifies more or less; the last step writes a grid of numbers",
-             view.magnifier > 0, magnifier),
+             "unpins it\n\nWithout this tool: Alt+click, or I with the mouse on the pixel", view.pin_pick, pin_pick),
+        *(_tool(name, icon, action, settings.overlay == kind, overlay(kind)) for name, icon, action, kind in (
+            ("Focus peaking", fa.ICON_FA_HIGHLIGHTER, "Focus peaking", "peaking"),
+            ("CoC overlay", fa.ICON_FA_BULLSEYE, "Circle of confusion", "coc"),
+            ("Clipping", fa.ICON_FA_CIRCLE_HALF_STROKE, "Clipping", "clipping"))),
+        _tool("Histogram", fa.ICON_FA_CHART_AREA, "Histogram", view.histogram, histogram),
+        _tool("Magnifier", fa.ICON_FA_MAGNIFYING_GLASS, "Magnifier", view.magnifier > 0, magnifier),
         Tool("Views", fa.ICON_FA_LAYER_GROUP, "Views of the samples", "V",
              "The picture, or another quantity of its samples (V)", settings.view != "picture", menu=view_menu,
              width=12.0),
-        Tool("Compare", fa.ICON_FA_CODE_COMPARE, "Compare", "", "Compare two settings: keep the picture as A (A),\n"
-             "then side by side (S), by a wipe (W), or their difference (D)", settings.compare != "off",
-             menu=lambda given: comparison_menu(given, view.pinned, view), width=15.0)]
+        Tool("Compare", fa.ICON_FA_CODE_COMPARE, "Compare", "", "Compare two settings: pin the picture as the "
+             "reference A (A), then choose\nside by side (S), a wipe (W), or the difference (D)",
+             settings.compare != "off",
+             menu=lambda given: comparison_menu(given, view.pinned, view), width=16.0)]
 
 
 def _render_tools(picture: Picture, view: View) -> list[Tool]:
-    """Pause, restart, screenshot and export."""
-    def asks(request: Request) -> Callable[[Settings], Settings]:
+    """Pause, restart, save and export."""
+    def request(request: Request) -> Callable[[Settings], Settings]:
         def press(settings: Settings) -> Settings:
             view.requests.add(request)
             return settings
         return press
 
-    paused = picture.paused
-    return [
-        Tool("Pause", fa.ICON_FA_PLAY if paused else fa.ICON_FA_PAUSE, "Go on rendering" if paused else "Pause",
-             "Space", "Go on rendering (Space)" if paused else "Pause the render (Space)", paused,
-             asks(Request.PAUSE), gap=True),
-        Tool("Restart", fa.ICON_FA_ROTATE_LEFT, "Restart the render", "R", "Restart the render (R)", False,
-             asks(Request.RESTART)),
-        Tool("Screenshot", fa.ICON_FA_CAMERA, "Save the picture as it is now", "Ctrl+S",
-             "Save the picture as it is now, with its settings (Ctrl + S)", False, asks(Request.SAVE_RENDER)),
-        Tool("Export", fa.ICON_FA_FLOPPY_DISK, "Export…", "Ctrl+E",
-             "Export at any size and number of samples (Ctrl + E)", False, asks(Request.EXPORT))]
+    pause = _tool("Pause", fa.ICON_FA_PLAY if picture.paused else fa.ICON_FA_PAUSE, "Pause", picture.paused,
+                  request(Request.PAUSE))
+    return [replace(pause, title="Resume" if picture.paused else "Pause", gap=True),
+            _tool("Restart", fa.ICON_FA_ROTATE_LEFT, "Restart render", False, request(Request.RESTART)),
+            _tool("Screenshot", fa.ICON_FA_CAMERA, "Save picture…", False, request(Request.SAVE_RENDER)),
+            _tool("Export", fa.ICON_FA_FLOPPY_DISK, "Export…", False, request(Request.EXPORT))]
+
+
+def _tool(name: str, label: str, action: str, on: bool, press: Callable[[Settings], Settings]) -> Tool:
+    """The tool of an action, with the name, the key and the tooltip that the menus show."""
+    return Tool(name, label, action, key_of(action), tip_of(action), on, press)
 
 
 # The row

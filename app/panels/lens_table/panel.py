@@ -164,7 +164,7 @@ def _cell(settings: Settings, document: LensDocument, i: int, quantity: str, sta
         _, hovered = cell_item(f"{i} row", f"{warn or stop}{i}", state, (i, "row"), faulty=wrong, dim=not stop)
         if hovered:
             imgui.set_item_tooltip("The aperture stop" if stop else
-                                   "Click selects, Shift + click selects up to here, right click edits")
+                                   "Click selects, Shift+click selects up to here, right click edits")
     elif quantity == "glass":
         text = lens_cells.glass_text(surface.glass)
         pressed, hovered = cell_item(f"{i} glass", text, state, (i, "glass"), right=False)

@@ -130,7 +130,7 @@ class LightFieldController:
         except (ValueError, OSError) as error:
             self._view.say(str(error))
         else:
-            self._view.say(f"The picture was saved as {path.name}", done=True)
+            self._view.say(f"Picture saved as {path.name}", done=True)
 
     def _show(self) -> None:
         self._presenter.field_picture = self.field_picture

@@ -92,7 +92,7 @@ def test_a_picture_is_pinned_and_compared_by_keys_and_mouse(drive):
         hand.press(key.w)
         assert hand.settings.compare == "off" and "as A first" in hand.session.view.messages[0]
         hand.ctx.item_click("**/Compare")
-        hand.ctx.item_click("//$FOCUSED/Pin as A")
+        hand.ctx.item_click("//$FOCUSED/Pin picture as A")
         hand.ctx.yield_(3)
         # what was missing is there: nothing asks for it any more
         assert hand.session.presenter.pinned.settings == SMALL and hand.session.view.messages == []
@@ -116,7 +116,7 @@ def test_a_picture_is_pinned_and_compared_by_keys_and_mouse(drive):
         hand.ctx.yield_(2)
         assert hand.session.presenter.picture(hand.settings, hand.session.view).difference.rms > 0.0
         hand.ctx.item_click("**/Compare")
-        hand.ctx.item_click("//$FOCUSED/Take A's settings")
+        hand.ctx.item_click("//$FOCUSED/Apply A's settings")
         hand.picture()
         assert hand.settings == replace(SMALL, compare="difference")
         hand.press(key.d)

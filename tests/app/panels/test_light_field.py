@@ -132,7 +132,7 @@ def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it
         hand.wait(lambda: controller.look.show == "focus", "the file that was opened")
 
     session = drive(use, START)
-    assert session.view.messages == ["The picture was saved as shown.png", "The light field was saved as field.npz"]
+    assert session.view.messages == ["Picture saved as shown.png", "Light field saved as field.npz"]
     settings = replace(with_longer_side(START, 320), samples=1)
     assert seen["recorded"] == settings
     direct = lb.capture_light_field(camera(settings), lb.builtin_scene(settings.scene), (5, 5), 1, settings.seed)
@@ -215,7 +215,7 @@ def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(dr
         assert hand.settings == START
 
     session = drive(use, START)
-    assert session.view.messages == ["The picture was saved as there.exr"]
+    assert session.view.messages == ["Picture saved as there.exr"]
 
 
 def test_a_click_before_the_depth_is_known_says_how_to_focus_by_it(drive):
@@ -302,7 +302,7 @@ def test_an_array_is_recorded_by_buttons_and_seen_from_elsewhere(drive, tmp_path
         shown(hand)
         assert np.array_equal(controller.worker.recording.array.pictures, array.pictures)
 
-    assert drive(use, START).view.messages == ["The light field was saved as array.npz"]
+    assert drive(use, START).view.messages == ["Light field saved as array.npz"]
 
 
 def test_what_cannot_be_recorded_is_said_and_a_recording_can_be_given_up(drive):

@@ -156,4 +156,4 @@ def test_the_panels_are_opened_and_the_focus_is_dragged_in_the_plan(drive, tmp_p
         hand.ctx.yield_(2)
         assert hand.session.view.pointed == hand.session.view.links.hover
 
-    assert drive(use).view.messages == ["The intrinsics were saved as camera.json"]
+    assert drive(use).view.messages == ["Intrinsics saved as camera.json"]

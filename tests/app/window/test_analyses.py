@@ -204,7 +204,7 @@ def test_a_figure_is_saved_where_the_dialog_says(drive, tmp_path, monkeypatch):
         assert (tmp_path / "analysis.csv").read_text() == figure.table.text()
 
     session = drive(use)
-    assert session.view.messages == ["The figure was saved as analysis.csv"] and not session.view.notices.errors()
+    assert session.view.messages == ["Plot saved as analysis.csv"] and not session.view.notices.errors()
 
 
 @pytest.mark.slow
@@ -219,7 +219,7 @@ def test_the_figure_of_every_panel_is_drawn_into_a_file_and_its_numbers_are_save
                 path, said = tmp_path / f"{name}{suffix}", len(view.messages)
                 analyses.save(path)
                 hand.wait(lambda said=said: len(view.messages) > said, "the message")
-                assert view.messages[-1] == f"The figure was saved as {path.name}"
+                assert view.messages[-1] == f"Plot saved as {path.name}"
                 content = path.read_bytes()
                 assert content.startswith({".csv": figure.table.head[0].encode(), ".svg": b"<?xml"}[suffix]), path.name
                 if suffix == ".svg":

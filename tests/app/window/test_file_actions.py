@@ -122,7 +122,7 @@ def test_the_picture_is_saved_and_opened_again_with_its_settings(drive, tmp_path
         hand.ctx.yield_(2)
         assert hand.settings == changed
 
-    assert drive(use, changed).view.messages == ["The picture was saved as shot.png"]
+    assert drive(use, changed).view.messages == ["Picture saved as shot.png"]
     with Image.open(path) as saved:
         assert saved.size == (120, 80)
 
@@ -168,7 +168,7 @@ def test_settings_are_saved_and_opened_by_the_menu(drive, tmp_path):
         hand.ctx.yield_(2)
         said = hand.session.view.messages
         assert hand.settings == SMALL and len(said) == 2
-        assert said[0] == "The settings were saved as mine.toml" and ":2: crop:" in said[1]
+        assert said[0] == "Settings saved as mine.toml" and ":2: crop:" in said[1]
 
     drive(use)
 
@@ -218,7 +218,7 @@ def test_the_export_saves_the_picture_as_it_stands_at_once(drive, tmp_path):
         assert not hand.session.export.busy
         assert read_settings(path).samples == SMALL.samples
 
-    assert drive(use).view.messages == ["The picture was saved as now.png"]
+    assert drive(use).view.messages == ["Picture saved as now.png"]
 
 
 @pytest.mark.slow
@@ -257,8 +257,8 @@ def test_saved_settings_and_intrinsics_are_confirmed_as_other_files_are(drive, t
         hand.picture()
         hand.session.files.save_settings(tmp_path / "mine.toml")
         hand.session.files.save_intrinsics(tmp_path / "camera.json")
-        assert hand.session.view.messages == ["The settings were saved as mine.toml",
-                                              "The intrinsics were saved as camera.json"]
+        assert hand.session.view.messages == ["Settings saved as mine.toml",
+                                              "Intrinsics saved as camera.json"]
         assert (tmp_path / "mine.toml").is_file() and (tmp_path / "camera.json").is_file()
 
     drive(use)
@@ -386,7 +386,7 @@ def test_an_export_asks_for_a_name_and_keeps_a_dot_of_it(drive, tmp_path):
         hand.ctx.yield_(3)
         assert [path.name for path in tmp_path.iterdir()] == ["2026.11.png"]
 
-    assert drive(use).view.messages == ["The picture was saved as 2026.11.png"]
+    assert drive(use).view.messages == ["Picture saved as 2026.11.png"]
 
 
 @pytest.mark.slow
@@ -397,7 +397,7 @@ def test_settings_and_states_open_without_a_picture_in_the_stop_that_is_gone(dri
     def use(hand):
         hand.picture()
         for f_number, take in ((4.0, lambda: hand.session.files.open(tmp_path / "gone.toml")),
-                               (8.0, lambda: hand.session.moments.paste(state_text(replace(gone, f_number=8.0))))):
+                               (8.0, lambda: hand.session.snapshots.paste(state_text(replace(gone, f_number=8.0))))):
             hand.session.view.notices.forget()
             take()
             hand.picture()

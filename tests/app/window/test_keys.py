@@ -16,7 +16,7 @@ from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.session.undo import History
 from lensbench.app.settings.settings import Settings
-from lensbench.app.window.commands import reset_all, reset_camera
+from lensbench.app.window.actions import reset_all, reset_camera
 from lensbench.app.workers.render_job import RenderUpdate
 from tests.app.conftest import SMALL
 

@@ -542,7 +542,7 @@ def test_it_is_said_that_edits_are_not_saved_where_another_lens_comes(drive, tmp
         hand.ctx.yield_(2)                              # sooner than the autosave
         hand.session.take(with_lens(hand.settings, "pbrt-dgauss-50mm"))
         hand.wait(lambda: hand.session.view.messages, "the notice")
-        assert "are not saved: Ctrl + Z brings them back" in hand.session.view.messages[-1]
+        assert "are not saved: Ctrl+Z brings them back" in hand.session.view.messages[-1]
         hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert surfaces(hand)[1].thickness == 6.5 and editing is hand.session.editing
         hand.ctx.yield_(3)

@@ -9,9 +9,11 @@ from lensbench.app.bench.build import design
 from lensbench.app.bench.constraints import field_of_view
 from lensbench.app.bench.zoom import focal_length
 from lensbench.app.drawing.controls import chord
+from lensbench.app.panels.action_names import ACTION_NAMES
 from lensbench.app.settings.text_values import format_angle
 from lensbench.app.window import palette
-from lensbench.app.window.commands import COMMANDS
+from lensbench.app.window.actions import ACTIONS, CHECKED, ENABLED, RUNS
+from lensbench.app.window.menus import MENUS
 from tests.app.conftest import SMALL
 
 KEY = imgui.Key
@@ -26,9 +28,17 @@ def ask(hand, text):
     hand.ctx.yield_(2)
 
 
-def test_no_two_commands_have_the_same_name_or_keys():
-    names, chords = [command.name for command in COMMANDS], [c for command in COMMANDS for c in command.chords]
-    assert len(set(names)) == len(names) and len(set(map(int, chords))) == len(chords)
+def test_each_action_has_one_name_and_keys_of_its_own():
+    chords = [chord for action in ACTIONS.values() for chord in action.chords]
+    assert len(set(map(int, chords))) == len(chords) and all(ACTIONS[name].name == name for name in ACTIONS)
+    assert RUNS.keys() == ACTION_NAMES.keys() and ENABLED.keys() | CHECKED.keys() <= RUNS.keys()
+    runs = [action.run for action in ACTIONS.values()]
+    assert len({*map(id, runs)}) == len(runs)
+
+
+def test_every_menu_item_is_an_action_and_is_there_once():
+    items = [item for items in MENUS.values() for item in items if isinstance(item, str) and item]
+    assert set(items) <= ACTIONS.keys() and len(set(items)) == len(items)
 
 
 @pytest.mark.slow
@@ -167,7 +177,7 @@ def test_arrows_choose_a_name_is_filled_in_a_wrong_value_is_said_and_escape_chan
 
 @pytest.mark.slow
 def test_enter_without_an_answer_or_on_a_wrong_value_lets_one_go_on_typing(drive):
-    """It left the line without the keyboard, so that neither letters nor Ctrl + K did anything."""
+    """It left the line without the keyboard, so that neither letters nor Ctrl+K did anything."""
     def use(hand):
         hand.picture()
         for text, value in (("qqqzzz", "iso 400"), ("iso 4e", "iso 640")):

@@ -1,4 +1,4 @@
-"""The moments of a window: what its panel and its keys ask for is done here."""
+"""The snapshots of a window: what its panel and its keys ask for is done here."""
 
 from dataclasses import replace
 from functools import partial
@@ -27,7 +27,7 @@ from lensbench.app.window.state import WindowState
 from lensbench.app.workers.task import Task
 
 
-class Moments:
+class Snapshots:
     """Lives as long as the window."""
 
     def __init__(self, window: WindowState, comparing: Comparing, folder: Path | None = None):
@@ -35,8 +35,8 @@ class Moments:
         self._temporary = None if folder is not None or window.remember else TemporaryDirectory()
         self.shelf = MomentShelf(folder or (Path(self._temporary.name) if self._temporary else moments_folder()),
                                  window.view.say)
-        self.state = panel.MomentsState()
-        self.card: tuple[Moment, Path] | None = None        # of this moment, to be written there
+        self.state = panel.SnapshotsState()
+        self.card: tuple[Moment, Path] | None = None        # of this snapshot, to be written there
         self._pictures: dict[str, NDArray[np.uint8]] = {}
         self._textures = SmallTextures(self._pictures)
         self._loading: Task[None] | None = None
@@ -46,17 +46,17 @@ class Moments:
     def draw(self) -> None:
         """The panel."""
         if not self._load().done:
-            imgui.text_disabled("Reading the moments")
+            imgui.text_disabled("Reading the snapshots")
             return
         self._pictures.clear()
-        self._pictures.update({str(moment.path): moment.thumbnail for moment in self.shelf.moments})
+        self._pictures.update({str(snapshot.path): snapshot.thumbnail for snapshot in self.shelf.moments})
         self._textures.begin_frame()
-        panel.moments_panel(self.shelf.moments, self.state, lambda moment: self._textures.of(str(moment.path)))
+        panel.snapshots_panel(self.shelf.moments, self.state, lambda snapshot: self._textures.of(str(snapshot.path)))
 
     def _load(self) -> Task[None]:
         """Read the shelf, once."""
         if self._loading is None:
-            self._loading = Task("Reading the moments", lambda _: self.shelf.load(), self._window.wake)
+            self._loading = Task("Reading the snapshots", lambda _: self.shelf.load(), self._window.wake)
         return self._loading
 
     def answer(self, wanted: set[Request]) -> None:
@@ -89,20 +89,20 @@ class Moments:
     def paste(self, text: str) -> None:
         """Open the state of a text; a note says if it is none."""
         if not is_state_text(text):
-            self._window.view.say("The clipboard holds no state of lensbench: such a text begins with lensbench:",
+            self._window.view.say("The clipboard holds no lensbench state: such a text begins with lensbench:",
                                   note=True)
             return
         self._take(settings_of_text(text))
 
     def save_card(self, path: Path) -> None:
-        """Write the card of the moment that was asked for."""
+        """Write the card of the snapshot that was asked for."""
         from lensbench.app.session.snapshot_card import write_card
 
-        moment, dark = self._carding, self._window.dark
-        if moment is not None:
-            self._tasks.append((Task("Writing the card", lambda _: write_card(path, moment.codes(), moment.settings,
-                                                                            moment.name, dark), self._window.wake),
-                                f"The card was saved as {path.name}"))
+        snapshot, dark = self._carding, self._window.dark
+        if snapshot is not None:
+            self._tasks.append((Task("Writing the card", lambda _: write_card(path, snapshot.codes(), snapshot.settings,
+                                                                            snapshot.name, dark), self._window.wake),
+                                f"Card saved as {path.name}"))
 
     def _keep(self) -> None:
         found = self._window.picture_now()
@@ -112,27 +112,27 @@ class Moments:
         image, settings, _ = found
         self._load().join()                     # reading it later would forget this one
         self.shelf.keep(image, settings, _name(settings))
-        if not self._window.panel_shown("Moments"):
-            self._window.view.say("The moment was kept: the panel Moments shows it", done=True)
+        if not self._window.panel_shown("Snapshots"):
+            self._window.view.say("Snapshot kept: see the panel Snapshots", done=True)
 
-    def _do(self, action: str, moment: Moment) -> None:
+    def _do(self, action: str, snapshot: Moment) -> None:
         if action == panel.OPEN:
-            self._take(moment.settings)
+            self._take(snapshot.settings)
         elif action == panel.COMPARE:
-            self._comparing.pin_codes(moment.codes(), moment.settings)
+            self._comparing.pin_codes(snapshot.codes(), snapshot.settings)
             self._window.edited = replace(self._window.edited, compare="side")
         elif action == panel.TEXT:
-            self._copy_state(moment.settings)
+            self._copy_state(snapshot.settings)
         elif action == panel.COPY:
-            self._copy(moment.path, moment.name)
+            self._copy(snapshot.path, snapshot.name)
         elif action == panel.CARD:
-            self._carding = moment
+            self._carding = snapshot
             self._window.requests.add(Request.SAVE_CARD)
         elif action == panel.REMOVE:
-            self.shelf.remove(moment)
+            self.shelf.remove(snapshot)
 
     def _take(self, settings: Settings) -> None:
-        """The settings of a moment; their pixels only where the picture does not follow the window."""
+        """The settings of a snapshot; their pixels only where the picture does not follow the window."""
         window = self._window
         settings = with_readable_stop(settings, partial(window.view.say, change=True))
         if window.view.follows:
@@ -143,7 +143,7 @@ class Moments:
     def _copy_state(self, settings: Settings) -> None:
         imgui.set_clipboard_text(state_text(settings))
         files = named_files(settings)
-        self._window.view.say("The state was copied as text" + (
+        self._window.view.say("State copied as text" + (
             f"; it names {' and '.join(files)}, which the receiver needs too" if files else ""), done=True)
 
     def _copy_present(self) -> None:
@@ -158,11 +158,11 @@ class Moments:
                 save_picture(path, found[0], found[1])
                 copy_picture(path)
 
-        self._tasks.append((Task("Copying the picture", work, self._window.wake), "The picture was copied"))
+        self._tasks.append((Task("Copying the picture", work, self._window.wake), "Picture copied"))
 
     def _copy(self, path: Path, name: str) -> None:
         self._tasks.append((Task("Copying the picture", lambda _: copy_picture(path), self._window.wake),
-                            f"{name} was copied"))
+                            f"{name} copied"))
 
 
 def _name(settings: Settings) -> str:

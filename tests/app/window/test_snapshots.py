@@ -1,4 +1,4 @@
-"""Moments by a real mouse: kept, opened, named, compared and shared."""
+"""Snapshots by a real mouse: kept, opened, named, compared and shared."""
 
 from dataclasses import replace
 
@@ -10,50 +10,50 @@ from PIL import Image
 from lensbench.app.drawing.controls import chord
 from lensbench.app.session.snapshot_card import WIDTH, words, write_card
 from lensbench.app.session.states import settings_of_text, state_text
-from lensbench.app.window import moments as window_moments
+from lensbench.app.window import snapshots as window_snapshots
 from tests.app.conftest import SMALL
 
 KEY = imgui.Key
 
 
 @pytest.mark.slow
-def test_a_moment_is_kept_named_opened_compared_and_removed(drive):
+def test_a_snapshot_is_kept_named_opened_compared_and_removed(drive):
     def use(hand):
-        shelf = hand.session.moments.shelf
+        shelf = hand.session.snapshots.shelf
         hand.picture()
         hand.press(KEY.b)                           # before the panel has been seen
-        hand.wait(lambda: shelf.moments, "the moment")
+        hand.wait(lambda: shelf.moments, "the snapshot")
         hand.session.view.notices.forget()
-        hand.ctx.window_focus("//Moments")
+        hand.ctx.window_focus("//Snapshots")
         hand.ctx.yield_(6)
         assert len(shelf.moments) == 1
-        hand.ctx.item_click("**/Moment Double Gauss 50 mm f2 at f2.8, Still life", 1)
+        hand.ctx.item_click("**/Snapshot Double Gauss 50 mm f2 at f2.8, Still life", 1)
         hand.ctx.item_click("//$FOCUSED/Remove")
         hand.ctx.yield_(3)
         assert shelf.moments == []
-        hand.ctx.item_click("//Moments/###Keep")
-        hand.wait(lambda: shelf.moments, "the moment")
-        moment = shelf.moments[0]
-        assert moment.settings == SMALL and "f2.8" in moment.name
+        hand.ctx.item_click("//Snapshots/###Keep")
+        hand.wait(lambda: shelf.moments, "the snapshot")
+        snapshot = shelf.moments[0]
+        assert snapshot.settings == SMALL and "f2.8" in snapshot.name
         hand.session.take(replace(hand.settings, f_number=8.0))
         hand.picture()
-        hand.ctx.item_click(f"**/Moment {moment.name}", 1)
+        hand.ctx.item_click(f"**/Snapshot {snapshot.name}", 1)
         hand.ctx.item_click("//$FOCUSED/Rename")
         hand.ctx.yield_(3)
         hand.ctx.key_chars_replace_enter("open wide")
         hand.wait(lambda: shelf.moments[0].name == "open wide", "the new name")
         hand.ctx.yield_(2)
-        hand.ctx.item_click("**/Moment open wide", 1)
+        hand.ctx.item_click("**/Snapshot open wide", 1)
         hand.ctx.item_click("//$FOCUSED/Compare as A")
         hand.wait(lambda: hand.settings.compare == "side", "the comparison")
         hand.wait(lambda: hand.session.comparing.settled(SMALL.samples), "A, rendered again")
         assert hand.session.presenter.pinned.settings == SMALL and hand.settings.f_number == 8.0
-        hand.ctx.item_click("**/Moment open wide")
+        hand.ctx.item_click("**/Snapshot open wide")
         hand.ctx.yield_(3)
         assert hand.settings == SMALL
         hand.press(chord(KEY.mod_ctrl, KEY.z))
         assert hand.settings.f_number == 8.0
-        hand.ctx.item_click("**/Moment open wide", 1)
+        hand.ctx.item_click("**/Snapshot open wide", 1)
         hand.ctx.item_click("//$FOCUSED/Remove")
         hand.ctx.yield_(3)
         assert shelf.moments == [] and not list(shelf.folder.glob("*.png"))
@@ -76,11 +76,11 @@ def test_states_are_copied_and_pasted_as_text_and_other_text_is_no_state(drive):
         assert hand.settings == other
         hand.press(chord(KEY.mod_ctrl, KEY.z))
         imgui.set_clipboard_text("hello")
-        hand.ctx.window_focus("//Moments")
+        hand.ctx.window_focus("//Snapshots")
         hand.ctx.yield_(3)
-        hand.ctx.item_click("//Moments/Paste")
+        hand.ctx.item_click("//Snapshots/Paste")
         hand.ctx.yield_(2)
-        assert hand.settings == SMALL and "no state" in hand.session.view.messages[-1]
+        assert hand.settings == SMALL and "no lensbench state" in hand.session.view.messages[-1]
 
     drive(use)
 
@@ -92,10 +92,10 @@ def test_a_picture_is_copied_or_it_is_said_what_is_missing(drive, monkeypatch):
     def use(hand):
         hand.picture()
         with monkeypatch.context() as patch:
-            patch.setattr(window_moments, "copy_picture", lambda path: copied.append(path.read_bytes()[:8]))
+            patch.setattr(window_snapshots, "copy_picture", lambda path: copied.append(path.read_bytes()[:8]))
             hand.press(chord(KEY.mod_ctrl, KEY.c))
             hand.wait(lambda: hand.session.view.messages, "word of it")
-        assert hand.session.view.messages == ["The picture was copied"] and copied == [b"\x89PNG\r\n\x1a\n"]
+        assert hand.session.view.messages == ["Picture copied"] and copied == [b"\x89PNG\r\n\x1a\n"]
         monkeypatch.delenv("DISPLAY", raising=False)
         monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
         hand.press(chord(KEY.mod_ctrl, KEY.c))
