@@ -40,6 +40,7 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.core.cameras.ray_generation import Differentials
     from lensbench.core.cameras.rays import CameraError, Rays
     from lensbench.core.cameras.real_lens import LensCamera
+    from lensbench.core.design import tolerances
     from lensbench.core.design.goal import Goal
     from lensbench.core.design.improve import Improvement, improve
     from lensbench.core.design.merit import Judgement, judge

@@ -101,6 +101,8 @@ def faults():
     """Every (name, fault) of the public functions and classes."""
     offered = {name: getattr(lb, name) for name in lb.__all__} | {
         f"analysis.{name}": getattr(lb.analysis, name) for name in dir(lb.analysis) if not name.startswith("_")} | {
+        f"tolerances.{name}": value for name, value in vars(lb.tolerances).items()
+        if not name.startswith("_") and getattr(value, "__module__", None) == lb.tolerances.__name__} | {
         f"lenses.{name}": getattr(lenses, name) for name in lenses.__all__}
     for found in pkgutil.iter_modules(editing.__path__, f"{editing.__name__}."):
         room = importlib.import_module(found.name)

@@ -15,8 +15,8 @@ from lensbench.app.command.output import UsageError, checked_chart_path, checked
 from lensbench.core.text import significant
 
 if TYPE_CHECKING:
-    from lensbench.core.analysis.manufacture import Production, Sensitivity
     from lensbench.core.design.improve import Step
+    from lensbench.core.design.tolerances import Production, Sensitivity
     from lensbench.lenses.editing.document import LensDocument
 
 
@@ -223,7 +223,7 @@ def tolerances(arguments: argparse.Namespace) -> int:
 
 def _tolerance(name: str, value: float) -> float:
     """A tolerance as `Tolerances` takes it; UsageError, in the unit of the option, for one out of range."""
-    from lensbench.core.analysis.manufacture import LARGEST
+    from lensbench.core.design.tolerances import LARGEST
 
     unit, metavar = ERRORS[name].unit, ERRORS[name].metavar
     if not 0.0 <= value * unit < LARGEST:

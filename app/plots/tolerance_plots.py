@@ -15,8 +15,9 @@ from lensbench.app.bench.build import published
 from lensbench.app.plots.plot import DASHED, DOTTED, SOLID, Area, Axis, Bars, Curve, Figure, Label, Map, Plot, Table
 from lensbench.app.plots.query import Query, query
 from lensbench.app.settings.settings import Settings
-from lensbench.core.analysis.blade_star import star_pictures
-from lensbench.core.analysis.manufacture import Production, Tolerances, manufactured, production, sensitivities
+from lensbench.core.design.tolerances import (
+    Production, Tolerances, manufactured, production, sensitivities, star_pictures
+)
 from lensbench.core.text import fixed, significant
 
 KIND_SIGNS = {"radius": "R", "thickness": "t", "index": "n", "decentre": "d", "tilt": "a"}

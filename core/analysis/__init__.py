@@ -19,16 +19,13 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.core.analysis.axial_curves import (
         FocalShift, Longitudinal, chromatic_focal_shift, longitudinal_aberration
     )
-    from lensbench.core.analysis.blade_star import Sunstar, star_pictures, sunstar
+    from lensbench.core.analysis.blade_star import Sunstar, sunstar
     from lensbench.core.analysis.depth_over_field import FieldDepth, field_depth
     from lensbench.core.analysis.focus_map import MtfMap, mtf_map
     from lensbench.core.analysis.focus_wedge import SharpFocus, sharp_focus
     from lensbench.core.analysis.ghost_ranking import Ghost, Ghosts, LightBudget, ghosts, light_budget
     from lensbench.core.analysis.grids.field_conditions import Conditions, conditions, field_name
     from lensbench.core.analysis.grids.traced_grid import RayGrid, close_foci, ray_grid
-    from lensbench.core.analysis.manufacture import (
-        Production, Sensitivity, Tolerances, manufactured, production, sensitivities
-    )
     from lensbench.core.analysis.meridional_curves import FieldCurves, field_curves
     from lensbench.core.analysis.onion_rings import rippled
     from lensbench.core.analysis.point_spread import PointSpread, encircled_energy, psf

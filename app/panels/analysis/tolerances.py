@@ -12,7 +12,7 @@ from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, 
 from lensbench.app.plots.plot import Figure
 from lensbench.app.plots.tolerance_plots import SHARES, copies_figure, cost_figure, pictures_figure, with_copy
 from lensbench.app.settings.settings import Settings
-from lensbench.core.analysis.manufacture import LARGEST, Tolerances
+from lensbench.core.design.tolerances import LARGEST, Tolerances
 from lensbench.core.optics.lens_surface import LensError
 from lensbench.core.text import significant, true_minus
 

@@ -13,7 +13,7 @@ from lensbench.app.plots.tolerance_plots import (
     SHARES, SHOWN, copies_figure, cost_figure, error_name, pictures_figure, with_copy
 )
 from lensbench.app.settings.settings import Settings
-from lensbench.core.analysis.manufacture import Tolerances
+from lensbench.core.design.tolerances import Tolerances
 
 TRIPLET = replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=5.6, film_width=24.0, film_height=16.0)
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from lensbench.app.workers.called_kernels import called_kernels, is_stage
-from lensbench.core.analysis import perturbed_copies
+from lensbench.core.design import perturbed_copies
 from lensbench.core.kernels import sampling
 from lensbench.core.optics import scalar_trace, surfaces
 from lensbench.core.scenery.intersect import meshes

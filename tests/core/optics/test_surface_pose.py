@@ -13,7 +13,7 @@ from lensbench.core.kernels.program import Program
 from lensbench.core.optics.block_trace import trace_steps
 from lensbench.core.optics.lens_surface import Frame, tilts_of
 from lensbench.core.pupils.region import axis_irradiance
-from tests.core.analysis.test_manufacture import DOUBLET, oracle
+from tests.core.design.test_tolerances import DOUBLET, oracle
 
 BACK = 90.0
 

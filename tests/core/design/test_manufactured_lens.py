@@ -5,7 +5,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.core.analysis.manufacture import Judge, Tolerances, manufactured, production
+from lensbench.core.design.tolerance_rays import Judge
+from lensbench.core.design.tolerances import Tolerances, manufactured, production
 
 TRIPLET = lb.stopped_down(lenses.load("lenshh-cooke-triplet-50"), 5.6)
 

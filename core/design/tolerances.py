@@ -1,47 +1,29 @@
 """Tolerances of a lens: what each error of manufacture costs, and what a production run looks like.
 
-Lengths in mm, angles in radians. The lens is focused at infinity; every copy is refocused on the axis, as a camera or
-an assembler does. Fields lie along y on both sides of the axis, since a decentred element images them differently. Rays
-are those that pass the rims of the nominal lens, the same for all copies. The contrast of the design is its MTF by
-diffraction; a copy changes it by as much as its spots, times the limit of diffraction on the axis, change theirs.
+    found = lb.tolerances.sensitivities(lens, film)
+    run = lb.tolerances.production(lens, film, lb.tolerances.Tolerances(decentre=0.02), copies=500)
+    lens_as_built = lb.tolerances.manufactured(lens, run, 7)
 
-One copy of a production run as a lens of its own, to be traced, focused and photographed like any other.
+Lengths in mm, angles in radians. The lens is focused at infinity; every copy is refocused on the axis, as a camera or
+an assembler does; `tolerance_rays` states by which rays. A copy can be had as a lens of its own, to be traced, focused
+and photographed like any other, and as pictures of a star in every field.
 """
 
 import math
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lensbench.core.analysis.grids.chief_rays import find_chief_rays
-from lensbench.core.analysis.grids.field_conditions import conditions
-from lensbench.core.analysis.grids.traced_grid import ray_grid
-from lensbench.core.analysis.perturbed_copies import (
-    AROUND_X, AROUND_Y, DX, DY, POSE, bodies, change_gap, change_index, change_radius, copies_of, elements,
-    judge_copies, set_poses, trace_copies
-)
-from lensbench.core.analysis.transfer_function import mtf
+from lensbench.core.design.perturbed_copies import elements
+from lensbench.core.design.tolerance_rays import Judge, built
 from lensbench.core.imaging.film import Film
-from lensbench.core.kernels.pauses import due, pause
-from lensbench.core.optics.focus import film_distance
 from lensbench.core.optics.glass import D_LINE, MODEL_RANGE, Glass
 from lensbench.core.optics.lens_surface import LensError, SurfacePose
-from lensbench.core.optics.paraxial import first_order
 from lensbench.core.optics.prescription import Lens
-from lensbench.core.optics.scalar_trace import Fate, surface_table, trace
+from lensbench.core.optics.scalar_trace import trace
 from lensbench.core.text import significant
 
-FIELDS = (0.0, 0.7, -0.7, 1.0, -1.0)    # of the largest image height
-WIDEST = math.radians(89.0)     # of a field: its beam comes from in front of the lens
-WIDE = 61                       # points across the beam of a field, of the search for its edge
-RINGS, ARMS = 10, 20            # of its rays
-HALVINGS = 30                   # of the way to the edge
-POINTS = 64                     # across the pupil, of the design's diffraction
-TRIES = 16                      # shorter heights, for a film larger than the image circle
-ROUNDS = 3                      # of tries, each from a sixteenth of the height before
-CHUNK = 25                      # copies that a thread traces at a time
 MOST_COPIES = 100_000
 LARGEST = 0.5                   # of a tolerance, in its own unit
 
@@ -159,132 +141,6 @@ class Production:
         return np.percentile(self.contrast, percentiles, axis=0)
 
 
-class Judge:
-    """The rays of a lens, by which all of its copies are judged: see `sensitivities` for the arguments."""
-
-    def __init__(self, lens: Lens, film: Film | None, frequencies, wavelengths=None):
-        if not lens.is_rotationally_symmetric:
-            raise LensError(f"tolerances are computed for rotationally symmetric lenses: this one has {lens.asymmetry}")
-        given = conditions(lens, film, (0.0,), wavelengths, math.inf)
-        self.lens, self.wavelengths = lens, given.wavelengths
-        self.weights = np.array(given.weights) / sum(given.weights)
-        behind = film_distance(lens, math.inf)
-        if not behind > 0.0:
-            raise LensError("tolerances are judged on the film: the image of infinity lies "
-                            f"{significant(-behind, 4)} mm before the last surface, where none fits")
-        self.film_z = lens.length + behind
-        fo = first_order(lens)
-        width, height = lens.film_size or (36.0, 24.0)
-        half = 0.5 * (film.diagonal if film is not None else math.hypot(width, height))
-        self.height, rays = _rays(lens, behind, half)
-        self.origins, self.directions, self.areas, self.fields = rays
-        self.image_heights = self._image_heights(given.primary_wavelength)
-        self.frequencies = np.asarray((10.0, 20.0, 30.0, 40.0, 60.0) if frequencies is None else frequencies, float)
-        if not (self.frequencies.ndim == 1 and self.frequencies.size and np.isfinite(self.frequencies).all()
-                and (self.frequencies > 0.0).all()):
-            raise LensError("frequencies must be positive numbers of cycles / mm")
-        u = np.minimum(1e-3 * given.wavelengths[given.primary] * fo.f_number * self.frequencies, 1.0)
-        self.limits = 2.0 / math.pi * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
-        self.ends, self.kinds = bodies(lens), surface_table(lens).kinds
-        self.diffraction: np.ndarray | float = 0.0      # the design's contrast less that of its spots
-        focus, _, contrast = self.judged(*_built(self, [], np.zeros((1, 0))))
-        places = conditions(lens, film, [self.image_heights[f] for f in (0, 1, 3)], wavelengths, math.inf)
-        waves = mtf(ray_grid(lens, behind + float(focus[0]), places, POINTS), self.frequencies).white_modulus
-        self.diffraction = np.nan_to_num(waves[[0, 1, 1, 2, 2]].transpose(0, 2, 1) - contrast[0])
-
-    def _image_heights(self, wavelength: float) -> tuple[float, ...]:
-        """Where the middles of the fields' beams meet the film, mm: a fisheye images them far nearer than f tan θ."""
-        rays = trace(self.lens, self.origins, self.directions, wavelength, clip=False, forward=True)
-        away = (self.film_z - rays.points[:, 2]) / rays.directions[:, 2]
-        y = rays.points[:, 1] + away * rays.directions[:, 1]
-        return 0.0, *(float(np.nanmean(y[self.fields == f])) for f in range(1, len(FIELDS)))
-
-    def judged(self, tables: np.ndarray, posed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Focus (copies,), spots (copies, fields) and contrast (copies, fields, n, 2), on two threads."""
-        count = len(tables)
-        focus, spots = np.empty(count), np.empty((count, len(FIELDS)))
-        contrast = np.empty((count, len(FIELDS), len(self.frequencies), 2))
-
-        paused = due()
-
-        def part(first: int) -> None:
-            pause(paused)
-            here = slice(first, first + CHUNK)
-            out = np.empty((len(tables[here]), len(self.wavelengths), len(self.origins), 4))
-            trace_copies(self.kinds, posed[here], tables[here], self.film_z, self.origins, self.directions, out)
-            judge_copies(out, self.fields, self.areas, self.weights, self.frequencies, self.limits, focus[here],
-                         spots[here], contrast[here])
-
-        with ThreadPoolExecutor(2) as pool:
-            list(pool.map(part, range(0, count, CHUNK)))
-        lit = np.isfinite(spots)[..., None, None]
-        return focus, spots, np.where(lit, np.clip(contrast + self.diffraction, 0.0, 1.0), 0.0)
-
-
-def _rays(lens: Lens, behind: float, half: float) -> tuple[float, tuple[np.ndarray, ...]]:
-    """Image height (mm) up to `half` that light reaches; origins, directions (n, 3), areas and fields (n,).
-
-    behind: last vertex → film, mm.
-    """
-    for part in range(ROUNDS * TRIES):
-        height = half * TRIES ** -(part // TRIES) * (1.0 - part % TRIES / TRIES)
-        chief = find_chief_rays(lens, behind, np.array([[0.0, share * height] for share in FIELDS]), by_image=True)
-        beams: list[tuple[np.ndarray, ...]] = []
-        for angle, share in reversed([*zip(chief.angles[:, 1].tolist(), FIELDS, strict=True)]):
-            beam = _beam(lens, math.copysign(angle, share))
-            if beam is None:                            # the outermost first
-                break
-            beams.insert(0, beam)
-        else:
-            fields = np.repeat(np.arange(len(beams)), [len(beam[0]) for beam in beams])
-            return height, (*map(np.concatenate, zip(*beams, strict=True)), fields)
-    raise LensError("hardly a ray passes this lens")
-
-
-def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Parallel rays that pass the rims: rings of Gauss's rule on arms from the centroid of the beam to its edge.
-
-    Origins and directions (n, 3), and areas (n,) of sum 1. None for a beam that hardly a ray passes, or a NaN angle.
-    """
-    if not abs(angle) < WIDEST:
-        return None
-    direction = np.array([0.0, math.sin(angle), math.cos(angle)])       # a ray that rises has its image at y > 0
-    first = lens.surfaces[0].semi_diameter
-    low, high = np.array([-1.2 * first] * 2), np.array([1.2 * first] * 2)
-    # Points of the plane through the vertex: a steep ray that meets the rim crosses it far outside
-    depth = float(lens.surfaces[0].sag(0.0, first)) * math.tan(angle)
-    if math.isfinite(depth):
-        low[1], high[1] = low[1] - max(depth, 0.0), high[1] - min(depth, 0.0)
-    before = (-lens.length - 2.0 * first) / direction[2]
-
-    def origins(at: np.ndarray) -> np.ndarray:
-        return np.column_stack([at, np.zeros(len(at))]) + direction * before
-
-    def passes(at: np.ndarray) -> np.ndarray:
-        return np.asarray(trace(lens, origins(at), direction, forward=True).fate == Fate.PASSED)
-
-    for least in (1, 20):                               # the beam of a fisheye fills little of its front
-        x, y = np.meshgrid(*(np.linspace(a, b, WIDE) for a, b in zip(low, high, strict=True)))
-        at = np.stack([x.ravel(), y.ravel()], 1)
-        at = at[passes(at)]
-        if len(at) < least:
-            return None
-        pitch = (high - low) / (WIDE - 1)
-        low, high = at.min(0) - 0.5 * pitch, at.max(0) + 0.5 * pitch
-    turns = 2.0 * math.pi * (np.arange(ARMS) + 0.5) / ARMS
-    arms, middle = np.stack([np.cos(turns), np.sin(turns)], 1) * (high - low), at.mean(0)
-    inside, outside = np.zeros(ARMS), np.ones(ARMS)
-    for _ in range(HALVINGS):
-        between = 0.5 * (inside + outside)
-        passed = passes(middle + between[:, None] * arms)
-        inside, outside = np.where(passed, between, inside), np.where(passed, outside, between)
-    nodes, parts = np.polynomial.legendre.leggauss(RINGS)               # in the square of the radius
-    reach = np.sqrt(0.5 + 0.5 * nodes)[:, None] * inside
-    areas = (parts[:, None] * inside**2).ravel()
-    found = origins((middle + reach[..., None] * arms).reshape(-1, 2))
-    return found, np.repeat(direction[None], len(found), 0), areas / areas.sum()
-
-
 def _errors(lens: Lens, within: Tolerances) -> list[tuple[str, int, float]]:
     """Kind, surface and tolerance of every error; decentre and tilt of an element once for each axis."""
     found: list[tuple[str, int, float]] = []
@@ -298,24 +154,6 @@ def _errors(lens: Lens, within: Tolerances) -> list[tuple[str, int, float]]:
     for kind, tolerance in (("decentre", within.decentre), ("tilt", within.tilt)):
         found += [(kind, first, tolerance) for first, _ in elements(lens) for _ in range(2)]
     return [error for error in found if error[2] > 0.0]
-
-
-def _built(judge: Judge, errors: list[tuple[str, int, float]], drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tables of copies with errors (copies, errors), in their own units, and which surfaces are out of line."""
-    tables = copies_of(judge.lens, judge.wavelengths, len(drawn))
-    poses = np.zeros((len(drawn), len(judge.ends), POSE))
-    body = {int(first): k for k, (first, _) in enumerate(judge.ends)}
-    change: dict[str, Callable[[np.ndarray, int, np.ndarray], None]] = {
-        "radius": change_radius, "thickness": change_gap, "index": change_index}
-    seen: set[tuple[str, int]] = set()
-    for k, (kind, surface, _) in enumerate(errors):
-        if kind in change:
-            change[kind](tables, surface, drawn[:, k])
-            continue
-        axis = (DX, AROUND_Y) if (kind, surface) in seen else (DY, AROUND_X)       # in the plane of the fields first
-        seen.add((kind, surface))
-        poses[:, body[surface], axis[kind == "tilt"]] = drawn[:, k]
-    return tables, set_poses(tables, judge.ends, poses)
 
 
 def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances | None = None,
@@ -351,7 +189,7 @@ def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances |
     drawn = np.zeros((2 * len(errors) + 1, len(errors)))
     for k, (_, _, tolerance) in enumerate(errors):
         drawn[2 * k + 1, k], drawn[2 * k + 2, k] = tolerance, -tolerance
-    _, spots, contrast = judge.judged(*_built(judge, errors, drawn))
+    _, spots, contrast = judge.judged(*built(judge, errors, drawn))
     middle = len(judge.frequencies) // 2
     size, seen = spots.mean(1), contrast[:, :, middle].mean((1, 2))
     found = []
@@ -393,8 +231,8 @@ def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | No
     while (beyond := np.abs(drawn) > 2.0).any():
         drawn[beyond] = random.standard_normal(int(beyond.sum()))
     drawn *= 0.5 * np.array([tolerance for _, _, tolerance in errors])
-    design, spots, contrast = judge.judged(*_built(judge, errors, np.zeros((1, len(errors)))))
-    focus, made, seen = judge.judged(*_built(judge, errors, drawn))
+    design, spots, contrast = judge.judged(*built(judge, errors, np.zeros((1, len(errors)))))
+    focus, made, seen = judge.judged(*built(judge, errors, drawn))
     return Production(judge.image_heights, judge.frequencies, contrast[0], seen, spots[0],
                       made, judge.film_z + float(design[0]), judge.film_z + focus, drawn,
                       tuple((kind, surface) for kind, surface, _ in errors))
@@ -459,3 +297,81 @@ def _changed(glass: Glass, change: float) -> Glass:
     lines = np.clip(np.linspace(low**-2, high**-2, LINES) ** -0.5, low, high).tolist()      # even for the cubic in λ⁻²
     return Glass(glass.n_d + change, glass.v_d, "", "table",
                  tuple((line, glass.index(line) + change) for line in lines))
+
+
+PAIRS = 36              # of sectors
+PART = 36               # windows along the diagonal of the film
+SIDE, FINE = 96, 4      # pixels of a picture; of each, points of the star that are averaged, along a side
+
+
+def star_pictures(lens: Lens, run: Production, copies: Sequence[int], film: Film | None = None,
+                  wavelengths=None) -> tuple[np.ndarray, float]:
+    """Pictures of a star in every field, through the design and through copies of it.
+
+    Parameters
+    ----------
+    lens : Lens
+        That of the run.
+    run : Production
+        As `production` gives it for `film`.
+    copies : sequence of int
+        Numbers of the copies, from 0.
+    film, wavelengths
+        As for `production`.
+
+    Returns
+    -------
+    (1 + copies, fields, SIDE, SIDE) array, float
+        The design first; 0 black to 1 white, row 0 at the bottom (y of the lens frame points up). Then the width of a
+        picture on the film, mm.
+
+    Raises
+    ------
+    LensError
+        As `production`, and for copies that the run does not have.
+    """
+    judge = Judge(lens, film, None, wavelengths)
+    width = 2.0 * judge.height / PART
+    seen = [_points(judge, lens, run.nominal_film)]
+    seen += [_points(judge, manufactured(lens, run, copy), run.film[copy]) for copy in copies]
+    fine, star = width / (SIDE * FINE), np.fft.rfft2(_star(2 * SIDE * FINE))
+    pictures = np.empty((len(seen), len(run.fields), SIDE, SIDE))
+    for row, points in enumerate(seen):
+        for field in range(len(run.fields)):
+            here = judge.fields == field
+            weights = np.outer(judge.weights, judge.areas[here]).ravel()
+            pictures[row, field] = _folded(star, points[:, here].reshape(-1, 2), weights, fine)
+    return pictures, width
+
+
+def _points(judge: Judge, lens: Lens, film_z: float) -> np.ndarray:
+    """Where the rays of a run land (wavelengths, rays, 2), mm."""
+    found = []
+    for wavelength in judge.wavelengths:
+        rays = trace(lens, judge.origins, judge.directions, wavelength, clip=False, forward=True)
+        away = (film_z - rays.points[:, 2:]) / rays.directions[:, 2:]
+        found.append(rays.points[:, :2] + away * rays.directions[:, :2])
+    return np.array(found)
+
+
+def _star(side: int) -> np.ndarray:
+    """A star (side, side) of 0 and 1 about the middle."""
+    at = np.arange(side) - 0.5 * (side - 1)
+    return (np.floor(np.arctan2(at[:, None], at[None]) * (PAIRS / np.pi)) % 2.0).astype(float)
+
+
+def _folded(star: np.ndarray, points: np.ndarray, weights: np.ndarray, fine: float) -> np.ndarray:
+    """The star, given by its transform, with each of its points spread over a spot about its middle."""
+    side = 2 * SIDE * FINE
+    known = np.isfinite(points).all(1)
+    points, weights = points[known], weights[known] / weights[known].sum()
+    places = (points - weights @ points) / fine
+    low = np.floor(places).astype(int)
+    (fx, fy), spot = (places - low).T, np.zeros((side, side))
+    for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        part = np.where(dx, fx, 1.0 - fx) * np.where(dy, fy, 1.0 - fy)
+        np.add.at(spot, ((low[:, 1] + dy) % side, (low[:, 0] + dx) % side), weights * part)
+    picture = np.fft.irfft2(star * np.fft.rfft2(spot), (side, side))
+    edge = SIDE * FINE // 2
+    middle = picture[edge:side - edge, edge:side - edge]
+    return np.clip(middle.reshape(SIDE, FINE, SIDE, FINE).mean((1, 3)), 0.0, 1.0)

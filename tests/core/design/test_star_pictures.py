@@ -7,8 +7,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.core.analysis.blade_star import PAIRS, SIDE, star_pictures
-from lensbench.core.analysis.manufacture import Judge, Tolerances, production
+from lensbench.core.design.tolerance_rays import Judge
+from lensbench.core.design.tolerances import PAIRS, SIDE, Tolerances, production, star_pictures
 
 
 @pytest.mark.slow

@@ -1,0 +1,184 @@
+"""The rays by which all copies of a lens are judged, and the tables of copies with errors.
+
+Lengths in mm, angles in radians. The lens is focused at infinity. Fields lie along y on both sides of the axis, since a
+decentred element images them differently. Rays are those that pass the clear apertures of the nominal lens, the same
+for all copies. The contrast of the design is its MTF by diffraction; a copy changes it by as much as its spots, times
+the limit of diffraction on the axis, change theirs.
+"""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from lensbench.core.analysis.grids.chief_rays import find_chief_rays
+from lensbench.core.analysis.grids.field_conditions import conditions
+from lensbench.core.analysis.grids.traced_grid import ray_grid
+from lensbench.core.analysis.transfer_function import mtf
+from lensbench.core.design.perturbed_copies import (
+    AROUND_X, AROUND_Y, DX, DY, POSE, bodies, change_gap, change_index, change_radius, copies_of, judge_copies,
+    set_poses, trace_copies
+)
+from lensbench.core.imaging.film import Film
+from lensbench.core.kernels.pauses import due, pause
+from lensbench.core.optics.focus import film_distance
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.paraxial import first_order
+from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.scalar_trace import Fate, surface_table, trace
+from lensbench.core.text import significant
+
+FIELDS = (0.0, 0.7, -0.7, 1.0, -1.0)    # of the largest image height
+WIDEST = math.radians(89.0)     # of a field: its beam comes from in front of the lens
+WIDE = 61                       # points across the beam of a field, of the search for its edge
+RINGS, ARMS = 10, 20            # of its rays
+HALVINGS = 30                   # of the way to the edge
+POINTS = 64                     # across the pupil, of the design's diffraction
+TRIES = 16                      # shorter heights, for a film larger than the image circle
+ROUNDS = 3                      # of tries, each from a sixteenth of the height before
+CHUNK = 25                      # copies that a thread traces at a time
+
+
+class Judge:
+    """The rays of a lens, by which all of its copies are judged: see `tolerances.sensitivities` for the arguments."""
+
+    def __init__(self, lens: Lens, film: Film | None, frequencies, wavelengths=None):
+        if not lens.is_rotationally_symmetric:
+            raise LensError(f"tolerances are computed for rotationally symmetric lenses: this one has {lens.asymmetry}")
+        given = conditions(lens, film, (0.0,), wavelengths, math.inf)
+        self.lens, self.wavelengths = lens, given.wavelengths
+        self.weights = np.array(given.weights) / sum(given.weights)
+        behind = film_distance(lens, math.inf)
+        if not behind > 0.0:
+            raise LensError("tolerances are judged on the film: the image of infinity lies "
+                            f"{significant(-behind, 4)} mm before the last surface, where none fits")
+        self.film_z = lens.length + behind
+        fo = first_order(lens)
+        width, height = lens.film_size or (36.0, 24.0)
+        half = 0.5 * (film.diagonal if film is not None else math.hypot(width, height))
+        self.height, rays = _rays(lens, behind, half)
+        self.origins, self.directions, self.areas, self.fields = rays
+        self.image_heights = self._image_heights(given.primary_wavelength)
+        self.frequencies = np.asarray((10.0, 20.0, 30.0, 40.0, 60.0) if frequencies is None else frequencies, float)
+        if not (self.frequencies.ndim == 1 and self.frequencies.size and np.isfinite(self.frequencies).all()
+                and (self.frequencies > 0.0).all()):
+            raise LensError("frequencies must be positive numbers of cycles / mm")
+        u = np.minimum(1e-3 * given.wavelengths[given.primary] * fo.f_number * self.frequencies, 1.0)
+        self.limits = 2.0 / math.pi * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
+        self.ends, self.kinds = bodies(lens), surface_table(lens).kinds
+        self.diffraction: np.ndarray | float = 0.0      # the design's contrast less that of its spots
+        focus, _, contrast = self.judged(*built(self, [], np.zeros((1, 0))))
+        places = conditions(lens, film, [self.image_heights[f] for f in (0, 1, 3)], wavelengths, math.inf)
+        waves = mtf(ray_grid(lens, behind + float(focus[0]), places, POINTS), self.frequencies).white_modulus
+        self.diffraction = np.nan_to_num(waves[[0, 1, 1, 2, 2]].transpose(0, 2, 1) - contrast[0])
+
+    def _image_heights(self, wavelength: float) -> tuple[float, ...]:
+        """Where the middles of the fields' beams meet the film, mm: a fisheye images them far nearer than f tan θ."""
+        rays = trace(self.lens, self.origins, self.directions, wavelength, clip=False, forward=True)
+        away = (self.film_z - rays.points[:, 2]) / rays.directions[:, 2]
+        y = rays.points[:, 1] + away * rays.directions[:, 1]
+        return 0.0, *(float(np.nanmean(y[self.fields == f])) for f in range(1, len(FIELDS)))
+
+    def judged(self, tables: np.ndarray, posed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Focus (copies,), spots (copies, fields) and contrast (copies, fields, n, 2), on two threads."""
+        count = len(tables)
+        focus, spots = np.empty(count), np.empty((count, len(FIELDS)))
+        contrast = np.empty((count, len(FIELDS), len(self.frequencies), 2))
+
+        paused = due()
+
+        def part(first: int) -> None:
+            pause(paused)
+            here = slice(first, first + CHUNK)
+            out = np.empty((len(tables[here]), len(self.wavelengths), len(self.origins), 4))
+            trace_copies(self.kinds, posed[here], tables[here], self.film_z, self.origins, self.directions, out)
+            judge_copies(out, self.fields, self.areas, self.weights, self.frequencies, self.limits, focus[here],
+                         spots[here], contrast[here])
+
+        with ThreadPoolExecutor(2) as pool:
+            list(pool.map(part, range(0, count, CHUNK)))
+        lit = np.isfinite(spots)[..., None, None]
+        return focus, spots, np.where(lit, np.clip(contrast + self.diffraction, 0.0, 1.0), 0.0)
+
+
+def _rays(lens: Lens, behind: float, half: float) -> tuple[float, tuple[np.ndarray, ...]]:
+    """Image height (mm) up to `half` that light reaches; origins, directions (n, 3), areas and fields (n,).
+
+    behind: last vertex → film, mm.
+    """
+    for part in range(ROUNDS * TRIES):
+        height = half * TRIES ** -(part // TRIES) * (1.0 - part % TRIES / TRIES)
+        chief = find_chief_rays(lens, behind, np.array([[0.0, share * height] for share in FIELDS]), by_image=True)
+        beams: list[tuple[np.ndarray, ...]] = []
+        for angle, share in reversed([*zip(chief.angles[:, 1].tolist(), FIELDS, strict=True)]):
+            beam = _beam(lens, math.copysign(angle, share))
+            if beam is None:                            # the outermost first
+                break
+            beams.insert(0, beam)
+        else:
+            fields = np.repeat(np.arange(len(beams)), [len(beam[0]) for beam in beams])
+            return height, (*map(np.concatenate, zip(*beams, strict=True)), fields)
+    raise LensError("hardly a ray passes this lens")
+
+
+def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Parallel rays that pass the rims: rings of Gauss's rule on arms from the centroid of the beam to its edge.
+
+    Origins and directions (n, 3), and areas (n,) of sum 1. None for a beam that hardly a ray passes, or a NaN angle.
+    """
+    if not abs(angle) < WIDEST:
+        return None
+    direction = np.array([0.0, math.sin(angle), math.cos(angle)])       # a ray that rises has its image at y > 0
+    first = lens.surfaces[0].semi_diameter
+    low, high = np.array([-1.2 * first] * 2), np.array([1.2 * first] * 2)
+    # Points of the plane through the vertex: a steep ray that meets the rim crosses it far outside
+    depth = float(lens.surfaces[0].sag(0.0, first)) * math.tan(angle)
+    if math.isfinite(depth):
+        low[1], high[1] = low[1] - max(depth, 0.0), high[1] - min(depth, 0.0)
+    before = (-lens.length - 2.0 * first) / direction[2]
+
+    def origins(at: np.ndarray) -> np.ndarray:
+        return np.column_stack([at, np.zeros(len(at))]) + direction * before
+
+    def passes(at: np.ndarray) -> np.ndarray:
+        return np.asarray(trace(lens, origins(at), direction, forward=True).fate == Fate.PASSED)
+
+    for least in (1, 20):                               # the beam of a fisheye fills little of its front
+        x, y = np.meshgrid(*(np.linspace(a, b, WIDE) for a, b in zip(low, high, strict=True)))
+        at = np.stack([x.ravel(), y.ravel()], 1)
+        at = at[passes(at)]
+        if len(at) < least:
+            return None
+        pitch = (high - low) / (WIDE - 1)
+        low, high = at.min(0) - 0.5 * pitch, at.max(0) + 0.5 * pitch
+    turns = 2.0 * math.pi * (np.arange(ARMS) + 0.5) / ARMS
+    arms, middle = np.stack([np.cos(turns), np.sin(turns)], 1) * (high - low), at.mean(0)
+    inside, outside = np.zeros(ARMS), np.ones(ARMS)
+    for _ in range(HALVINGS):
+        between = 0.5 * (inside + outside)
+        passed = passes(middle + between[:, None] * arms)
+        inside, outside = np.where(passed, between, inside), np.where(passed, outside, between)
+    nodes, parts = np.polynomial.legendre.leggauss(RINGS)               # in the square of the radius
+    reach = np.sqrt(0.5 + 0.5 * nodes)[:, None] * inside
+    areas = (parts[:, None] * inside**2).ravel()
+    found = origins((middle + reach[..., None] * arms).reshape(-1, 2))
+    return found, np.repeat(direction[None], len(found), 0), areas / areas.sum()
+
+
+def built(judge: Judge, errors: list[tuple[str, int, float]], drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tables of copies with errors (copies, errors), in their own units, and which surfaces are out of line."""
+    tables = copies_of(judge.lens, judge.wavelengths, len(drawn))
+    poses = np.zeros((len(drawn), len(judge.ends), POSE))
+    body = {int(first): k for k, (first, _) in enumerate(judge.ends)}
+    change: dict[str, Callable[[np.ndarray, int, np.ndarray], None]] = {
+        "radius": change_radius, "thickness": change_gap, "index": change_index}
+    seen: set[tuple[str, int]] = set()
+    for k, (kind, surface, _) in enumerate(errors):
+        if kind in change:
+            change[kind](tables, surface, drawn[:, k])
+            continue
+        axis = (DX, AROUND_Y) if (kind, surface) in seen else (DY, AROUND_X)       # in the plane of the fields first
+        seen.add((kind, surface))
+        poses[:, body[surface], axis[kind == "tilt"]] = drawn[:, k]
+    return tables, set_poses(tables, judge.ends, poses)
