@@ -55,7 +55,7 @@ def improve(arguments: argparse.Namespace) -> int:
     Ctrl-C ends it; the best lens so far is kept.
     """
     from lensbench.app.bench.lens_choice import image_circle
-    from lensbench.app.command.stop_signals import stop_signals
+    from lensbench.app.command.output import stop_signals
     from lensbench.app.session.edited_lens import document_named
     from lensbench.app.session.improving import improved
     from lensbench.app.session.lens_cells import glass_text, whole

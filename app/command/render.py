@@ -9,8 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from lensbench.app.command.output import UsageError, print_json, progress
-from lensbench.app.command.stop_signals import stop_signals
+from lensbench.app.command.output import UsageError, print_json, progress, stop_signals
 from lensbench.core.text import fixed, significant
 
 if TYPE_CHECKING:

@@ -19,8 +19,7 @@ class CameraKind:
     directions, in the shape of a layout and not of the film. bounded: it sees a part of the scene, with a left and a
     right end. under_water: it can look through a window into water. film_lengths: settings (mm) that grow with the film
     where the picture is to stay the same. without_view: what to set instead of a field of view, for messages.
-    measured_from: what object distances count from, in
-    words.
+    measured_from: what object distances count from, in words.
     """
 
     title: str

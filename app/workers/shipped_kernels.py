@@ -6,8 +6,11 @@ are compiled for every level of x86-64, also for those that this processor canno
 where `lensbench.core.kernels.cache` finds them in an installed package.
 """
 
+import ast
+import inspect
 import os
 import pickle
+import pkgutil
 import subprocess
 import sys
 import tempfile
@@ -17,15 +20,17 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numba.core.dispatcher import Dispatcher
 
 import lensbench as lb
-from lensbench import lenses
+from lensbench import app, core, lenses
 from lensbench.app.scenes.sky_picture import read_hdr
-from lensbench.app.workers.called_kernels import called_kernels, is_stage
 from lensbench.app.workers.kernel import Kernel
 from lensbench.core.kernels import cache
 from lensbench.core.kernels.program import stage_signature
@@ -34,6 +39,53 @@ from lensbench.core.rendering.temporal_reuse import Reusable
 from lensbench.core.scenery.builtin.benchmark import lamps_scene
 from lensbench.core.scenery.shading.many_lamps import MANY_LAMPS
 from lensbench.core.text import fixed
+
+STAGE = ("lanes", "p", "ints", "key")           # arguments of a stage
+ELSEWHERE = "lensbench.app.studies.", "lensbench.app.benchmark."        # they compile their own
+
+
+def called_kernels() -> dict[tuple[str, str], Any]:
+    """Compiled functions by module and name."""
+    found: dict[tuple[str, str], Any] = {}
+    for package in (core, lenses, app):
+        for each in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if not each.name.startswith(ELSEWHERE) and not each.name.endswith("__main__"):      # which runs
+                for kernel in _named(import_module(each.name)):
+                    found[kernel.py_func.__module__, kernel.py_func.__qualname__] = kernel
+    return {key: kernel for key, kernel in found.items() if not key[0].startswith(ELSEWHERE)}
+
+
+def is_stage(kernel: Any) -> bool:
+    """Whether a compiled function is a stage, which all have the same signature."""
+    return tuple(inspect.signature(kernel.py_func).parameters) == STAGE
+
+
+def _named(module: ModuleType) -> Iterator[Any]:
+    """The compiled functions that the Python code of a module names."""
+    waiting: list[ast.AST] = [ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))]
+    while waiting:
+        node, value = waiting.pop(), None
+        if isinstance(node, ast.FunctionDef) and _is_compiled(module, node):
+            continue
+        if isinstance(node, ast.Attribute) and node.attr == "py_func":      # is not compiled
+            continue
+        if isinstance(node, ast.Name):
+            value = vars(module).get(node.id)
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            home = vars(module).get(node.value.id)
+            value = getattr(home, node.attr, None) if isinstance(home, ModuleType) else None
+        if isinstance(value, Dispatcher):
+            yield value
+        waiting += ast.iter_child_nodes(node)
+
+
+def _is_compiled(module: ModuleType, node: ast.FunctionDef) -> bool:
+    """Whether numba compiles a function, or reads it while it does."""
+    value, lines = vars(module).get(node.name), [decorator.lineno for decorator in node.decorator_list]
+    if isinstance(value, Dispatcher):               # and no method of the same name
+        return value.py_func.__code__.co_firstlineno in lines
+    return any("overload" in ast.unparse(each) or "intrinsic" in ast.unparse(each) for each in node.decorator_list)
+
 
 LENSES = ("pbrt-dgauss-50mm",                       # spheres
           "pbrt-fisheye-10mm",

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lensbench.core.scenery.builtin.tubes import joined, ring, tube
+from lensbench.core.scenery.builtin.building_parts import joined, torus, tube
 from lensbench.core.scenery.objects.material import Material
 from lensbench.core.scenery.objects.mesh import Mesh
 
@@ -44,7 +44,7 @@ def bicycle(turn: float, place: ArrayLike, paint: Material) -> list[Mesh]:
                   pipe([foot, far], 6.0, steel),
                   pipe([far - along, far + along], 15.0, rubber)]
     for hub in (REAR, FRONT):
-        parts += [ring(hub, WHEEL, 17.0, rubber), ring(hub, WHEEL - 20.0, 8.0, steel),
+        parts += [torus(hub, WHEEL, 17.0, rubber), torus(hub, WHEEL - 20.0, 8.0, steel),
                   pipe([hub - 66.0 * side, hub + 66.0 * side], 15.0, steel)]
         for k in range(SPOKES):
             at, across = 2.0 * np.pi * k / SPOKES, (22.0 if k % 2 else -22.0) * side
@@ -58,8 +58,8 @@ def bicycle(turn: float, place: ArrayLike, paint: Material) -> list[Mesh]:
         parts.append(pipe(list(hub + (WHEEL + 32.0) * np.concatenate([np.cos(turns), np.sin(turns), 0.0 * turns], 1)),
                           14.0, steel))
     # Drive: chain wheel, chain; saddle on its post; stem; lamp
-    parts += [ring(CRANK + 46.0 * side, 88.0, 5.0, steel), ring(CRANK + 46.0 * side, 52.0, 4.0, steel),
-              ring(REAR + 46.0 * side, 38.0, 5.0, steel),
+    parts += [torus(CRANK + 46.0 * side, 88.0, 5.0, steel), torus(CRANK + 46.0 * side, 52.0, 4.0, steel),
+              torus(REAR + 46.0 * side, 38.0, 5.0, steel),
               *(pipe([CRANK + [0.0, s * 86.0, 46.0], REAR + [0.0, s * 37.0, 46.0]], 4.0, rubber) for s in (-1.0, 1.0)),
               pipe([SEAT, SEAT + [-38.0, 125.0, 0.0]], 12.0, steel),
               pipe([HEAD + [-8.0, 30.0, 0.0], HEAD + [-18.0, 95.0, 0.0], HEAD + [30.0, 105.0, 0.0]], 12.0, steel),

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lensbench.core.scenery.builtin.composites import bar, box, ring, spokes
+from lensbench.core.scenery.builtin.building_parts import bar, box, ring, spokes
 from lensbench.core.scenery.objects.material import Material, Pattern
 from lensbench.core.scenery.objects.planar import Disk, Rectangle
 from lensbench.core.scenery.objects.shape import Shape, by_family

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from lensbench.core.scenery.builtin.tubes import tube
+from lensbench.core.scenery.builtin.building_parts import tube
 from lensbench.core.scenery.objects.material import Material
 from lensbench.core.scenery.objects.mesh import Mesh
 from lensbench.core.scenery.objects.planar import Rectangle

@@ -3,14 +3,13 @@
 from functools import cache
 
 from lensbench.core.scenery.builtin.benchmark import benchmark_scene
+from lensbench.core.scenery.builtin.charts import grid_wall, resolution_chart, white_wall
 from lensbench.core.scenery.builtin.dusk_street import dusk_street
 from lensbench.core.scenery.builtin.fairground import fairground
 from lensbench.core.scenery.builtin.focus_ruler import focus_ruler
 from lensbench.core.scenery.builtin.foliage import foliage
-from lensbench.core.scenery.builtin.grid_wall import grid_wall, white_wall
 from lensbench.core.scenery.builtin.night_lights import night_lights
 from lensbench.core.scenery.builtin.portrait import portrait
-from lensbench.core.scenery.builtin.resolution_chart import resolution_chart
 from lensbench.core.scenery.builtin.room import room
 from lensbench.core.scenery.builtin.still_life import still_life
 from lensbench.core.scenery.scene import Scene

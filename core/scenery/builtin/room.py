@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from lensbench.core.scenery.builtin.composites import box
+from lensbench.core.scenery.builtin.building_parts import box
 from lensbench.core.scenery.objects.material import Image, Material, Pattern
 from lensbench.core.scenery.objects.planar import Disk, Planar, Rectangle
 from lensbench.core.scenery.objects.sphere import Sphere

@@ -10,7 +10,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from lensbench.app.scenes import depth_levels, photograph, sky_picture, texture
+from lensbench.app.scenes import photograph, sky_picture, texture
 from lensbench.core.text import significant
 from lensbench.lenses import picture_file, stop_picture
 
@@ -99,5 +99,5 @@ def test_the_page_states_the_limits_of_the_code():
     assert f"its first bytes: {', '.join(picture_file.FORMATS)}" in page
     scenes = " ".join((Path(__file__).parents[3] / "docs" / "scenes.md").read_text(encoding="utf-8").split())
     assert f"({', '.join(picture_file.FORMATS)})" in scenes and f"{int(texture.TEXTURE_TEXELS / 1e6)} million" in scenes
-    assert f"{significant(depth_levels.HALF_END)} or 1e10" in scenes
+    assert f"{significant(photograph.HALF_END)} or 1e10" in scenes
     assert texture.TEXTURE_TEXELS == texture.TEXTURE_SIDE**2 // 2 and "8192 × 4096" in scenes

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from lensbench.app.workers.called_kernels import called_kernels, is_stage
+from lensbench.app.workers.shipped_kernels import called_kernels, is_stage
 from lensbench.core.design import perturbed_copies
 from lensbench.core.kernels import sampling
 from lensbench.core.optics import scalar_trace, surfaces
