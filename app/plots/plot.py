@@ -153,6 +153,8 @@ class Axis:
 class Plot:
     """One pair of axes. equal: a unit is as long on either axis; across: the curves are read at a y, not at an x.
 
+    words: at a place (x, y) under the cursor, instead of the values of the curves.
+
     cell: width of a cell in mm on the film, where the plot holds cells 1 wide about whole numbers; else 0.
     """
 
@@ -163,6 +165,7 @@ class Plot:
     equal: bool = False
     across: bool = False
     cell: float = 0.0
+    words: Callable[[float, float], str] | None = None
 
     def named(self) -> list:
         """The curves, points and bars of the legend: one of each name."""

@@ -5,8 +5,8 @@ What the panels keep from frame to frame: made, and its panel imported, when tha
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 from imgui_bundle import ImVec2, hello_imgui, imgui
@@ -24,95 +24,35 @@ from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
 from lensbench.app.workers.render_worker import RenderWorker
 
-if TYPE_CHECKING:
-    from lensbench.app.panels.circle_of_confusion import CocState
-    from lensbench.app.panels.exit_pupil import PupilState
-    from lensbench.app.panels.falloff import FalloffState
-    from lensbench.app.panels.lens_card import LensCardState
-    from lensbench.app.panels.lens_section.panel import SectionState
-    from lensbench.app.panels.lens_table.state import LensTableState
-    from lensbench.app.panels.models import ModelsState
-    from lensbench.app.panels.pixel import PixelState
-    from lensbench.app.panels.plan import PlanState
-    from lensbench.app.panels.view_3d import View3DState
+# States that a panel keeps from frame to frame, by attribute of `PanelStates`: the file and the class in `app.panels`
+STATES = {"confusion": "circle_of_confusion.CocState", "pupil": "exit_pupil.PupilState",
+          "falloff": "falloff.FalloffState", "card": "lens_card.LensCardState",
+          "section": "lens_section.panel.SectionState", "table": "lens_table.state.LensTableState",
+          "models": "models.ModelsState", "pixel": "pixel.PixelState", "plan": "plan.PlanState",
+          "view_3d": "view_3d.View3DState"}
 
 
 class PanelStates:
-    """The states of the panels of one window, but of those for analysis."""
+    """The states of the panels of one window, except those for analysis; each is made when first asked for."""
 
     def __init__(self, window: WindowState):
         self._window = window
 
-    @cached_property
-    def confusion(self) -> "CocState":
-        """Of the circles of confusion."""
-        from lensbench.app.panels.circle_of_confusion import CocState
+    def __getattr__(self, name: str) -> Any:
+        if name not in STATES:
+            raise AttributeError(name)
+        file, _, kind = STATES[name].rpartition(".")
+        make = getattr(import_module(f"lensbench.app.panels.{file}"), kind)
+        if name == "card":
+            state = make(self._window.wake)
+        elif name == "table":
+            from lensbench.app.workers.study_workers import ImprovementWorker
 
-        return CocState()
-
-    @cached_property
-    def pupil(self) -> "PupilState":
-        """Of the exit pupil."""
-        from lensbench.app.panels.exit_pupil import PupilState
-
-        return PupilState()
-
-    @cached_property
-    def falloff(self) -> "FalloffState":
-        """Of the falloff."""
-        from lensbench.app.panels.falloff import FalloffState
-
-        return FalloffState()
-
-    @cached_property
-    def card(self) -> "LensCardState":
-        """Of the lens card."""
-        from lensbench.app.panels.lens_card import LensCardState
-
-        return LensCardState(self._window.wake)
-
-    @cached_property
-    def section(self) -> "SectionState":
-        """Of the section."""
-        from lensbench.app.panels.lens_section.panel import SectionState
-
-        return SectionState()
-
-    @cached_property
-    def table(self) -> "LensTableState":
-        """Of the surface table, with the worker that improves its lens."""
-        from lensbench.app.panels.lens_table.state import LensTableState
-        from lensbench.app.workers.study_workers import ImprovementWorker
-
-        return LensTableState(self._window.requests, worker=ImprovementWorker(self._window.wake))
-
-    @cached_property
-    def models(self) -> "ModelsState":
-        """Of the models."""
-        from lensbench.app.panels.models import ModelsState
-
-        return ModelsState()
-
-    @cached_property
-    def pixel(self) -> "PixelState":
-        """Of the pixel."""
-        from lensbench.app.panels.pixel import PixelState
-
-        return PixelState()
-
-    @cached_property
-    def plan(self) -> "PlanState":
-        """Of the plan."""
-        from lensbench.app.panels.plan import PlanState
-
-        return PlanState()
-
-    @cached_property
-    def view_3d(self) -> "View3DState":
-        """Of the 3-D view."""
-        from lensbench.app.panels.view_3d import View3DState
-
-        return View3DState()
+            state = make(self._window.requests, worker=ImprovementWorker(self._window.wake))
+        else:
+            state = make()
+        setattr(self, name, state)
+        return state
 
     @property
     def has_table(self) -> bool:

@@ -235,6 +235,8 @@ def draw_cursor(draw: imgui.ImDrawList, shown: PlotMap, plot: Plot, at: tuple[fl
 
 def told(plot: Plot, x: float, y: float) -> str:
     """The numbers at a place: what an area says, or each curve at this x (or this y) and maps; and those of A."""
+    if plot.words is not None:
+        return plot.words(x, y)
     lines = [layer.text for layer in plot.layers
              if isinstance(layer, Area) and layer.x[0] <= x < layer.x[1] and layer.y[0] <= y < layer.y[1]]
     if lines:
