@@ -10,6 +10,7 @@ from lensbench import lenses
 from lensbench.lenses import Kind, Severity
 from lensbench.lenses.checks.axial_beam import allowed_blur
 from lensbench.lenses.checks.near_object import _beam
+from tests.each import for_each
 
 NAMES = ("lenshh-cooke-triplet-50", "pbrt-dgauss-50mm", "mamiya-sekor-macro-c-80-f4", "rodenstock-rodagon-wa-80-f4",
          "olympus-zuiko-auto-macro-50-f2")
@@ -42,7 +43,7 @@ def test_a_sound_lens_passes_and_a_lost_sign_of_a_strong_radius_is_named(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", lenses.names())
+@for_each(lenses.names())
 def test_no_lens_of_the_library_is_doubted_for_a_near_object(name):
     assert not {Kind.BLUR, Kind.RAY, Kind.SIGN} & {finding.kind for finding in doubts(near(name, 0.1))}
 

@@ -13,6 +13,7 @@ from lensbench import lenses
 from lensbench.lenses.formats.toml_header import COUNTS
 from lensbench.lenses.library import catalogue
 from lensbench.lenses.tables.counts import counts
+from tests.each import for_each
 
 ROOT = Path(__file__).parents[2]
 NAMES = lenses.names()
@@ -66,7 +67,7 @@ def test_the_header_of_one_lens_needs_no_other_file(monkeypatch):
     assert lenses.card("no lens of this name") is None and read == NAMES[3:4]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@for_each(NAMES)
 def test_the_card_says_what_the_lens_is(name):
     lens, card = lenses.load(name), CARDS[name]
     assert asdict(counts(lens)) == {key: getattr(card, key) for key in COUNTS}
@@ -76,7 +77,7 @@ def test_the_card_says_what_the_lens_is(name):
     assert card.zooms == lens.zooms and card.has_aspheres == (card.aspheres > 0)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@for_each(NAMES)
 def test_the_stated_focal_length_is_the_computed_one(name):
     # published focal lengths are nominal: within 1 %, of a zoom within 2 %; the header's own figure has six digits
     lens, first_order = lenses.load(name), lb.first_order(lenses.load(name))
@@ -85,7 +86,7 @@ def test_the_stated_focal_length_is_the_computed_one(name):
     assert lens.stated_efl is None or lens.stated_efl == pytest.approx(first_order.efl, rel=nominal)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@for_each(NAMES)
 def test_the_stated_f_number_is_that_of_the_stop_or_of_the_widest_beam_on_the_axis(name):
     # Published f-numbers are paraxial, or those of the real beam; with spherical aberration of the pupil they differ by
     # up to 7 %. Markings round to thirds of a stop; the widest gap is the pbrt telephoto's, f/5.6 on a stop of f/5.42
@@ -111,7 +112,7 @@ def _axial_f_number(lens):
     return first_order.efl / (2.0 * heights[passed].max())
 
 
-@pytest.mark.parametrize("name", NAMES)
+@for_each(NAMES)
 def test_each_lens_can_be_built(name):
     # no gap is negative, and neighbours do not cross inside the smaller of their rims (0.1 mm for the stop's plane)
     lens = lenses.load(name)
@@ -127,7 +128,7 @@ def test_each_lens_can_be_built(name):
         assert edge > -0.1
 
 
-@pytest.mark.parametrize("name", NAMES)
+@for_each(NAMES)
 def test_a_thin_bundle_meets_the_axis_at_the_stored_back_focus(name):
     # real rays at 5 % of the pupil: spherical aberration there is far below 1 % of the pupil's radius × slope
     lens, first_order = lenses.load(name), lb.first_order(lenses.load(name))
@@ -141,7 +142,7 @@ def test_a_thin_bundle_meets_the_axis_at_the_stored_back_focus(name):
     assert (miss < 0.02 * height).all()
 
 
-@pytest.mark.parametrize("name", NAMES)
+@for_each(NAMES)
 def test_most_of_the_pupil_is_open_on_the_axis(name):
     # up to 0.85 of the paraxial pupil: beyond, spherical aberration moves rays past the stop's edge
     lens, first_order = lenses.load(name), lb.first_order(lenses.load(name))
