@@ -101,9 +101,9 @@ def one_of(title: str, names: dict[str, str], tips: dict[str, str], present: str
 
 
 LEAVES = {"film": "this film", "aperture": "this f-number",
-          "focus": "this focus distance, and the camera where it stands"}
-TAKES = {"film": "takes the film that it was made for", "aperture": "opens wide",
-         "focus": "moves the camera, so that the subject stands framed and in focus"}
+          "focus": "this focus distance and camera position"}
+TAKES = {"film": "switches to the format it was designed for", "aperture": "opens the aperture fully",
+         "focus": "moves the camera until the subject is framed and in focus"}
 
 
 def padlock(name: str, locked: set[str], corner: ImVec2) -> None:
@@ -117,7 +117,7 @@ def padlock(name: str, locked: set[str], corner: ImVec2) -> None:
     if imgui.invisible_button(f"Lock {name}", ImVec2(theme.em(1.0), line)):
         locked ^= {name}
     ink = colour.text if imgui.is_item_hovered() else colour.strong if is_locked else colour.faint
-    imgui.set_item_tooltip(f"Locked: another lens leaves {LEAVES[name]}" if is_locked else
+    imgui.set_item_tooltip(f"Locked: another lens keeps {LEAVES[name]}" if is_locked else
                            f"Another lens {TAKES[name]}. Click to keep {LEAVES[name]} instead")
     theme.small()
     icon = icons_fontawesome_6.ICON_FA_LOCK if is_locked else icons_fontawesome_6.ICON_FA_LOCK_OPEN

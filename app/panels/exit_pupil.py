@@ -353,7 +353,7 @@ def _box_switch(state: PupilState) -> None:
     imgui.pop_style_var()
     imgui.pop_font()
     imgui.set_item_tooltip("The bounding box of the region, in which pbrt takes its samples: dots reach the scene, "
-                           "crosses end at a rim")
+                           "crosses are vignetted")
 
 
 def _tooltip(at: np.ndarray, ray: PointedRay) -> None:

@@ -110,7 +110,7 @@ def _compared(settings: Settings, status: Status, other: Settings, other_status:
     names = min(max(imgui.calc_text_size(row.name).x for row in table), 0.42 * width)
     column, ends = columns(width, names, gap + max(imgui.calc_text_size(row.apart).x for row in table))
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
-    header = PairedRow("", "A", "B", "B − A", "", "The settings A, the present ones, and how much these are more")
+    header = PairedRow("", "A", "B", "B − A", "", "Reference, current, difference")
     for row in [header, *table]:
         if row.gap:
             imgui.dummy(ImVec2(width, round(0.4 * line)))
@@ -206,7 +206,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
         Row("f-number", _f_number(got.f_number), "", "N as set: focal length over the diameter of the entrance pupil, "
                                                      "for an object at infinity"),
         Row("Working f-number", _f_number(got.working_f_number), "",
-            "1 / (2 sin θ′) of the real marginal ray at the present focus: every rim and the magnification count"),
+            "1 / (2 sin θ′) of the real marginal ray at the current focus, with clear apertures and magnification"),
         _t_stop(settings, got),
         _colours(settings),
         Row("Field of view", field, "", "Horizontal × vertical, of the film that is used or of a smaller image circle, "
@@ -235,10 +235,10 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
             "log2 N²/t with the working f-number and the shutter time, at ISO 100: EV − log2 ISO/100"),
         Row("Film distance", *_length(got.film_distance, 2),
             "From the last vertex to the film" if settings.has_lens else "From the hole to the film", gap=True),
-        Row("Entrance pupil", *_diameter(got.entrance_pupil), "Diameter of the stop as the scene sees it, E;\n"
-            "of blades that of a circle of as much area"),
-        Row("Exit pupil", *_diameter(got.exit_pupil), "Diameter of the stop as the film sees it, E′;\n"
-            "of blades that of a circle of as much area"),
+        Row("Entrance pupil", *_diameter(got.entrance_pupil),
+            "Entrance-pupil diameter E (with blades: the circle of equal area)"),
+        Row("Exit pupil", *_diameter(got.exit_pupil),
+            "Exit-pupil diameter E′ (with blades: the circle of equal area)"),
         Row("Airy disk", NONE if got.airy is None else fixed(1000.0 * got.airy, 1), "µm",
             "Diameter of the first dark ring of a point of light, 2.44 λ N: what diffraction alone does"),
         Row("Rays", NONE if status.rays_per_second <= 0.0 else significant(status.rays_per_second / 1e6, 3), "M/s",

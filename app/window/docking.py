@@ -57,7 +57,7 @@ class Docking:
                 return
             if name in self._failed:
                 if self._failed[name] == self._state.edited:
-                    imgui.text_disabled("This panel has failed for these settings")
+                    imgui.text_disabled("This panel failed for these settings: change a setting to try again")
                     return
                 del self._failed[name]
             drawing = imgui.get_current_context() is not None and imgui.internal.get_current_window_read() is not None

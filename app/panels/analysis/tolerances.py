@@ -48,8 +48,7 @@ def _take(settings: Settings, within: Tolerances) -> Settings:
     """A button whose popup offers the five copies: the settings with the lens of the one that is chosen."""
     if imgui.button("Take a copy…"):
         imgui.open_popup("Take a copy")
-    imgui.set_item_tooltip("Put one of the five copies in place of the lens, to see the picture that it takes; undo "
-                           "brings the design back")
+    imgui.set_item_tooltip("Replace the lens by one of the five copies, to see its picture (undo to go back)")
     if imgui.begin_popup("Take a copy"):
         imgui.text_disabled("Percentile of contrast")
         for number, name in enumerate(SHARES):

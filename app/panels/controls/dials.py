@@ -148,7 +148,7 @@ def _focal_length(settings: Settings) -> Settings:
     if _throws_none(settings, "Focal length"):
         return settings
     length = dial("Focal length", efl, dial_scales.focal_length_scale(designed / OCTAVES, designed * OCTAVES, designed),
-                  "Focal length f: scales the whole prescription, stop and rims included")
+                  "Focal length f: scales the whole prescription, with stop and clear apertures")
     if length == efl:
         return settings
     scaled = None if math.isclose(length, designed, rel_tol=1e-9) else length
@@ -188,7 +188,7 @@ def _zoom(settings: Settings) -> Settings:
     assert lens.positions is not None
     if not is_engraved(lens):
         place = dial("Zoom", settings.zoom, dial_scales.part_scale(1.0),
-                     "Place of the groups along their travel: the focal length of this lens does not grow along it")
+                     "Position of the groups along their travel: the focal length of this lens does not grow along it")
         return settings if place == settings.zoom else constrained(replace(settings, zoom=place))
     engraved = tuple(sorted(focal_length(lens, place) for place in lens.positions.zoom_stations))
     length = focal_length(lens, settings.zoom)

@@ -29,7 +29,7 @@ COATING_TIPS = {AUTO: "By the year of the lens: coated after 1945, with several 
                                 "crown glass to air, 0.3 % at one of dense flint",
                 "multi-layer": "Three layers: 0.1 % of green light is lost at each surface to air,\n"
                                "0.2 to 0.3 % on average from blue to red"}
-PICTURE_TIP = ("A picture as the shape of the stop, in place of blades: white passes the light, black and clear parts\n"
+PICTURE_TIP = ("A picture as the shape of the stop, instead of blades: white passes the light, black and clear parts\n"
                "are opaque. Its longer side is the diameter of the stop. Lights behind the plane in focus show it\n"
                "upright; the picture keeps its brightness")
 MOSAIC = 48             # cells across the sketch of a picture

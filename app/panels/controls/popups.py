@@ -94,9 +94,9 @@ def _curvature(settings: Settings) -> Settings:
 
 
 FOCUS_TIPS = {
-    "auto": "The paraxial focus, or the position of least blur where a point in focus is half a pixel sharper there",
+    "auto": "The paraxial focus, or the position of least blur if a point in focus is half a pixel sharper there",
     "paraxial": "The limit of small stops, in closed form: the distance engraved on a lens",
-    "real": "The position where all rays of the present aperture have the least rms blur on the axis",
+    "real": "The position of least rms blur on the axis for all rays of the current aperture",
 }
 
 

@@ -189,7 +189,7 @@ def _meter(settings: Settings, mode: str, found: AppliedExposure | None, off: fl
     imgui.set_cursor_screen_pos(at)
     if imgui.invisible_button("Meter", ImVec2(wide, height)):
         imgui.open_popup("Metering")
-    lines = ["Meter: stops by which the picture is brighter or darker than the meter would have it"]
+    lines = ["Meter: exposure of the picture relative to the metered exposure, in stops"]
     if found is not None:
         lines.append(exposure_text(found))
     if off is not None and mode in METERED and abs(off - settings.exposure) > 0.3:

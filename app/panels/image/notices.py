@@ -55,13 +55,13 @@ def draw_trials(settings: Settings, view: View, corner: ImVec2, room: ImVec2) ->
             if imgui.button(trial.title):
                 chosen = tried(settings, trial)
                 view.say(trial.about, lens=trial.lens, change=True)
-            imgui.set_item_tooltip("Undo brings the present picture back; Help has these too")
+            imgui.set_item_tooltip("Undo to go back. The Help menu has these too")
             imgui.same_line()
         imgui.push_style_color(imgui.Col_.button, ImVec4(0.0, 0.0, 0.0, 0.0))
         if imgui.button(f"{fa.ICON_FA_XMARK}###No trials"):
             view.offers_trials = False
         imgui.pop_style_color()
-        imgui.set_item_tooltip("Offer these in the Help menu alone")
+        imgui.set_item_tooltip("Hide these; the Help menu keeps them")
     imgui.end_child()
     imgui.pop_style_var(2)
     imgui.pop_style_color()

@@ -86,12 +86,12 @@ SIDE, TOP = "Side view, y–z", "Top view, x–z"
 
 def dead_ray_switch(corner: ImVec2, width: float, shown: bool) -> tuple[bool, bool]:
     """The switch of the lost rays, in the upper left corner; whether they are shown, and the mouse over it."""
-    text = f"{fa.ICON_FA_EYE if shown else fa.ICON_FA_EYE_SLASH}  Dead rays"
+    text = f"{fa.ICON_FA_EYE if shown else fa.ICON_FA_EYE_SLASH}  Blocked rays"
     pad = theme.em(0.4)
     if width < imgui.calc_text_size(text).x + 4.0 * pad:
         return shown, False
-    pressed, hovered = _switch("Dead rays", text, ImVec2(corner.x + 2.0 * pad, corner.y + pad), shown, False,
-                               "Show the rays that do not reach the film, each up to its end")
+    pressed, hovered = _switch("Blocked rays", text, ImVec2(corner.x + 2.0 * pad, corner.y + pad), shown, False,
+                               "Show blocked rays up to the surface that stops them")
     return shown != pressed, hovered
 
 

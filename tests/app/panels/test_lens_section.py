@@ -264,7 +264,7 @@ def test_the_reason_why_a_lens_forms_no_image_leaves_the_switches_free(monkeypat
     drive(shown.show, lambda ctx: ctx.yield_(4), (width, 200))
     [(left, top, right, bottom)] = [boxes.pop(text) for text in list(boxes) if "does not converge" in text]
     assert 0.0 <= left and right <= width
-    switches = [box for text, box in boxes.items() if text.endswith(("Dead rays", "Edit", "y–z"))]
+    switches = [box for text, box in boxes.items() if text.endswith(("Blocked rays", "Edit", "y–z"))]
     assert switches
     for x0, y0, x1, y1 in switches:
         assert right <= x0 or x1 <= left or bottom <= y0 or y1 <= top
@@ -368,10 +368,10 @@ def test_dead_rays_are_shown_or_not_and_tooltips_appear_on_what_is_drawn():
 
     def test(ctx):
         seen.append(panel.state.dead_rays)
-        ctx.item_click("**/Dead rays")
+        ctx.item_click("**/Blocked rays")
         ctx.yield_(2)
         seen.append(panel.state.dead_rays)
-        ctx.item_click("**/Dead rays")
+        ctx.item_click("**/Blocked rays")
         for x in range(60, 700, 24):
             ctx.mouse_move_to_pos(ImVec2(float(x), 95.0 - 0.03 * x))
             ctx.yield_()
