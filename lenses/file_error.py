@@ -3,6 +3,8 @@
 import errno
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from decimal import Decimal
 from math import inf, isinf, isnan
 from os import PathLike
@@ -37,6 +39,15 @@ def _one_line(text: str) -> str:
 
 class RowError(ValueError):
     """An invalid value in a row or a header; the reader adds the file and the line."""
+
+
+@contextmanager
+def located(path: str, line: int | None, before: str = "") -> Iterator[None]:
+    """Context that makes the LensFileError of a RowError: with the file, the line, and what stands before its words."""
+    try:
+        yield
+    except RowError as error:
+        raise LensFileError(path, line, f"{before}{error}") from None
 
 
 def number(value: object, name: str, infinite: bool = False) -> float:

@@ -22,7 +22,7 @@ from dataclasses import replace
 
 from lensbench.core.optics.finding import Kind, Severity, note
 from lensbench.core.optics.prescription import Lens
-from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.file_error import LensFileError, RowError, located, not_understood
 from lensbench.lenses.formats import codev_system
 from lensbench.lenses.formats.codev_surfaces import HARMLESS, Surfaces
 from lensbench.lenses.formats.codev_system import SYSTEM
@@ -103,10 +103,8 @@ class _Sequence:
     def run(self, statements: list[tuple[int, list[str]]]) -> Lens:
         """The lens after all commands."""
         for line, words in statements:
-            try:
+            with located(self.path, line, f"{words[0]}: "):
                 self.command(line, words)
-            except RowError as error:
-                raise LensFileError(self.path, line, f"{words[0]}: {error}") from None
         design = self.design
         if not design.rows:
             raise LensFileError(self.path, None, "there are no surfaces (SO, S, SI): this is no CODE V lens")

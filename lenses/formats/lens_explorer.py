@@ -25,7 +25,7 @@ from lensbench.core.optics.lens_surface import LensError
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import ApertureKind, FieldKind
 from lensbench.core.text import excerpt, significant
-from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.file_error import LensFileError, RowError, located, number
 from lensbench.lenses.glass import media
 from lensbench.lenses.tables.design import Design, Row
 from lensbench.lenses.tables.rows import curvature
@@ -60,11 +60,9 @@ def read(text: str, path: str) -> Lens:
     """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     data, lines = parse(text, path), item_lines(text, "surfaces")
     design = Design(path, [Row(None, thickness=inf)], name=text_value(data, "name"))
-    try:
+    with located(path, None):
         check_keys(data, READ | HARMLESS)
         check_keys(table(data, "variable"), READ_OF_GAPS | {"pair_order"}, " of the varying gaps")
-    except RowError as error:
-        raise LensFileError(path, None, str(error)) from None
     for i, surface in enumerate(items(data.get("surfaces"))):
         row = Row(lines[i] if i < len(lines) else None)
         try:

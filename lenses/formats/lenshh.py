@@ -18,7 +18,7 @@ from lensbench.core.optics.finding import Kind, Severity
 from lensbench.core.optics.glass import AIR, Glass
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import ApertureKind, FieldKind
-from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.file_error import LensFileError, RowError, located, number
 from lensbench.lenses.glass import media
 from lensbench.lenses.tables.design import Design, Row
 from lensbench.lenses.tables.paraxial import FAR
@@ -56,10 +56,8 @@ def read(text: str, path: str) -> Lens:
     design = Design(path, name=text_value(data, "Title"), notes=text_value(data, "Notes"))
     makers = [str(name).upper() for name in items(data.get("GlassCatalogs"))]
     surfaces = [table(surface) for surface in items(data.get("Surfaces"))]
-    try:
+    with located(path, None):
         check_keys(data, READ | HARMLESS)
-    except RowError as error:
-        raise LensFileError(path, None, str(error)) from None
     for i, surface in enumerate(surfaces):
         row = Row(lines[i] if i < len(lines) else None)
         try:
@@ -67,12 +65,10 @@ def read(text: str, path: str) -> Lens:
         except (RowError, ArithmeticError) as error:
             raise LensFileError(path, row.line, f"surface {i}: {error}") from None
         design.add(row)
-    try:
+    with located(path, None):
         _system(design, data)
         _pickups(design, [table(pickup) for pickup in items(data.get("Pickups"))])
         _configurations(design, table(data, "ConfigurationEditor"))
-    except RowError as error:
-        raise LensFileError(path, None, str(error)) from None
     for key, what in ASIDE.items():
         if flag(data, key):
             design.found(Kind.LEFT_OUT, f"{what} ({key}) is left out")

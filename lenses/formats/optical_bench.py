@@ -25,7 +25,7 @@ from lensbench.core.optics.glass import AIR
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import ApertureKind, FieldKind, FieldPoint
 from lensbench.core.text import excerpt, significant
-from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.file_error import LensFileError, RowError, located, not_understood
 from lensbench.lenses.glass import media
 from lensbench.lenses.tables.design import Design, Row
 from lensbench.lenses.tables.rows import radius_text
@@ -60,25 +60,19 @@ def read(text: str, path: str) -> Lens:
 
     rows: dict[str, Row] = {}
     for line, cells in sections["lens data"]:
-        try:
+        with located(path, line, f"surface {cells[0].strip()}: "):
             row = _row(design, line, [cell.strip() for cell in cells] + [""] * 8, distances)
-        except RowError as error:
-            raise LensFileError(path, line, f"surface {cells[0].strip()}: {error}") from None
         design.add(row)
         rows[re.sub(r"(?i)as$", "", cells[0].strip()) or cells[0].strip()] = row
-    try:
+    with located(path, None):
         powers = _powers(sections)
-    except RowError as error:
-        raise LensFileError(path, None, str(error)) from None
     for line, cells in sections.get("aspherical data", []):
         name = re.sub(r"(?i)as$", "", cells[0].strip())
         if name not in rows:
             raise LensFileError(path, line, f"[aspherical data] of surface {excerpt(cells[0].strip())}, which is not "
                                             "in [lens data]")
-        try:
+        with located(path, line, f"surface {name}: "):
             _bend(rows[name], [cell.strip() for cell in cells], powers)
-        except RowError as error:
-            raise LensFileError(path, line, f"surface {name}: {error}") from None
     for name, lines in sections.items():
         if name not in KNOWN:
             raise LensFileError(path, lines[0][0] - 1 if lines else None, not_understood(f"the section [{name}]"))

@@ -19,7 +19,7 @@ from lensbench.core.optics.lens_surface import Surface
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind
 from lensbench.core.text import excerpt
-from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.file_error import LensFileError, RowError, located, number
 from lensbench.lenses.glass import catalogue, media
 from lensbench.lenses.tables.design import Design, Row
 from lensbench.lenses.tables.row_solves import RowSolve
@@ -70,10 +70,8 @@ def read(text: str, path: str) -> Lens:
     surfaces = items(table(data, "surface_group").get("surfaces"))
     if not surfaces:
         raise LensFileError(path, None, "there is no surface_group with surfaces: this is no Optiland lens")
-    try:
+    with located(path, None):
         _check(data, "")
-    except RowError as error:
-        raise LensFileError(path, None, str(error)) from None
     lines = item_lines(text, "surfaces")
     design = Design(path, name=text_value(data, "name"))
     places: list[Decimal] = []
@@ -88,11 +86,9 @@ def read(text: str, path: str) -> Lens:
         design.add(row)
     for row, z, after in zip(design.rows, places, places[1:], strict=False):
         row.thickness = float(EXACT.subtract(after, z)) if z.is_finite() and after.is_finite() else inf
-    try:
+    with located(path, None):
         _system(design, data)
         _solves(design, data)
-    except RowError as error:
-        raise LensFileError(path, None, str(error)) from None
     return design.lens()
 
 

@@ -19,7 +19,7 @@ from lensbench.core.optics.lens_surface import Surface
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind
 from lensbench.core.text import excerpt, significant
-from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.file_error import LensFileError, RowError, located, number
 from lensbench.lenses.glass import media
 from lensbench.lenses.tables.aperture import f_number_kind
 from lensbench.lenses.tables.design import Design, Row
@@ -77,12 +77,10 @@ def read(text: str, path: str) -> Lens:
     surfaces, gaps = items(sequence.get("ifcs")), items(sequence.get("gaps"))
     if not surfaces:
         raise LensFileError(path, None, "there is no seq_model with ifcs: this is no rayoptics lens")
-    try:
+    with located(path, None):
         for name, part in (("optical_model", model), ("seq_model", sequence), (
                 "system_spec", table(model, "system_spec")), ("optical_spec", table(model, "optical_spec"))):
             _check(part, name)
-    except RowError as error:
-        raise LensFileError(path, None, str(error)) from None
     system = table(model, "system_spec")
     design = Design(path, name=text_value(system, "title"))
     dimensions = (text_value(system, "_dimensions") or text_value(system, "dimensions") or "mm").lower()
@@ -93,7 +91,7 @@ def read(text: str, path: str) -> Lens:
     stop = sequence.get("stop_surface")
     for i, surface in enumerate(surfaces):
         row = Row(lines[i] if i < len(lines) else None, is_stop=i == stop and not isinstance(stop, bool))
-        try:
+        with located(path, row.line, f"surface {i}: "):
             profiles = table(model, "profile_dict")
             if 0 < i < len(surfaces) - 1:
                 _fill(design, row, surface, profiles, i)
@@ -104,19 +102,15 @@ def read(text: str, path: str) -> Lens:
                 _check(gap, "gap")
                 row.thickness = value(gap, "thi", infinite=True)
                 row.glass = _glass(design, gap.get("medium"))
-        except RowError as error:
-            raise LensFileError(path, row.line, f"surface {i}: {error}") from None
         design.add(row)
     bare = [(row, table(surface)) for row, surface in zip(design.rows[1:-1], surfaces[1:-1], strict=True)]
     if all(not items(surface.get("clear_apertures")) and row.semi_diameter in (None, MISSING_RIM)
            for row, surface in bare):
         for row, _ in bare:
             row.semi_diameter = None
-    try:
+    with located(path, None):
         _system(design, table(model, "optical_spec"))
         design.state_air(value(system, "temperature", 20.0), value(system, "pressure", MERCURY) / MERCURY)
-    except RowError as error:
-        raise LensFileError(path, None, str(error)) from None
     return design.lens()
 
 

@@ -50,7 +50,7 @@ from lensbench.core.optics.glass import Glass
 from lensbench.core.optics.lens_surface import LensError, PoseError, Surface, SurfacePose
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import excerpt
-from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.file_error import LensFileError, RowError, located, number
 from lensbench.lenses.formats import coating_table, position_table, system_table, toml_header
 from lensbench.lenses.formats.toml_header import digits, line_of, listed, parse, quoted
 from lensbench.lenses.glass.media import without_picture
@@ -79,10 +79,8 @@ def read(text: str, path: str, folder: Path | None = None) -> Lens:
     more = _tables(data, len(rows), text, path)
     surfaces, marked = [], []
     for i, row in enumerate(rows):
-        try:
+        with located(path, _row_line(text, i), f"surface {i}: "):
             made, is_stop = _surface(row, columns, more.get(i, {}))
-        except RowError as error:
-            raise LensFileError(path, _row_line(text, i), f"surface {i}: {error}") from None
         surfaces.append(made)
         if is_stop:
             marked.append(i)

@@ -32,7 +32,7 @@ from lensbench.core.optics.finding import Kind, Severity
 from lensbench.core.optics.glass import Glass
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import significant
-from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.file_error import LensFileError, RowError, located, not_understood
 from lensbench.lenses.formats import zemax_system
 from lensbench.lenses.formats.zemax_system import number_in
 from lensbench.lenses.glass import media
@@ -164,10 +164,8 @@ def read(text: str, path: str) -> Lens:
     if design.stations:
         for i, keys in enumerate(surfaces[:-1]):
             design.solves += _solves(design, i, keys, row_of, i == len(surfaces) - 2)
-    try:
+    with located(path, None):
         listed.check(ASIDE | FIRST.keys())
-    except RowError as error:
-        raise LensFileError(path, None, str(error)) from None
     design.findings += listed.findings()
     for i, keys in enumerate(surfaces[:-1]):
         _keep_solves(design, i, keys, surfaces, row_of)
@@ -322,10 +320,8 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool,
         if key not in READ and key not in HARMLESS:
             raise LensFileError(path, keys[key][0], f"SURF {index}: {not_understood(key)}")
     if not is_image:
-        try:
+        with located(path, kind_line, f"SURF {index}, TYPE {kind}: "):
             _shape(design, row, kind, numbered, path)
-        except RowError as error:
-            raise LensFileError(path, kind_line, f"SURF {index}, TYPE {kind}: {error}") from None
     if "GLAS" in keys and keys["GLAS"][1] and not is_image:
         row.glass = _glass(design, index, keys["GLAS"], " ".join(keys.get("COMM", (0, []))[1]), catalogues)
     return row
@@ -335,10 +331,8 @@ def _shape(design: Design, row: Row, kind: str, numbered: dict, path: str) -> No
     """Aspheric terms and the second curvature of a surface, from its PARM and XDAT. RowError: not traced."""
     values = {}
     for (key, index), (line, word) in numbered.items():
-        try:
+        with located(path, line):
             values[key, index] = file_number(word, f"{key} {index}")
-        except RowError as error:
-            raise LensFileError(path, line, str(error)) from None
     if kind in ("EVENASPH", "ODDASPHE"):
         for index, power in enumerate(EVEN_POWERS if kind == "EVENASPH" else ODD_POWERS, start=1):
             row.aspheric[power] = values.get(("PARM", index), 0.0)
