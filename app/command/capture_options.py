@@ -31,6 +31,7 @@ def prepare_capture(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
     from lensbench.app.session.recordings import checked_suffix
 
     settings = settings_from(arguments)
+    report_scene(settings.scene)
     if arguments.samples is None and arguments.settings is None:
         settings = replace(settings, samples=16)
     path = checked_suffix(arguments.output)
@@ -41,3 +42,12 @@ def prepare_capture(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
     if settings.sample_view:
         say(f"the view {settings.view} is left out: a light field records light")
     return replace(settings, ghosts=False, stars=False, view="picture"), path
+
+
+def report_scene(name_or_path: str) -> None:
+    """Print what the reader of a scene file changed or assumed."""
+    from lensbench.app.command.lens_options import say
+    from lensbench.app.scenes.scene_file import cached_scene
+
+    for note in cached_scene(name_or_path).notes:
+        say(f"{name_or_path}: {note}")

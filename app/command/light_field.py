@@ -12,7 +12,7 @@ from time import perf_counter
 import lensbench as lb
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.light_field_query import Look, Recording
-from lensbench.app.command.capture_options import prepare_capture, read_views
+from lensbench.app.command.capture_options import prepare_capture, read_views, report_scene
 from lensbench.app.command.lens_options import option
 from lensbench.app.command.light_field_slices import add_view_options
 from lensbench.app.command.lumigraph import add_lumigraph_options
@@ -56,6 +56,7 @@ def read_numbers(text: str) -> tuple[int, ...]:
 
 def _chart(arguments: argparse.Namespace) -> int:
     settings = settings_from(arguments)
+    report_scene(settings.scene)
     path = checked_chart_path(arguments.output)
     with progress() as show:
         curves = measure(camera(settings), cached_scene(settings.scene), arguments.views or VIEWS, settings.seed, show)

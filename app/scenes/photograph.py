@@ -21,7 +21,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.scenes.sky_picture import EXR, HdrError, read_exr
 from lensbench.app.scenes.table_values import Say, within
-from lensbench.app.scenes.texture import MOST_BYTES, asset_path, image_of, read_texture
+from lensbench.app.scenes.texture import MOST_BYTES, Textures, asset_path, image_of
 from lensbench.core.scenery.photograph import photograph_scene, reduced
 from lensbench.core.text import excerpt, significant
 from lensbench.lenses.file_error import open_regular
@@ -318,7 +318,7 @@ def read_photograph(image: str, depth: str, folder: Path, fov: float, meaning: s
     name = f"depth map {excerpt(depth)}"
     away = within(name, _depth_map_distances, levels, meaning, None if metric else (near, far), holes,
                   lambda text: say(f"{name}: {text}"))
-    return photograph_scene(read_texture(image, folder).values, away, fov, fill=fill, name=Path(image).stem)
+    return photograph_scene(Textures(folder).read(image).values, away, fov, fill=fill, name=Path(image).stem)
 
 
 def _depth_map_distances(levels: np.ndarray, meaning: str, ends: tuple[float, float] | None, holes: bool, say: Say

@@ -22,7 +22,7 @@ from lensbench.app.scenes.table_values import (
     MOTION, Reader, Say, Table, angle, as_table, as_tables, colour, fields_of, given, length, light, number, numbers,
     only, point, text, truth, unit, vector, within
 )
-from lensbench.app.scenes.texture import TEXTURE_TEXELS, read_texture
+from lensbench.app.scenes.texture import Textures
 from lensbench.core.scenery.families import by_field
 from lensbench.core.scenery.intersect.triangle_tree import MOST_TRIANGLES
 from lensbench.core.text import LONGEST_PATH, cut, escaped, excerpt, significant
@@ -30,7 +30,6 @@ from lensbench.lenses.file_error import open_regular
 
 MOST_BYTES = 1 << 20                    # of a scene file
 MOST_OBJECTS = 2000
-MOST_TEXELS = 2 * TEXTURE_TEXELS        # of all meshes: 800 MB of linear light
 
 
 class SceneFileError(ValueError):
@@ -127,17 +126,17 @@ def load_scene(path: str | Path) -> lb.Scene:
 # The whole
 
 def _scene(table: Table, path: Path) -> lb.Scene:
-    folder, notes = path.resolve().parent, list[str]()
+    textures, notes = Textures(path.resolve().parent), list[str]()
     names = ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "subject", "material", "mesh",
              "photograph", *_SURROUNDINGS, *_SHAPES)
     for name, what in (("surfaces", "a lens file"), ("version", "a settings file")):
         if name in table:
             raise lb.SceneError(f"this is {what}: a scene file is TOML that holds {', '.join(names)}")
     only(table, "a scene file", names)
-    materials = {name: within(f"material {cut(name)}", _material, as_table(value, f"material {cut(name)}"), folder)
+    materials = {name: within(f"material {cut(name)}", _material, as_table(value, f"material {cut(name)}"), textures)
                  for name, value in as_table(table.get("material", {}), "material").items()}
     if "photograph" in table:
-        scene = within("photograph", _photograph, {"name": path.stem, **table}, folder, notes.append)
+        scene = within("photograph", _photograph, {"name": path.stem, **table}, textures.folder, notes.append)
         return replace(scene, notes=tuple(notes))
     lists = {kind: as_tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) + len(as_tables(table, "mesh")) > MOST_OBJECTS:
@@ -150,26 +149,24 @@ def _scene(table: Table, path: Path) -> lb.Scene:
     def material(value: Any, name: str) -> lb.Material:
         """The material of an object: the name of one, or a table."""
         if not isinstance(value, str):
-            return _material(value, folder)
+            return _material(value, textures)
         if value not in materials:
             raise lb.SceneError(f"material {excerpt(value)} is not in the file: write a table [material.{cut(value)}]")
         return materials[value]
 
     meshes: list[lb.Mesh] = []
     for k, value in enumerate(as_tables(table, "mesh")):
-        meshes += within(f"mesh {k + 1}", _mesh, value, material, folder)
+        meshes += within(f"mesh {k + 1}", _mesh, value, material, textures.folder)
         images = {id(mesh.material.pattern.image): mesh.material.pattern.image for mesh in meshes
-                  if mesh.material.pattern is not None}.values()
+                  if mesh.material.pattern is not None and mesh.material.pattern.image is not None}
         if len(meshes) > MOST_OBJECTS:
             raise lb.SceneError(f"the materials of its meshes make more than {MOST_OBJECTS} objects")
         if sum(mesh.triangle_count for mesh in meshes) > MOST_TRIANGLES:
             raise lb.SceneError(f"its meshes have more than {significant(MOST_TRIANGLES)} triangles together")
-        if sum(image.width * image.height for image in images if image is not None) > MOST_TEXELS:
-            raise lb.SceneError(f"the textures of its meshes have more than {MOST_TEXELS // 1_000_000} million texels "
-                                "together: make them smaller")
+        textures.check(images.values())
     shapes = [within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
               for kind, entries in lists.items() for k, value in enumerate(entries)]
-    values = {kind: within(kind, read, as_table(table[kind], kind), folder, notes.append)
+    values = {kind: within(kind, read, as_table(table[kind], kind), textures, notes.append)
               for kind, read in _SURROUNDINGS.items() if kind in table}
     values |= given(table, {"name": text, "ambient": light, "enclosed": truth, "depth_range": _depth_range,
                             "diffuse_bounce": truth, "subject": _subject})
@@ -189,24 +186,24 @@ def _subject(value: Any, name: str) -> tuple[float, ...]:
     return numbers(value, name, 2, length)
 
 
-def _sky(t: Table, folder: Path, say: Say) -> lb.Sky | lb.ImageSky:
+def _sky(t: Table, textures: Textures, say: Say) -> lb.Sky | lb.ImageSky:
     if "image" not in t:
         return lb.Sky(**fields_of(t, "sky", {"zenith": light, "horizon": light, "ground": light, "up": vector}))
 
     def picture(value: Any, name: str) -> lb.Image:
-        return read_sky(text(value, name), folder, say)
+        return read_sky(text(value, name), textures.folder, say)
 
     return lb.ImageSky(**fields_of(t, "a sky with an image", {"image": picture, "turn": angle, "brightness": number}))
 
 
-def _sun(t: Table, folder: Path, say: Say) -> lb.Sun:
+def _sun(t: Table, textures: Textures, say: Say) -> lb.Sun:
     return lb.Sun(**fields_of(t, "sun", {"direction": vector, "colour": light, "angular_radius": angle},
                               ("direction",)))
 
 
-def _floor(t: Table, folder: Path, say: Say) -> lb.Floor:
+def _floor(t: Table, textures: Textures, say: Say) -> lb.Floor:
     def picture(value: Any, name: str) -> lb.Image:
-        return read_texture(text(value, name), folder)
+        return textures.read(text(value, name))
 
     found = fields_of(t, "floor", {
         "texture": picture, "height": length, "tile": length, "light": colour, "dark": colour,
@@ -288,16 +285,16 @@ def _photograph(table: Table, folder: Path, say: Say) -> lb.Scene:
 
 
 # The reader of each table that a scene file may hold. A new shape is one row
-_SURROUNDINGS: dict[str, Callable[[Table, Path, Say], Any]] = {"sky": _sky, "sun": _sun, "floor": _floor}
+_SURROUNDINGS: dict[str, Callable[[Table, Textures, Say], Any]] = {"sky": _sky, "sun": _sun, "floor": _floor}
 _SHAPES: dict[str, Callable[..., Any]] = {"sphere": _sphere, "rectangle": _rectangle, "disk": _disk}
 
 
-def _material(value: Any, folder: Path) -> lb.Material:
+def _material(value: Any, textures: Textures) -> lb.Material:
     t = as_table(value, "material")
     shade = light if t.get("kind") in ("light", "lamp") else colour
 
     def texture(value: Any, name: str) -> lb.Pattern:
-        return lb.Pattern("image", image=read_texture(text(value, name), folder))
+        return lb.Pattern("image", image=textures.read(text(value, name)))
 
     found = fields_of(t, "a material", {"kind": text, "texture": texture, "colour": shade, "gloss": number,
                                         "pattern": partial(_pattern, shade=shade)})

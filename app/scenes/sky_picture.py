@@ -16,7 +16,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.scenes.table_values import Say
-from lensbench.app.scenes.texture import BAND, MOST_BYTES, TEXTURE_TEXELS, asset_path, read_texture
+from lensbench.app.scenes.texture import BAND, MOST_BYTES, TEXTURE_TEXELS, Textures, asset_path
 from lensbench.core.kernels.cache import njit
 from lensbench.core.text import excerpt, significant
 from lensbench.lenses.file_error import open_regular
@@ -120,7 +120,7 @@ def read_sky(name: str, folder: Path, say: Say) -> lb.Image:
         with open_regular(path) as file:
             head = file.read(16)
         if head[:4] != EXR and not is_hdr(head):
-            return _checked(read_texture(name, folder), name)
+            return _checked(Textures(folder).read(name), name)
         parts = list(read_exr(path) if head[:4] == EXR else np.moveaxis(read_hdr(path, TEXTURE_TEXELS), -1, 0))
     except HdrError as error:
         raise lb.SceneError(f"sky {excerpt(name)} cannot be read: {error}") from error

@@ -4,6 +4,7 @@ Where files that a scene file names may lie: beside it or below.
 """
 
 import math
+from collections.abc import Iterable
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -40,16 +41,33 @@ def asset_path(name: str, folder: Path, what: str, most_bytes: int) -> Path:
 MOST_BYTES = 512 << 20                  # of a file
 TEXTURE_SIDE = 8192                     # texels: larger pictures are averaged down to this
 TEXTURE_TEXELS = 8192 * 4096            # and to as many in all: 400 MB of linear light
+MOST_TEXELS = 2 * TEXTURE_TEXELS        # of all textures of a scene and its meshes together: 800 MB
 BAND = 64                               # rows that are made linear at once
 
 
-def read_texture(name: str, folder: Path) -> lb.Image:
-    """An image file in the folder of the scene or below it, linear and upright, as `image_of`; or SceneError."""
-    path = asset_path(name, folder, "texture", MOST_BYTES)
-    try:
-        return image_of(read_picture_file(path))
-    except PictureFileError as error:
-        raise lb.SceneError(f"texture {excerpt(name)}: {error}") from error
+class Textures:
+    """The textures of one scene file: image files in its folder or below, each read once, bounded together."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder            # resolved
+        self._images: dict[Path, lb.Image] = {}
+
+    def read(self, name: str) -> lb.Image:
+        """The image, linear and upright, as `image_of`; SceneError where it cannot be read or is too much."""
+        path = asset_path(name, self.folder, "texture", MOST_BYTES)
+        if path not in self._images:
+            try:
+                self._images[path] = image_of(read_picture_file(path))
+            except PictureFileError as error:
+                raise lb.SceneError(f"texture {excerpt(name)}: {error}") from error
+            self.check()
+        return self._images[path]
+
+    def check(self, of_meshes: Iterable[lb.Image] = ()) -> None:
+        """SceneError where these images and those of the meshes have too many texels together."""
+        if sum(image.width * image.height for image in (*self._images.values(), *of_meshes)) > MOST_TEXELS:
+            raise lb.SceneError(f"the textures of the scene have more than {MOST_TEXELS // 1_000_000} million texels "
+                                "together: make them smaller")
 
 
 def image_of(picture: Any, most_texels: int = TEXTURE_TEXELS) -> lb.Image:

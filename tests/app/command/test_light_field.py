@@ -52,6 +52,17 @@ def test_what_a_light_field_does_not_record_is_named_and_left_out(recorded, tmp_
     assert load_light_field(path).settings == load_light_field(recorded).settings   # refocused pictures are developed
 
 
+@pytest.mark.parametrize("command", [["capture", "--views", "1x1"], ["array", "--views", "1x1"],
+                                     ["chart", "--views", "1"]], ids=lambda command: command[0])
+def test_what_the_reader_of_a_scene_changed_is_reported(command, tmp_path, capsys):
+    OpenEXR.File({}, {name: np.eye(4, 8, dtype=np.float32) - 0.1 for name in "RGB"}).write(str(tmp_path / "sky.exr"))
+    (tmp_path / "a.toml").write_text('[sky]\nimage = "sky.exr"\n')
+    output = [] if command[0] == "chart" else ["-o", str(tmp_path / "a.npz")]
+    assert main(["lightfield", *command, "pbrt-dgauss-50mm", "--scene", str(tmp_path / "a.toml"), "--size", "8x6",
+                 "--lens-model", "thin", "--samples", "1", *output]) == 0
+    assert "are negative and count as 0" in capsys.readouterr().err
+
+
 def test_a_picture_of_it_carries_its_settings(recorded, tmp_path, capsys):
     picture = tmp_path / "near.png"
     assert main(["lightfield", "refocus", str(recorded), "--focus", "0.9m", "--f-number", "5.6", "-o",

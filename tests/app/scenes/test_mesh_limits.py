@@ -177,10 +177,11 @@ def test_the_meshes_of_a_scene_are_bounded_together(tmp_path, monkeypatch):
     (tmp_path / "b.glb").write_bytes(pictured({"uri": "p.png"}).glb())
     twice = '[[mesh]]\nfile = "b.glb"\n'
     assert len(load(tmp_path, "b.glb", twice)) == 2
-    for name, most, reason in (("MOST_TRIANGLES", 1, "more than 1 triangles together"),
-                               ("MOST_TEXELS", 2047, "texels together"), ("MOST_OBJECTS", 1, "more than 1 objects")):
+    for name, most, reason in (("scene_file.MOST_TRIANGLES", 1, "more than 1 triangles together"),
+                               ("texture.MOST_TEXELS", 2047, "texels together"),
+                               ("scene_file.MOST_OBJECTS", 1, "more than 1 objects")):
         with monkeypatch.context() as changed:
-            changed.setattr(f"lensbench.app.scenes.scene_file.{name}", most)
+            changed.setattr(f"lensbench.app.scenes.{name}", most)
             with pytest.raises(SceneFileError, match=reason):
                 load(tmp_path, "b.glb", twice)
 
