@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import lensbench as lb
 from lensbench.core.lazy import typed_imports
 
 ROOT = Path(__file__).parent.parent
@@ -182,6 +183,20 @@ def test_a_package_offers_the_names_of_its_typed_imports(package):
     for name, (module, there) in homes.items():
         value = getattr(importlib.import_module(module), there)
         assert starred[name] is value or inspect.unwrap(starred[name]) is inspect.unwrap(value), name
+
+
+def test_public_names_that_are_used_exist():
+    """Names that are found late escape mypy: those of `lb`, `lb.analysis` and `lb.tolerances` in use are looked up."""
+    rooms = {"lb": lb, "lb.analysis": lb.analysis, "lb.tolerances": lb.tolerances, "analysis": lb.analysis}
+    missing = set()
+    for path in [*modules().values(), *files("trials")]:
+        imports = {name.asname or name.name for node in ast.walk(parsed(path))
+                   if isinstance(node, ast.Import | ast.ImportFrom) for name in node.names}
+        for node in ast.walk(parsed(path)):
+            if isinstance(node, ast.Attribute) and (owner := ast.unparse(node.value)) in rooms:
+                if owner.split(".")[0] in imports and not hasattr(rooms[owner], node.attr):
+                    missing.add((path.relative_to(ROOT).as_posix(), node.lineno, f"{owner}.{node.attr}"))
+    assert not missing
 
 
 def test_lenses_know_the_prescription_and_their_checks_what_they_trace():

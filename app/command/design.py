@@ -196,7 +196,7 @@ def tolerances(arguments: argparse.Namespace) -> int:
     if arguments.seed < 0:
         raise UsageError(f"--seed {arguments.seed}: it must be a whole number from 0")
     path = checked_chart_path(arguments.output, figures=False)
-    within = lb.analysis.Tolerances(**{name: _tolerance(name, getattr(arguments, name)) for name in ERRORS})
+    within = lb.tolerances.Tolerances(**{name: _tolerance(name, getattr(arguments, name)) for name in ERRORS})
     lens = lenses.load(arguments.lens)
     if arguments.f_number is not None:
         lens = lb.stopped_down(lens, arguments.f_number)
@@ -206,15 +206,15 @@ def tolerances(arguments: argparse.Namespace) -> int:
             raise UsageError("--image-height 0: it must be more than 0")
         side = math.sqrt(2.0) * arguments.image_height
         film = lb.Film(side, side, 1, 1)
-    costs = lb.analysis.sensitivities(lens, film, within, wavelengths="picture")
-    run = lb.analysis.production(lens, film, within, arguments.copies, arguments.seed, wavelengths="picture")
+    costs = lb.tolerances.sensitivities(lens, film, within, wavelengths="picture")
+    run = lb.tolerances.production(lens, film, within, arguments.copies, arguments.seed, wavelengths="picture")
     if arguments.json:
         print(json.dumps(_plain(costs, run), indent=2))
     else:
         _print(costs, run)
     if path is not None:
         top = float(run.frequencies[-1])
-        run = lb.analysis.production(lens, film, within, arguments.copies, arguments.seed,
+        run = lb.tolerances.production(lens, film, within, arguments.copies, arguments.seed,
                                      [top * (k + 1) / CHARTED for k in range(CHARTED)])
         draw(run, path, lens.name)
         print(f"wrote {path}", file=sys.stderr)
