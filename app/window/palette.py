@@ -150,7 +150,7 @@ def answers(query: str, state: WindowState) -> list[Entry]:
 
 def _entries(state: WindowState) -> list[Entry]:
     present = state.edited
-    entries = [Entry(action.name, action.keys, action.run) for action in ACTIONS.values()]
+    entries = [Entry(action.name, action.keys, action.run) for action in ACTIONS.values() if action.enabled(state)]
     for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
         if panel.label != "Render":
             shown = "shown" if panel.is_visible else ""

@@ -209,3 +209,14 @@ def test_f1_and_the_question_mark_show_the_sheet_of_keys(drive):
             assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 
     drive(use)
+
+
+@pytest.mark.slow
+def test_the_palette_offers_what_can_be_done_alone(drive):
+    def use(hand):
+        hand.picture()
+        for text, is_offered in (("save lens edits", False), ("revert lens", False), ("save settings…", True)):
+            entries = [entry.text.lower() for entry in palette.answers(text, hand.session)]
+            assert (text in entries) == is_offered
+
+    drive(use)
