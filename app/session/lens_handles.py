@@ -177,7 +177,7 @@ def label(document: LensDocument, handle: Handle) -> tuple[str, str]:
             return f"Decentre {body}", f"{quantity[-1]} {true_minus(fixed(value, 3))} mm"
         return f"Tilt {body}", f"about {quantity[-1]} {true_minus(fixed(degrees(value), 2))}°"
     what = f"Vertex of surface {i}" if handle.kind is HandleKind.VERTEX else (
-        f"Surfaces {i} to {j}: drag to move, Ctrl + drag to bend, click to tilt or decentre")
+        f"Surfaces {i} to {j}: drag to move, Ctrl+drag to bend, click to tilt or decentre")
     before = f"{gap(i - 1)} before, " if i else ""
     return what, f"{before}{gap(j)} behind"
 

@@ -25,7 +25,7 @@ from lensbench.app.panels.lens_section.links import (
     FADED, draw_faults, draw_lit_surfaces, draw_pixel_fan, draw_posed, draw_ray, surfaces_at
 )
 from lensbench.app.panels.lens_section.switches import (
-    Ghost, dead_ray_switch, draw_ghost, edit_switch, front_of, ghost_of, place_of_text, view_switch
+    Ghost, blocked_ray_switch, draw_ghost, edit_switch, front_of, ghost_of, place_of_text, view_switch
 )
 from lensbench.app.plots.exit_pupil import region
 from lensbench.app.plots.pixel_rays import Pointed, in_section, pixel_fan
@@ -49,7 +49,7 @@ class SectionState:
     view: View | None = None
     fitted_to: tuple = ()
     film_z: float = 0.0             # of the previous frame
-    dead_rays: bool = True
+    blocked_rays: bool = True
     held: float = 0.0               # stop radius or film z (mm) under the mouse while a handle is dragged
     mouse: float = 0.0
     memo: FrameMemo = field(default_factory=FrameMemo)     # glass, surfaces and rays in pixels
@@ -137,9 +137,9 @@ def _switches(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2, s
     """The switches that have room; whether the mouse is over one."""
     over = False
     if not shown.ideal:
-        state.dead_rays, over = dead_ray_switch(corner, size.x, state.dead_rays)
-        if shown.lens is not None and size.x > theme.em(16.0):
-            over = edit_switch(corner, theme.em(7.6), state.edit) or over
+        state.blocked_rays, over = blocked_ray_switch(corner, size.x, state.blocked_rays)
+        if shown.lens is not None and size.x > theme.em(17.0):
+            over = edit_switch(corner, theme.em(8.6), state.edit) or over
     if not (has_two_sections(settings, shown.lens) or shown.lens is not None and state.edit.active):
         state.above = False
     elif size.x > theme.em(24.0):
@@ -154,9 +154,9 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
     fan = _pixel_fan(settings, links, shown.above)
     drawing.draw_axis(draw, canvas)
     drawing.draw_glass(draw, shown, canvas)
-    drawing.draw_rays(draw, shown, canvas, state.dead_rays, 1.0 if fan is None else FADED)
+    drawing.draw_rays(draw, shown, canvas, state.blocked_rays, 1.0 if fan is None else FADED)
     drawing.draw_outlines(draw, shown, canvas)
-    state.pixel_rays = 0 if fan is None else draw_pixel_fan(draw, fan, canvas, state.dead_rays, shown.ideal)
+    state.pixel_rays = 0 if fan is None else draw_pixel_fan(draw, fan, canvas, state.blocked_rays, shown.ideal)
     draw_faults(draw, shown, canvas, _faults(settings))
     draw_lit_surfaces(draw, shown, canvas, links.surfaces, fan)
     if links.ray is not None and shown.lens is not None and not shown.ideal:
@@ -334,7 +334,7 @@ def _explain(shown: Sketch, canvas: Canvas, lit: tuple[int, ...], state: Section
         if abs(at.x - mouse.x) < 4.0 * pixel and abs(at.y - mouse.y) < 7.0 * pixel:
             _tooltip(f"{mark.sign}  {mark.meaning}", f"z = {fixed(mark.z, 2)} mm from the first vertex")
             return
-    found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, state.dead_rays)
+    found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, state.blocked_rays)
     if found is not None:
         fan, i = found
         ray = fan.rays[i]

@@ -84,8 +84,8 @@ def draw_ghost(draw: imgui.ImDrawList, ghost: Ghost, canvas: Canvas) -> None:
 SIDE, TOP = "Side view, y–z", "Top view, x–z"
 
 
-def dead_ray_switch(corner: ImVec2, width: float, shown: bool) -> tuple[bool, bool]:
-    """The switch of the lost rays, in the upper left corner; whether they are shown, and the mouse over it."""
+def blocked_ray_switch(corner: ImVec2, width: float, shown: bool) -> tuple[bool, bool]:
+    """The switch of blocked rays, in the upper left corner; whether they are shown, and the mouse over it."""
     text = f"{fa.ICON_FA_EYE if shown else fa.ICON_FA_EYE_SLASH}  Blocked rays"
     pad = theme.em(0.4)
     if width < imgui.calc_text_size(text).x + 4.0 * pad:

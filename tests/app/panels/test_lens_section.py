@@ -121,7 +121,7 @@ def test_a_fan_has_nine_rays_and_five_when_the_stop_is_small():
 
 
 @some_lenses
-def test_dead_rays_end_where_the_tracer_stops_them_and_say_why(name):
+def test_blocked_rays_end_where_the_tracer_stops_them_and_say_why(name):
     shown = sketch(replace(START, lens=name, f_number=5.6))
     dead = [ray for fan in shown.fans for ray in fan.rays if ray.kind == "dead"]
     assert dead
@@ -362,15 +362,15 @@ def test_wheel_zooms_at_the_mouse_drag_pans_and_a_double_click_fits():
 
 
 @pytest.mark.slow
-def test_dead_rays_are_shown_or_not_and_tooltips_appear_on_what_is_drawn():
+def test_blocked_rays_are_shown_or_not_and_tooltips_appear_on_what_is_drawn():
     panel = Panel(film_radius=15.0)
     seen = []
 
     def test(ctx):
-        seen.append(panel.state.dead_rays)
+        seen.append(panel.state.blocked_rays)
         ctx.item_click("**/Blocked rays")
         ctx.yield_(2)
-        seen.append(panel.state.dead_rays)
+        seen.append(panel.state.blocked_rays)
         ctx.item_click("**/Blocked rays")
         for x in range(60, 700, 24):
             ctx.mouse_move_to_pos(ImVec2(float(x), 95.0 - 0.03 * x))
