@@ -4,7 +4,8 @@
     python -m trials.fingerprints after.json            # in the state after
     python -m trials.fingerprints --compare before.json after.json
 
-Equal digests are equal bits. Runs of one machine can be compared, not those of two.
+Equal digests are equal bits. Compare runs of one machine whose kernels were compiled before, not those of two machines:
+a process that compiles a kernel itself can round otherwise in the last place. So run it twice after an edit.
 """
 
 import contextlib

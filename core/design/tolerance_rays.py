@@ -167,7 +167,7 @@ def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def built(judge: Judge, errors: list[tuple[str, int, float]], drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tables of copies with errors (copies, errors), in their own units, and which surfaces are out of line."""
+    """Tables of copies with errors (copies, errors), in their own units, and which surfaces are tilted or decentred."""
     tables = copies_of(judge.lens, judge.wavelengths, len(drawn))
     poses = np.zeros((len(drawn), len(judge.ends), POSE))
     body = {int(first): k for k, (first, _) in enumerate(judge.ends)}

@@ -1,6 +1,6 @@
 """Tolerances of a lens: what each error of manufacture costs, and what a production run looks like.
 
-    found = lb.tolerances.sensitivities(lens, film)
+    costs = lb.tolerances.sensitivities(lens, film)
     run = lb.tolerances.production(lens, film, lb.tolerances.Tolerances(decentre=0.02), copies=500)
     lens_as_built = lb.tolerances.manufactured(lens, run, 7)
 
