@@ -100,7 +100,7 @@ class Hand:
             session.take(self.small(with_lens(first, name)))
             yield from self.stay(session)
         session.take(first)
-        for request in (Request.KEEP_MOMENT, Request.PIN, Request.SHOW_HELP, Request.SHOW_PALETTE, Request.SHOW_TERMS,
+        for request in (Request.KEEP_SNAPSHOT, Request.PIN, Request.SHOW_HELP, Request.SHOW_PALETTE, Request.SHOW_TERMS,
                         Request.EXPORT):
             yield from self.stay(session)
             session.requests.add(request)
@@ -222,7 +222,7 @@ class Hand:
         if session.browsing.is_open:
             session.browsing.toggle()
         session.layout = layout
-        for snapshot in list(session.snapshots.shelf.moments):
+        for snapshot in list(session.snapshots.shelf.snapshots):
             session.snapshots.shelf.remove(snapshot)
         session.light_field.worker.cancel()
         session.light_field.worker.forget()

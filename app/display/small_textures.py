@@ -52,7 +52,7 @@ class Panorama:
         return self._texture.glo
 
 
-MOST_KEPT = 16 << 20            # bytes of textures that are no longer shown: 70 pictures of moments
+MOST_KEPT = 16 << 20            # bytes of textures that are no longer shown: 70 snapshots
 
 
 class SmallTextures:

@@ -11,7 +11,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, icons_fontawesome_6 as fa,
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph, two_lines
 from lensbench.app.panels.action_names import tip_of
-from lensbench.app.session.snapshots import Moment
+from lensbench.app.session.snapshots import Snapshot
 from lensbench.app.workers.task import Task
 from lensbench.core.text import fixed
 
@@ -48,16 +48,16 @@ MENU = (
 class SnapshotsState:
     """State of the panel between frames: the snapshot that is renamed, its new name, and the chosen action."""
 
-    renamed: Moment | None = None
+    renamed: Snapshot | None = None
     text: str = ""
     begins: bool = False
-    action: tuple[str, Moment | None] | None = None
-    new_name: tuple[Moment, str] | None = None
+    action: tuple[str, Snapshot | None] | None = None
+    new_name: tuple[Snapshot, str] | None = None
     sizes: dict[str, tuple[int, int]] = field(default_factory=dict)
 
 
-def snapshots_panel(snapshots: list[Moment], state: SnapshotsState,
-                  texture: Callable[[Moment], tuple[int, tuple[int, int]] | None]) -> None:
+def snapshots_panel(snapshots: list[Snapshot], state: SnapshotsState,
+                    texture: Callable[[Snapshot], tuple[int, tuple[int, int]] | None]) -> None:
     """Draw the shelf; what the user asks for is left in the state. texture: GL name and size of a thumbnail."""
     if imgui.button(f"{fa.ICON_FA_PLUS}  Keep snapshot###Keep"):
         state.action = KEEP, None
@@ -86,7 +86,8 @@ def snapshots_panel(snapshots: list[Moment], state: SnapshotsState,
     imgui.end_child()
 
 
-def _snapshot(snapshot: Moment, state: SnapshotsState, shown: tuple[int, tuple[int, int]] | None, size: ImVec2) -> None:
+def _snapshot(snapshot: Snapshot, state: SnapshotsState, shown: tuple[int, tuple[int, int]] | None,
+              size: ImVec2) -> None:
     """One thumbnail with its name; a click opens it, the right button its menu."""
     imgui.push_id(str(snapshot.path))
     imgui.begin_group()
@@ -123,7 +124,7 @@ def _snapshot(snapshot: Moment, state: SnapshotsState, shown: tuple[int, tuple[i
     imgui.pop_id()
 
 
-def _rename(snapshot: Moment, state: SnapshotsState, width: float) -> None:
+def _rename(snapshot: Snapshot, state: SnapshotsState, width: float) -> None:
     """The name as a text field: Enter takes it, Escape or a click elsewhere leaves the old one."""
     imgui.set_next_item_width(max(width, theme.em(7.0)))
     if state.begins:

@@ -118,8 +118,8 @@ class Request(Enum):
     SHOW_PALETTE = auto()
     SHOW_TERMS = auto()
 
-    # Moments
-    KEEP_MOMENT = auto()
+    # Snapshots
+    KEEP_SNAPSHOT = auto()
     COPY_PICTURE = auto()
     COPY_STATE = auto()
     PASTE = auto()

@@ -1,4 +1,4 @@
-"""A card of a moment: one PNG with the picture, the section of its lens to scale, and the settings in words."""
+"""A card of a snapshot: one PNG with the picture, the section of its lens to scale, and the settings in words."""
 
 from pathlib import Path
 

@@ -1,7 +1,7 @@
-"""The shelf of moments: pictures that were kept with their settings, one PNG each, in a folder of the user.
+"""The shelf of snapshots: pictures that were kept with their settings, one PNG each, in a folder of the user.
 
-A moment's name is that of its file; the newest comes first. Each file is written beside its place, then renamed, so
-that a moment is whole or not there. Any such PNG can be opened by `lensbench view` and dropped on the window.
+A snapshot's name is that of its file; the newest comes first. Each file is written beside its place, then renamed, so
+that a snapshot is whole or not there. Any such PNG can be opened by `lensbench view` and dropped on the window.
 """
 
 import os
@@ -22,14 +22,14 @@ THUMBNAIL = 288                 # pixels of the longer side
 FORBIDDEN = r'[\x00-\x1f/\\:*?"<>|]'
 
 
-def moments_folder() -> Path:
-    """The user's moments: lensbench/moments in $XDG_DATA_HOME or ~/.local/share; it may not exist yet."""
+def snapshots_folder() -> Path:
+    """The user's snapshots: lensbench/snapshots in $XDG_DATA_HOME or ~/.local/share; it may not exist yet."""
     home = os.environ.get("XDG_DATA_HOME")
-    return (Path(home) if home else Path("~").expanduser() / ".local" / "share") / "lensbench" / "moments"
+    return (Path(home) if home else Path("~").expanduser() / ".local" / "share") / "lensbench" / "snapshots"
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class Snapshot:
     """A kept picture: its file, settings, and thumbnail uint8 (h, w, 3)."""
 
     path: Path
@@ -46,16 +46,16 @@ class Moment:
         return _codes(self.path).astype(np.float32) / np.float32(255.0)
 
 
-class MomentShelf:
-    """The moments of one folder, the newest first. say: receives a sentence for each file that cannot be read."""
+class SnapshotShelf:
+    """The snapshots of one folder, the newest first. say: receives a sentence for each file that cannot be read."""
 
     def __init__(self, folder: Path, say: Callable[[str], object] = lambda text: None):
         self.folder, self._say = folder, say
-        self.moments: list[Moment] = []
+        self.snapshots: list[Snapshot] = []
 
     def load(self) -> None:
         """Read the folder."""
-        found: list[Moment] = []
+        found: list[Snapshot] = []
         try:
             paths = sorted((path for path in self.folder.glob("*.png") if path.is_file()),
                            key=lambda path: path.stat().st_mtime, reverse=True)
@@ -66,9 +66,9 @@ class MomentShelf:
                 found.append(_read(path))
             except (ValueError, OSError) as error:
                 self._say(f"The snapshot {path.stem} cannot be read: {error}")
-        self.moments = found
+        self.snapshots = found
 
-    def keep(self, image: NDArray[np.float32], settings: Settings, name: str) -> Moment:
+    def keep(self, image: NDArray[np.float32], settings: Settings, name: str) -> Snapshot:
         """Add a linear picture (h, w, 3) with its settings; ExportError if it cannot be written."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -76,28 +76,28 @@ class MomentShelf:
             raise ExportError(f"{self.folder}: {error.strerror}: the snapshot was not kept") from error
         path = self._free(name)
         save_picture(path, image, settings)
-        moment = _read(path)
-        self.moments.insert(0, moment)
-        return moment
+        snapshot = _read(path)
+        self.snapshots.insert(0, snapshot)
+        return snapshot
 
-    def rename(self, moment: Moment, name: str) -> None:
-        """Give a moment another name; ExportError if it cannot be written."""
-        if cleaned(name) == moment.name:
+    def rename(self, snapshot: Snapshot, name: str) -> None:
+        """Give a snapshot another name; ExportError if it cannot be written."""
+        if cleaned(name) == snapshot.name:
             return
         path = self._free(name)
         try:
-            moment.path.rename(path)
+            snapshot.path.rename(path)
         except OSError as error:
-            raise ExportError(f"{moment.path}: {error.strerror}: the snapshot keeps its name") from error
-        self.moments[self.moments.index(moment)] = Moment(path, moment.settings, moment.thumbnail)
+            raise ExportError(f"{snapshot.path}: {error.strerror}: the snapshot keeps its name") from error
+        self.snapshots[self.snapshots.index(snapshot)] = Snapshot(path, snapshot.settings, snapshot.thumbnail)
 
-    def remove(self, moment: Moment) -> None:
-        """Delete a moment and its file; ExportError if that cannot be."""
+    def remove(self, snapshot: Snapshot) -> None:
+        """Delete a snapshot and its file; ExportError if that cannot be."""
         try:
-            moment.path.unlink(missing_ok=True)
+            snapshot.path.unlink(missing_ok=True)
         except OSError as error:
-            raise ExportError(f"{moment.path}: {error.strerror}: the snapshot was not deleted") from error
-        self.moments.remove(moment)
+            raise ExportError(f"{snapshot.path}: {error.strerror}: the snapshot was not deleted") from error
+        self.snapshots.remove(snapshot)
 
     def _free(self, name: str) -> Path:
         """A path for this name, with a number behind it if the name is taken."""
@@ -112,16 +112,16 @@ class MomentShelf:
 def cleaned(name: str) -> str:
     """A name that every file system takes."""
     kept = " ".join(re.sub(FORBIDDEN, " ", name).split()).strip(". ")
-    return kept[:LONGEST_NAME].strip(". ") or "moment"
+    return kept[:LONGEST_NAME].strip(". ") or "snapshot"
 
 
-def _read(path: Path) -> Moment:
+def _read(path: Path) -> Snapshot:
     from PIL import Image
 
     settings = read_settings(path)
     picture = Image.fromarray(_codes(path))
     picture.thumbnail((THUMBNAIL, THUMBNAIL))
-    return Moment(path, settings, np.asarray(picture))
+    return Snapshot(path, settings, np.asarray(picture))
 
 
 def _codes(path: Path) -> NDArray[np.uint8]:

@@ -26,7 +26,7 @@ from time import time
 from typing import Any
 
 from lensbench.app.session.export import read_settings, replacing, runs
-from lensbench.app.session.snapshots import moments_folder
+from lensbench.app.session.snapshots import snapshots_folder
 from lensbench.app.settings.setting import SettingsError, spec
 from lensbench.app.settings.settings import PICTURES, VERSION, Settings
 from lensbench.core.text import MOST_CHARACTERS, cut, excerpt
@@ -190,7 +190,7 @@ def _short(value: object) -> object:
 
 def session_path() -> Path:
     """The file; it may not exist yet."""
-    return moments_folder().parent / "session.toml"
+    return snapshots_folder().parent / "session.toml"
 
 
 def save_session(settings: Settings) -> None:

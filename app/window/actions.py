@@ -184,7 +184,7 @@ RUNS: dict[str, Callable[[WindowState], None] | Request] = {
     "Save lens edits": Request.SAVE_EDITED, "Revert lens": lambda state: state.take(reverted(state.edited)),
     "Save settings…": Request.SAVE_SETTINGS, "Export…": Request.EXPORT, "Save picture…": Request.SAVE_RENDER,
     "Save screenshot…": Request.SAVE_WINDOW, "Save intrinsics…": Request.SAVE_INTRINSICS,
-    "Keep snapshot": Request.KEEP_MOMENT, "Copy picture": Request.COPY_PICTURE,
+    "Keep snapshot": Request.KEEP_SNAPSHOT, "Copy picture": Request.COPY_PICTURE,
     "Copy state as text": Request.COPY_STATE, "Paste state": Request.PASTE, "Reset all": reset_all,
     "Dark theme": lambda state: state.choose_theme(True), "Light theme": lambda state: state.choose_theme(False),
     "Reset layout": Request.RESET_LAYOUT, "Dismiss all notices": lambda state: state.view.notices.forget(),

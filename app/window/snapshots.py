@@ -18,7 +18,7 @@ from lensbench.app.panels.controls.controls import lens_title, scene_title
 from lensbench.app.session.export import save_picture
 from lensbench.app.session.notices import Request
 from lensbench.app.session.picture_formats import copy_picture
-from lensbench.app.session.snapshots import Moment, MomentShelf, moments_folder
+from lensbench.app.session.snapshots import Snapshot, SnapshotShelf, snapshots_folder
 from lensbench.app.session.states import is_state_text, named_files, settings_of_text, state_text
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_f_number
@@ -33,14 +33,14 @@ class Snapshots:
     def __init__(self, window: WindowState, comparing: Comparing, folder: Path | None = None):
         self._window, self._comparing = window, comparing
         self._temporary = None if folder is not None or window.remember else TemporaryDirectory()
-        self.shelf = MomentShelf(folder or (Path(self._temporary.name) if self._temporary else moments_folder()),
+        self.shelf = SnapshotShelf(folder or (Path(self._temporary.name) if self._temporary else snapshots_folder()),
                                  window.view.say)
         self.state = panel.SnapshotsState()
-        self.card: tuple[Moment, Path] | None = None        # of this snapshot, to be written there
+        self.card: tuple[Snapshot, Path] | None = None        # of this snapshot, to be written there
         self._pictures: dict[str, NDArray[np.uint8]] = {}
         self._textures = SmallTextures(self._pictures)
         self._loading: Task[None] | None = None
-        self._carding: Moment | None = None
+        self._carding: Snapshot | None = None
         self._tasks: list[tuple[Task[None], str]] = []
 
     def draw(self) -> None:
@@ -49,9 +49,9 @@ class Snapshots:
             imgui.text_disabled("Reading the snapshots")
             return
         self._pictures.clear()
-        self._pictures.update({str(snapshot.path): snapshot.thumbnail for snapshot in self.shelf.moments})
+        self._pictures.update({str(snapshot.path): snapshot.thumbnail for snapshot in self.shelf.snapshots})
         self._textures.begin_frame()
-        panel.snapshots_panel(self.shelf.moments, self.state, lambda snapshot: self._textures.of(str(snapshot.path)))
+        panel.snapshots_panel(self.shelf.snapshots, self.state, lambda snapshot: self._textures.of(str(snapshot.path)))
 
     def _load(self) -> Task[None]:
         """Read the shelf, once."""
@@ -70,7 +70,7 @@ class Snapshots:
         try:
             if renamed is not None:
                 self.shelf.rename(*renamed)
-            if Request.KEEP_MOMENT in wanted or action is not None and action[0] == panel.KEEP:
+            if Request.KEEP_SNAPSHOT in wanted or action is not None and action[0] == panel.KEEP:
                 self._keep()
             text = imgui.get_clipboard_text() or "" if Request.PASTE in wanted else ""
             if is_state_text(text):                     # another text is for the panel that has the focus
@@ -115,7 +115,7 @@ class Snapshots:
         if not self._window.panel_shown("Snapshots"):
             self._window.view.say("Snapshot kept: see the panel Snapshots", done=True)
 
-    def _do(self, action: str, snapshot: Moment) -> None:
+    def _do(self, action: str, snapshot: Snapshot) -> None:
         if action == panel.OPEN:
             self._take(snapshot.settings)
         elif action == panel.COMPARE:
@@ -166,7 +166,7 @@ class Snapshots:
 
 
 def _name(settings: Settings) -> str:
-    """A first name for a moment: lens, stop and scene."""
+    """A first name for a snapshot: lens, stop and scene."""
     if not settings.has_lens:
         return f"{settings.camera_title}, {scene_title(settings.scene)}"
     f_number = settings.f_number or readings(settings).widest_f_number

@@ -123,7 +123,7 @@ def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it
         assert controller.look.cell == (2, 3)
         view = controller.worker.recording.field.view(2, 3)
         assert np.array_equal(controller.field_picture.image, view)
-        assert np.array_equal(hand.session.picture_now()[0], view)      # for moments and the clipboard
+        assert np.array_equal(hand.session.picture_now()[0], view)      # for snapshots and the clipboard
         hand.session.files.save_picture(tmp_path / "shown.png")
         assert read_settings(tmp_path / "shown.png").pixels_x == controller.worker.recording.settings.pixels_x
         controller.worker.save(tmp_path / "field.npz")

@@ -1,4 +1,4 @@
-"""The title of a scene in the left column, in moments and in comparisons."""
+"""The title of a scene in the left column, in snapshots and in comparisons."""
 
 from pathlib import Path
 

@@ -2,12 +2,12 @@
 
 import pytest
 
-from lensbench.app.session.snapshots import moments_folder
+from lensbench.app.session.snapshots import snapshots_folder
 from lensbench.app.session.states import unsaved_folder
 from lensbench.app.workers.lens_pictures import pictures_folder
 from lensbench.lenses.glass.catalogue import user_folder
 
-FOLDERS = [(moments_folder, "XDG_DATA_HOME", ".local/share", "moments"),
+FOLDERS = [(snapshots_folder, "XDG_DATA_HOME", ".local/share", "snapshots"),
            (unsaved_folder, "XDG_CONFIG_HOME", ".config", "unsaved"),
            (user_folder, "XDG_CONFIG_HOME", ".config", "glass"),
            (pictures_folder, "XDG_CACHE_HOME", ".cache", "thumbnails")]

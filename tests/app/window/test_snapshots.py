@@ -22,18 +22,18 @@ def test_a_snapshot_is_kept_named_opened_compared_and_removed(drive):
         shelf = hand.session.snapshots.shelf
         hand.picture()
         hand.press(KEY.b)                           # before the panel has been seen
-        hand.wait(lambda: shelf.moments, "the snapshot")
+        hand.wait(lambda: shelf.snapshots, "the snapshot")
         hand.session.view.notices.forget()
         hand.ctx.window_focus("//Snapshots")
         hand.ctx.yield_(6)
-        assert len(shelf.moments) == 1
+        assert len(shelf.snapshots) == 1
         hand.ctx.item_click("**/Snapshot Double Gauss 50 mm f2 at f2.8, Still life", 1)
         hand.ctx.item_click("//$FOCUSED/Remove")
         hand.ctx.yield_(3)
-        assert shelf.moments == []
+        assert shelf.snapshots == []
         hand.ctx.item_click("//Snapshots/###Keep")
-        hand.wait(lambda: shelf.moments, "the snapshot")
-        snapshot = shelf.moments[0]
+        hand.wait(lambda: shelf.snapshots, "the snapshot")
+        snapshot = shelf.snapshots[0]
         assert snapshot.settings == SMALL and "f2.8" in snapshot.name
         hand.session.take(replace(hand.settings, f_number=8.0))
         hand.picture()
@@ -41,7 +41,7 @@ def test_a_snapshot_is_kept_named_opened_compared_and_removed(drive):
         hand.ctx.item_click("//$FOCUSED/Rename")
         hand.ctx.yield_(3)
         hand.ctx.key_chars_replace_enter("open wide")
-        hand.wait(lambda: shelf.moments[0].name == "open wide", "the new name")
+        hand.wait(lambda: shelf.snapshots[0].name == "open wide", "the new name")
         hand.ctx.yield_(2)
         hand.ctx.item_click("**/Snapshot open wide", 1)
         hand.ctx.item_click("//$FOCUSED/Compare as A")
@@ -56,7 +56,7 @@ def test_a_snapshot_is_kept_named_opened_compared_and_removed(drive):
         hand.ctx.item_click("**/Snapshot open wide", 1)
         hand.ctx.item_click("//$FOCUSED/Remove")
         hand.ctx.yield_(3)
-        assert shelf.moments == [] and not list(shelf.folder.glob("*.png"))
+        assert shelf.snapshots == [] and not list(shelf.folder.glob("*.png"))
 
     assert drive(use).view.messages == []
 
