@@ -52,7 +52,8 @@ class Kind(StrEnum):
     IMAGE = "image"
     UNIT = "unit"
     CONVENTION = "convention"               # one of two ways to read the table was chosen
-    RIM = "rim"
+    RIM = "rim"                             # a clear aperture is estimated, or ends the light
+    STOP_SIZE = "stop-size"                 # the file has two sizes of the stop, or one that no stop has
     NOT_READ = "not-read"                   # keywords and sections that the reader does not know
 
     # Of a reader or of a writer

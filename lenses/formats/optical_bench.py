@@ -107,10 +107,10 @@ def _size_stop(design: Design, distances: dict) -> None:
                                                              f"be positive")
     row = design.rows[stops[0]]
     if row.semi_diameter is not None and abs(2.0 * row.semi_diameter - size) > SAME_STOP * size:
-        design.found(Kind.RIM, f"the diameter of the stop in [lens data], {significant(2.0 * row.semi_diameter)} mm, "
-                               f"differs from that in its row Aperture Diameter, {significant(size)} mm, "
-                               f"which is used", stops[0] - 1,
-                     left_out=2.0 * row.semi_diameter, used=size)
+        other = 2.0 * row.semi_diameter
+        design.found(Kind.STOP_SIZE, f"the diameter of the stop in [lens data], {significant(other)} mm, differs from "
+                                     f"that in its row Aperture Diameter, {significant(size)} mm, which is used",
+                     stops[0] - 1, left_out=other, used=size)
     row.semi_diameter = size / 2.0
 
 

@@ -167,15 +167,16 @@ def with_stated_aperture(lens: Lens, stations: list[Station],
         except (RowError, LensError, ArithmeticError):
             asked = None
         if asked is None:
-            findings.append(Finding(Kind.RIM, stop, f"{stated} fits no stop of this lens: the stop's semi-diameter "
-                                                    f"of the file, {significant(rim, 5)} mm, is kept"))
+            findings.append(Finding(Kind.STOP_SIZE, stop, f"{stated} fits no stop of this lens: the "
+                                                          f"semi-diameter in the file, {significant(rim, 5)} mm, is "
+                                                          "kept"))
             return rim
         if abs(asked - rim) <= SAME * rim:
             return rim
         if abs(asked - rim) > PRINTED * rim:
-            findings.append(note(Kind.RIM, f"{stated} sizes the stop: its semi-diameter is {significant(asked, 5)} mm, "
-                                           f"and not the {significant(rim, 5)} mm of the rim in the file",
-                                 stop, aperture=asked, rim=rim))
+            findings.append(note(Kind.STOP_SIZE, f"{stated} sizes the stop: its semi-diameter is "
+                                                 f"{significant(asked, 5)} mm, instead of the {significant(rim, 5)} mm "
+                                                 "of its clear aperture in the file", stop, aperture=asked, rim=rim))
         return asked
 
     rim, value = lens.stop.semi_diameter, aperture.values[0]

@@ -90,9 +90,10 @@ def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tupl
     index, assumed = _stop_of(surfaces, marked)
     rim, widest = surfaces[index].semi_diameter, widest_other(surfaces, index)
     if rim > WIDEST_STOP * widest:
-        assumed += (Finding(Kind.RIM, index, f"the stop's semi-diameter, {significant(rim)} mm, is that of no stop: "
-                                             f"the widest other rim has {significant(widest)} mm. Correct the "
-                                             "diameter of the stop", figures={"semi_diameter": rim, "widest": widest}),)
+        assumed += (Finding(Kind.STOP_SIZE, index, f"the stop's semi-diameter, {significant(rim)} mm, is that of no "
+                                                   f"stop: the largest of the other surfaces is {significant(widest)} "
+                                                   "mm. Correct the diameter of the stop",
+                            figures={"semi_diameter": rim, "widest": widest}),)
     folded = next((i for i, s in enumerate(surfaces[:-1]) if s.thickness < 0.0 and (s.glass.n_d > 1.0 or (
         i > 0 and surfaces[i - 1].glass.n_d > 1.0 and surfaces[i + 1].glass.n_d > 1.0))), None)
     if folded is not None:

@@ -7,8 +7,11 @@ from math import asin, degrees, radians, sin
 import pytest
 
 from lensbench import Glass, Lens, Surface, lenses
+from lensbench.app.session.edited_lens import original
+from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.finding import Kind, Severity
 from lensbench.lenses.checks.fabrication import CENTRE, EDGE, LEAST_EDGE, STEEPEST
+from lensbench.lenses.checks.geometry import has_estimated_rims
 
 CROWN = Glass(1.5168, 64.17)
 
@@ -105,3 +108,15 @@ def test_a_radius_that_a_solve_sets_is_no_doubt(tmp_path):
     assert Kind.SOLVED_RADIUS not in {finding.kind for finding in lenses.check(solved)}
     bare = replace(solved, findings=())
     assert Kind.SOLVED_RADIUS in {finding.kind for finding in lenses.check(bare)}
+
+
+def test_a_stop_that_is_too_wide_does_not_make_clear_apertures_estimates(tmp_path):
+    semi, radius = 8.0, 40.0
+    lens = singlet(radius, -radius, 0.07 + 2.0 * sphere(radius, semi), semi)
+    lenses.save(lens.with_stop_radius(1e6), tmp_path / "a.txt")
+    wide = lenses.load(tmp_path / "a.txt")
+    assert [f.kind for f in wide.findings] == [Kind.STOP_SIZE]
+    assert not has_estimated_rims(wide)
+    assert not original(replace(Settings(), lens=str(tmp_path / "a.txt"))).lens.estimates
+    (finding,) = found(wide, Kind.EDGE)
+    assert finding.severity is Severity.WARNING and "estimated" not in str(finding)

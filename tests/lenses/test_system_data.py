@@ -133,7 +133,7 @@ def test_the_f_number_of_the_system_wins_over_the_rim_of_the_stop_and_both_figur
     lens = loaded(tmp_path, f"a{suffix}", NEAR[suffix].format(aperture=text, distance=1e20))
     assert lb.first_order(lens).f_number == pytest.approx(5.0, rel=1e-12)
     assert lens.system.aperture == Aperture(ApertureKind.F_NUMBER, (5.0,))
-    (told,) = (finding for finding in lens.findings if finding.kind is Kind.RIM and finding.figures)
+    (told,) = (finding for finding in lens.findings if finding.kind is Kind.STOP_SIZE)
     assert told.figures == {"aperture": lens.stop.semi_diameter, "rim": 9.0} and told.surface == lens.stop_index
     assert f"{lens.stop.semi_diameter:.5g} mm" in str(told) and "9 mm" in str(told)
 
@@ -439,8 +439,8 @@ def test_a_stop_that_is_none_and_a_thickness_behind_a_mirror_are_named():
         return {finding.kind: str(finding) for finding in READERS[".txt"](text, "a.txt").findings}
 
     front, back = Surface(5.0, 9.0, GLASS, curvature=0.02), Surface(3.0, 9.0, curvature=-0.02)
-    assert not {Kind.RIM, Kind.THICKNESS} & set(found(front, back))
-    assert "1000000 mm, is that of no stop" in found(front, replace(back, semi_diameter=1e6))[Kind.RIM]
+    assert not {Kind.STOP_SIZE, Kind.THICKNESS} & set(found(front, back))
+    assert "1000000 mm, is that of no stop" in found(front, replace(back, semi_diameter=1e6))[Kind.STOP_SIZE]
     assert "mirrors are not traced" in found(replace(front, thickness=-5.0), back)[Kind.THICKNESS]
     assert "mirrors are not traced" in found(front, replace(back, thickness=-3.0), front, back)[Kind.THICKNESS]
     # A stop inside the bulge is no mirror

@@ -42,7 +42,8 @@ def test_the_stop_has_the_diameter_of_its_row_at_each_position(tmp_path):
     other = sample(tmp_path, ("d0\t", "Aperture Diameter\t10\nd0\t"))
     assert other.stop.semi_diameter == 5.0 and other.positions.stops == ()
     found, = other.findings
-    assert found.kind is lenses.Kind.RIM and found.surface == 3 and "12.5 mm" in str(found) and "10 mm" in str(found)
+    assert found.kind is lenses.Kind.STOP_SIZE and found.surface == 3
+    assert "12.5 mm" in str(found) and "10 mm" in str(found)
     error = refusal(tmp_path, "lens.txt", SAMPLE.replace("d0\t", "Aperture Diameter\t12.5\t0\nd0\t", 1))
     assert error.line == 8 and "Aperture Diameter is 0" in error.reason
 

@@ -140,7 +140,7 @@ def test_a_lens_for_a_near_object_is_not_held_to_a_focus_at_infinity(tmp_path):
     near = sample(tmp_path, ("DISZ INFINITY", "DISZ 250"), ("DISZ 9.5E+1", "DISZ 1.6E+2"))
     far = sample(tmp_path, ("DISZ 9.5E+1", "DISZ 1.6E+2"))
     assert "back-focus" in {finding.kind for finding in lenses.check(far)}
-    assert {finding.kind for finding in lenses.check(near)} == {Kind.NEAR_OBJECT, Kind.RIM}
+    assert {finding.kind for finding in lenses.check(near)} == {Kind.NEAR_OBJECT, Kind.STOP_SIZE}
     assert not any(finding.severity is Severity.WARNING for finding in lenses.check(near))
 
 
