@@ -1,10 +1,8 @@
-"""Docstrings of all that `lb`, `lenses` and `lenses.editing` offer, as numpydoc: arguments, returns and raises."""
+"""Docstrings of all that `lb` and `lenses` offer, as numpydoc: arguments, returns and raises."""
 
 import ast
 import enum
-import importlib
 import inspect
-import pkgutil
 import re
 import textwrap
 from itertools import pairwise
@@ -15,7 +13,6 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.core.cameras.base import Camera
 from lensbench.core.scenery.objects.shape import Shape
-from lensbench.lenses import editing
 
 # Classes that document members of others, by the modules of the others
 CONTRACTS = {"lensbench.core.scenery.objects": Shape, **dict.fromkeys((
@@ -104,10 +101,6 @@ def faults():
         f"tolerances.{name}": value for name, value in vars(lb.tolerances).items()
         if not name.startswith("_") and getattr(value, "__module__", None) == lb.tolerances.__name__} | {
         f"lenses.{name}": getattr(lenses, name) for name in lenses.__all__}
-    for found in pkgutil.iter_modules(editing.__path__, f"{editing.__name__}."):
-        room = importlib.import_module(found.name)
-        offered |= {f"{found.name}.{name}": value for name, value in vars(room).items()
-                    if not name.startswith("_") and getattr(value, "__module__", None) == found.name}
     for base in {base for value in offered.values() if inspect.isclass(value) for base in value.__mro__[1:]}:
         if base.__module__.startswith("lensbench") and base not in offered.values():
             offered[f"{base.__module__}.{base.__name__}"] = base        # its members are members of what is offered

@@ -1,7 +1,7 @@
 """What is screwed onto a lens: a filter, a close-up lens, a cover plate, a converter or another lens.
 
-Lengths in mm. Each function returns a new document; what is attached consists of surfaces like any others, which can be
-edited, and carries comments with its name.
+Lengths in mm. What is attached consists of surfaces like any others, which can be edited; the first has its name as a
+comment.
 """
 
 from collections.abc import Sequence
@@ -25,52 +25,15 @@ GAP = 2.0                       # mm of air at the nearest places of the rims
 
 
 def plate(thickness: float, semi_diameter: float, glass: Glass = CROWN) -> tuple[Surface, ...]:
-    """A plane-parallel plate: a filter, or a cover glass.
-
-    Parameters
-    ----------
-    thickness : float
-        Of the glass, mm.
-    semi_diameter : float
-        Radius of both rims, mm.
-    glass : Glass
-        Its glass.
-
-    Returns
-    -------
-    tuple of Surface
-        Both faces, for `attached_in_front` or `attached_behind`.
-
-    Raises
-    ------
-    EditError
-        For sizes that are not positive.
-    """
+    """Both faces of a plane-parallel plate, a filter or a cover glass. EditError: a size that is not positive."""
     _positive(thickness=thickness, semi_diameter=semi_diameter)
     return Surface(thickness, semi_diameter, glass, curvature=0.0), Surface(0.0, semi_diameter, curvature=0.0)
 
 
 def close_up_lens(dioptres: float, semi_diameter: float, glass: Glass = CROWN) -> tuple[Surface, ...]:
-    """A plano-convex lens, its convex side towards the scene; a negative power makes it plano-concave.
+    """A plano-convex lens, its convex side towards the scene; of negative power, plano-concave.
 
-    Parameters
-    ----------
-    dioptres : float
-        Power from −20 to 20, 1/m; not 0.
-    semi_diameter : float
-        Radius of both rims, mm.
-    glass : Glass
-        Its glass.
-
-    Returns
-    -------
-    tuple of Surface
-        Both faces, for `attached_in_front`.
-
-    Raises
-    ------
-    EditError
-        For a power beyond these, or a rim beyond the sphere.
+    dioptres: from −20 to 20 (1/m), not 0. EditError for another power, or a clear aperture beyond the sphere.
     """
     _positive(semi_diameter=semi_diameter)
     if not 0.0 < abs(dioptres) <= 20.0:
@@ -85,48 +48,17 @@ def close_up_lens(dioptres: float, semi_diameter: float, glass: Glass = CROWN) -
 
 
 def front_width(document: LensDocument, thickness: float = FILTER) -> float:
-    """Semi-diameter of an attachment that leaves the light of the first surface free, up to 45° from the axis.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The lens.
-    thickness : float
-        Of the attachment, mm.
-
-    Returns
-    -------
-    float
-        mm.
-    """
+    """Semi-diameter (mm) of an attachment of this thickness that clears the light of the first surface up to 45°."""
     first = document.surfaces[0]
     return first.semi_diameter + _clearance(first, -1.0) + thickness
 
 
 def attached_in_front(document: LensDocument, surfaces: Sequence[Surface], name: str,
                       gap: float | None = None) -> LensDocument:
-    """The document with surfaces before its first one.
+    """The document with surfaces before its first one; the stop stays the surface that it was.
 
-    Parameters
-    ----------
-    document : LensDocument
-        The lens, in air.
-    surfaces : sequence of Surface
-        From the scene on, as of `plate`, `close_up_lens`, or of another lens; the last thickness is replaced.
-    name : str
-        Comment of the first of them.
-    gap : float or None
-        Last vertex of the attachment → first vertex of the lens (mm); None: GAP at the nearest places.
-
-    Returns
-    -------
-    LensDocument
-        The stop stays the surface that it was; solves and pickups are settled anew.
-
-    Raises
-    ------
-    EditError
-        For a lens that is not in air, a gap below 0, or too many surfaces.
+    gap: last vertex of the attachment → first vertex of the lens; None: GAP at the nearest points. name: comment of the
+    first of the surfaces, whose last thickness is replaced. EditError for a lens that is not in air, or a gap below 0.
     """
     if document.lens.front_index != 1.0:
         raise EditError("only in front of a lens in air something can be attached")
@@ -139,26 +71,7 @@ def attached_behind(document: LensDocument, surfaces: Sequence[Surface], name: s
     """The document with surfaces behind its last one; the last gap of the lens becomes that to the attachment.
 
     A last gap that varies with zoom or focus does so behind the attachment, shorter by its length: the film stays.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The lens, which ends in air.
-    surfaces : sequence of Surface
-        From the lens on, as for `attached_in_front`.
-    name : str
-        Comment of the first of them.
-    gap : float or None
-        Last vertex of the lens → first vertex of the attachment (mm); None: GAP at the nearest places.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For a lens that does not end in air, a gap below 0 or one that follows from a rule, or too many surfaces.
+    EditError for a lens that does not end in air, a gap below 0, or one that follows from a rule.
     """
     count, last = len(document.surfaces), document.surfaces[-1]
     if last.glass != AIR:
@@ -182,24 +95,7 @@ def attached_behind(document: LensDocument, surfaces: Sequence[Surface], name: s
 
 
 def surfaces_of(lens: Lens, reverse: bool = False) -> tuple[Surface, ...]:
-    """The surfaces of another lens to attach, its stop as any surface.
-
-    Parameters
-    ----------
-    lens : Lens
-        The other lens, in air.
-    reverse : bool
-        Whether it is turned round, as with a reversing ring.
-
-    Returns
-    -------
-    tuple of Surface
-
-    Raises
-    ------
-    EditError
-        For a lens that is not in air.
-    """
+    """The surfaces of another lens to attach, reversed as by a reversing ring. EditError: it is not in air."""
     if lens.front_index != 1.0 or lens.surfaces[-1].glass != AIR:
         raise EditError(f"{lens.name or 'the lens'} is not in air: it cannot be attached")
     return reversed_surfaces(lens.surfaces) if reverse else lens.surfaces

@@ -24,29 +24,11 @@ LONGEST_COMMENT = 200
 
 
 def with_value(document: LensDocument, surface: int, quantity: str, value: float) -> LensDocument:
-    """The document with one number changed.
+    """The document with one number of a surface changed, and all that follows from it.
 
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surface : int
-        Number of the surface, from 0.
-    quantity : str
-        "curvature" (1/mm), "thickness", "semi_diameter" (mm), "conic", "r2" … "r20" (mm^(1 − p)), or "curvature_x".
-    value : float
-        The new number. A gap that varies with zoom or focus is changed at the position of the document's lens.
-
-    Returns
-    -------
-    LensDocument
-        With everything that follows from the number.
-
-    Raises
-    ------
-    EditError
-        For a number that a surface cannot have, one that follows from a solve or pickup, or a gap of a zoom between
-        two stations.
+    quantity: one of QUANTITIES (curvatures in 1/mm, lengths in mm, coefficients in mm^(1 − p)). A gap that varies with
+    zoom or focus is changed at the position of the document's lens. EditError for a number that a surface cannot have,
+    one that follows from a rule, or a gap of a zoom between two stations.
     """
     if quantity not in QUANTITIES:
         raise EditError(f"quantity {excerpt(quantity)}: choose one of {', '.join(QUANTITIES)}")
@@ -90,23 +72,7 @@ def _at_station(lens: Lens, surface: int, quantity: str, value: float) -> Lens:
 
 
 def station(positions: Positions) -> tuple[int, int]:
-    """Numbers of the zoom and focus station at which a lens stands.
-
-    Parameters
-    ----------
-    positions : Positions
-        Positions of the lens, with its present zoom and focus.
-
-    Returns
-    -------
-    tuple of int
-        Of the zoom station and of the focus station, each from 0.
-
-    Raises
-    ------
-    EditError
-        Between two stations.
-    """
+    """Indices of the zoom and focus positions at which a lens stands; EditError between two of them."""
     if positions.zoom not in positions.zoom_stations or positions.close not in positions.focus_stations:
         names = "; ".join(positions.label(i) for i in range(len(positions.zoom_stations)))
         raise EditError(f"this gap varies with the zoom: set the zoom to a station of the lens to edit it ({names})")
@@ -114,27 +80,9 @@ def station(positions: Positions) -> tuple[int, int]:
 
 
 def with_radius(document: LensDocument, surface: int, radius: object, section: str = "y") -> LensDocument:
-    """The document with another radius of curvature.
+    """The document with another radius (mm; 0 and inf: a plane), of the section y–z, or "x" for x–z of a toroid.
 
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surface : int
-        Number of the surface, from 0.
-    radius : float or str
-        mm, positive if the centre lies behind the surface; 0 and inf are a plane.
-    section : str
-        "y", or "x" for the section x–z of a toroid.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        As for `with_value`, and for a text that is no number.
+    EditError as for `with_value`, and for a text that is no number.
     """
     try:
         c = curvature(radius)
@@ -144,26 +92,7 @@ def with_radius(document: LensDocument, surface: int, radius: object, section: s
 
 
 def with_glass(document: LensDocument, surface: int, glass: Glass | str) -> LensDocument:
-    """The document with another medium behind a surface.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surface : int
-        Number of the surface, from 0.
-    glass : Glass or str
-        A value; or a name of a catalogue, a six-digit code, or n_d and V_d such as "1.5168 64.17"; "" or "air" is air.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For an unknown glass; the message names the nearest.
-    """
+    """The document with another medium behind a surface: a value, or a text as of `named_glass`."""
     before = _surface(document, surface)
     made = named_glass(glass) if isinstance(glass, str) else glass
     try:
@@ -175,21 +104,9 @@ def with_glass(document: LensDocument, surface: int, glass: Glass | str) -> Lens
 
 
 def named_glass(text: str) -> Glass:
-    """The glass of a text.
+    """The glass of a name, a name with its maker, a six-digit code, or n_d with V_d; "" or "air" is air.
 
-    Parameters
-    ----------
-    text : str
-        A name, a name with its maker, a six-digit code, or n_d with V_d; "" or "air" is air.
-
-    Returns
-    -------
-    Glass
-
-    Raises
-    ------
-    EditError
-        For an unknown glass; the message names the nearest.
+    EditError for an unknown glass; the message names the nearest.
     """
     text = text.strip()
     if text.lower() in ("", "air"):
@@ -210,21 +127,7 @@ def named_glass(text: str) -> Glass:
 
 
 def with_comment(document: LensDocument, surface: int, comment: str) -> LensDocument:
-    """The document with a comment on a surface.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surface : int
-        Number of the surface, from 0.
-    comment : str
-        Text; it is kept in one line, of at most LONGEST_COMMENT characters.
-
-    Returns
-    -------
-    LensDocument
-    """
+    """The document with a comment on a surface, in one line of at most LONGEST_COMMENT characters."""
     _surface(document, surface)
     comments = list(document.comments or ("",) * len(document.surfaces))
     comments[surface] = " ".join(comment.split())[:LONGEST_COMMENT]
@@ -232,25 +135,7 @@ def with_comment(document: LensDocument, surface: int, comment: str) -> LensDocu
 
 
 def with_rule(document: LensDocument, rule: Solve | Pickup) -> LensDocument:
-    """The document with a solve or pickup, in place of another one of the same number.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    rule : Solve or Pickup
-        What the number follows from.
-
-    Returns
-    -------
-    LensDocument
-        With every number that follows from it.
-
-    Raises
-    ------
-    EditError
-        As for `LensDocument`.
-    """
+    """The document with a solve or pickup, instead of another one of the same number."""
     kept = without_rule(document, rule.surface, rule.quantity)
     if isinstance(rule, Solve):
         return settled(replace(kept, solves=(*kept.solves, rule)))
@@ -258,21 +143,7 @@ def with_rule(document: LensDocument, rule: Solve | Pickup) -> LensDocument:
 
 
 def without_rule(document: LensDocument, surface: int, quantity: str) -> LensDocument:
-    """The document with a number set free, which keeps its value.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surface : int
-        Number of the surface, from 0.
-    quantity : str
-        One of QUANTITIES.
-
-    Returns
-    -------
-    LensDocument
-    """
+    """The document with a number made independent, which keeps its value."""
     def other(each: Solve | Pickup) -> bool:
         return (each.surface, each.quantity) != (surface, quantity)
 

@@ -26,24 +26,11 @@ class EditError(ValueError):
 
 @dataclass(frozen=True)
 class Solve:
-    """A number that follows from a target.
+    """A number that follows from a target; EditError for an unknown kind, or a target that no lens meets.
 
-    Parameters
-    ----------
-    surface : int
-        The surface whose number is adjusted.
-    kind : str
-        "image" (thickness: the gap ends at the paraxial image), "edge" (thickness: that of the edge, rim to rim),
-        "efl" (curvature: focal length), "marginal slope" (curvature: slope of the paraxial marginal ray behind the
-        surface), "f-number" (semi-diameter of the stop).
-    target : float
-        Edge thickness or focal length in mm, a slope or an f-number; for "image" the distance (mm) from the end of
-        the gap to the image, usually 0.
-
-    Raises
-    ------
-    EditError
-        For an unknown kind or a target that cannot be met by any lens.
+    kind: "image" (thickness: the gap ends `target` mm before the paraxial image), "edge" (thickness: that at the edge,
+    mm), "efl" (curvature: focal length, mm), "marginal slope" (curvature: slope of the paraxial marginal ray behind the
+    surface), "f-number" (semi-diameter of the stop).
     """
 
     surface: int
@@ -72,23 +59,10 @@ class Solve:
 
 @dataclass(frozen=True)
 class Pickup:
-    """A number that is a multiple of the same quantity of another surface.
+    """A number that is a multiple of the same quantity of another surface, plus an offset.
 
-    Parameters
-    ----------
-    surface : int
-        The surface whose number follows.
-    quantity : str
-        One of QUANTITIES.
-    source : int
-        The surface that it follows.
-    factor, offset : float
-        Value = factor × value of the source + offset, in the unit of the quantity (1/mm for a curvature).
-
-    Raises
-    ------
-    EditError
-        For an unknown quantity, a source that is the surface itself, or numbers that are not finite.
+    offset: in the unit of the quantity (1/mm for a curvature). EditError for an unknown quantity, a source that is the
+    surface itself, or numbers that are not finite.
     """
 
     surface: int
@@ -112,82 +86,35 @@ class Pickup:
 
 
 class Places(NamedTuple):
-    """Where the surfaces of a document, and the gaps behind them, lie after an edit.
+    """Surface indices before an edit → after it; those that are gone are left out.
 
-    Parameters
-    ----------
-    surfaces : dict of int to int
-        Number of each surface before, and after; those that are gone are left out.
-    gaps : dict of int to int
-        The same of the gaps, by the surface before each.
+    gaps: the same of the gaps, by the surface before each.
     """
 
     surfaces: dict[int, int]
     gaps: dict[int, int]
 
     def of(self, surface: int, quantity: str) -> int | None:
-        """The surface that has a number of the table now.
-
-        Parameters
-        ----------
-        surface : int
-            Number of the surface before the edit.
-        quantity : str
-            Name of the number; the thickness is that of the gap.
-
-        Returns
-        -------
-        int or None
-            None where it is gone.
-        """
+        """The surface that now has a number of a surface before the edit; None where it is gone."""
         return (self.gaps if quantity == THICKNESS else self.surfaces).get(surface)
 
     def then(self, later: "Places") -> "Places":
-        """The places after another edit, which followed.
-
-        Parameters
-        ----------
-        later : Places
-            Those of the other edit.
-
-        Returns
-        -------
-        Places
-        """
+        """The indices after another edit, which followed."""
         return Places(*({old: after[new] for old, new in before.items() if new in after}
                         for before, after in zip(self, later, strict=True)))
 
     def undone(self) -> "Places":
-        """The places after the undo of the edit.
-
-        Returns
-        -------
-        Places
-        """
+        """The indices after the undo of the edit."""
         return Places(*({new: old for old, new in each.items()} for each in self))
 
 
 @dataclass(frozen=True)
 class LensDocument:
-    """A lens that is edited.
+    """A lens that is edited: its prescription, a comment for each surface (or none at all), solves and pickups.
 
-    Parameters
-    ----------
-    lens : Lens
-        The prescription, at the positions of its first zoom and focus station.
-    comments : tuple of str
-        One a surface; () for none.
-    solves, pickups : tuple
-        Numbers that follow from others, by surface.
-    findings : tuple of Finding
-        Solves that have no solution, and what the latest edit assumed; ignored in comparisons.
-    places : Places or None
-        Of surfaces and gaps, where the latest edit has renumbered them; ignored in comparisons.
-
-    Raises
-    ------
-    EditError
-        For a solve or pickup of a surface that the lens does not have, two for one number, or a circle of pickups.
+    lens: at the positions of its first zoom and focus station. findings: solves that have no solution, and what the
+    latest edit assumed; places: where the latest edit has renumbered surfaces; comparisons ignore both. EditError for a
+    rule of a surface that the lens does not have, two rules for one number, or pickups in a circle.
     """
 
     lens: Lens
@@ -244,68 +171,21 @@ class LensDocument:
         return [*self.solves, *self.pickups]
 
     def comment(self, surface: int) -> str:
-        """The comment on a surface.
-
-        Parameters
-        ----------
-        surface : int
-            Number of the surface, from 0.
-
-        Returns
-        -------
-        str
-            "" for none.
-        """
+        """The comment on a surface; "" for none."""
         return self.comments[surface] if self.comments else ""
 
     def rule(self, surface: int, quantity: str) -> Solve | Pickup | None:
-        """What a number follows from.
-
-        Parameters
-        ----------
-        surface : int
-            Number of the surface, from 0.
-        quantity : str
-            One of QUANTITIES.
-
-        Returns
-        -------
-        Solve, Pickup or None
-            None for a free number.
-        """
+        """What a number follows from; None for an independent one."""
         return next((each for each in self.rules if (each.surface, each.quantity) == (surface, quantity)),
                     None)
 
 
 def words(quantity: str) -> str:
-    """A quantity in words.
-
-    Parameters
-    ----------
-    quantity : str
-        One of QUANTITIES or of POSE.
-
-    Returns
-    -------
-    str
-        Such as "radius" or "coefficient of r⁴".
-    """
+    """A quantity in words, such as "radius" or "coefficient of r⁴"."""
     raised = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
     return WORDS.get(quantity) or POSE.get(quantity) or f"coefficient of r{quantity[1:].translate(raised)}"
 
 
 def varies(lens: Lens, surface: int) -> bool:
-    """Whether the gap behind a surface moves with zoom or focus.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    surface : int
-        Number of the surface, from 0.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether the gap behind a surface varies with zoom or focus."""
     return lens.positions is not None and surface in lens.positions.gaps

@@ -33,17 +33,7 @@ TABLES = ("comments", "solves", "pickups")
 
 
 def to_text(document: LensDocument) -> str:
-    """The document as the text of a lens file (TOML).
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document.
-
-    Returns
-    -------
-    str
-    """
+    """The document as the text of a lens file (TOML)."""
     lines = [toml_format.write(document.lens)[0].rstrip("\n")]
     if document.comments:
         lines += ["", "[comments]", *(f"{i} = {quoted(text)}" for i, text in enumerate(document.comments) if text)]
@@ -58,25 +48,10 @@ def to_text(document: LensDocument) -> str:
 
 
 def from_text(text: str, path: str = "edited lens", folder: Path | None = None) -> LensDocument:
-    """The document of a text, as it is: nothing is solved anew.
+    """The document of a text in the project's own format, as it is: nothing is solved anew.
 
-    Parameters
-    ----------
-    text : str
-        As of `to_text`, or any lens file of the project's own format.
-    path : str
-        Name of the file, for messages.
-    folder : Path or None
-        In which a picture in the stop lies; None: that of `path`, if it is the path of a file.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    LensFileError
-        For a mistake; the message names `path` and the line.
+    folder: of a picture in the stop; None: that of `path`, if it is the path of a file. LensFileError names `path` and
+    the line of a mistake.
     """
     lens = toml_format.read(text, path, folder)
     data = tomllib.loads(text) if any(table in text for table in TABLES) else {}    # a second time takes as long
@@ -99,20 +74,7 @@ def from_text(text: str, path: str = "edited lens", folder: Path | None = None) 
 
 
 def lost_edits(document: LensDocument, why: str = "only .toml holds them") -> tuple[Finding, ...]:
-    """What a format other than the project's own cannot hold of a document.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document.
-    why : str
-        Why they are lost, in words.
-
-    Returns
-    -------
-    tuple of Finding
-        One for comments, solves and pickups together; empty for none.
-    """
+    """The finding about comments, solves and pickups, which only .toml holds, or are lost for another reason."""
     what = [name for name, values in zip(TABLES, (document.comments, document.solves, document.pickups), strict=True)
             if values]
     return (note(Kind.LEFT_OUT, f"left out: {', '.join(what)}; {why}"),) if what else ()

@@ -20,20 +20,7 @@ AIR_GAP = 0.1           # mm: of a cemented surface that is separated
 
 
 def element_at(lens: Lens, surface: int) -> tuple[int, int]:
-    """First and last surface of the element, or cemented group, that a surface belongs to.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    surface : int
-        Number of the surface, from 0.
-
-    Returns
-    -------
-    tuple of int
-        Twice the surface itself where it belongs to neither.
-    """
+    """First and last surface of the element or cemented group of a surface; twice itself where there is none."""
     first = last = surface
     while first > 0 and lens.surfaces[first - 1].glass.n_d > 1.0:
         first -= 1
@@ -43,23 +30,9 @@ def element_at(lens: Lens, surface: int) -> tuple[int, int]:
 
 
 def flipped(document: LensDocument, first: int, last: int) -> LensDocument:
-    """The document with a group of surfaces turned round, in the same place along the axis.
+    """The document with a group of surfaces reversed, between the same two vertices.
 
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    first, last : int
-        Numbers of the first and last surface of the group.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For a group between two different media, with gaps that vary, or with a tilt about a surface outside.
+    EditError for a group between two different media, with gaps that vary, or with a tilt about a surface outside.
     """
     check_range(document, first, last)
     before = medium_before(document.lens, first)
@@ -103,23 +76,8 @@ def _pivot_within(surface: Surface, i: int, first: int, last: int) -> Surface:
 def cemented(document: LensDocument, surface: int) -> LensDocument:
     """The document with the air gap behind a surface closed: the next surface is taken away.
 
-    The shape of the cemented surface is that of the first; the second element keeps its thickness.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surface : int
-        Number of the surface, from 0.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For a gap that does not lie between two elements, or that varies with zoom or focus.
+    The shape of the cemented surface is that of the first; the second element keeps its thickness. EditError for a gap
+    that does not lie between two elements, or that varies with zoom or focus.
     """
     front = surface_at(document, surface)
     if surface + 1 >= len(document.surfaces) or front.glass.n_d > 1.0:
@@ -146,25 +104,9 @@ def cemented(document: LensDocument, surface: int) -> LensDocument:
 
 
 def air_spaced(document: LensDocument, surface: int, gap: float = AIR_GAP) -> LensDocument:
-    """The document with a cemented surface separated into two of its shape.
+    """The document with a cemented surface separated into two of its shape, with a gap (mm) of air between them.
 
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surface : int
-        Number of the surface, from 0.
-    gap : float
-        Air between them, mm.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For a surface without glass on both sides, or a gap that varies with zoom or focus.
+    EditError for a surface without glass on both sides, or a gap that varies with zoom or focus.
     """
     front = surface_at(document, surface)
     if surface == 0 or document.surfaces[surface - 1].glass.n_d == 1.0 or front.glass.n_d == 1.0:

@@ -17,19 +17,11 @@ from lensbench.lenses.tables.paraxial import FAR, at_reference, image_distance
 
 @np.errstate(all="ignore")          # an infinite or undefined figure fails every comparison
 def faults(document: LensDocument) -> tuple[Finding, ...]:
-    """Why a lens cannot be built, or gives no picture; empty for a sound one.
+    """Why a lens cannot be built, or forms no image; empty for a sound one.
 
-    Parameters
-    ----------
-    document : LensDocument
-        Any document.
-
-    Returns
-    -------
-    tuple of Finding
-        Solves without a solution, rims beyond their surface, elements and neighbours that cross (Kind.HEMISPHERE,
-        EDGE, CROSSING, THICKNESS), no real image (NO_IMAGE), and the lowest ray of the axial beam that is lost (RAY).
-        All but NO_IMAGE name a surface, from 0.
+    Solves without a solution, clear apertures beyond their surface, elements and neighbours that cross
+    (Kind.HEMISPHERE, EDGE, CROSSING, THICKNESS), no real image (NO_IMAGE), and the lowest ray of the axial beam that
+    fails (RAY). All but NO_IMAGE name a surface, from 0.
     """
     lens = document.lens
     found = [f for f in document.findings if f.kind is Kind.UNSOLVED]

@@ -16,30 +16,11 @@ from lensbench.lenses.editing.solves import settled
 
 def reordered(document: LensDocument, order: Sequence[int | Surface], comments: dict[int, str] | None = None,
               settle: bool = True, gaps: dict[int, int | None] | None = None) -> LensDocument:
-    """The document with its surfaces, and all that belongs to them, in another order.
+    """The document with its surfaces, and all that belongs to them, in another order; EditError: no lens can have it.
 
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    order : sequence of int or Surface
-        From the scene to the film: a surface of the document by its number, or a new one.
-    comments : dict or None
-        Comments of new surfaces, by their place.
-    settle : bool
-        Whether solves and pickups are settled.
-    gaps : dict or None
-        Gaps that do not stay behind their surface: its number before, and that of the surface which then has the gap;
-        None where the gap is gone, so that its rules go too. Solves and pickups of thicknesses follow.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For a lens that cannot be built.
+    order: indices of surfaces, and new ones. comments: of new surfaces, by index. settle: whether solves and pickups
+    are settled. gaps: those that do not stay behind their surface, by its index before, with that of the surface which
+    then has the gap; None where the gap is gone, so that its rules go too. Rules of thicknesses follow their gaps.
     """
     lens, findings = document.lens, list(document.findings)
     place = {old: new for new, old in enumerate(order) if isinstance(old, int)}
@@ -100,22 +81,7 @@ def _pivoted(lens: Lens, old: int, new: int, place: dict[int, int], findings: li
 
 
 def check_fixed(lens: Lens, gaps: set[int], what: str) -> None:
-    """Refuse an edit of gaps that vary.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    gaps : set of int
-        Numbers of the surfaces before the gaps.
-    what : str
-        What cannot be done to the surfaces, for the message, such as "deleted".
-
-    Raises
-    ------
-    EditError
-        Where one of the gaps varies with zoom or focus.
-    """
+    """EditError where one of the gaps varies with zoom or focus; what: that cannot be done, such as “deleted”."""
     moving = sorted(gaps & set(lens.positions.gaps)) if lens.positions is not None else []
     if moving:
         raise EditError(f"the gap behind surface {moving[0]} varies with zoom or focus: the surfaces beside it cannot "
@@ -123,58 +89,17 @@ def check_fixed(lens: Lens, gaps: set[int], what: str) -> None:
 
 
 def pose_behind(surface: Surface) -> SurfacePose | None:
-    """The pose of the next surface in the body that a surface belongs to.
-
-    Parameters
-    ----------
-    surface : Surface
-        The surface.
-
-    Returns
-    -------
-    SurfacePose or None
-        None in line.
-    """
+    """The pose of the next surface in the body of a surface; None for a centred one."""
     return surface.pose and replace(surface.pose, pivot=surface.pose.pivot + 1)
 
 
 def surface_at(document: LensDocument, surface: int) -> Surface:
-    """A surface by its number.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document.
-    surface : int
-        Number of the surface, from 0.
-
-    Returns
-    -------
-    Surface
-
-    Raises
-    ------
-    EditError
-        For a number that no surface has.
-    """
+    """A surface by its index; EditError for one that does not exist."""
     check_range(document, surface, surface)
     return document.surfaces[surface]
 
 
 def check_range(document: LensDocument, first: int, last: int) -> None:
-    """Refuse a range of surfaces that the document does not have.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document.
-    first, last : int
-        Numbers of the first and last surface.
-
-    Raises
-    ------
-    EditError
-        For numbers beyond the lens, or in the wrong order.
-    """
+    """EditError for a range of surfaces that the document does not have."""
     if not 0 <= first <= last < len(document.surfaces):
         raise EditError(f"surfaces {first} to {last}: they are numbered from 0 to {len(document.surfaces) - 1}")

@@ -62,24 +62,11 @@ class _Line:
 
 
 def pasted(text: str, f_number: float | None = None) -> LensDocument:
-    """The lens of a pasted table.
+    """The lens of a pasted table; its findings state what was assumed: columns, clear apertures, glasses, the stop.
 
-    Parameters
-    ----------
-    text : str
-        The table; empty lines are skipped, and so are the rows of an object and an image.
-    f_number : float or None
-        For rims that the table does not have; without it f/4 is assumed, which a finding says.
-
-    Returns
-    -------
-    LensDocument
-        Its findings say what was assumed: columns, rims, glasses, the stop.
-
-    Raises
-    ------
-    EditError
-        With the line and the column of a cell that cannot be read, or why the text holds no lens.
+    Empty lines are skipped, and the rows of an object and an image. f_number: for clear apertures that the table does
+    not have, f/4 by default. EditError names the line and the column of a cell that cannot be read, or why the text
+    holds no lens.
     """
     if len(text) > LONGEST_TEXT:
         raise EditError(f"the text has {len(text)} characters: a table of at most {LONGEST_TEXT} is read")

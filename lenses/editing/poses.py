@@ -15,29 +15,11 @@ from lensbench.lenses.tables.axes import body
 
 
 def with_pose(document: LensDocument, first: int, last: int, quantity: str, value: float) -> LensDocument:
-    """The document with one number of the place of the surfaces from `first` to `last` changed.
+    """The document with one number of the pose of the surfaces from `first` to `last` changed.
 
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    first, last : int
-        The body: its surfaces have one pose from now on, about the vertex of surface `first`, with the other numbers
-        of that surface.
-    quantity : str
-        "decentre_x", "decentre_y" (mm), "tilt_x", "tilt_y" or "roll" (radians), as of `lb.SurfacePose`.
-    value : float
-        The new number.
-
-    Returns
-    -------
-    LensDocument
-        With all that follows. A pose whose numbers are all 0 is none.
-
-    Raises
-    ------
-    EditError
-        For another quantity or range, and a number that no pose has.
+    They are one body from now on, which pivots about the vertex of surface `first` and has the other numbers of that
+    surface. quantity: one of POSE (mm, radians), as of `lb.SurfacePose`; a pose whose numbers are all 0 is none.
+    EditError for another quantity or range, and a number that no pose has.
     """
     if quantity not in POSE:
         raise EditError(f"quantity {quantity!r}: choose one of {', '.join(POSE)}")
@@ -55,18 +37,5 @@ def with_pose(document: LensDocument, first: int, last: int, quantity: str, valu
 
 
 def body_at(lens: Lens, surface: int) -> tuple[int, int]:
-    """First and last surface of what moves with a surface.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    surface : int
-        Number of the surface, from 0.
-
-    Returns
-    -------
-    tuple of int
-        Of its body if it is out of line, else of its element; twice itself where it belongs to neither.
-    """
+    """First and last surface of the body of a decentred or tilted surface, else of its element."""
     return body(lens, surface) or element_at(lens, surface)

@@ -24,20 +24,11 @@ EXACT = 1e-13           # relative residual at which a solve is met; rounding of
 
 
 def settled(document: LensDocument) -> LensDocument:
-    """The document with every number that follows from others in its place.
+    """The document with the values of all its solves and pickups.
 
-    Pickups come first, then solves from the scene to the film; they are repeated until nothing changes. A solve
-    without a solution leaves its number, and becomes a finding; so do rules that contradict each other. The rules of
-    a lens whose gaps vary hold at its wide end, focused at infinity, wherever it is set.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-
-    Returns
-    -------
-    LensDocument
+    Pickups come first, then solves from the scene to the film; they are repeated until nothing changes. A solve without
+    a solution leaves its number, and becomes a finding; so do rules that contradict each other. The rules of a lens
+    whose gaps vary hold at its wide end, focused at infinity, wherever it is set.
     """
     if not document.rules:
         return document
@@ -98,20 +89,7 @@ def _applied(lens: Lens, rule: Solve | Pickup, value: float, unsolved: dict[tupl
 
 
 def solution(lens: Lens, solve: Solve) -> float:
-    """The number that meets a solve, all others as they are.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    solve : Solve
-        What is to be met.
-
-    Returns
-    -------
-    float
-        In the unit of its quantity; inf where there is none.
-    """
+    """The number that meets a solve, all others as they are, in the unit of its quantity; inf where there is none."""
     wavelength, i = lens.reference_wavelength, solve.surface
     surface = lens.surfaces[i]
     distance = lens.system.object_distances[0]

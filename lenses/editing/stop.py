@@ -14,19 +14,7 @@ from lensbench.lenses.tables.paraxial import ray
 
 
 def with_stop(document: LensDocument, surface: int) -> LensDocument:
-    """The document with another surface as the stop; its rim then limits the light.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surface : int
-        Number of the surface, from 0.
-
-    Returns
-    -------
-    LensDocument
-    """
+    """The document with another surface as the stop, whose clear aperture then limits the light."""
     surface_at(document, surface)
     if surface == document.lens.stop_index:
         return document
@@ -42,28 +30,10 @@ def with_stop(document: LensDocument, surface: int) -> LensDocument:
 
 
 def with_stop_in_gap(document: LensDocument, surface: int, distance: float) -> LensDocument:
-    """The document with a plane stop in the gap behind a surface.
+    """The document with a plane stop in the gap behind a surface, `distance` mm from its vertex.
 
     The new stop passes the paraxial beam that the one before passed, so that the f-number stays. A former stop that is
-    a plane and bends no ray is taken away.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surface : int
-        Number of the surface, from 0.
-    distance : float
-        From the vertex of the surface to the stop, mm.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For a distance beyond the gap, or where the paraxial beam crosses the axis.
+    a plane and bends no ray is taken away. EditError for a distance beyond the gap, or where the beam crosses the axis.
     """
     front = surface_at(document, surface)
     if not 0.0 <= distance <= front.thickness:

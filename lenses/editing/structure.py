@@ -27,29 +27,10 @@ SAME = 1e-9             # relative: rounding
 
 def inserted(document: LensDocument, place: int, surfaces: Sequence[Surface], comments: Sequence[str] = (),
              gaps: dict[int, int | None] | None = None) -> LensDocument:
-    """The document with surfaces before another one, or behind the last one.
+    """The document with surfaces before surface `place`, or behind the last one.
 
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    place : int
-        Number of the surface that the new ones precede; the number of surfaces: behind the last one.
-    surfaces : sequence of Surface
-        The new surfaces, from the scene to the film.
-    comments : sequence of str
-        Comments of the first of them.
-    gaps : dict or None
-        As for `order.reordered`: gaps that the new surfaces take over.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For another place, invalid sizes or too many surfaces.
+    comments: of the first of them. gaps: as for `reordered`, those that the new surfaces take over. EditError for
+    another place, invalid sizes or too many surfaces.
     """
     count = len(document.surfaces)
     if not 0 <= place <= count:
@@ -63,24 +44,7 @@ def inserted(document: LensDocument, place: int, surfaces: Sequence[Surface], co
 
 
 def inserted_plane(document: LensDocument, place: int) -> LensDocument:
-    """The document with a plane in the medium at its place, which bends no ray and moves nothing.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    place : int
-        Number of the surface that the plane precedes; the number of surfaces: behind the last one.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For another place, or too many surfaces.
-    """
+    """The document with a plane before surface `place`, in the medium there: it bends no ray and moves nothing."""
     count = len(document.surfaces)
     if not 0 <= place <= count:
         raise EditError(f"place {place}: it must lie from 0 to {count}")
@@ -94,24 +58,8 @@ def deleted(document: LensDocument, surfaces: Sequence[int]) -> LensDocument:
     """The document without some surfaces, and without the gap and the medium behind each.
 
     The gap of a plane that bends no ray is added to the one before it, for the first surface to the distance of the
-    object of the design, so that nothing moves. If the stop is deleted,
-    the surface that takes its place is the stop.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surfaces : sequence of int
-        Numbers of the surfaces, from 0.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For a surface that does not exist, for all surfaces, or where a gap beside one varies with zoom or focus.
+    object of the design, so that nothing moves. If the stop is deleted, the surface that takes its place is the stop.
+    EditError for a surface that does not exist, for all surfaces, or where a gap next to one varies with zoom or focus.
     """
     gone, count = set(surfaces), len(document.surfaces)
     if not gone <= set(range(count)):
@@ -139,26 +87,7 @@ def deleted(document: LensDocument, surfaces: Sequence[int]) -> LensDocument:
 
 
 def split(document: LensDocument, surface: int, share: float = 0.5) -> LensDocument:
-    """The document with the gap behind a surface divided by a plane.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    surface : int
-        Number of the surface, from 0.
-    share : float
-        Part of the thickness before the plane, 0 to 1.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For another share or surface, or a gap that varies with zoom or focus.
-    """
+    """The document with the gap behind a surface divided by a plane, behind this share of it. EditError: not 0 to 1."""
     if not 0.0 <= share <= 1.0:
         raise EditError(f"share {significant(share)}: it must lie from 0 to 1")
     front = surface_at(document, surface)
@@ -176,26 +105,7 @@ def split(document: LensDocument, surface: int, share: float = 0.5) -> LensDocum
 
 
 def moved(document: LensDocument, first: int, last: int, place: int) -> LensDocument:
-    """The document with a group of surfaces, and the gaps behind them, in another place.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    first, last : int
-        Numbers of the first and last surface of the group.
-    place : int
-        Number of the present surface that the group then precedes.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For another place or range, or a lens whose gaps vary with zoom or focus.
-    """
+    """The document with a group of surfaces, and the gaps behind them, before surface `place`. EditError: gaps vary."""
     check_range(document, first, last)
     count = len(document.surfaces)
     if not 0 <= place <= count:
@@ -209,24 +119,7 @@ def moved(document: LensDocument, first: int, last: int, place: int) -> LensDocu
 
 
 def scaled(document: LensDocument, factor: float) -> LensDocument:
-    """The document scaled as a whole, with the lengths of its solves and pickups.
-
-    Parameters
-    ----------
-    document : LensDocument
-        The document before.
-    factor : float
-        Factor on all lengths, positive.
-
-    Returns
-    -------
-    LensDocument
-
-    Raises
-    ------
-    EditError
-        For a factor that is not positive, or sizes beyond what a lens may have.
-    """
+    """The document scaled as a whole, with the lengths of its rules. EditError: sizes that no lens may have."""
     try:
         lens = document.lens.scaled(factor)
         for surface in lens.surfaces:
@@ -243,20 +136,8 @@ def kept_in_focus(before: Lens, document: LensDocument) -> tuple[LensDocument, t
     """The document with its last gap as far from the paraxial image as that of the lens before its edits.
 
     A camera focuses every lens, so that the gap is not seen to go out of focus; another program that reads the lens
-    takes it as it is.
-
-    Parameters
-    ----------
-    before : Lens
-        The lens before its edits.
-    document : LensDocument
-        The document after them.
-
-    Returns
-    -------
-    tuple of LensDocument and tuple of Finding
-        The document itself where the gap varies, follows from a rule, was edited or was out of focus before, and
-        nothing; else the document with the gap, and the note about it.
+    uses it as it is. The document itself, without a finding, where the gap varies, follows from a rule, was edited or
+    was out of focus before.
     """
     lens, last = document.lens, len(document.surfaces) - 1
     gap = before.surfaces[-1].thickness
