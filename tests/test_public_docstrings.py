@@ -49,13 +49,23 @@ def raises(function):
     return any(isinstance(each, ast.Raise) and each.exc is not None and each not in inner for each in ast.walk(body))
 
 
+def says_all(annotation):
+    """Whether the annotation of a result leaves nothing to describe: a class, which has its own page, a bool or a str.
+
+    Numbers and arrays need their unit, shape and frame.
+    """
+    name = annotation.__name__ if inspect.isclass(annotation) else str(annotation)
+    return annotation in (None, inspect.Signature.empty) or bool(
+        re.fullmatch(r"(list\[)?(None|bool|str|([a-z_]+\.)*[A-Z]\w*)\]?( \| None)?", name.strip("'\"")))
+
+
 def function_faults(function, texts):
     """What the docstrings (of the function, and of those that it overrides) leave out."""
     found = [sections(text) for text in texts]
     known = set().union(*map(described, found)) if found else set()
     signature = inspect.signature(function)
     faults = [f"no description of {name}" for name in signature.parameters if name not in known | {"self", "cls"}]
-    returns = signature.return_annotation not in (None, "None", inspect.Signature.empty)
+    returns = not says_all(signature.return_annotation)
     for title, needed in (("Returns", returns), ("Raises", raises(function))):
         if needed and not any({title, title.replace("Returns", "Yields")} & each.keys() for each in found):
             faults.append(f"no section {title}")

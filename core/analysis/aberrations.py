@@ -93,10 +93,6 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
     colour
         Two wavelengths, µm, the shorter first, such as (lb.F_LINE, lb.C_LINE), for C_L and C_T; None: without colour.
 
-    Returns
-    -------
-    Seidel
-
     Raises
     ------
     LensError
@@ -167,10 +163,6 @@ def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: 
         µm.
     clip
         Whether the rims of the surfaces end the ray.
-
-    Returns
-    -------
-    ChiefRay
 
     Raises
     ------

@@ -124,10 +124,6 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
     limit : float
         Diameter of the blur that counts as sharp, mm, for the depth of focus.
 
-    Returns
-    -------
-    FocusShift
-
     Raises
     ------
     LensError
@@ -199,10 +195,6 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
     focusing : Lens or None
         The lens with the indices that its film is focused for, such as those at the wavelength of its design in place
         of those at the d line; None: `lens`.
-
-    Returns
-    -------
-    Breathing
 
     Raises
     ------

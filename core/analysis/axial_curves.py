@@ -297,10 +297,6 @@ def longitudinal_aberration(lens: Lens, film_distance: float, conditions: Condit
     points : int
         Heights, at least 2.
 
-    Returns
-    -------
-    Longitudinal
-
     Raises
     ------
     LensError
@@ -334,10 +330,6 @@ def chromatic_focal_shift(lens: Lens, film_distance: float, conditions: Conditio
         Its wavelengths and object distance.
     points : int
         Wavelengths, at least 2.
-
-    Returns
-    -------
-    FocalShift
 
     Raises
     ------

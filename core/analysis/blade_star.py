@@ -103,10 +103,6 @@ def sunstar(lens: Lens, film_distance: float, film_xy=(0.0, 0.0), radii=None, az
     colours : int
         Wavelengths of white light, evenly from 0.42 to 0.68 µm.
 
-    Returns
-    -------
-    Sunstar
-
     Raises
     ------
     LensError

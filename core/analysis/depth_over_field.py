@@ -179,10 +179,6 @@ def field_depth(lens: Lens, film_distance: float, conditions: Conditions, limit:
     pupil : int
         Points across the pupil.
 
-    Returns
-    -------
-    FieldDepth
-
     Raises
     ------
     LensError

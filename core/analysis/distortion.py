@@ -118,10 +118,6 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
     wavelength
         µm.
 
-    Returns
-    -------
-    Distortion
-
     Raises
     ------
     LensError

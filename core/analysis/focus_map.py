@@ -96,10 +96,6 @@ def mtf_map(lens: Lens, film_distance: float, conditions: Conditions, frequency:
     pupil : int
         Points across the pupil, as for `ray_grid`; 16 suits a picture that moves.
 
-    Returns
-    -------
-    MtfMap
-
     Raises
     ------
     LensError

@@ -101,10 +101,6 @@ def sharp_focus(camera: LensCamera, circle: float) -> SharpFocus:
     circle : float
         Largest diameter (mm) of a blur that counts as sharp.
 
-    Returns
-    -------
-    SharpFocus
-
     Raises
     ------
     CameraError

@@ -83,10 +83,6 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
     clip : bool
         Whether rims, stop and blades end rays.
 
-    Returns
-    -------
-    LightBudget
-
     Raises
     ------
     LensError
@@ -228,10 +224,6 @@ def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelen
         Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any coating.
     cells : int
         Along a side of the first grid of rays of one pair, 4 to 512; a finer one follows where few rays pass.
-
-    Returns
-    -------
-    Ghosts
 
     Raises
     ------

@@ -71,10 +71,6 @@ class Choice:
         ----------
         camera
             Any LensCamera.
-
-        Returns
-        -------
-        LensCamera
         """
         return replace(camera, model=self.model, degree=self.degree or camera.degree)
 
@@ -118,10 +114,6 @@ def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = TOLERAN
     previous
         The choice for the settings just before; a simpler model then replaces it only when well within the
         tolerances, so that the choice does not flicker.
-
-    Returns
-    -------
-    Choice
 
     Raises
     ------

@@ -110,10 +110,6 @@ def psf(rays: RayGrid, samples: int = SAMPLES, window: float | None = None, pixe
     method : {"auto", "diffraction", "geometric"}
         "auto": diffraction where the grid resolves it, else the density of the rays.
 
-    Returns
-    -------
-    PointSpread
-
     Raises
     ------
     LensError

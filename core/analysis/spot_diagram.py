@@ -133,10 +133,6 @@ def spots(rays: RayGrid, reference: str = "chief", shifts=(0.0,)) -> Spots:
     shifts : (K,) array_like
         Places of the film, mm along +z; each ray goes on straight.
 
-    Returns
-    -------
-    Spots
-
     Raises
     ------
     LensError
@@ -281,10 +277,6 @@ def ray_fans(rays: RayGrid, points: int = 65) -> Fans:
         From `ray_grid`.
     points : int
         Rays of each fan, at least 3; an odd number has the chief ray among them.
-
-    Returns
-    -------
-    Fans
 
     Raises
     ------

@@ -101,10 +101,6 @@ def mtf(rays: RayGrid, frequencies=PRINTED, method: str = "diffraction", shift: 
     shift : float
         Of the film along +z, mm.
 
-    Returns
-    -------
-    Mtf
-
     Raises
     ------
     LensError

@@ -96,10 +96,6 @@ def vignetting(lens: Lens, field_angle: float, distance: float = inf, wavelength
     wavelength
         µm.
 
-    Returns
-    -------
-    Vignetting
-
     Raises
     ------
     LensError
@@ -250,10 +246,6 @@ def falloff(lens: Lens, film_distance: float, film_radii, wavelength: float = D_
         (n,) film radii, mm.
     wavelength
         µm.
-
-    Returns
-    -------
-    Falloff
 
     Raises
     ------

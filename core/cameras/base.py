@@ -82,10 +82,6 @@ class Camera(RayGeneration, FilmProjection):
         time : float
             Shutter sample in [0, 1) at which the camera is placed.
 
-        Returns
-        -------
-        Spaces
-
         Raises
         ------
         CameraError
@@ -108,9 +104,5 @@ class Camera(RayGeneration, FilmProjection):
             Shutter samples in [0, 1).
         object_from_world : (4, 4) array or None
             Transform from the world into the frame of an object; None: the object frame is the world.
-
-        Returns
-        -------
-        Places
         """
         return camera_spaces.places(self, raster_xy, distance, time, object_from_world)

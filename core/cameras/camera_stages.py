@@ -141,10 +141,6 @@ class CameraStages(PlacedShutter):
         ----------
         focus_distance : float
             Of the new camera, mm.
-
-        Returns
-        -------
-        CameraStages
         """
         return replace(self, focus_distance=focus_distance)         # type: ignore[call-arg]
 
@@ -183,10 +179,6 @@ class CameraStages(PlacedShutter):
         ----------
         wavelength : float
             Wavelength of the light (µm).
-
-        Returns
-        -------
-        FilmLanding or None
         """
         return None
 
@@ -216,10 +208,6 @@ class CameraStages(PlacedShutter):
         ----------
         wavelength : float
             Wavelength of the light (µm); has no effect on a camera that does not disperse.
-
-        Returns
-        -------
-        list of Step
         """
         return self._weighted_gaussian.steps(self._weighted_gain)
 
@@ -243,10 +231,6 @@ class CameraStages(PlacedShutter):
         wavelength : float
             Wavelength of the light (µm).
 
-        Returns
-        -------
-        list of Step
-
         Raises
         ------
         AssertionError
@@ -263,10 +247,6 @@ class CameraStages(PlacedShutter):
             Wavelength of the light (µm); has no effect on a camera that does not disperse.
         timed : bool
             Whether TIME becomes seconds since shutter_open. A camera that moves always converts it.
-
-        Returns
-        -------
-        list of Step
         """
         clock = [self.clock] if timed or self.moves else []
         return [*clock, self.film_step, *self.aimed(wavelength), *self.carried]
@@ -278,10 +258,6 @@ class CameraStages(PlacedShutter):
         ----------
         wavelength : float
             Wavelength of the light (µm).
-
-        Returns
-        -------
-        list of Step
         """
         return [*self.camera_steps(wavelength), *self.port]
 

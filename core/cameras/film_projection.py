@@ -130,10 +130,6 @@ class FilmProjection(CameraStages):
         wavelength : float
             Wavelength of the light (µm).
 
-        Returns
-        -------
-        Importance
-
         Raises
         ------
         ValueError
@@ -181,10 +177,6 @@ class FilmProjection(CameraStages):
             Points on the rays (mm) and their unit directions, camera frame.
         wavelength : float
             Wavelength of the light (µm).
-
-        Returns
-        -------
-        FilmImportance
 
         Raises
         ------

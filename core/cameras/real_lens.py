@@ -191,10 +191,6 @@ class LensCamera(Camera):
         model : str
             "thick", "thin" or "pinhole".
 
-        Returns
-        -------
-        Gaussian
-
         Raises
         ------
         CameraError
@@ -298,10 +294,6 @@ class LensCamera(Camera):
         ----------
         focus_distance : float
             Of the new camera, mm.
-
-        Returns
-        -------
-        LensCamera
         """
         return replace(self, focus_distance=focus_distance, film_at=None)
 

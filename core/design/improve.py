@@ -110,10 +110,6 @@ def improve(lens: Lens, vary: str | Sequence[Cell] = "radii", goal: Goal | None 
     limit : int
         Lenses that are tried at most.
 
-    Returns
-    -------
-    Improvement
-
     Raises
     ------
     LensError

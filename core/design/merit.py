@@ -67,10 +67,6 @@ def judge(lens: Lens, goal: Goal) -> Judgement:
         The lens.
     goal : Goal
         What is judged, from `goal_of` of this lens or of another.
-
-    Returns
-    -------
-    Judgement
     """
     dark = Judgement(inf, (inf,) * len(goal.positions), inf, (inf,) * len(goal.positions), 0.0)
     merit = Merit(lens, goal, DENSE)

@@ -44,10 +44,6 @@ def goal_of(lens: Lens, image_height: float | None = None, aim: str = "spot", ho
         Least thickness (mm) of elements at their edge and at their centre; None: 0.5 and 0.8, or as thin as the lens
         is. Air gaps become no thinner than 0, or than they are.
 
-    Returns
-    -------
-    Goal
-
     Raises
     ------
     LensError

@@ -34,10 +34,6 @@ def substitute(lens: Lens, vary: str | Sequence[Cell], goal: Goal, glasses: Sequ
     glasses : sequence of Glass
         Those that may replace the glasses of the lens, in order of preference; those without n_d and V_d are left out.
 
-    Returns
-    -------
-    Improvement
-
     Raises
     ------
     LensError

@@ -213,10 +213,6 @@ def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | No
     seed : int
         Of the random numbers: the same seed draws the same copies.
 
-    Returns
-    -------
-    Production
-
     Raises
     ------
     LensError

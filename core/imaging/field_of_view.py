@@ -127,11 +127,6 @@ def equivalent(focal_length: float, film: Film, f_number: float | None = None, t
     to : Film
         The other film; by default 36 × 24 mm.
 
-    Returns
-    -------
-    Equivalent
-        Focal length, f-number and ISO factor on the other film.
-
     Raises
     ------
     FilmError

@@ -301,10 +301,6 @@ class FilmPose:
             Along x.
         up : bool
             Along y.
-
-        Returns
-        -------
-        FilmPose
         """
         x, y = -1.0 if across else 1.0, -1.0 if up else 1.0
         return FilmPose(y * self.tilt, x * self.swing, y * self.rise, x * self.shift, self.radius)

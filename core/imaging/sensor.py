@@ -95,10 +95,6 @@ class Sensor:
             ISO speed at which saturation fills the wells.
         bits : int
             Of the converter.
-
-        Returns
-        -------
-        Sensor
         """
         pitch = film.pitch * 1000.0
         per_lux_second = quantum_efficiency * PHOTONS * pitch**2

@@ -166,10 +166,6 @@ class Polynomial:
         distance : float
             Distance (mm) from the film to the objects for which the errors are measured.
 
-        Returns
-        -------
-        Polynomial
-
         Raises
         ------
         LensError

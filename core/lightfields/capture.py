@@ -253,10 +253,6 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     moments
         Number of equal parts of the exposure to keep apart, beside their mean; each takes its share of the samples.
 
-    Returns
-    -------
-    LightField
-
     Raises
     ------
     LightFieldError

@@ -74,10 +74,6 @@ def find_depth(field: LightField, nearest: float | None = None, farthest: float 
     progress
         Called with the share done, 0 to 1; return False to cancel.
 
-    Returns
-    -------
-    Depth
-
     Raises
     ------
     LightFieldError

@@ -129,10 +129,6 @@ class Lumigraph:
             correction by depth; a number: a plane at this distance from the pinholes, mm; an array
             (h, w): the depth for each pixel of the array's middle, mm, inf for sky.
 
-        Returns
-        -------
-        NovelView
-
         Raises
         ------
         LightFieldError
@@ -308,10 +304,6 @@ def array_camera(middle: PerspectiveCamera, place, distance: float, aside=(0.0, 
         Distance to the plane (s, t), mm.
     aside
         Offset of the pixel grid, to the right and down; pixels.
-
-    Returns
-    -------
-    PerspectiveCamera
     """
     half = distance * math.tan(middle.fov / 2.0)
     x, y = -place[0] / half, -place[1] / half
@@ -347,10 +339,6 @@ def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9,
         Sampler seed.
     progress
         Called with the share done, 0 to 1; return False to cancel.
-
-    Returns
-    -------
-    Lumigraph
 
     Raises
     ------

@@ -148,10 +148,6 @@ class PlenopticCamera:
         progress
             Called with the share done, 0 to 1, from any thread; return False to cancel.
 
-        Returns
-        -------
-        RawPicture
-
         Raises
         ------
         LightFieldError
@@ -232,10 +228,6 @@ class RawPicture:
         ----------
         dtype
             np.float16 or np.float32.
-
-        Returns
-        -------
-        LightField
         """
         plenoptic, k = self.camera, self.camera.pixels
         w, h = plenoptic.sensor

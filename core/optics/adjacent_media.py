@@ -5,34 +5,12 @@ from lensbench.core.optics.prescription import Lens
 
 
 def front_medium(lens: Lens) -> Glass:
-    """The medium before the first surface.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-
-    Returns
-    -------
-    Glass
-    """
+    """The medium before the first surface."""
     return AIR if lens.front_index == 1.0 else Glass(lens.front_index)
 
 
 def medium_before(lens: Lens, surface: int) -> Glass:
-    """The medium before a surface.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    surface : int
-        Number of the surface, from 0; the number of surfaces for the medium behind the last one.
-
-    Returns
-    -------
-    Glass
-    """
+    """The medium before a surface, numbered from 0; that behind the last one for the number of surfaces."""
     return lens.surfaces[surface - 1].glass if surface else front_medium(lens)
 
 
@@ -40,17 +18,6 @@ def refracts(lens: Lens, surface: int) -> bool:
     """Whether a surface bends light: the indices before and behind it differ, at some wavelength.
 
     The names of the media do not count. A stop in air, or within an element, bends nothing.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    surface : int
-        Number of the surface, from 0.
-
-    Returns
-    -------
-    bool
     """
     return _index_law(medium_before(lens, surface)) != _index_law(lens.surfaces[surface].glass)
 

@@ -1,11 +1,9 @@
-"""Bundles of real rays from a point on the axis: their width at the limiting rim, and their course.
+"""Bundles of real rays from a point on the axis: their width at the limiting clear aperture, and their course.
 
-Lengths in mm, lens frame. A point on the axis is given by its nearness in 1/mm: one
-over its distance before the first vertex (or behind the last, for light that runs
-backwards), 0 at infinity. Rays are given by their points on the plane of
-the vertex that they meet first. For a lens with rotational symmetry the rays of one meridian represent all; a lens with
-a cylinder or toroid has four equal quadrants, and an even fan of directions represents one of them; one with surfaces
-out of line is traced in all four.
+Lengths in mm, lens frame. A point on the axis is given by its nearness in 1/mm: 1 / distance before the first vertex
+(behind the last, for light that runs backwards), 0 at infinity; a ray by its point on the plane of the vertex that it
+meets first. The rays of one meridian represent all of a rotationally symmetric lens, those of a quadrant a lens with
+cylinders; a tilted or decentred lens is traced in all four quadrants.
 """
 
 from functools import lru_cache
@@ -29,20 +27,17 @@ _HALVINGS = 46                  # of such a step, to the rounding error of the h
 
 @lru_cache
 def zone_rule() -> tuple[np.ndarray, np.ndarray]:
-    """Heights over the marginal height, and weights of sum 1, of Gauss's rule over the pupil's area.
-
-    The last entry is the outermost ray, of weight 0.
+    """Heights over the marginal height, and weights of sum 1, of Gauss's rule over the pupil's area; the outermost ray
+    last.
     """
     nodes, weights = np.polynomial.legendre.leggauss(ZONES)
     return np.append(np.sqrt(0.5 * (nodes + 1.0)), WITHIN_THE_RIM), np.append(0.5 * weights, 0.0)
 
 
 def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Directions (n, a, 2), x and y, and their weights (n, a) per squared rim height in the pupil's area.
+    """Directions (n, a, 2), x and y, and their weights (n, a) per squared marginal height in the pupil's area.
 
-    They cover a quarter of the ellipse that is the paraxial pupil, by the trapezium rule over equal areas, or all of it
-    for a lens with surfaces out of line.
-    nearness: (n,), 1/mm.
+    By the trapezium rule over equal areas of the elliptical paraxial pupil. nearness: (n,), 1/mm.
     """
     if lens.is_rotationally_symmetric:
         return np.tile([0.0, 1.0], (len(nearness), 1, 1)), np.ones((len(nearness), 1))
@@ -62,11 +57,10 @@ def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def pupil_rays(lens: Lens, nearness: np.ndarray, wavelength: float = D_LINE
                ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Bundles of axis points of nearness (n,) in 1/mm that cover the open pupil evenly, its rim included.
+    """Bundles of axis points of nearness (n,) in 1/mm that cover the open pupil evenly, its edge included.
 
-    Blades count as a circle of as much area. wavelength: µm.
-    → points and slopes (n, rays, 2), x and y, on the plane of the last vertex (mm, mm/mm), and weights (n, rays)
-    of sum 1, by the area on the plane of the first vertex.
+    Blades count as a circle of as much area. wavelength: µm. → points and slopes (n, rays, 2) on the plane of the last
+    vertex (mm, mm/mm), and weights (n, rays) of sum 1, by the area on the plane of the first vertex.
     """
     lens = lens.with_round_stop
     (zones, zone_weights), (directions, weights) = zone_rule(), fan_rule(lens, nearness)
@@ -81,10 +75,9 @@ def pupil_rays(lens: Lens, nearness: np.ndarray, wavelength: float = D_LINE
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace_axial(table, height, nearness, forward, across, up):
-    """A ray of an axis point through height · (across, up) on the plane of the vertex met first.
+    """A ray of an axis point through height · (across, up) on the plane of the vertex met first, where it starts.
 
-    → (x, y, dx/dz, dy/dz, fate) on the plane of the vertex met last. The ray starts on the
-    first plane, so a far point costs no accuracy.
+    → (x, y, dx/dz, dy/dz, fate) on the plane of the vertex met last.
     """
     numbers = table.numbers
     last = numbers.shape[0] - 1
@@ -100,9 +93,9 @@ def trace_axial(table, height, nearness, forward, across, up):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def marginal_height(table, nearness, forward, across=0.0, up=1.0):
-    """Height (mm) on the plane of the vertex met first of the outermost ray that passes all rims.
+    """Height (mm) on the plane of the vertex met first of the outermost ray that passes; 0 if none does.
 
-    (across, up): its direction from the axis, a unit vector. 0 if no ray passes.
+    (across, up): its direction from the axis, a unit vector.
     """
     rim = 2.0 * sqrt(table.numbers[0 if forward else table.kinds.size - 1, RIM2])
     inside, outside = 0.0, 0.0
@@ -124,8 +117,8 @@ def marginal_height(table, nearness, forward, across=0.0, up=1.0):
 def trace_bundles(table, nearness, zones, directions, points, slopes, rims):
     """Forward bundles of n axis points into points, slopes (n, a, k, 2) on the plane of the last vertex (mm, mm/mm).
 
-    nearness (n,): 1/mm. directions (n, a, 2): x and y, from the axis. zones (k,): heights over the marginal height,
-    at most 1. rims (n, a) receives the marginal heights (mm).
+    nearness (n,): 1/mm; directions (n, a, 2); zones (k,): heights over the marginal heights, which rims (n, a)
+    receives.
     """
     for i in range(nearness.shape[0]):
         for j in range(directions.shape[1]):

@@ -1,12 +1,11 @@
-"""Refraction of a block of rays at the surfaces of a lens, a stage for each kind of surface.
+"""Refraction of a block of rays at the surfaces of a lens: a stage for each kind, over a run of surfaces of that kind.
 
-The frame is that of the last vertex met, z runs with the light, mm. Each stage takes a run of consecutive surfaces of
-one kind: spheres and planes, conics, or a kind that Newton's method intersects, without a branch. Directions are
-optical: (L, M, N) has the length n, the index of the medium. A ray that misses or is totally reflected becomes NaN.
+The frame is that of the last vertex met, z runs with the light, mm. Directions are optical: (L, M, N) has the length n,
+the index of the medium. A ray that misses or is totally reflected becomes NaN.
 
 The intersection is Welford's quotient (Aberrations of Optical Systems, ch. 4), with his F, and with K = c (n′ cos I′ −
-n cos I) of the refraction. The ray is first moved to the foot of the perpendicular from the vertex. Only small
-numbers are squared then, and his G is N.
+n cos I) of the refraction. The ray is first moved to the foot of the perpendicular from the vertex: only small numbers
+are squared then, and his G is N.
 """
 
 import math
@@ -124,10 +123,9 @@ def refract_at_conics(lanes, p, ints, key):
 
 @stage
 def _start_newton(lanes, p, s, c, k):
-    """The foot of the perpendicular, and DISTANCE to the conic (c, k), or to the plane.
+    """The foot of the perpendicular, and DISTANCE to the conic (c, k), or to the plane where the ray misses the conic.
 
-    The plane is nearer to the surface where the ray misses the conic, or meets it beyond the rim: the sag of a
-    strong asphere may be a tenth of its conic's.
+    So too where it meets the conic beyond the clear aperture: a strong asphere may have a tenth of its conic's sag.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -165,8 +163,7 @@ def _converged(lanes, p, s):
 def _newton_step(real, x, y, z, l, m, n, c, r2, root, terms, term_slope):
     """One step of Newton's method towards an asphere → (distance from the surface along the ray, slope of the sag).
 
-    (x, y, z): the point so far, r2 = x² + y²; (l, m, n): the direction. c: curvature; root = √(1 − (1 + k) c² r²).
-    terms: Σ a_p r^p. Slopes are derivatives by r divided by r, term_slope that of the terms. Height and slope are
+    root = √(1 − (1 + k) c² r²); terms: Σ a_p r^p; slopes are derivatives by r divided by r. Height and slope are
     multiplied by root (1 + root), so that a step has one root and one division.
     """
     whole = root * (real(1) + root)

@@ -1,22 +1,11 @@
-"""The block tracer: rays through every surface of a lens, in either direction.
+"""The block tracer: rays through every surface of a lens, in either direction, as steps of a program.
 
-Camera frame in and out: mm, the film's centre at the origin, the scene at −z. The steps between `enter_lens` and
-`leave_lens` are those of `block_refraction`, in the frame of the last vertex met, where z runs with the light; surfaces
-out of line are met in a frame of their own (`change_frame`).
-
-Block trace from the scene to the film with optical path lengths, and with the surface that ends each ray.
-
-The surfaces are those of `block_trace`; a step behind each adds to the path and looks at the clearance. Rays that a rim
-ends are traced to their end all the same, so that what a pupil function needs is smooth across its rim.
-
-Camera frame in and out: mm, the film's centre at the origin, the scene at −z. Directions are optical on leaving: (L, M,
-N) has the length of the index on the film's side.
-
-Clearance of rays at the rims of a lens: the greatest r / semi-diameter on the way; a ray passes if it is ≤ 1.
-
-A ray is given by its film point and its point on the plane of the last vertex, mm. The film in line lies film_distance
-behind that plane, and a film point film_z behind the film in line. Rays are traced in blocks, in float64 or, where an
-error of a thousandth is acceptable, in float32, which is three times as fast. Lens frame.
+Camera frame in and out: mm, the film's centre at the origin, the scene at −z. Between `enter_lens` and `leave_lens` the
+stages of `block_refraction` work in the frame of the last vertex met, z running with the light; tilted and decentred
+surfaces are met in a frame of their own (`change_frame`). `surface_steps` leads from the film or from the scene.
+`path_steps` also gives optical path lengths and the surface that stops each ray, and traces blocked rays to their end,
+so that a pupil function is smooth across its edge. `clearances` are the greatest r / semi-diameter on the way (lens
+frame): a ray passes if it is ≤ 1. In float32, to a thousandth, they are three times as fast.
 """
 
 import math
@@ -62,8 +51,8 @@ def enter_lens(lanes, p, ints, key):
 def leave_lens(lanes, p, ints, key):
     """Back to the camera frame from the last vertex. p: SIGN, END.
 
-    CLEARANCE is then the greatest (r / semi-diameter)² on the way, inf for a ray that
-    turns back, or that meets a surface beyond its equator or not at all. Where it is not ≤ 1, WEIGHT becomes 0.
+    CLEARANCE is then the greatest (r / semi-diameter)² on the way, inf for a ray that turns back, misses a surface or
+    meets it beyond its equator. Where it is not ≤ 1, WEIGHT becomes 0.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -122,7 +111,7 @@ def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE
                     part: slice = slice(None)) -> Records:
     """The surfaces of a lens as the stages of the block tracer read them; the arguments are those of `surface_steps`.
 
-    Surfaces out of line that move as one are met in their common frame, in which the lens is in line.
+    Tilted or decentred surfaces that move as one are met in their common frame.
     """
     indices, vertices = lens.indices(wavelength), lens.vertices
     sceneward = towards == "scene"
@@ -207,10 +196,7 @@ def scale_directions(lanes, p, ints, key):
 
 def trace_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
                 blades: bool = True) -> list[Step]:
-    """Steps that trace a lens between unit vectors; the first four arguments are those of `surface_steps`.
-
-    blades: whether the blades of the stop block rays, or its circle alone.
-    """
+    """Steps that trace a lens between unit vectors, with the blades of its stop; the others as of `surface_steps`."""
     blocking = lens.iris.blocking(lens.stop.semi_diameter) if blades else []
     steps = surface_steps(lens, film_distance, wavelength, towards, at_stop=blocking)
     n = lens.front_index
@@ -269,8 +255,8 @@ def add_path(lanes, p, ints, key):
 def path_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> list[Step]:
     """Steps that trace unit vectors from the scene to the last surface, with PATH, VICTIM and STOP_SHARE.
 
-    film_distance: last vertex → film (mm). wavelength: µm. PATH adds to what the row holds. CLEARANCE is the greatest
-    (r / semi-diameter)² on the way, and the blades of the stop count in it.
+    film_distance: last vertex → film (mm). wavelength: µm. PATH adds to what the row holds. CLEARANCE includes the
+    blades.
     """
     records = surface_records(lens, film_distance, wavelength, "film")
     blocking = lens.iris.blocking(lens.stop.semi_diameter)
@@ -292,10 +278,7 @@ SINGLE = 1.2e-5             # greatest error of a clearance in float32, for a st
 
 
 class ClearanceTracer(NamedTuple):
-    """Lane buffer, code of a `Program` and key that trace rays of one lens and film, in float64 and in float32.
-
-    error: of a clearance in float32.
-    """
+    """Lane buffer, code and key that trace rays of a lens in float64 and float32; error of a clearance in float32."""
 
     double: tuple[Any, ...]
     single: tuple[Any, ...]
@@ -340,7 +323,7 @@ def _trace(film_x, film_y, film_z, px, py, distance, out, lanes, code, key):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def clearances(film_x, film_y, film_z, px, py, distance, out, tracer, accuracy):
-    """Clearances of the rays from (film_x, film_y, film_z) to (px, py), mm, into out (n,); inf for those that are lost.
+    """Clearances of the rays from (film_x, film_y, film_z) to (px, py), mm, into out (n,); inf for those that miss.
 
     distance: last vertex → film_z = 0 (mm). accuracy: acceptable error; 0 for float64.
     """

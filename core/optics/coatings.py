@@ -138,11 +138,6 @@ class Coating:
             Refractive index of the layer.
         wavelength : float
             Wavelength at which its optical thickness is a quarter wave, µm.
-
-        Returns
-        -------
-        Coating
-            With one layer.
         """
         return cls((Layer(index, 0.25),), wavelength)
 
@@ -154,11 +149,6 @@ class Coating:
         ----------
         wavelength : float
             Design wavelength, µm.
-
-        Returns
-        -------
-        Coating
-            Its layers from the air to the glass.
         """
         return cls((Layer(MGF2, 0.25), Layer(HALF_WAVE, 0.5), Layer(None, 0.25)), wavelength)
 
@@ -175,10 +165,6 @@ class Coating:
             From 0 to 1.
         angles : sequence of float
             Rising angles of incidence in the medium of the smaller index, radians.
-
-        Returns
-        -------
-        Coating
 
         Raises
         ------

@@ -1,20 +1,14 @@
-"""Circles of confusion and depth of field.
+"""Circles of confusion and depth of field: of the thin lens, of traced spots, and of the thick lens.
 
-A circle of confusion is a diameter on the film, in mm. The closed forms of the
-thin lens measure distances from the lens; those of a real lens measure them from the
-film, as focusing does. Every distance may be math.inf, and may be an array. The spots of a lens with a cylinder or
-toroid are ellipses; their diameter is 2√2 × the rms radius, that of a uniform disk of this rms radius.
+A circle of confusion is a diameter on the film. Lengths in mm. The thin lens measures distances from the lens, the
+other two from the film, as focusing does; they may be math.inf. The spots of a lens with cylinders are ellipses, whose
+diameter is 2√2 × the rms radius.
 
-Blur and depth of field of the thick lens: paraxial, of any lens at any focus, in any medium.
+The thick lens is paraxial, at any focus and in any medium. With the reduced nearness ν = n / x of a point x before the
+first vertex, ν′ that of the plane in focus, (a, b, c, d) the matrix of the lens, (a, b)ₛ the first row of that of the
+surfaces before the stop, and r the stop's radius, the cone of the point is as wide on the film as
 
-Distances in mm from the film. Internal focusing, pupils of different sizes and water before the lens are all in the
-matrix of its surfaces. With the reduced nearness ν = n / x of a point x before the first vertex, ν′ that of the plane
-in focus, (a, b, c, d) the matrix of the lens and (a, b)ₛ the first row of that of the surfaces before the stop, the
-cone of the point is as wide on the film as
-
-    2 r |ν − ν′| / (|c + d ν′| (aₛ + bₛ ν)),
-
-r the radius of the stop. The depth of field is where this is no greater than the limit.
+    2 r |ν − ν′| / (|c + d ν′| (aₛ + bₛ ν)).
 """
 
 from functools import lru_cache
@@ -382,10 +376,7 @@ def thick_hyperfocal(lens: Lens, limit: float) -> float:
 
 @lru_cache(maxsize=64)
 def _of_groups(lens: Lens, limit: float) -> float:
-    """The hyperfocal distance (mm) of a lens that focuses by its groups, which are at infinity.
-
-    It is where the groups focus on the hyperfocal distance that the lens has with them there.
-    """
+    """The hyperfocal distance (mm) of a lens whose groups, now at infinity, can focus on the one that it has there."""
     film = film_distance(lens, inf)
 
     def at(close: float) -> tuple[Lens, float]:
@@ -403,10 +394,7 @@ def _of_groups(lens: Lens, limit: float) -> float:
 
 
 def _hyperfocal(lens: Lens, limit: float, film_at: float | None = None) -> float:
-    """The hyperfocal distance (mm) of a lens whose groups stay where they are.
-
-    film_at: last vertex → film (mm); None where the film moves.
-    """
+    """The hyperfocal distance (mm) of a lens with still groups; film_at: last vertex → film (mm), None if free."""
     a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
     a_stop = ray_matrix(lens, 0, lens.stop_index)[0]
     share = limit * abs(a_stop) / (2.0 * lens.equivalent_stop_radius)

@@ -84,16 +84,10 @@ class Kind(StrEnum):
 class Change:
     """One change of a prescription that a check proposes.
 
-    Parameters
-    ----------
-    quantity : str
-        "radius", "thickness", "n_d", "V_d", "conic", "aspheric power", "semi_diameter", "stop_index", "front_index",
-        "scale", "cover glass".
-    surface : int or None
-        The surface, numbered from 0; None for all surfaces, or for the whole lens.
-    before, after : float
-        The value of the table, and the proposed one (mm, or without unit). For a quantity of several surfaces both are
-        those of the first; for a plate that is added its thickness.
+    quantity: "radius", "thickness", "n_d", "V_d", "conic", "aspheric power", "semi_diameter", "stop_index",
+    "front_index", "scale" or "cover glass"; surface: its index, None for all or the whole lens. before, after: the
+    value of the table and the proposed one (mm, or without unit), those of the first of several surfaces, the thickness
+    of a plate that is added.
     """
 
     quantity: str

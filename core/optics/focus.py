@@ -1,19 +1,15 @@
-"""Focusing: the film's place for an object's distance, and the plane in focus for a film's place.
+"""Focusing: the film distance for an object's distance, and the plane in focus for a film distance.
 
-Lengths in mm. The object's distance is measured from the film plane, as engraved on
-a lens, and may be math.inf. The film distance runs from the last vertex to the
-film. The film is in air; in front of the lens there may be water (`Lens.front_index`).
+Lengths in mm. The object's distance is measured from the film, as engraved on a lens, and may be math.inf. The film
+distance runs from the last vertex to the film, which is in air; before the lens there may be water.
 
-A lens moves as a whole (unit focusing), unless its positions describe how its groups move
-to focus. Then the film is at the last gap of those positions, corrected once for each zoom setting so that infinity
-is sharp. Between the stations of a zoom this compensates the interpolation error, which a maker's cam does not have;
-at the stations it compensates the rounding of the table. The groups move until the object's
-image lies on that film, at most to the nearest of their stations.
+A lens moves as a whole (unit focusing) unless its positions describe moving groups. Then the film is at the last gap of
+those positions, corrected once for each zoom position so that infinity is sharp: this compensates the interpolation
+between tabulated positions, which a maker's cam does not have, and the rounding of the table.
 
-A lens with cylinders or toroids has different foci in its sections x–z and y–z, which
-separate as the object comes nearer (`section_foci`). Its film lies between them, where the whole pupil has the least
-rms blur: paraxially at their mean, each weighted by the square of its cone's slope. If one section alone
-converges, the film lies at its focus, which is a line.
+A lens with cylinders has different foci in its sections x–z and y–z (`section_foci`). Its film lies where the whole
+pupil has the least rms blur: paraxially at their mean, each weighted by the square of its cone's slope; at the focus of
+the one section that converges, if only one does.
 """
 
 from collections.abc import Callable, Sequence
@@ -126,11 +122,6 @@ def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens
         Film → object (mm); math.inf is allowed.
     method : {"paraxial", "real"}
         As for `film_distance`.
-
-    Returns
-    -------
-    Lens
-        The lens at that focus position.
 
     Raises
     ------
@@ -245,10 +236,7 @@ def _solved(lens: Lens, focus_distance: float, method: str) -> float:
 
 
 def _solved_film_distance(lens: Lens, focus_distance: float, image: Callable[[float], float]) -> float:
-    """Film distance (mm) from the object's distance x before the first vertex.
-
-    It solves x + length + image distance(1 / x) = focus_distance.
-    """
+    """Film distance (mm) that solves x + length + image(1 / x) = focus_distance, x from object to first vertex."""
     if focus_distance == inf:
         _focusable(lens)
         return image(0.0)
@@ -272,8 +260,7 @@ def _solved_film_distance(lens: Lens, focus_distance: float, image: Callable[[fl
 def _conjugates(lens: Lens, image: Callable[[float], float], closely: bool = True) -> tuple[float, float]:
     """Nearest conjugates: the object's distance before the first vertex, and its distance from the film (mm).
 
-    Object and film are nearest near magnification −1, or where the object would touch the first vertex. closely: find
-    the minimum; otherwise its estimate, which suffices for a much farther object.
+    closely: find the minimum near magnification −1; otherwise its estimate, which suffices for a much farther object.
     """
     fo, n = _focusable(lens), lens.front_index
 
@@ -311,11 +298,7 @@ def _object_of(lens: Lens, film_distance: float, image: Callable[[float], float]
 
 @lru_cache(maxsize=64)
 def _travel(at_infinity: Lens, method: str) -> tuple[float, float]:
-    """Offset (mm) of the film from the last gap of the positions, and the nearest focus distance (mm from the film).
-
-    The offset makes infinity sharp; the distance belongs to the last focus
-    station, and is inf if that is no nearer.
-    """
+    """Offset (mm) of the film from the last gap that makes infinity sharp, and the nearest focus distance (mm)."""
     off = _imager(at_infinity, method)(0.0) - at_infinity.surfaces[-1].thickness
     moved = at_infinity.at(close=1.0)
     film = moved.surfaces[-1].thickness + off
@@ -325,10 +308,7 @@ def _travel(at_infinity: Lens, method: str) -> tuple[float, float]:
 
 
 def _imager(lens: Lens, method: str) -> Callable[[float], float]:
-    """The function from the nearness (1/mm) of an axis point before the first vertex to its image distance (mm).
-
-    The image distance runs from the last vertex to the plane of least rms blur.
-    """
+    """The function from the nearness (1/mm) of an axis point before the first vertex to its image distance (mm)."""
     if method == "real":
         return lambda nearness: best_focus(lens, object_distance=1.0 / nearness if nearness else inf)
     rays = [_axial_ray(lens.sections[k]) for k in _converging(lens)]
@@ -343,9 +323,8 @@ def _imager(lens: Lens, method: str) -> Callable[[float], float]:
 
 
 def _axial_ray(lens: Lens) -> Callable[[float], tuple[float, float, float]]:
-    """The function from the nearness of an axis point to its paraxial ray, 1 mm high on the first vertex.
-
-    It returns height and slope behind the last vertex, and the height at the stop.
+    """Function from nearness (1/mm) to height and slope behind a lens, and height at its stop, of the ray 1 mm high in
+    front.
     """
     (a, b, c, d), (a_stop, b_stop, _, _) = (ray_matrix(lens, 0, end) for end in (len(lens.surfaces), lens.stop_index))
     n = lens.front_index

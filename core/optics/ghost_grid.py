@@ -1,8 +1,7 @@
 """The rays of a ghost: even grids across the beam of a light that enters a lens.
 
-A grid lies in the plane through the first vertex, in line, across the direction to the light. Camera frame, mm: the
-film's centre is the origin, the scene at −z. A light is (x, y, z, 1), its place, or (x, y, z, 0), the unit direction to
-it.
+A grid lies in the plane through the untilted first vertex, across the direction to the light. Camera frame, mm: the
+film's centre is the origin, the scene at −z. A light is (x, y, z, 1), its position, or (x, y, z, 0), its direction.
 """
 
 import math
@@ -29,9 +28,7 @@ Box = tuple[float, float, float, float]         # u and v from, u and v to (mm)
 def pair_boxes(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pair: Pair) -> list[Box]:
     """Where in the grid's plane the light of a pair enters: boxes that do not overlap, none where no ray passes.
 
-    The light may enter through several islands of the front. Islands between the rays of a scan are searched for about
-    the rays that pass most nearly, unless the distances of their neighbours say that none can pass. An island narrower
-    than about 1/50 of the front may be missed.
+    The light may enter through several islands of the front; one narrower than about 1/50 of the front may be missed.
     """
     reach = entrance_reach(tracer)
     whole = -reach, -reach, reach, reach
@@ -137,8 +134,7 @@ def entrance_grid(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pai
                   shift: tuple[float, float] = (0.0, 0.0), reflecting: bool = True) -> np.ndarray:
     """The rays of a grid (cells + 1)² traced: (6, rays) as of `GhostTracer.trace`, row by row in v.
 
-    shift: of the grid, in cells. The light of a ray is the area of a cell (mm²), for a near light times the cosine at
-    the grid over that on the axis, and times (distance of the vertex / distance)².
+    shift: of the grid, in cells. A ray carries the area of a cell (mm²), for a near light times cos³ of its obliquity.
     """
     rays = grid_rays(tracer, light, box, cells, shift)
     found = np.empty((6, rays.shape[1]), tracer.real)

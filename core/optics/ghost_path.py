@@ -1,13 +1,9 @@
-"""One ray of a ghost, by the reference tracer in float64: where it meets the surfaces, and the light that is left.
-
-The normal of a surface, of whatever kind, is found from a refraction there into a medium of higher index: the optical
-direction changes along the normal, and no ray is totally reflected. Light counts as unpolarised at every surface.
-Absorption in the glass is neglected.
-
-Pairs of surfaces whose reflections make a ghost, the way of its light, and the part of the light that it gets.
+"""Ghosts: pairs of surfaces whose reflections make one, their light, and one ray by the reference tracer in float64.
 
 A pair (first, second) has first < second: light is refracted up to `second`, reflected there, goes back to `first`, is
-reflected again and leaves the lens towards the film.
+reflected again and leaves the lens towards the film. Light counts as unpolarised at every surface; absorption in glass
+is neglected. The normal of a surface of any kind is found from a refraction there into a medium of higher index: the
+optical direction changes along the normal, and no ray is totally reflected.
 """
 
 from collections.abc import Iterable, Iterator
@@ -97,19 +93,7 @@ class Meeting(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class GhostPath:
-    """One ray of a ghost.
-
-    Attributes
-    ----------
-    points : (n, 3) ndarray
-        Origin, then the points met in order, the one that ends the ray included (mm, lens frame).
-    direction : (3,) ndarray
-        Unit direction behind the last point.
-    weight : float
-        Part of the ray's light that is left: reflectances times transmittances; 0 if the ray ends.
-    fate : int
-        A value of `Fate`.
-    """
+    """One ray of a ghost, in the lens frame."""
 
     points: np.ndarray
     direction: np.ndarray
@@ -162,31 +146,10 @@ class Meetings:
 
 def ghost_path(lens: Lens, pair: Pair, origin, direction, wavelength: float = D_LINE,
                coating: str | Coating = "uncoated", clip: bool = True) -> GhostPath:
-    """One ray of the ghost of a pair, by the reference tracer.
+    """One ray of the ghost of a pair, by the reference tracer: from origin along direction (mm, lens frame, any
+    length).
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    pair : (int, int)
-        Surfaces (first, second), as of `ghost_pairs`.
-    origin, direction : (3,) array_like
-        The ray towards the lens (mm, lens frame); the direction may have any length.
-    wavelength : float
-        Micrometres.
-    coating : str or Coating
-        As of `surface_coatings`.
-    clip : bool
-        Whether rims, stop and blades end the ray, and a picture in the stop where it is opaque.
-
-    Returns
-    -------
-    GhostPath
-
-    Raises
-    ------
-    LensError
-        For a pair that the lens does not have.
+    clip: whether clear apertures, stop and blades block the ray. LensError for a pair that the lens does not have.
     """
     check_pair(lens, pair)
     bench = Meetings(lens, wavelength, coating, clip)

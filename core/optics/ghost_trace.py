@@ -1,7 +1,6 @@
 """Ghost light in blocks of rays: the stages of `block_trace` in the order in which the light of a pair meets surfaces.
 
-`ghost_path` is the reference. As there, the normal of a surface is found from a refraction into a medium of higher
-index, light counts as unpolarised at every surface, and absorption in the glass is neglected.
+`ghost_path` is the reference, with the same assumptions.
 """
 
 import math
@@ -53,10 +52,10 @@ class GhostCode(NamedTuple):
 
 
 class GhostTracer:
-    """The pairs of a lens before a film, traced in blocks; camera frame, mm: the film's centre is the origin.
+    """The pairs of a lens before a film, traced in blocks; camera frame, mm.
 
-    wavelength: µm, of the rays. channels: for red, green and blue the wavelengths whose mean reflectance counts, or
-    None: that of `wavelength` for all. coating: as of `surface_coatings`.
+    wavelength: µm, of the rays. channels: for red, green and blue the wavelengths whose mean reflectance counts; None:
+    `wavelength` for all.
     """
 
     def __init__(self, lens: Lens, film_distance: float, landing: list[Step], wavelength: float = D_LINE,
@@ -108,9 +107,8 @@ class GhostTracer:
               ) -> None:
         """Trace rays (7, n): X … N unit, and WEIGHT, into found (6, n): raster x, y, light of R, G, B, clearance.
 
-        A ray that ends has no light. Its place is that of the ray traced on beyond rims, or NaN. reflecting: whether
-        reflectances count; without them, all light of a ray that passes is left, in a quarter of the time. LensError
-        for a pair that the lens does not have: the kernel reads surfaces by its numbers, and checks none.
+        A blocked ray has no light, but a raster position where it can be traced on. reflecting: whether reflectances
+        count; without them a trace takes a quarter of the time. LensError for a pair that the lens does not have.
         """
         check_pair(self.lens, pair)
         _trace_rays(lanes, self.code, self._landing.code, *pair, self._front, rays, found, reflecting)

@@ -25,12 +25,10 @@ class GlassError(ValueError):
 def model_index(n_d: float, v_d: float, wavelength: float) -> float:
     """Index of a glass with known n_d and V_d = (n_d − 1) / (n_F − n_C) alone, at a wavelength in µm.
 
-    n = n_d + (n_F − n_C) [(1 − q) g₂ + q g₆], g_p = (λ⁻ᵖ − λ_d⁻ᵖ) / (λ_F⁻ᵖ − λ_C⁻ᵖ), which reproduces both numbers
-    exactly. The share q = 5.15 / V_d − 0.0755 of the steep term follows the normal line of glasses. Against the
-    1865 glasses of six makers whose formulas hold from 0.4 to 0.7 µm: 8.6e-5 rms (Cauchy's A + B / λ², the case
-    q = 0: 1.0e-3), the greatest error of a glass 1.6e-4 in the median, below 5.7e-4 for 95 % of them and
-    2.3e-3 for the worst, a dense flint; from 0.43 µm on, the worst is 9.0e-4. At the ends of MODEL_RANGE
-    the error is 8.2e-4 rms and 1.2e-3 rms; beyond, at 0.334 and 1.53 µm, 2.9e-3 and 5.2e-3.
+    n = n_d + (n_F − n_C) [(1 − q) g₂ + q g₆], g_p = (λ⁻ᵖ − λ_d⁻ᵖ) / (λ_F⁻ᵖ − λ_C⁻ᵖ), reproduces both numbers exactly;
+    the share q = 5.15 / V_d − 0.0755 of the steep term follows the normal line of glasses. Against 1865 glasses of six
+    makers from 0.4 to 0.7 µm: 8.6e-5 rms, below 5.7e-4 for 95 % of them, 2.3e-3 for the worst, a dense flint (Cauchy's
+    q = 0: 1.0e-3 rms); at the ends of MODEL_RANGE 1.2e-3 rms, beyond, at 0.334 and 1.53 µm, 2.9e-3 and 5.2e-3.
     """
     q = 5.15 / v_d - 0.0755
     return n_d + (n_d - 1.0) / v_d * ((1.0 - q) * _step(wavelength, 2) + q * _step(wavelength, 6))
@@ -211,8 +209,7 @@ def from_formula(name: str, formula: str, coefficients: Sequence,
                  wavelengths: tuple[float, float] | None = None) -> Glass:
     """The glass of a formula, with n_d and V_d computed by it.
 
-    If the formula does not reach the d, F and C lines, as for the infrared, n_d is the
-    index at the nearest wavelength in its range, and V_d is None.
+    Where it does not reach the d, F and C lines, n_d is the index at the nearest wavelength, and V_d is None.
     """
     glass = Glass(1.0, None, name, formula, tuple(coefficients), wavelengths)
     low, high = glass.wavelengths or (0.0, 1e9)

@@ -1,17 +1,13 @@
 """Shape of the stop: a circle, an iris of n blades, straight or rounded, or a picture in it (`stop_image`).
 
 Each blade is an arc between two corners; its height over the chord is `roundness` times that of the circle through
-the corners: 0 is the polygon, 1 the circle. The rim of the stop cuts off corners beyond it. So the blades of a lens
-that is wide open lie behind the rim, and its stop is round; as it is stopped down, first their middles flatten the
-circle, then the corners come forth. The f-number refers to the circle of as much area (ISO 517): (n / 2π) sin(2π/n) of
-the circle through the corners for n straight blades.
+them: 0 is the polygon, 1 the circle. The edge of the stop cuts off corners beyond it: the blades of a lens that is wide
+open lie behind it; as the lens is stopped down, their middles first flatten the circle, then the corners appear. The
+f-number refers to the circle of equal area (ISO 517): (n / 2π) sin(2π/n) of the circle through n straight blades'
+corners. Camera and lens frame, x right and y up; the rotation is in radians, counter-clockwise as seen from behind the
+camera, and at 0 a corner points up.
 
-Camera and lens frame, x right and y up. The rotation is in radians,
-counter-clockwise as seen from behind the camera; at 0 a corner points up.
-
-Stages of an iris: samples of the disk become samples of its opening, and its blades block rays.
-
-The shape is that of `iris.Iris`, which packs the parameters.
+The stages map samples of the disk to the opening, and block rays at the blades.
 """
 
 import math
@@ -36,10 +32,7 @@ BULGE, SIDES = range(2)
 
 @stage
 def map_to_iris(lanes, p, ints, key):
-    """Pupil samples U0, U1 of the whole disk become samples of the opening of an iris, by equal areas.
-
-    The concentric map of the result fills the opening evenly.  p: as `iris._chords` gives them.
-    """
+    """Pupil samples U0, U1 of the whole disk become samples of the opening, by equal areas. p: of `_chords`."""
     real = lanes.dtype.type
     row = rows(lanes)
     u, v = row[U0], row[U1]
@@ -385,10 +378,9 @@ class Iris:
 
     @property
     def _edge(self) -> tuple[float, float, float]:
-        """(f, b, e): a point passes a blade if f s + b r² ≤ e, r from the axis and s along the direction of its middle.
+        """(f, b, e): a point passes a blade if f s + b r² ≤ e, r from the axis and s along the blade's middle.
 
-        The corners lie at 1. The blade is an arc of curvature κ with its middle at s = m:
-        κ r² / 2 + (1 − κ m) s ≤ m − κ m² / 2.
+        The corners lie at 1. An arc of curvature κ with its middle at s = m: κ r² / 2 + (1 − κ m) s ≤ m − κ m² / 2.
         """
         half, middle = math.pi / self.blades, self._nearest
         height = middle - math.cos(half)
@@ -415,10 +407,7 @@ def _closed(iris: Iris, share: float) -> tuple[float, float]:
 
 @lru_cache(maxsize=64)
 def _chords(iris: Iris) -> np.ndarray:
-    """The parameters of `map_to_iris`.
-
-    The triangles of the axis and a chord have equal areas, which add up to that of the opening.
-    """
+    """The parameters of `map_to_iris`: chords whose triangles with the axis share the opening's area equally."""
     n = iris.blades * CELLS
     azimuth = iris.rotation + 0.5 * math.pi + 2.0 * math.pi * np.arange(64 * n + 1) / (64 * n)
     x, y = iris.radius(azimuth) * np.cos(azimuth), iris.radius(azimuth) * np.sin(azimuth)

@@ -1,14 +1,9 @@
-"""One surface of a lens as a frozen value: shape, rim, coating, pose, and the gap and medium behind it.
+"""One surface of a lens as a frozen value: shape, clear aperture, coating, pose, and the gap and medium behind it.
 
-Lengths in mm. The vertex is the origin, light travels along +z, and a curvature c = 1/R is positive when the centre of
-curvature lies at +z of the vertex; a plane has c = 0. The sag of a rotationally symmetric surface is
-z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p. `surfaces` has the kernels.
-
-The pose of a surface out of line: decentre, tilt and roll, as of a view-camera lens or a fault of mounting.
-
-Lens frame, mm and radians. A pose moves one surface and nothing else: the places of the surfaces behind it stay
-("decentre and return"). The surfaces of an element or of a group have the same pose about the same pivot, and so move
-as one rigid body.
+Lengths in mm, angles in radians. The vertex is the origin, light travels along +z, and a curvature c = 1/R is positive
+when the centre of curvature lies at +z of the vertex; `surfaces` has the formula of the sag. A pose (decentre, tilt,
+roll) moves one surface and nothing else: those behind it stay ("decentre and return"). The surfaces of an element or
+group have one pose about one pivot, and so move as a rigid body.
 """
 
 from collections.abc import Iterable
@@ -95,20 +90,11 @@ class SurfacePose:
         ----------
         factor : float
             Factor on the decentres.
-
-        Returns
-        -------
-        SurfacePose
         """
         return replace(self, decentre_x=self.decentre_x * factor, decentre_y=self.decentre_y * factor)
 
     def turned(self) -> "SurfacePose":
-        """The pose in a lens turned round, by half a turn about y.
-
-        Returns
-        -------
-        SurfacePose
-        """
+        """The pose in a reversed lens, turned by half a turn about y."""
         return SurfacePose(-self.decentre_x or 0.0, self.decentre_y, -self.tilt_x or 0.0, self.tilt_y, -self.pivot,
                            -self.roll or 0.0)
 
@@ -121,10 +107,6 @@ class SurfacePose:
             Along x.
         up : bool
             Along y.
-
-        Returns
-        -------
-        SurfacePose
         """
         x, y = -1.0 if across else 1.0, -1.0 if up else 1.0
         return SurfacePose(x * self.decentre_x, y * self.decentre_y, y * self.tilt_x, x * self.tilt_y, self.pivot,
@@ -375,10 +357,6 @@ class Surface:
         ----------
         factor : float
             Factor on all lengths; coefficients of r^p take its (1 − p)-th power.
-
-        Returns
-        -------
-        Surface
         """
         return replace(self, curvature=self.curvature / factor, thickness=self.thickness * factor,
                        semi_diameter=self.semi_diameter * factor,
@@ -395,10 +373,6 @@ class Surface:
             Gap (mm) behind the surface, in its new place.
         glass : Glass
             Medium of that gap.
-
-        Returns
-        -------
-        Surface
         """
         return replace(self, curvature=-self.curvature or 0.0, thickness=thickness, glass=glass,
                        aspheric=tuple((power, -a) for power, a in self.aspheric),

@@ -1,10 +1,9 @@
 """First-order optics of a lens: cardinal points, pupils and Petzval surface, from the ABCD matrix.
 
-Lengths in mm, z along +z from scene to film. A ray is (y, w): its height and its
-reduced slope w = n dy/dz, so that every matrix has determinant 1. An r² term adds to
-the curvature of its surface; conics and the other terms have no first-order effect. A
-cylinder or toroid counts with its section y–z.
-Source: Welford, Aberrations of Optical Systems, ch. 3.
+Lengths in mm, z along +z from scene to film. A ray is (y, w): its height and its reduced slope w = n dy/dz, so that
+every matrix has determinant 1. An r² term adds to the curvature of its surface; conics and other terms have no
+first-order effect. A cylinder or toroid counts with its section y–z. Source: Welford, Aberrations of Optical Systems,
+ch. 3.
 """
 
 from dataclasses import dataclass, replace
@@ -74,9 +73,9 @@ class FirstOrder:
 
 
 def ray_matrix(lens: Lens, start: int, end: int, wavelength: float = D_LINE) -> Matrix:
-    """Matrix from just before surface `start` to just before surface `end`, both at the vertex; wavelength in µm.
+    """Matrix from just before surface `start` to just before surface `end`, at the vertices; wavelength in µm.
 
-    end = len(lens.surfaces) leads to just behind the last surface, at its vertex.
+    end = len(lens.surfaces) leads to just behind the last vertex.
     """
     n = lens.indices(wavelength)
     a, b, c, d = 1.0, 0.0, 0.0, 1.0
@@ -99,11 +98,6 @@ def first_order(lens: Lens, wavelength: float | None = None) -> FirstOrder:
         The lens.
     wavelength : float or None
         Micrometres; None: the lens's `reference_wavelength`, as in the window and `lensbench info`.
-
-    Returns
-    -------
-    FirstOrder
-        Focal lengths, principal planes and pupils, in mm.
 
     Raises
     ------
@@ -206,10 +200,7 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
 
 
 def scene_side_origin(lens: Lens, wavelength: float = D_LINE) -> float:
-    """Origin of rays in front of a lens: its entrance pupil, or its first vertex if that is far away.
-
-    → z in the lens frame (mm). wavelength: µm.
-    """
+    """Origin of rays before a lens, z in the lens frame (mm): the entrance pupil, or the first vertex if that is far."""
     z = first_order(lens, wavelength).entrance_pupil.z
     return z if abs(z) < FARTHEST * lens.length else 0.0
 

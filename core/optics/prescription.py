@@ -334,10 +334,6 @@ class Lens:
         factor : float
             A positive number.
 
-        Returns
-        -------
-        Lens
-
         Raises
         ------
         LensError
@@ -357,10 +353,6 @@ class Lens:
         ----------
         radius : float
             Semi-diameter of the stop, mm.
-
-        Returns
-        -------
-        Lens
         """
         surfaces = list(self.surfaces)
         surfaces[self.stop_index] = replace(self.stop, semi_diameter=radius)
@@ -392,10 +384,6 @@ class Lens:
             From 0, wide, to 1, tele; None leaves it as it is.
         close : float or None
             Focus of a lens with focus groups, from 0, infinity, to 1, the nearest position; None leaves it as it is.
-
-        Returns
-        -------
-        Lens
 
         Raises
         ------

@@ -91,11 +91,6 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
         that sees beyond 90° needs True or False: light may reach its first surface against +z. With None
         a ray with z = 0 is MISSED before the lens.
 
-    Returns
-    -------
-    Trace
-        Points, directions and fates.
-
     Raises
     ------
     ValueError
@@ -180,10 +175,9 @@ def _out_of(numbers, i, x, y, z):
 def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
     """One ray (origin, unit direction) → (x, y, z, dx, dy, dz, fate, surface).
 
-    order: 1 from the first surface to the last, −1 back, 0 by the sign of dz. The intersection is
-    Welford's quotient from the foot of the perpendicular that the vertex drops on the ray:
-    neither a flat surface nor a far origin causes cancellation.
-    The points go to paths[ray] unless paths is None.
+    order: 1 from the first surface to the last, −1 back, 0 by the sign of dz. Welford's quotient from the foot of the
+    perpendicular from the vertex: neither a flat surface nor a far origin causes cancellation. paths[ray] receives the
+    points unless paths is None.
     """
     kinds, posed, numbers = table.kinds, table.posed, table.numbers
     count = kinds.size

@@ -1,9 +1,8 @@
-"""Picture in the stop: a filter whose transmission gives the stop its shape, in place of blades.
+"""Picture in the stop: a filter whose transmission gives the stop its shape, instead of blades.
 
-The picture lies in the plane of the stop, centred on the axis, and its longer side is the diameter of the stop. What is
-beyond its edges is opaque, and the circle of the stop cuts its corners. Camera and lens frame, x right and y up: the
-top row of the picture lies at +y, its left side at −x, so that lights behind the plane in focus show it upright and
-lights before that plane upside down (the other way round where the exit pupil is an inverted image of the stop).
+The picture lies in the plane of the stop, centred on the axis; its longer side is the diameter of the stop, whose
+circle cuts its corners. Camera and lens frame, x right and y up, the top row at +y, the left side at −x: lights behind
+the plane in focus show it upright, lights before it upside down (the other way round if the exit pupil is inverted).
 """
 
 from dataclasses import dataclass, field
@@ -54,10 +53,6 @@ class StopImage:
         ----------
         transmission : (h, w) array_like
             Part of the light that each pixel passes, from 0 to 1, the top row first; at least 2 × 2 pixels.
-
-        Returns
-        -------
-        StopImage
 
         Raises
         ------
@@ -130,10 +125,6 @@ class StopImage:
         ----------
         radius : float
             Radius of the stop, mm.
-
-        Returns
-        -------
-        Step
         """
         return Step(pass_stop_image, self._numbers(1.0 / radius))
 

@@ -23,19 +23,9 @@ POSE = {"decentre_x": "decentre along x", "decentre_y": "decentre along y", "til
 
 
 def value_of(surface: Surface, quantity: str) -> float:
-    """A number of a surface.
+    """A number of a surface, one of QUANTITIES or of POSE: mm, 1/mm, radians or mm^(1 − p).
 
-    Parameters
-    ----------
-    surface : Surface
-        The surface.
-    quantity : str
-        One of QUANTITIES or of POSE.
-
-    Returns
-    -------
-    float
-        mm, 1/mm, radians or mm^(1 − p); for `curvature_x` of a rotationally symmetric surface its curvature.
+    `curvature_x` of a rotationally symmetric surface is its curvature.
     """
     if quantity == CURVATURE_X:
         return surface.curvature if surface.curvature_x is None else surface.curvature_x
@@ -47,26 +37,7 @@ def value_of(surface: Surface, quantity: str) -> float:
 
 
 def with_value_of(surface: Surface, quantity: str, value: float) -> Surface:
-    """The surface with another number.
-
-    Parameters
-    ----------
-    surface : Surface
-        The surface.
-    quantity : str
-        One of QUANTITIES.
-    value : float
-        The new number, in the unit of `value_of`.
-
-    Returns
-    -------
-    Surface
-
-    Raises
-    ------
-    LensError
-        For a number that a surface cannot have.
-    """
+    """The surface with another number, one of QUANTITIES, in the unit of `value_of`; LensError for an invalid one."""
     if quantity in WORDS:
         changed: dict[str, Any] = {quantity: value}
         return replace(surface, **changed)
@@ -75,19 +46,7 @@ def with_value_of(surface: Surface, quantity: str, value: float) -> Surface:
 
 
 def with_surfaces(lens: Lens, changed: Sequence[tuple[int, Surface]]) -> Lens:
-    """The lens with some surfaces replaced.
-
-    Parameters
-    ----------
-    lens : Lens
-        The lens before.
-    changed : sequence of (int, Surface)
-        Number of each replaced surface, and the new one.
-
-    Returns
-    -------
-    Lens
-    """
+    """The lens with some surfaces, by their index, replaced."""
     surfaces = list(lens.surfaces)
     for i, surface in changed:
         surfaces[i] = surface

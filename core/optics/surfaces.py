@@ -1,14 +1,10 @@
 """Shapes of surfaces: sag, gradient and intersection with a ray, for conics, aspheres, cylinders and toroids.
 
-Lengths in mm. The vertex is the origin, light travels along +z, and the
-curvature c = 1/R is positive when the centre of curvature lies at +z. The sag is
-z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p. A surface with different
-curvatures in its sections x–z and y–z has z = A / (1 + √(1 − c_x² x² − c_y² y²)),
-A = c_x x² + c_y y²; it is a cylinder if one of them is 0. The gradient is that of
-F = 0 with F_z > 0, of any length.
-
-The scalar tracer's table has a kind and a row of numbers for each surface, with the columns named here. Coefficients
-are stored as a_p h^p, h the semi-diameter, so that float32 neither overflows nor underflows.
+Lengths in mm. The vertex is the origin, light travels along +z, and the curvature c = 1/R is positive when the centre
+of curvature lies at +z. The sag is z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p; with different curvatures in the
+sections x–z and y–z, z = A / (1 + √(1 − c_x² x² − c_y² y²)), A = c_x x² + c_y y². The gradient is that of F = 0 with
+F_z > 0, of any length. The scalar tracer's table has a kind and a row of numbers for each surface; coefficients are
+stored as a_p h^p, h the semi-diameter, so that float32 neither overflows nor underflows.
 """
 
 from collections.abc import Iterable
@@ -42,10 +38,9 @@ _STEPS, _HALVINGS = 60, 30      # of Newton's method, and of one of its steps
 
 
 class SurfaceTable(NamedTuple):
-    """Surfaces as the scalar tracer reads them, in the order from the scene to the film.
+    """Surfaces as the scalar tracer reads them, from the scene to the film.
 
-    kinds: (n,) of SPHERE … TOROID. posed: (n,) whether a surface is out of line, at PLACE and AXES. numbers:
-    (n, COLUMNS), float32 or float64.
+    kinds: (n,) of SPHERE … TOROID. posed: (n,) whether tilted or decentred. numbers: (n, COLUMNS), float32 or float64.
     """
 
     kinds: np.ndarray
@@ -130,12 +125,11 @@ def sag_and_slopes(table, i, x, y):
 def intersect(table, i, x, y, z, p, q, r, sign):
     """Intersection of a ray with a surface that is no sphere → (x, y, z, F_x, F_y, F_z); NaN for a miss.
 
-    (x, y, z) is the foot of the perpendicular from the vertex on the ray, (p, q, r)
-    its direction, of any length. sign: 1 for light along +z and −1 against it; the sign of r may differ for
-    rays that reach a lens from beyond 90°. The hit is the one where the ray crosses the
-    surface in the direction of `sign`, on the vertex's side of the equator. Conics in closed form, the others by
-    Newton's method from the conic (a toroid: from the sphere of mean curvature). Each step is halved until the
-    residual falls; a ray that does not converge to TOLERANCE is a miss.
+    (x, y, z) is the foot of the perpendicular from the vertex on the ray, (p, q, r) its direction, of any length. sign:
+    1 for light along +z, −1 against it; r may differ in sign for rays from beyond 90°. The hit is where the ray crosses
+    the surface in the direction of `sign`, on the vertex's side of the equator. Conics in closed form, the others by
+    Newton's method from the conic, its steps halved until the residual falls; without convergence to TOLERANCE it is a
+    miss.
     """
     numbers = table.numbers
     real = numbers.dtype.type

@@ -1,7 +1,6 @@
 """System data: the aperture, fields, wavelengths and object distance that a lens was designed for.
 
-Design programs keep these beside the table of surfaces. `Lens.system` holds them as they were given, so that they can
-be written again: lengths in mm, angles in degrees, wavelengths in µm.
+Held as a lens file gives them, so that they can be written again: mm, degrees, µm.
 """
 
 from dataclasses import dataclass, replace
@@ -183,10 +182,6 @@ class SystemData:
         ----------
         factor : float
             Factor on all lengths.
-
-        Returns
-        -------
-        SystemData
         """
         aperture, fields = self.aperture, self.fields
         if aperture is not None and aperture.kind in LENGTHS:

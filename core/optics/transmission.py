@@ -63,7 +63,7 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
 def _by_light(lens: Lens, film_distance: float) -> float:
     """Working f-number of a round pupil with the light of the axis point of the film: E = π L / (2 N)²; inf if dark.
 
-    Rays over a disk on the plane of the last vertex, beyond its rim where that is out of line, at equal areas.
+    By rays at equal areas of a disk on the plane of the last vertex.
     """
     rear, frame = lens.surfaces[-1], lens.frames[-1]
     reach = REACH * rear.semi_diameter + (0.0 if frame is None else float(hypot(*lens.vertex(-1)[:2])))
@@ -80,18 +80,7 @@ def _by_light(lens: Lens, film_distance: float) -> float:
 def surface_coatings(lens: Lens, coating: str | Coating = "uncoated") -> tuple[Coating, ...]:
     """The coating of each surface: its own, else the given one where it meets air, else none.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    coating : str or Coating
-        Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer" (`COATINGS`), or
-        any coating. Cemented surfaces are bare.
-
-    Raises
-    ------
-    CoatingError
-        For an unknown name.
+    coating: "uncoated", "single-layer", "multi-layer" (`COATINGS`) or any; CoatingError for another name.
     """
     usual, n = named_coating(coating), lens.indices()
     return tuple(surface.coating if surface.coating is not None else usual if 1.0 in n[i:i + 2] else BARE

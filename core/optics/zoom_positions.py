@@ -1,9 +1,8 @@
 """Positions of the groups of a lens: gaps that vary with zoom and focus, as a frozen table.
 
-Lengths in mm. A station is a tabulated position: zoom stations from wide (0) to
-tele (1), and at each the same focus stations from infinity (0) to the nearest (1).
-Between stations every gap follows a monotone cubic (`kernels.numeric`): it is smooth,
-exact at the stations, and stays within the range of its neighbours.
+Lengths in mm. Zoom positions run from wide (0) to tele (1), with the same focus positions at each, from infinity (0) to
+the nearest (1). Between tabulated ones every gap follows a monotone cubic (`kernels.numeric`): smooth, exact at the
+tabulated positions, and within the range of its neighbours.
 """
 
 from collections.abc import Sequence
@@ -113,11 +112,6 @@ class Positions:
             0 (wide) to 1 (tele).
         close : float
             0 (infinity) to 1 (nearest).
-
-        Returns
-        -------
-        Positions
-            With the present position changed.
         """
         return replace(self, zoom=zoom, close=close)
 
@@ -154,11 +148,6 @@ class Positions:
         ----------
         i, j : int
             Numbers of the zoom station and of the focus station.
-
-        Returns
-        -------
-        str
-            Words for lists and messages.
         """
         words = []
         if self.zooms:
@@ -180,11 +169,6 @@ class Positions:
         ----------
         factor : float
             Every length is multiplied by it.
-
-        Returns
-        -------
-        Positions
-            At the same position.
         """
         return replace(
             self, focal_lengths=tuple(f * factor for f in self.focal_lengths),
@@ -199,11 +183,6 @@ class Positions:
         ----------
         factor : float
             The radius of the stop is multiplied by it at every station.
-
-        Returns
-        -------
-        Positions
-            At the same position.
         """
         return replace(self, stops=tuple(tuple(stop * factor for stop in row) for row in self.stops))
 

@@ -191,10 +191,6 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
     points : int
         Number of points on the upper half of each rim.
 
-    Returns
-    -------
-    ExitPupil
-
     Raises
     ------
     LensError

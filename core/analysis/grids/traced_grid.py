@@ -221,10 +221,6 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
         Points of the grid across the pupil of each field, at least 8. 32 suits spots and a picture that moves; 64
         and 128 suit fine diffraction figures.
 
-    Returns
-    -------
-    RayGrid
-
     Raises
     ------
     LensError
