@@ -200,7 +200,7 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
 
 
 def scene_side_origin(lens: Lens, wavelength: float = D_LINE) -> float:
-    """Origin of rays before a lens, z in the lens frame (mm): the entrance pupil, or the first vertex if that is far."""
+    """Origin of rays before a lens, z in the lens frame (mm): the entrance pupil, or the first vertex if it is far."""
     z = first_order(lens, wavelength).entrance_pupil.z
     return z if abs(z) < FARTHEST * lens.length else 0.0
 
