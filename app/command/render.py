@@ -61,7 +61,7 @@ def render(arguments: argparse.Namespace) -> int:
     from lensbench.app.session.picture_render import export_render, kept_path
     from lensbench.app.session.states import save_settings
     from lensbench.app.settings.camera_facts import CAMERA_KINDS
-    from lensbench.app.workers.warm_cache import compiling_ahead
+    from lensbench.app.workers.compilers import compiling_ahead
 
     needs_lens = CAMERA_KINDS[arguments.camera or "lens"].has_lens
     if needs_lens and arguments.lens is None and arguments.settings is None:

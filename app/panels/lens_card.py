@@ -16,8 +16,7 @@ from lensbench.app.drawing.controls import paragraph
 from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap
 from lensbench.app.session.lens_shelf import film_name
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers.measurements import Measurements
-from lensbench.app.workers.task import Task
+from lensbench.app.workers.task import Measurements, Task
 from lensbench.core.text import f_number_text, fixed, significant
 from lensbench.lenses.tables.counts import counts
 from lensbench.lenses.tables.system_text import system_rows

@@ -126,7 +126,7 @@ class Session(WindowState):
 
     def _prepare(self, task: Task[None]) -> None:
         """Compile the kernels of the panels, after those of the picture."""
-        from lensbench.app.workers.first_kernels import prepare
+        from lensbench.app.workers.compilers import prepare
 
         try:
             while self.worker.newest() is None and self.worker.error is None and self.worker.alive:

@@ -1,36 +1,139 @@
-"""Processes that compile the kernels which the window lacks, so that no thread of the window compiles any.
+"""Kernels that are compiled ahead, by other processes, so that no picture and no thread of the window compiles any.
 
 Numba compiles one function at a time in a process, and a thread that loads a compiled kernel waits for it meanwhile. So
-other processes compile, as many as there are cores, and leave the kernels in the common cache. They begin with the
-kernels of the first picture, which are known beforehand. A thread of the window that needs a kernel waits for it; the
-thread that draws does not: `NotCompiledError` ends the drawing of one panel, which shows the progress until the kernel
-is there. After the first picture one more process, at the lowest priority, compiles what later first uses need.
+other processes compile, and leave the kernels in the common cache.
+
+Of a window, as many compile as there are cores. They begin with the kernels of the first picture, which are known
+beforehand: a picture asks for one after the other. A thread of the window that needs a kernel waits for it; the thread
+that draws does not: `NotCompiledError` ends the drawing of one panel, which shows the progress until the kernel is
+there. After the first picture one more process, at the lowest priority, compiles what later first uses need.
+
+Of a command, one process compiles the scene's kernels, the last one first, for the command itself reaches them last:
+`python -m lensbench.app.workers.compilers SCENE`.
 """
 
+import gc
 import os
 import pickle
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from queue import PriorityQueue
 from types import FunctionType
 from typing import Any, NamedTuple
 
+import numpy as np
+from numba import boolean, float32, float64, int64, types, uint32
+
+from lensbench.app.bench.build import prescription, setup
+from lensbench.app.bench.camera_kinds import camera, readings
+from lensbench.app.scenes.scene_file import cached_scene, find_scene
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers.first_kernels import missing_kernels
 from lensbench.app.workers.kernel import PROCESS, Kernel
 from lensbench.app.workers.task import thread_count
-from lensbench.core.kernels import cache
-from lensbench.core.kernels.cache import NotCompiledError
+from lensbench.core.cameras import pupil_footprint, ray_generation
+from lensbench.core.imaging import film
+from lensbench.core.kernels import cache, program, sampling, tile_order
+from lensbench.core.kernels.cache import NotCompiledError, is_compiled
+from lensbench.core.kernels.program import Code, is_stage_compiled, stage_address, stage_signature
+from lensbench.core.optics import axial_bundle, block_trace, surfaces
+from lensbench.core.optics.block_trace import surface_steps
+from lensbench.core.pupils import irregular_regions, radial_sampler, rim_solver
+from lensbench.core.rendering.progressive import Rendering
+from lensbench.core.scenery.small_lights import small_lights
 
+TRACED = ("auto", "trace", "polynomial")        # lens models whose first picture needs the pupil of the lens
 END, PLANNED, DRAWN, AWAITED = range(4)     # order of the queue; panels get theirs once the first picture has its own
 LOWEST = 19                     # the nice value of the process that compiles for later
 LATER = "from lensbench.app.workers.shipped_kernels import exercise; exercise(str)"     # small pictures of every kind
 TITLES = ("lens", "camera", "scene", "light")      # of the parts of the plan of a start
 PARTS = {"optics": "lens", "pupils": "lens", "lens_models": "lens", "analysis": "lens", "scenery": "scene",
          "rendering": "light"}  # what the kernels of a room are for; all others are for the camera
+
+
+def missing_kernels(settings: Settings) -> list[tuple[Any, Any]]:
+    """Kernels and signatures that the first picture of the settings needs and that are compiled nowhere yet.
+
+    ValueError or OSError for a lens or a scene that cannot be read.
+    """
+    return [(kernel, signature) for kernel, signature in dict.fromkeys(_wanted(settings))
+            if not is_compiled(kernel, signature)]
+
+
+def _wanted(settings: Settings) -> Iterator[tuple[Any, Any]]:
+    """Kernels of a first picture with their signatures: first those that set up the lens, then those of its passes.
+
+    Those of any scene, and of a lens of rotational symmetry, longest compilations first: others ask for theirs.
+    """
+    single = stage_signature(np.float32)
+    line, table, numbers = float64[::1], float64[:, ::1], float32[:, ::1]
+    code = _code(float32)
+    if settings.has_lens and settings.lens_model in TRACED and (
+            lens := prescription(settings)).is_rotationally_symmetric:
+        rows = types.NamedTuple((int64[::1], boolean[::1], table), surfaces.SurfaceTable)
+        tracer = types.NamedTuple((_tracer(float64), _tracer(float32), float64), block_trace.ClearanceTracer)
+        yield axial_bundle.trace_bundles, (rows, line, line, float64[:, :, ::1], *[float64[:, :, :, ::1]] * 2, table)
+        yield block_trace.clearances, (line, line, line, line, line, float64, line, tracer, float64)
+        yield rim_solver.rim_distances, (*[line] * 6, table, table, table, float64, float64, float64, table, tracer,
+                                         float64)
+        yield rim_solver._centres, (line, float64, *[line] * 5, tracer)
+        yield radial_sampler.aim_radial, single
+        yield surfaces._sags, (rows, line, line, line)
+        yield radial_sampler.equal_areas, (float64[:, :, ::1], int64)
+        yield rim_solver._directions, (line, table, line, line, float64, table, table, table)
+        for step in surface_steps(lens, 1.0):
+            yield step.kernel, single
+            yield step.kernel, stage_signature(np.float64)
+        yield rim_solver.project_rear_rim, (line, line, line, float64)
+        yield irregular_regions._search_boxes, (line, float64[:, :, ::1], int64)
+        yield irregular_regions._contradictions, (table, table, boolean[:, :, ::1], line, float64[:, :, ::1])
+        yield rim_solver._centroids, (line, table, line, line)
+        yield film.film_from_raster, single
+    scene = cached_scene(settings.scene)
+    for step in reversed(scene.steps()):                # light and shadows, at the end, take longest
+        yield step.kernel, single
+    if scene.is_patterned or scene.is_rough:
+        yield program._run, (numbers, int64[::1], numbers, int64[::1], float32[::1], code)
+        yield ray_generation.pixel_spread, single
+    if scene.is_rough:
+        yield pupil_footprint.pupil_size, single
+        yield pupil_footprint.pupil_part, single
+    yield sampling.sample_pixels, single
+    yield sampling.sample_lights, single
+    yield program._expose, (numbers, float32[::1], code, int64, int64, int64[:, ::1], float32[::1], uint32,
+                           int64)
+    yield tile_order._unroll, (numbers, float32[::1], float32[:, :, ::1])
+
+
+def _code(real: Any) -> Any:
+    """Type of a `Code` with parameters of the type `real`."""
+    return types.NamedTuple((int64[::1], boolean[::1], real[::1], int64[::1], int64[:, ::1]), Code)
+
+
+def _tracer(real: Any) -> Any:
+    """Type of the lane buffer, code and key of a `ClearanceTracer`."""
+    return types.Tuple((real[::1], _code(real), uint32[::1]))
+
+
+def prepare(settings: Settings) -> None:
+    """Compile what the panels use, for seconds at the very first start: compute once what each shows of the settings.
+
+    The panels themselves show the errors.
+    """
+    from lensbench.app.plots.blur import curves, plot_range
+    from lensbench.app.plots.exit_pupil import box_samples
+    from lensbench.app.plots.pixel_spot import pixel_readings
+    from lensbench.app.plots.section import sketch
+
+    with suppress(ValueError, OSError):
+        got = readings(settings)
+        sketch(settings)
+        curves(settings.optics, *plot_range(got)[:2])
+        built = setup(settings)
+        box_samples(built.lens, built.film_distance, 0.0)
+        pixel_readings(settings, (0.5 * settings.film.pixels_x, 0.5 * settings.film.pixels_y))
 
 
 class Part(NamedTuple):
@@ -206,3 +309,42 @@ def _answered(process: subprocess.Popen, kernel: Kernel) -> bool:
         return process.stdout.readline() == b"compiled\n"
     except (OSError, ValueError, pickle.PicklingError):
         return False
+
+
+@contextmanager
+def compiling_ahead(scene: str) -> Iterator[subprocess.Popen | None]:
+    """The process beside a command, started if a kernel of its scene is not compiled; it ends with the block.
+
+    What it has compiled by then is kept. If it fails, this process compiles the kernels itself.
+    """
+    helper = _helper(scene)
+    try:
+        yield helper
+    finally:
+        if helper is not None:
+            helper.terminate()
+            helper.wait()
+
+
+def _helper(scene: str) -> subprocess.Popen | None:
+    try:
+        compiled = all(is_stage_compiled(step.kernel, np.float32) for step in cached_scene(scene).steps())
+        return None if compiled else subprocess.Popen(
+            [sys.executable, "-m", "lensbench.app.workers.compilers", scene],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    except (ValueError, OSError):       # of the scene: the worker reports it; of the process: it is not needed
+        return None
+
+
+def trace_lights(scene: Any) -> None:
+    """Trace the small lights of a scene in a small picture, and so compile what that needs."""
+    if small_lights(scene.objects):
+        Rendering(camera(Settings(lens_model="trace", pixels_x=60, pixels_y=40)), scene).add(2, threads=1)
+
+
+if __name__ == "__main__":
+    gc.disable()                                # an eighth of the time
+    scene = find_scene(sys.argv[1])
+    for step in reversed(scene.steps()):
+        stage_address(step.kernel, np.float32)
+    trace_lights(scene)

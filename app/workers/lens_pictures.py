@@ -1,8 +1,11 @@
 """Small pictures of the lenses of the library: made in the background, kept in the user's cache folder.
 
 Thumbnails are pictures through the lenses, others their sections. A file is named by the content of the lens file and
-by the versions of what draws it, written beside its place and renamed. Other processes make them: in a thread of this
-one they would hold the GIL, which the window needs.
+by the versions of what draws it. Other processes make them: in a thread of this one they would hold the GIL, which the
+window needs. Each line that such a process reads is a name of the library, a tab, and the PNG file to be written; each
+line of its answer is “ok”, or why there is no picture. It ends with its input.
+
+The process of the thumbnails is `python -m lensbench.app.workers.lens_pictures THREADS`.
 """
 
 import hashlib
@@ -12,6 +15,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import version
@@ -20,8 +24,17 @@ from time import time
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
-from lensbench.app.workers.task import Task, thread_count
+import lensbench as lb
+from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.bench.constraints import with_longer_side
+from lensbench.app.bench.exposure import exposed
+from lensbench.app.bench.lens_choice import with_lens
+from lensbench.app.scenes.scene_file import find_scene
+from lensbench.app.session.export import develop
+from lensbench.app.settings.settings import Settings
+from lensbench.app.workers.task import Task, lower_priority, thread_count
 from lensbench.lenses.library import catalogue
 from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 
@@ -29,7 +42,7 @@ THUMBNAIL = "2"                 # the look of a thumbnail: another one draws all
 DAYS = 30                       # that an unused file is kept
 PROCESSES = min(4, thread_count())      # for thumbnails. Each loads the library: 150 MB
 # Of one thread each: set-up holds the GIL for half of the time of a thumbnail
-COMMAND = (sys.executable, "-m", "lensbench.app.workers.thumbnail_process", str(max(1, thread_count() // PROCESSES)))
+COMMAND = (sys.executable, "-m", "lensbench.app.workers.lens_pictures", str(max(1, thread_count() // PROCESSES)))
 
 Pixels = NDArray[np.uint8]
 
@@ -52,8 +65,8 @@ class LensPictures:
 
     folder: None keeps them in a temporary folder, which `stop` removes. wake: called from another thread after a file
     is read and after the last picture; those that are rendered between are found in the frames of a window at rest.
-    command: starts a process that answers as `picture_process` describes; look: all that changes its pictures, beside
-    the lens. processes: how many of them may work at once.
+    command: starts a process that calls `answer`. look: all that changes its pictures besides the lens. processes: how
+    many of them may work at once.
     """
 
     def __init__(self, folder: Path | None = None, wake: Callable[[], None] = lambda: None,
@@ -212,3 +225,49 @@ class _Renderer:
             process.wait()
         if process.stdout is not None:
             process.stdout.close()
+
+
+# The process
+
+
+def answer(picture: Callable[[str], Pixels]) -> None:
+    """Answer the lines of the input one after the other. picture: of a lens by its name, (h, w, 3 or 4)."""
+    for line in sys.stdin:
+        name, _, path = line.rstrip("\n").partition("\t")
+        try:
+            _write(path, picture(name))
+            outcome = "ok"
+        except Exception as error:              # the window shows it in the lens's place
+            outcome = f"{type(error).__name__}: {error}"
+        print(" ".join(outcome.split()), flush=True)
+
+
+def _write(path: str, codes: Pixels) -> None:
+    """Write a PNG next to its place and rename it. Unlike an export, it may be lost with the power."""
+    Image.fromarray(codes).save(f"{path}.part", "PNG", compress_level=1)
+    os.replace(f"{path}.part", path)
+
+
+LONGER_SIDE = 192               # pixels
+SAMPLES = 12
+
+
+def thumbnail_settings(name: str) -> Settings:
+    """A lens at its best before the still life, in the d line."""
+    small = with_longer_side(Settings(lens_model="trace", dispersion="off", samples=SAMPLES), LONGER_SIDE)
+    return with_lens(small, name)
+
+
+def thumbnail(name: str, pool: Executor, threads: int) -> Pixels:
+    """Codes (h, w, 3) of the picture through a library lens."""
+    settings = thumbnail_settings(name)
+    rendering = lb.Rendering(camera(settings), find_scene(settings.scene), light_passes=1)
+    rendering.add(settings.samples, pool, threads=threads)
+    return np.round(develop(exposed(settings, rendering.image()), settings) * 255.0).astype(np.uint8)
+
+
+if __name__ == "__main__":
+    n_threads = int(sys.argv[1])
+    lower_priority()                            # the rendering threads inherit it
+    with ThreadPoolExecutor(n_threads) as threads_of_process:
+        answer(lambda name: thumbnail(name, threads_of_process, n_threads))

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers.measurements import Finished
+from lensbench.app.workers.render_job import Finished
 from lensbench.core.kernels.pauses import pause
 
 # Settings that change circles of confusion and places on the film, and nothing else that a pixel sees
@@ -146,7 +146,7 @@ class PictureLights:
 
     def warm_up(self, scene: Any, done: Callable[[], None]) -> None:
         """Trace the lights of a small picture, which waits for its kernels; then call `done`."""
-        from lensbench.app.workers.warm_cache import trace_lights
+        from lensbench.app.workers.compilers import trace_lights
 
         self._thread.submit(trace_lights, scene).add_done_callback(lambda _: done())
 

@@ -1,14 +1,18 @@
-"""One picture of the render worker: its camera, its scene, its rendering, and how many samples the next pass has.
+"""One picture of the render worker: what is handed to the window, the rendering, and its automatic lens model.
 
-What the renderer hands to the window: a picture with its samples so far, or the reason why there is none.
+A choice of the model cannot be interrupted. One runs at a time, on a thread of its own, so that the pictures of a drag
+need not wait for the choices of settings that have gone by.
 """
 
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lensbench.app.bench.auto_model import Chosen, choice_key, choose, is_automatic, provisional
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.finding import Finding
 
@@ -96,3 +100,69 @@ class RenderJob:
         self.seconds += seconds
         self.rate = rate if self.rate == 0.0 else 0.7 * self.rate + 0.3 * rate
         self.pass_samples = max(1, min(2 * self.pass_samples, round(samples * PASS_SECONDS / max(seconds, 1e-6))))
+
+
+Finished = Callable[[Future], bool]         # waits for work; False: it is no longer wanted
+MOST_SPEEDS = 64            # that are kept: each place of a zoom, and each edit of a lens, has its own
+
+
+class AutomaticModel:
+    """The newest choice and the measured speeds. Called from the render worker's thread; `pool` has one thread."""
+
+    def __init__(self, pool: ThreadPoolExecutor):
+        self._pool = pool
+        self._chosen: Chosen | None = None
+        self._choosing: Future[Chosen] | None = None            # perhaps for settings that have gone by
+        self._speeds: dict[tuple, tuple[float, float]] = {}     # ns a ray by the model and by the full trace
+
+    def forget(self) -> None:
+        """Drop every choice and speed, because a file has changed."""
+        self._chosen = self._choosing = None
+        self._speeds.clear()
+
+    def first_camera(self, settings: Settings, camera: Any) -> tuple[Any, bool]:
+        """The camera of the first pass, and whether its model is still to be chosen."""
+        choosing = self._choosing
+        if choosing is not None and choosing.done() and not choosing.cancelled() and choosing.exception() is None:
+            self._chosen, self._choosing = choosing.result(), None
+        if not is_automatic(settings):
+            return camera, False
+        if self._chosen is not None and self._chosen.of == choice_key(settings):
+            return self._chosen.choice.applied(camera), False
+        return provisional(settings, camera, self._chosen), True
+
+    def chosen_camera(self, settings: Settings, camera: Any, scene: Any, finished: Finished) -> Any:
+        """The camera with the model chosen for these settings; None if it is no longer wanted."""
+        self._choosing = self._pool.submit(choose, settings, camera, scene, self._chosen)
+        if not finished(self._choosing):
+            return None
+        self._chosen, self._choosing = self._choosing.result(), None
+        return self._chosen.choice.applied(camera)
+
+    def is_timed(self, settings: Settings, camera: Any) -> bool:
+        """Whether the speed of this camera is known, or needs no measurement."""
+        return not is_automatic(settings) or _speed_key(settings, camera) in self._speeds
+
+    def time(self, settings: Settings, camera: Any, finished: Finished) -> bool:
+        """Measure the time that the chosen model saves; False: no longer wanted."""
+        assert self._chosen is not None
+        choice = self._chosen.choice
+        timing = self._pool.submit(lambda: (choice.ns_per_ray, choice.trace_ns_per_ray))
+        if not finished(timing):
+            return False
+        while len(self._speeds) >= MOST_SPEEDS:
+            del self._speeds[next(iter(self._speeds))]
+        self._speeds[_speed_key(settings, camera)] = timing.result()
+        return True
+
+    def fields(self, settings: Settings, camera: Any, is_provisional: bool) -> dict[str, Any]:
+        """The fields of an update that describe the model."""
+        if not is_automatic(settings):
+            return {}
+        known = self._chosen is not None and self._chosen.of.lens == settings.lens
+        return {"choice": self._chosen.choice if known and self._chosen is not None else None,
+                "speeds": self._speeds.get(_speed_key(settings, camera)), "is_provisional": is_provisional}
+
+
+def _speed_key(settings: Settings, camera: Any) -> tuple:
+    return settings.lens, settings.edited, settings.zoom, camera.model, camera.degree

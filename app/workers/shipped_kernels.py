@@ -148,7 +148,7 @@ def exercise(progress: Any = print) -> None:
     from lensbench.app.bench.camera_kinds import camera
     from lensbench.app.bench.coating import flare
     from lensbench.app.scenes.scene_file import find_scene
-    from lensbench.app.workers.first_kernels import prepare
+    from lensbench.app.workers.compilers import prepare
 
     shown = set()
     for settings in pictures():

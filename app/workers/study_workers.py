@@ -9,8 +9,7 @@ from lensbench.app.settings.settings import Settings
 from lensbench.app.studies.charts.curves import Chart
 from lensbench.app.studies.stability.plots import FAMILIES
 from lensbench.app.studies.stability.sweep import Sweep, progress_to
-from lensbench.app.workers.measurements import Measurements
-from lensbench.app.workers.task import Task
+from lensbench.app.workers.task import Measurements, Task
 from lensbench.lenses.editing.document import LensDocument
 
 if TYPE_CHECKING:

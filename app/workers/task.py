@@ -1,7 +1,7 @@
-"""One piece of background work, the threads that do it, and the memory that it leaves.
+"""Pieces of background work, the threads that do them, and the memory that they leave.
 
 A `Task` runs once, on a thread of its own. The window polls `done`; the work reports its progress and learns from the
-answer whether it goes on.
+answer whether it goes on. `Measurements` are tasks with a key, one at a time, whose results are kept.
 
 glibc gives threads arenas of their own. A window has many short-lived threads; what one leaves free in its arena serves
 no other one, so that the process grows while it holds no more. Other systems' heaps are left as they are.
@@ -12,7 +12,7 @@ import os
 import sys
 import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Any, Generic, TypeVar
 
 from lensbench.core.kernels.cache import NotCompiledError
@@ -35,6 +35,7 @@ def thread_count() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+Key = TypeVar("Key", bound=Hashable)
 Result = TypeVar("Result")
 STEP = 0.01                     # of progress, at which the window is woken
 
@@ -121,6 +122,78 @@ class Task(Generic[Result]):
         finally:
             self._done.set()
             self._wake()
+
+
+class Measurements(Generic[Key, Result]):
+    """Results of measurements, and the task that measures. Call all methods from the window's thread.
+
+    measure: receives the key and the task, and returns the result. keep_all: results of earlier keys stay.
+    lowered: as of `Task`.
+    """
+
+    def __init__(self, measure: Callable[[Key, Task[Result]], Result], wake: Callable[[], None] = lambda: None,
+                 keep_all: bool = True, lowered: bool = True):
+        self.found: dict[Key, Result] = {}
+        self.problems: dict[Key, str] = {}
+        self.declined: Key | None = None        # cancelled by the user: not measured until `again`
+        self.key: Key | None = None             # being measured
+        self.task: Task[Result] | None = None
+        self._measure, self._wake, self._keep_all, self._lowered = measure, wake, keep_all, lowered
+        self._replaced = False                  # the task was cancelled for the sake of another key
+
+    def want(self, key: Key) -> None:
+        """Measure this key next, unless it is known or declined. A task for another key is cancelled."""
+        self.collect()
+        if key in (self.key, self.declined) or key in self.found or key in self.problems:
+            return
+        if self.task is None:
+            self._begin(key)
+        else:
+            self.give_way()
+
+    def again(self, key: Key) -> None:
+        """Measure this key although it is known or declined, unless a task is under way."""
+        self.collect()
+        if self.task is None:
+            self._begin(key)
+
+    def give_way(self) -> None:
+        """Cancel the task because its key is no longer wanted; it may be wanted again later."""
+        if self.task is not None and not self.task.cancelled:
+            self._replaced = True
+            self.task.cancel()
+
+    def forget(self) -> None:
+        """Drop all results, because their subject has changed."""
+        self.give_way()
+        self.found, self.problems, self.declined = {}, {}, None
+
+    def stop(self) -> None:
+        """Cancel the task."""
+        if self.task is not None:
+            self.task.cancel()
+
+    def collect(self) -> None:
+        """Take the result of a task that is done."""
+        task, key = self.task, self.key
+        if task is None or key is None or not task.done:
+            return
+        self.task = self.key = None
+        if task.cancelled:
+            self.declined = None if self._replaced else key
+            return
+        if not self._keep_all:
+            self.found, self.problems = {}, {}
+        self.found.pop(key, None)
+        self.problems.pop(key, None)
+        if task.error is None and task.result is not None:
+            self.found[key] = task.result
+        else:
+            self.problems[key] = task.message
+
+    def _begin(self, key: Key) -> None:
+        self.key, self.declined, self._replaced = key, None, False
+        self.task = Task("Measuring", lambda task: self._measure(key, task), self._wake, self._lowered)
 
 
 ARENAS = 2

@@ -11,7 +11,7 @@ from imgui_bundle.immapp import testing
 
 from lensbench.app.settings.settings import Settings
 from lensbench.app.window import window
-from lensbench.app.workers import warm_cache
+from lensbench.app.workers import compilers
 
 SMALL = replace(Settings(), pixels_x=120, pixels_y=80, samples=8)
 PATIENCE = 300.0            # seconds for a picture: the first one compiles the kernels, on a busy machine slowly
@@ -72,7 +72,7 @@ class Hand:
 @pytest.fixture(autouse=True)
 def no_helper(monkeypatch):
     """No process compiles beside a test: the tests run in as many processes as there are processors."""
-    monkeypatch.setattr(warm_cache, "_helper", lambda scene: None)
+    monkeypatch.setattr(compilers, "_helper", lambda scene: None)
 
 
 @pytest.fixture

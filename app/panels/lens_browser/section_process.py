@@ -4,12 +4,12 @@ import sys
 
 from lensbench import lenses
 from lensbench.app.panels.lens_browser.section import SectionLook, section_picture
+from lensbench.app.workers.lens_pictures import answer
 from lensbench.app.workers.task import lower_priority
-from lensbench.app.workers.thumbnail_process import answer
 
 
 def main() -> None:
-    """Answer as `picture_process` describes."""
+    """Answer as `workers.lens_pictures` describes."""
     lower_priority()
     width, height, theme, pixel = sys.argv[1:]          # as `SectionLook.command` writes them
     look = SectionLook((int(width), int(height)), theme == "dark", float(pixel))

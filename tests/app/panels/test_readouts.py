@@ -8,7 +8,7 @@ import pytest
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.panels.readouts import NONE, Status, columns, own, readouts_panel, rows
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers.first_kernels import prepare
+from lensbench.app.workers.compilers import prepare
 from tests.app.kinds import KINDS, of_kind
 from tests.app.stand import drive
 

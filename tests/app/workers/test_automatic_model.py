@@ -5,14 +5,14 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers import measurements
-from lensbench.app.workers.measurements import MOST_SPEEDS, AutomaticModel
+from lensbench.app.workers import render_job
+from lensbench.app.workers.render_job import MOST_SPEEDS, AutomaticModel
 
 
 def test_the_speeds_of_the_newest_zoom_positions_are_kept_and_no_others(monkeypatch):
     camera = SimpleNamespace(model="polynomial", degree=6)
     choice = SimpleNamespace(ns_per_ray=2.0, trace_ns_per_ray=5.0, applied=lambda camera: camera)
-    monkeypatch.setattr(measurements, "choose", lambda *given: SimpleNamespace(choice=choice))
+    monkeypatch.setattr(render_job, "choose", lambda *given: SimpleNamespace(choice=choice))
     places = [replace(Settings(lens_model="auto"), zoom=i / 300.0) for i in range(300)]
     with ThreadPoolExecutor(1) as pool:
         model = AutomaticModel(pool)
@@ -27,7 +27,7 @@ def test_the_speeds_of_the_newest_zoom_positions_are_kept_and_no_others(monkeypa
 def test_the_speeds_of_an_edited_lens_are_its_own(monkeypatch):
     """A lens before which another one was attached has twice the surfaces: the bar showed the time of half of them."""
     camera = SimpleNamespace(model="polynomial", degree=6)
-    monkeypatch.setattr(measurements, "choose", lambda settings, *_: SimpleNamespace(choice=SimpleNamespace(
+    monkeypatch.setattr(render_job, "choose", lambda settings, *_: SimpleNamespace(choice=SimpleNamespace(
         ns_per_ray=2.0, trace_ns_per_ray=9.0 if settings.edited else 5.0, applied=lambda camera: camera),
         of=settings))
     plain = Settings(lens_model="auto")

@@ -10,7 +10,7 @@ import sys
 from dataclasses import replace
 from time import sleep
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers.first_kernels import _wanted
+from lensbench.app.workers.compilers import _wanted
 from lensbench.app.workers.render_worker import RenderWorker
 from lensbench.core.kernels import cache
 
@@ -37,7 +37,7 @@ def test_the_kernels_of_a_first_picture_are_known_beforehand(scene, model):
 
 KERNELS = """
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers.first_kernels import missing_kernels
+from lensbench.app.workers.compilers import missing_kernels
 print(len(missing_kernels(Settings())), len(missing_kernels(Settings(camera="perspective"))))
 """
 

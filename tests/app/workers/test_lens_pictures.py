@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lensbench.app.workers.lens_pictures import DAYS, LensPictures, file_name
-from lensbench.app.workers.thumbnail_process import LONGER_SIDE, thumbnail_settings
+from lensbench.app.workers.lens_pictures import DAYS, LONGER_SIDE, LensPictures, file_name, thumbnail_settings
 
 LENS, OTHER, THIRD = "pbrt-dgauss-50mm", "pbrt-fisheye-10mm", "pbrt-telephoto-250mm"
 # In place of the renderer: writes a grey picture, and fails for one lens

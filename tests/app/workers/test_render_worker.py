@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench.app.bench.auto_model import choose
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers import measurements, picture_before, render_worker as module, warm_cache
+from lensbench.app.workers import compilers, picture_before, render_job, render_worker as module
 from lensbench.app.workers.render_worker import PAUSED_SAMPLES, RenderWorker
 
 SMALL = replace(Settings(), pixels_x=96, pixels_y=64, samples=8)
@@ -209,7 +209,7 @@ def test_a_drag_does_not_wait_for_the_choices_of_settings_that_have_gone_by(star
         assert go.wait(PATIENCE)
         return choose(settings, *rest)
 
-    monkeypatch.setattr(measurements, "choose", slow)
+    monkeypatch.setattr(render_job, "choose", slow)
     try:
         for i in range(1, 9):
             worker.restart(replace(SMALL, focus_distance=1200.0 + 50.0 * i))
@@ -341,7 +341,7 @@ def test_a_second_model_of_the_same_picture_gives_way_at_once(start, monkeypatch
             return found[-1]
         return add(rendering, count, *rest)
 
-    monkeypatch.setattr(measurements, "choose", other_model)
+    monkeypatch.setattr(render_job, "choose", other_model)
     monkeypatch.setattr(module, "FIRST_SECONDS", 60.0)
     monkeypatch.setattr(lb.Rendering, "add", held)
     worker.restart(replace(SMALL, focus_distance=1500.0))
@@ -353,7 +353,7 @@ def test_a_second_model_of_the_same_picture_gives_way_at_once(start, monkeypatch
 @pytest.mark.slow
 def test_a_complete_picture_is_rendered_again_when_its_light_tracing_is_compiled(start, monkeypatch):
     compiled, traced = threading.Event(), []
-    monkeypatch.setattr(warm_cache, "trace_lights", lambda scene: traced.append(scene) or compiled.wait(PATIENCE))
+    monkeypatch.setattr(compilers, "trace_lights", lambda scene: traced.append(scene) or compiled.wait(PATIENCE))
     settings = replace(SMALL, scene="night-lights")
     worker = start(settings, expect=lambda asked: asked == settings)
     wait(lambda: done(worker))

@@ -6,8 +6,7 @@ import threading
 
 import pytest
 
-from lensbench.app.workers.measurements import Measurements
-from lensbench.app.workers.task import NICE, Task, TaskCancelledError
+from lensbench.app.workers.task import NICE, Measurements, Task, TaskCancelledError
 
 
 def ended(task: Task) -> Task:

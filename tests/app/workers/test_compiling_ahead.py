@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from lensbench.app.workers import warm_cache
+from lensbench.app.workers import compilers
 
-HELPER = warm_cache._helper             # the real one, which the other tests do without
+HELPER = compilers._helper             # the real one, which the other tests do without
 
 
 def run(arguments: list[str], cache: Path) -> str:
@@ -30,13 +30,13 @@ print([is_stage_compiled(step.kernel, np.float32) for step in find_scene("white-
 @pytest.mark.slow
 def test_the_helper_compiles_the_scenes_kernels_into_the_common_cache(tmp_path):
     assert "True" not in run(["-c", ASK], tmp_path)
-    run(["-m", "lensbench.app.workers.warm_cache", "white-wall"], tmp_path)
+    run(["-m", "lensbench.app.workers.compilers", "white-wall"], tmp_path)
     assert "False" not in run(["-c", ASK], tmp_path)
 
 
 def test_the_helper_ends_with_what_it_helps(monkeypatch):
-    monkeypatch.setattr(warm_cache, "_helper", HELPER)
-    monkeypatch.setattr(warm_cache, "is_stage_compiled", lambda kernel, real: False)
-    with warm_cache.compiling_ahead("white-wall") as helper:
+    monkeypatch.setattr(compilers, "_helper", HELPER)
+    monkeypatch.setattr(compilers, "is_stage_compiled", lambda kernel, real: False)
+    with compilers.compiling_ahead("white-wall") as helper:
         assert helper.poll() is None
     assert helper.returncode == -signal.SIGTERM
