@@ -56,8 +56,7 @@ def improve(arguments: argparse.Namespace) -> int:
     """
     from lensbench.app.bench.lens_choice import image_circle
     from lensbench.app.command.output import stop_signals
-    from lensbench.app.session.edited_lens import document_named
-    from lensbench.app.session.improving import improved
+    from lensbench.app.session.edited_lens import document_named, improved
     from lensbench.app.session.lens_cells import glass_text, whole
     from lensbench.core.design.improve import ending
     from lensbench.core.design.merit import amount
@@ -131,7 +130,7 @@ def improve(arguments: argparse.Namespace) -> int:
 
 def vary(document: "LensDocument", text: str) -> tuple[tuple[int, str], ...]:
     """The cells that --vary names; UsageError for a word that names none."""
-    from lensbench.app.session.improving import free_cells
+    from lensbench.app.session.edited_lens import free_cells
     from lensbench.core.design.improve import VARIED
     from lensbench.core.optics.surface_numbers import QUANTITIES
 

@@ -1,14 +1,15 @@
-"""The lens of the settings as a document that is edited, and its saving.
+"""The lens of the settings as a document that is edited, saved and improved.
 
 The settings hold the text of the document, so that one undo covers lens and settings, and a picture carries its lens.
 A lens that is scaled to a focal length is edited at that size.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import lensbench as lb
 from lensbench import lenses
@@ -20,6 +21,10 @@ from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.editing.document_text import to_text
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import kept_in_focus, scaled
+
+if TYPE_CHECKING:
+    from lensbench.core.design.goal import Goal
+    from lensbench.core.design.improve import Cell, Improvement, Step
 
 
 @lru_cache(maxsize=64)
@@ -142,3 +147,28 @@ def _assumed(settings: Settings) -> tuple[Finding, ...]:
     """
     assumed = [f for f in prescription(settings).findings if f.kind not in (Kind.RIM, Kind.RULE)]
     return tuple(replace(f, message=f"assumed when {Path(settings.lens).name} was read: {f.message}") for f in assumed)
+
+
+def free_cells(document: LensDocument, vary: str) -> tuple["Cell", ...]:
+    """The numbers that a word names ("radii", "thicknesses" or "all") and that no rule holds."""
+    from lensbench.core.design.improve import variables
+
+    return tuple(cell for cell in variables(document.lens, vary) if document.rule(*cell) is None)
+
+
+def improved(document: LensDocument, cells: Sequence["Cell"], goal: "Goal", glasses: Sequence[lb.Glass] | None,
+             progress: Callable[["Step"], None], cancelled: Callable[[], bool]) -> "Improvement":
+    """The improvement of the lens of a document, whose solves and pickups are kept; LensError.
+
+    glasses: those that may replace the glasses of the lens; None leaves them. Other arguments: as for `improve`.
+    """
+    from lensbench.core.design.improve import improve
+    from lensbench.core.design.substitution import substitute
+
+    def rules(lens: lb.Lens) -> lb.Lens:
+        return settled(replace(document, lens=lens)).lens
+
+    cells = [cell for cell in cells if document.rule(*cell) is None]
+    if glasses is None:
+        return improve(document.lens, cells, goal, rules=rules, progress=progress, cancelled=cancelled)
+    return substitute(document.lens, cells, goal, glasses, rules=rules, progress=progress, cancelled=cancelled)

@@ -26,7 +26,6 @@ from time import time
 from typing import Any
 
 from lensbench.app.session.export import read_settings, replacing, runs
-from lensbench.app.session.snapshots import snapshots_folder
 from lensbench.app.settings.setting import SettingsError, spec
 from lensbench.app.settings.settings import PICTURES, VERSION, Settings
 from lensbench.core.text import MOST_CHARACTERS, cut, excerpt
@@ -35,6 +34,17 @@ from lensbench.lenses.file_error import open_regular
 HEAD = "# lensbench: lengths in mm, angles in radians, times in seconds, exposure in stops\n"
 WORDS = {field.name: spec(field).none for field in fields(Settings) if spec(field).none}    # for None
 LONGEST = 1 << 20               # bytes read at most
+
+
+def user_folder(variable: str, otherwise: str) -> Path:
+    """The user's folder `lensbench` of an XDG variable, or in `otherwise` below the home; it may not exist yet."""
+    base = os.environ.get(variable)
+    return (Path(base) if base else Path("~").expanduser() / otherwise) / "lensbench"
+
+
+def snapshots_folder() -> Path:
+    """The folder of the snapshots."""
+    return user_folder("XDG_DATA_HOME", ".local/share") / "snapshots"
 
 
 def save_settings(path: str | Path, settings: Settings) -> None:
@@ -190,7 +200,7 @@ def _short(value: object) -> object:
 
 def session_path() -> Path:
     """The file; it may not exist yet."""
-    return snapshots_folder().parent / "session.toml"
+    return user_folder("XDG_DATA_HOME", ".local/share") / "session.toml"
 
 
 def save_session(settings: Settings) -> None:
@@ -213,8 +223,7 @@ KEPT = 30 * 86400.0             # seconds that edits are kept which nobody has t
 
 def unsaved_folder() -> Path:
     """The folder of unsaved edits, in that of the configuration."""
-    home = os.environ.get("XDG_CONFIG_HOME")
-    return (Path(home) if home else Path("~").expanduser() / ".config") / "lensbench" / "unsaved"
+    return user_folder("XDG_CONFIG_HOME", ".config") / "unsaved"
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from lensbench.app.panels.controls.controls import lens_title, scene_title
 from lensbench.app.session.export import save_picture
 from lensbench.app.session.notices import Request
 from lensbench.app.session.picture_formats import copy_picture
-from lensbench.app.session.snapshots import Snapshot, SnapshotShelf, snapshots_folder
-from lensbench.app.session.states import is_state_text, named_files, settings_of_text, state_text
+from lensbench.app.session.snapshots import Snapshot, SnapshotShelf
+from lensbench.app.session.states import is_state_text, named_files, settings_of_text, snapshots_folder, state_text
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_f_number
 from lensbench.app.window.comparing import Comparing
@@ -34,7 +34,7 @@ class Snapshots:
         self._window, self._comparing = window, comparing
         self._temporary = None if folder is not None or window.remember else TemporaryDirectory()
         self.shelf = SnapshotShelf(folder or (Path(self._temporary.name) if self._temporary else snapshots_folder()),
-                                 window.view.say)
+                                   window.view.say)
         self.state = panel.SnapshotsState()
         self.card: tuple[Snapshot, Path] | None = None        # of this snapshot, to be written there
         self._pictures: dict[str, NDArray[np.uint8]] = {}
@@ -96,7 +96,7 @@ class Snapshots:
 
     def save_card(self, path: Path) -> None:
         """Write the card of the snapshot that was asked for."""
-        from lensbench.app.session.snapshot_card import write_card
+        from lensbench.app.session.snapshots import write_card
 
         snapshot, dark = self._carding, self._window.dark
         if snapshot is not None:

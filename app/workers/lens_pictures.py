@@ -24,7 +24,6 @@ from time import time
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 import lensbench as lb
 from lensbench.app.bench.camera_kinds import camera
@@ -33,6 +32,7 @@ from lensbench.app.bench.exposure import exposed
 from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.scenes.scene_file import find_scene
 from lensbench.app.session.export import develop
+from lensbench.app.session.states import user_folder
 from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.task import Task, lower_priority, thread_count
 from lensbench.lenses.library import catalogue
@@ -48,8 +48,8 @@ Pixels = NDArray[np.uint8]
 
 
 def pictures_folder() -> Path:
-    """The user's pictures of lenses: lensbench/thumbnails in $XDG_CACHE_HOME or ~/.cache; it may not exist yet."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lensbench" / "thumbnails"
+    """The folder of the pictures of lenses; it may not exist yet."""
+    return user_folder("XDG_CACHE_HOME", ".cache") / "thumbnails"
 
 
 @lru_cache(maxsize=4096)
@@ -244,6 +244,8 @@ def answer(picture: Callable[[str], Pixels]) -> None:
 
 def _write(path: str, codes: Pixels) -> None:
     """Write a PNG next to its place and rename it. Unlike an export, it may be lost with the power."""
+    from PIL import Image
+
     Image.fromarray(codes).save(f"{path}.part", "PNG", compress_level=1)
     os.replace(f"{path}.part", path)
 

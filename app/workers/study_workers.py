@@ -131,7 +131,7 @@ class ImprovementWorker:
         self.number, self.aim, self.ended = 0, aim, ""
 
         def work(task: Task[None]) -> None:
-            from lensbench.app.session.improving import improved
+            from lensbench.app.session.edited_lens import improved
             from lensbench.core.design.improve import ending
             from lensbench.core.design.standard_goal import goal_of
             from lensbench.lenses.glass.catalogue import replacements

@@ -9,6 +9,7 @@ from lensbench.app.bench.lens_choice import image_circle
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import check_box, toggles
 from lensbench.app.panels.lens_table.state import LensTableState
+from lensbench.app.session import edited_lens
 from lensbench.app.session.edited_lens import with_document
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.glass import D_LINE
@@ -78,11 +79,9 @@ def _remarks(document: LensDocument, image_height: float | None) -> tuple[str, .
 
 def free_cells(document: LensDocument, state: LensTableState) -> tuple[tuple[int, str], ...]:
     """The numbers that may change: those that are ticked, or all radii."""
-    from lensbench.app.session import improving
-
     count = len(document.surfaces)
     ticked = tuple(sorted(cell for cell in state.ticked if cell[0] < count and document.rule(*cell) is None))
-    return ticked or improving.free_cells(document, "radii")
+    return ticked or edited_lens.free_cells(document, "radii")
 
 
 def take_step(settings: Settings, state: LensTableState) -> Settings:

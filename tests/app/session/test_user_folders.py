@@ -2,8 +2,7 @@
 
 import pytest
 
-from lensbench.app.session.snapshots import snapshots_folder
-from lensbench.app.session.states import unsaved_folder
+from lensbench.app.session.states import snapshots_folder, unsaved_folder
 from lensbench.app.workers.lens_pictures import pictures_folder
 from lensbench.lenses.glass.catalogue import user_folder
 

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 from PIL import Image
 
 from lensbench.app.drawing.controls import chord
-from lensbench.app.session.snapshot_card import WIDTH, words, write_card
+from lensbench.app.session.snapshots import WIDTH, words, write_card
 from lensbench.app.session.states import settings_of_text, state_text
 from lensbench.app.window import snapshots as window_snapshots
 from tests.app.conftest import SMALL

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 
 import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
-from lensbench.app.session.improving import free_cells, improved
+from lensbench.app.session.edited_lens import free_cells, improved
 from lensbench.core.design.goal import Goal, MeritError, Position, edge_thickness, held_lengths
 from lensbench.core.design.improve import moved
 from lensbench.core.design.merit import Merit, judge
