@@ -1,18 +1,14 @@
-"""The base class of every camera.
-
-Its parts are files of their own: `camera_stages` has what a camera kind defines or overrides and the stages made of it,
-`placed_shutter` the transform to the world and the shutter, `ray_generation` the rays, `film_projection` the projection
-of points and rays of the world onto the film, `camera_spaces` the coordinate spaces.
-"""
+"""The base class of every camera: what its kinds define (`camera_stages`), rays, projection and coordinate spaces."""
 
 import math
 from dataclasses import dataclass
 
-from lensbench.core.cameras import ray_generation as camera_spaces
+import numpy as np
+
 from lensbench.core.cameras.film_projection import FilmProjection
 from lensbench.core.cameras.ray_generation import RayGeneration
 from lensbench.core.cameras.rays import CameraError
-from lensbench.core.imaging.coordinate_spaces import Intrinsics, Places, Spaces
+from lensbench.core.imaging.coordinate_spaces import Intrinsics, Places, Spaces, film_window, transform_points
 from lensbench.core.lazy import called
 
 
@@ -46,10 +42,7 @@ class Camera(RayGeneration, FilmProjection):
         return called("app.notebook.cards", "camera_card", self)
 
     def check_overrides(self) -> None:
-        """Refuse a camera kind that overrides a method that pictures do not call.
-
-        Pictures run the camera's stages; `generate_rays` and `generate_ray_differentials` run the same stages and
-        return what they computed.
+        """Refuse a camera kind that overrides a method that pictures do not call: they run the camera's stages.
 
         Raises
         ------
@@ -70,7 +63,14 @@ class Camera(RayGeneration, FilmProjection):
 
         Raises CameraError for a camera that is not projective.
         """
-        return camera_spaces.intrinsics(self)
+        across, right, down, bottom = self.film_step.parameters
+        lens, pose = self.gaussian, self.film_pose
+        if pose.is_tilted or pose.is_curved:
+            raise CameraError("a tilted or curved film has no focal length in pixels: its pixels are not perpendicular "
+                              "to the axis")
+        per_slope = -1.0 / (lens.slope_film if lens.slope_film != 0.0 else lens.origin_film)
+        return Intrinsics(per_slope / across, per_slope / down, (right - pose.shift) / across,
+                          (bottom + pose.rise) / down)
 
     def spaces(self, near: float = 1.0, far: float = math.inf, time=0.0) -> Spaces:
         """Transforms between raster, screen, camera and world.
@@ -89,7 +89,15 @@ class Camera(RayGeneration, FilmProjection):
         ValueError
             Planes in the wrong order.
         """
-        return camera_spaces.spaces(self, near, far, time)
+        film, lens = self.film, self.gaussian
+        if not self.film_pose.is_upright:
+            raise CameraError("the screen of a tilted, shifted or curved film is no view of a symmetric pinhole camera")
+        half = min(film.width, film.height) / 2.0
+        perspective = lens.slope_film != 0.0
+        per_slope = lens.slope_film if perspective else lens.origin_film
+        eye = lens.z + lens.origin_film / lens.slope_film if perspective else lens.z
+        return Spaces(film.pixels_x, film.pixels_y, self.window or film_window(film), -1.0 / (per_slope * half),
+                      near, far, perspective, eye, self.placement(time))
 
     def places(self, raster_xy, distance: float, time=0.0, object_from_world=None) -> Places:
         """Raster points in every space, for every camera kind: the data of a read-out under the mouse.
@@ -105,4 +113,21 @@ class Camera(RayGeneration, FilmProjection):
         object_from_world : (4, 4) array or None
             Transform from the world into the frame of an object; None: the object frame is the world.
         """
-        return camera_spaces.places(self, raster_xy, distance, time, object_from_world)
+        film = self.film
+        raster = np.atleast_2d(np.asarray(raster_xy, float))
+
+        # Raster, NDC, screen and film are affine images of each other
+        ndc = raster / [film.pixels_x, film.pixels_y]
+        left, right, bottom, top = self.window or film_window(film)
+        screen = ndc * [right - left, bottom - top] + [left, top]
+        across, middle, down, low = self.film_step.parameters
+        on_film = np.column_stack([middle - raster[:, 0] * across, raster[:, 1] * down - low, np.zeros(len(raster))])
+
+        # Follow the rays to the given distance
+        rays = self.with_open_stop.generate_rays(raster, np.tile(self.pupil_centre, (len(raster), 1)), time)
+        seen = rays.weights > 0.0
+        world = rays.origins + rays.directions * np.broadcast_to(distance, seen.shape)[:, None]
+        world = np.where(seen[:, None], world, np.nan)
+        in_camera = transform_points(np.linalg.inv(self.placement(time, raster)), world)
+        in_object = world if object_from_world is None else transform_points(object_from_world, world)
+        return Places(raster, ndc, screen, on_film, in_camera, world, in_object)

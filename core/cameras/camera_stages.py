@@ -1,9 +1,9 @@
 """What a camera kind defines, and the stages that follow from it: raster point and pupil sample → ray in the world.
 
-A kind gives its own film and either `gaussian` with `gain`, for a projective camera, or `camera_steps`. Everything else
-has a default that a kind may override, here and in `film_projection` (`film_from_point`, `film_importance`, where a
-closed form is known). The camera frame has its origin at the camera, x to the right, y up, and the camera looks along
-−z; the film lies in the plane z = 0 of a real lens, or is imagined behind an ideal one.
+A kind gives its own film and either `gaussian`, for a projective camera, or `camera_steps`. Everything else has a
+default that a kind may override, here and in `film_projection`. The camera frame has its origin at the camera, x to the
+right, y up, and the camera looks along −z; the film lies in the plane z = 0 of a real lens, or is imagined behind an
+ideal one.
 """
 
 import math
@@ -12,7 +12,7 @@ from typing import Self
 
 import numpy as np
 
-from lensbench.core.cameras.film_landing import FilmLanding
+from lensbench.core.cameras.film_landing import FilmLanding, ideal_film_landing
 from lensbench.core.cameras.flat_port import FlatPort, port_step
 from lensbench.core.cameras.ideal_lens import Gaussian
 from lensbench.core.cameras.rays import CameraError
@@ -118,7 +118,8 @@ class CameraStages(PlacedShutter):
     @property
     def gain(self) -> float:
         """Weight of the axial ray of a projective camera; the others fall off from it as cos⁴θ."""
-        raise AssertionError("each projective camera defines its gain")
+        lens = self.gaussian
+        return lens.cone / self._normaliser(lens.axis_irradiance, 1.0) if lens.cone else 1.0
 
     @property
     def geometric_f_number(self) -> float:
@@ -178,9 +179,11 @@ class CameraStages(PlacedShutter):
         Parameters
         ----------
         wavelength : float
-            Wavelength of the light (µm).
+            Wavelength of the light (µm); has no effect on an ideal lens.
         """
-        return None
+        if not self._is_projective:
+            return None
+        return ideal_film_landing(self._weighted_gaussian, self.film_step, self._weighted_gain)
 
     def film_slopes(self, film_xy: np.ndarray, directions: np.ndarray) -> np.ndarray | None:
         """Derivatives of rays by the film point at a fixed pupil sample, in the camera frame.

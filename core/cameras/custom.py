@@ -1,16 +1,11 @@
-"""Camera whose rays come from a Python function of numpy arrays.
+"""A camera whose rays come from a Python function of numpy arrays, and the film landing by its inverse `back`.
 
-The function is one of the camera's stages (`kernels.program`): pictures, AOVs, ray differentials and light fields
-use it as they use a compiled camera. It runs for one block of samples at a time on one core. A camera of the same rays
-that shall use all cores overrides `Camera.camera_steps` with a compiled stage (docs/own-cameras.md).
+The function is one of the camera's stages (`kernels.program`), so pictures, AOVs, ray differentials and light fields
+use it as they use a compiled camera; it runs for one block of samples at a time on one core (docs/own-cameras.md).
 
-Film landing of a camera whose rays come from a function, by the way back that its user gives.
-
-The function F takes raster and pupil samples to rays, the function `back` takes rays to raster and pupil samples. The
-radiance of a ray adds F's weight times |∂(raster, uv) / ∂(ray)| times the étendue of the ray to a pixel. The étendue of
-a ray near another is d²p · d²s: its place p on the plane across that ray, and its direction s. Central differences of F
-give the 4 × 4 derivatives, so that the flux is that of the camera's own rays, whatever the function is. Camera frame,
-mm.
+Landing: the radiance of a ray adds the function's weight times |∂(raster, uv) / ∂(ray)| times the étendue of the ray to
+a pixel. The étendue of a ray near another is d²p · d²s: its point p on the plane across that ray, and its direction s.
+Central differences of the function give the 4 × 4 derivatives. Camera frame, mm.
 """
 
 from collections.abc import Callable
@@ -56,11 +51,10 @@ class _Measured(NamedTuple):
 
 
 class CustomLanding:
-    """Way back from rays to the film of a function's camera.
+    """From rays back to the film of a function's camera; CameraError where `back` does not invert the function.
 
-    Parameters: the film; the checked function of raster (n, 2) and uv (n, 2) that returns origins, unit directions and
-    weights; the user's function of origins (n, 3) and unit directions (n, 3), towards the scene, that returns raster
-    and uv. Raises CameraError where `back` does not invert the function, or where light cannot follow its rays back.
+    rays: the checked function of raster (n, 2) and uv (n, 2) that returns origins, unit directions and weights. back:
+    the user's function of origins (n, 3) and unit directions (n, 3), towards the scene, that returns raster and uv.
     """
 
     def __init__(self, film: Film, rays: Rays, back: Back):
@@ -76,7 +70,7 @@ class CustomLanding:
         return FilmLanding([self._landing.step], [self._bounding.step], self._centre, self._radius)
 
     def _find_opening(self) -> None:
-        """The sphere about all origins on a grid of raster and pupil, edges included."""
+        """Find the sphere about all origins on a grid of raster and pupil, edges included."""
         side = np.linspace(0.0, 1.0, GRID)
         grid = np.stack(np.meshgrid(side, side, side, side), -1).reshape(-1, 4)
         origins, _, weights = self._rays(grid[:, :2] * self._size, grid[:, 2:])

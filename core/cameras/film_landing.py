@@ -1,16 +1,13 @@
-"""Film landing: the place and the brightness of traced light on the raster.
+"""Film landing: the raster point and the pixel value of traced light, and the importance of rays.
 
-A ray of the camera frame that travels towards the film carries in WEIGHT an étendue, cos θ · area · solid angle, in
-mm² sr. These stages find the raster point where the ray lands, and turn its WEIGHT into the pixel value of radiance 1
-in that étendue alone: the same measure that the camera's own rays estimate.
+A ray of the camera frame that travels towards the film carries in WEIGHT an étendue, cos θ · area · solid angle, in mm²
+sr. The stages find where it lands, and turn WEIGHT into the pixel value of radiance 1 in that étendue alone: the same
+measure that the camera's own rays estimate.
 
-Importance of rays, and the densities with which a camera chooses them.
-
-The mean of a film's readings of a radiance L is ∫∫ W L cos θ dω dA over all rays that leave the camera, θ measured from
-its axis. `Camera.generate_rays` chooses rays, for raster points and pupil samples that are drawn uniformly, with one
-density per area and one per solid angle: W cos θ is the product of both and of the ray's weight. (Veach 1997, Robust
-Monte Carlo Methods for Light Transport Simulation, ch. 8; Pharr, Jakob and Humphreys, Physically Based Rendering, third
-edition, ch. 16, where every weight is 1.)
+The mean of a film's readings of a radiance L is ∫∫ W L cos θ dω dA over all rays that leave the camera, θ from its
+axis. `Camera.generate_rays` chooses rays with one density per area and one per solid angle: W cos θ is the product of
+both and of the ray's weight. (Veach 1997, Robust Monte Carlo Methods for Light Transport Simulation, ch. 8; Pharr,
+Jakob and Humphreys, Physically Based Rendering, third edition, ch. 16, where every weight is 1.)
 """
 
 import math
@@ -71,10 +68,7 @@ class FilmImportance(NamedTuple):
 
 def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: np.ndarray,
                         directions: np.ndarray) -> FilmImportance:
-    """Importance of rays of an ideal lens: origins (n, 3) in mm and unit directions (n, 3), camera frame.
-
-    gain: as for the steps of the lens; film_area: mm².
-    """
+    """Importance of rays of an ideal lens: origins (mm) and unit directions (n, 3), camera frame; film_area: mm²."""
     is_point = lens.is_hole and lens.slope_film != 0.0
     cosine = -directions[:, 2]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -153,10 +147,10 @@ def land(lanes, p, ints, key):
 
 @stage
 def land_on_posed_film(lanes, p, ints, key):
-    """Land a ray behind the last surface on a film out of line: raster X, Y and WEIGHT. p: PIXEL_X … GAIN, the pose.
+    """Land a ray behind the last surface on a tilted or curved film: raster X, Y and WEIGHT. p: PIXEL_X … GAIN, the
+    pose.
 
-    The light that a ray carries is an étendue, which does not depend on how the film stands. A pixel of a curved film
-    is larger than its part of the plane of the film's middle, by the cosine between both.
+    A pixel of a curved film is larger than its part of the plane of the film's middle, by the cosine between both.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -189,8 +183,7 @@ def land_on_posed_film(lanes, p, ints, key):
 def land_ideal(lanes, p, ints, key):
     """Land a ray on the film through an ideal lens: raster X, Y, the pupil point in L, M, CLEARANCE and WEIGHT.
 
-    p: PIXEL_X … APPROACH_PUPIL. Such a lens does not keep étendue; its pictures fall off as cos⁴ of the angle on the
-    film's side, for every part of the pupil.
+    p: PIXEL_X … APPROACH_PUPIL. Such a lens does not keep étendue: its pictures fall off as cos⁴θ on the film's side.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -222,14 +215,14 @@ def landing_step(film: Film, gain: float) -> Step:
 
 
 def posed_landing_step(film: Film, pose: FilmPose, gain: float) -> Step:
-    """`landing_step` for a film out of line."""
+    """`landing_step` for a film with a pose."""
     return Step(land_on_posed_film, np.concatenate([landing_step(film, gain).parameters, pose.numbers]))
 
 
 def ideal_film_landing(lens: Gaussian, film: Step, gain: float) -> FilmLanding | None:
     """Film landing of an ideal lens whose rays have the weight cos⁴θ · gain; film: step from raster to film.
 
-    None where its rays are parallel, or start on the film.
+    None for parallel rays, or rays that start on the film.
     """
     z, origin, origin_p, slope, slope_p, aim, aim_p, iris = lens
     determinant = origin * slope_p - origin_p * slope

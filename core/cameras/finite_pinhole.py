@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 from lensbench.core.cameras.base import Camera
-from lensbench.core.cameras.film_landing import FilmLanding, ideal_film_landing
 from lensbench.core.cameras.ideal_lens import Gaussian
 from lensbench.core.cameras.rays import CameraError
 from lensbench.core.imaging.film import Film
@@ -101,16 +100,6 @@ class PinholeCamera(Camera):
             Diameter (mm).
         """
         return AIRY * wavelength * 1e-3 * self.distance / (2.0 * self.radius)
-
-    def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """Film landing in closed form, the same for every wavelength; see `Camera.film_landing`."""
-        return ideal_film_landing(self._weighted_gaussian, self.film_step, self._weighted_gain)
-
-    @property
-    def gain(self) -> float:
-        """Weight of the axial ray."""
-        lens = self.gaussian
-        return lens.cone / self._normaliser(lens.axis_irradiance, 1.0)
 
 
 def best_pinhole(distance: float, object_distance: float = math.inf, wavelength: float = D_LINE) -> float:

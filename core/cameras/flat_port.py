@@ -17,9 +17,8 @@ WINDOW_Z, RATIO, GAIN = range(3)
 
 @stage
 def port(lanes, p, ints, key):
-    """Refract the ray at the window by Snell's law, camera frame. p: see WINDOW_Z and following.
-
-    A ray that runs along the window or backwards gets WEIGHT 0.
+    """Refract the ray at the window by Snell's law; WEIGHT 0 for one along it or backwards. Camera frame. p: WINDOW_Z
+    ….
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -45,9 +44,8 @@ def port_step(z: float, index: float, gain: float) -> Step:
 
 @dataclass(frozen=True)
 class FlatPort:
-    """Where a window is and what lies beyond it: distances through it along the axis, paraxially.
-
-    window: its distance (mm) from where distances begin. index: of the medium beyond; 1 without a window.
+    """A window `window` mm from where distances begin, and the index beyond, 1 without one: distances through it,
+    paraxially.
     """
 
     window: float = 0.0
@@ -68,8 +66,7 @@ class FlatPort:
     def stretch(self, slope):
         """True over apparent distance beyond the window for a ray of a slope (tan of the angle in air, also an array).
 
-        The mean of the two foci that a beam aslant has, n cos θ′ / cos θ across the plane of incidence and
-        n cos³ θ′ / cos³ θ in it, θ′ the angle beyond the window.
+        The mean of the two foci of an oblique beam, n cos θ′ / cos θ and n cos³ θ′ / cos³ θ, θ′ beyond the window.
         """
         square = slope**2 / (1.0 + slope**2)                            # sin² θ
         ratio = np.sqrt((1.0 - square / self.index**2) / (1.0 - square))

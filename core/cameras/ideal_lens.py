@@ -1,15 +1,11 @@
 """Ideal lenses, free of aberrations: pinhole, thin lens, thick lens and telecentric lens. Camera frame, mm.
 
-An ideal lens maps film and pupil linearly to rays, alike across and up. The ray of the film point x through the pupil
-point a of the unit disk crosses the plane z at origin_film · x + origin_pupil · a, and moves sideways by
-slope_film · x + slope_pupil · a for each mm towards the scene. (Gaussian optics: Welford, Aberrations of Optical
-Systems, ch. 3.)
+An ideal lens maps film and pupil linearly to rays, equally across and up. The ray of the film point x through the pupil
+point a of the unit disk crosses the plane z at origin_film · x + origin_pupil · a, and moves sideways by slope_film · x
++ slope_pupil · a for each mm towards the scene (Welford, Aberrations of Optical Systems, ch. 3).
 
-Ideal lenses in front of a film out of line. Camera frame, mm.
-
-A ray of the film point P, which lies z behind the plane of the film in line, meets that plane at P + z s, where s is
-its slope towards the scene: s = (approach_film · P + approach_pupil · a) / (1 − approach_film · z) for the pupil point
-a. From there on the ray is that of `Gaussian`.
+The film may have a pose. The ray of its point P, z behind the upright film, meets that plane at P + z s, with the slope
+towards the scene s = (approach_film · P + approach_pupil · a) / (1 − approach_film · z), and goes on as from there.
 """
 
 import math
@@ -32,8 +28,8 @@ ROUND = Iris()
 class Gaussian(NamedTuple):
     """Linear map from film point x (mm) and pupil point a to rays that start on the plane z (mm, camera frame).
 
-    approach_film and approach_pupil give the slope on the film's side of the lens, x · approach_film +
-    a · approach_pupil, with whose angle θ the light falls off as cos⁴θ. iris: the open part of the unit disk.
+    The slope on the film's side, x · approach_film + a · approach_pupil, gives the angle θ of the falloff cos⁴θ. iris:
+    the open part of the unit disk.
     """
 
     z: float
@@ -52,9 +48,8 @@ class Gaussian(NamedTuple):
 
     @property
     def cone(self) -> float:
-        """Pupil area over its squared distance from the film's centre: π tan² of the half angle.
-
-        The area is that of the pupil's samples; a pinhole has that of the light.
+        """Pupil area over its squared distance from the film's centre, π tan² of the half angle: of samples, or of a
+        pinhole.
         """
         return (self.iris.area if self.is_hole else self.iris.sampled_area) * self.approach_pupil**2
 
@@ -79,9 +74,8 @@ class Gaussian(NamedTuple):
         return slopes
 
     def film_points(self, points: np.ndarray, pupil_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Film points (n, 2) whose rays through pupil samples (n, 2) meet points (n, 3) of the camera frame, in mm.
-
-        Also returns which points lie in front of the lens, (n,) bool.
+        """Film points (n, 2) whose rays through pupil samples (n, 2) meet points (n, 3), camera frame, mm; and which
+        lie before it.
         """
         n = len(points)
         given = {X: np.zeros(n), Y: np.zeros(n), U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
@@ -100,9 +94,8 @@ def unit_direction_change(change: np.ndarray, directions: np.ndarray, size: np.n
 
 
 def thin(z: float, radius: float, behind: float, focus: float, iris: Iris = ROUND) -> Gaussian:
-    """Thin lens at z (mm), a pinhole for radius 0.
-
-    behind: distance to the (imagined) film; focus: distance to the plane in focus, which may be inf; both mm.
+    """Thin lens at z, a pinhole for radius 0; behind: to the (imagined) film, focus: to the plane in focus, also inf;
+    mm.
     """
     return Gaussian(z, 0.0, radius, -1.0 / behind, -radius / focus, -1.0 / behind, radius / behind, iris)
 
@@ -110,7 +103,7 @@ def thin(z: float, radius: float, behind: float, focus: float, iris: Iris = ROUN
 def telecentric(scale: float, radius: float, focus: float, iris: Iris = ROUND) -> Gaussian:
     """Telecentric lens: every film point sees along the axis, `scale` mm of scene for each mm of film.
 
-    Its rays form cones of `radius` (mm) at z = 0 with their apex at the distance `focus` (mm); a single ray for inf.
+    Its rays form cones of `radius` at z = 0 with their apex at `focus` (mm); a single ray for inf.
     """
     if radius == 0.0 or math.isinf(focus):
         return Gaussian(0.0, -scale, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -168,7 +161,7 @@ def hole(lanes, p, ints, key):
 def posed_steps(lens: Gaussian, pose: FilmPose, gain: float, falls_off: bool) -> list[Step]:
     """Steps from the film point X, Y of a posed film to its ray; WEIGHT becomes cos³θ · cos φ · (distances)² · gain.
 
-    θ is measured from the axis, φ from the film's normal. falls_off: False for the weight `gain` of every ray.
+    θ is measured from the axis, φ from the film's normal; falls_off: False for the weight `gain` of every ray.
     """
     if lens.is_hole:
         lens = lens._replace(approach_pupil=0.0)        # kept by a pinhole for its brightness alone

@@ -1,13 +1,4 @@
-"""Settings of a camera with a real lens: the lens models, and the checks of settings that exclude each other.
-
-Lengths in mm. Each check raises an error whose message says what to choose instead.
-
-Ideal lenses with the cardinal points of a real one: thick, thin and pinhole.
-
-Camera frame, mm: the origin is the film's centre, and the camera looks along −z.
-
-Dispersion of a lens in colour pictures, whose 24 wavelengths its glasses have to know.
-"""
+"""Settings of a camera with a real lens: ideal models, checks of settings, dispersion. Lengths in mm, camera frame."""
 
 import math
 from functools import lru_cache
@@ -26,9 +17,8 @@ from lensbench.core.text import significant
 
 
 def ideal_lens(lens: Lens, film_distance: float, focus_distance: float, model: str) -> Gaussian:
-    """First-order map of a lens by the model "thick", "thin" or "pinhole"; distances in mm.
-
-    CameraError for a pupil where the model cannot place it.
+    """First-order map of a lens by the model "thick", "thin" or "pinhole" (mm); CameraError for a pupil it cannot
+    place.
     """
     fo = first_order(lens, D_LINE)
     if model == "thick":
@@ -50,11 +40,10 @@ def ideal_lens(lens: Lens, film_distance: float, focus_distance: float, model: s
 
 
 def thick(lens: Lens, film_distance: float) -> Gaussian:
-    """Thick lens: a real lens to first order, with its principal planes and pupils.
+    """Thick lens: a real lens to first order, with its principal planes and pupils; the exit pupil not on the film.
 
     The rays start on the entrance pupil where that lies between the first vertex and the film, otherwise on the plane
-    of the first vertex, and point to the pupil at infinity, in the scene or behind the camera. The film is in air; the
-    exit pupil must not lie on it.
+    of the first vertex, and point to the pupil.
     """
     fo, film = first_order(lens, D_LINE), lens.length + film_distance
     # Slopes dy/dz on the film's side towards the exit pupil, which may be an inverted image of the stop
@@ -134,7 +123,7 @@ def check_medium(lens: Lens, medium: Medium | None) -> None:
 
 
 def check_room(pose: FilmPose, film: Film, film_distance: float) -> None:
-    """CameraError for a film out of line that reaches beyond the last vertex of the lens."""
+    """CameraError for a tilted or curved film that reaches beyond the last vertex of the lens."""
     nearest = film_distance + float(pose.extent(film.width, film.height)[:, 2].min())
     if not nearest > 0.0:
         raise CameraError(f"the film out of line reaches {significant(-nearest, 3)} mm beyond the last vertex of the "
@@ -142,9 +131,9 @@ def check_room(pose: FilmPose, film: Film, film_distance: float) -> None:
 
 
 def focus_of_film(lens: Lens, film_at: float, focus_distance: float) -> float:
-    """Distance (mm) from a film, `film_at` behind the last vertex, to the plane in focus; inf where there is none.
+    """Distance (mm) from a film, `film_at` behind the last vertex, to the plane in focus, inf for none.
 
-    FocusError where a finite focus_distance says otherwise.
+    FocusError where a finite focus_distance contradicts it.
     """
     try:
         found = focused_distance(lens, film_at)

@@ -1,23 +1,19 @@
 """Orthographic camera: parallel chief rays, so objects keep their size at any distance."""
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Self
+from dataclasses import dataclass
 
-from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.ideal_lens import Gaussian, telecentric
-from lensbench.core.cameras.perspective import check_lens, checked_iris, checked_window
+from lensbench.core.cameras.perspective import IdealLensCamera
 from lensbench.core.cameras.rays import CameraError
 from lensbench.core.imaging.coordinate_spaces import Window
 from lensbench.core.imaging.film import Film
-from lensbench.core.optics.iris import Iris
 from lensbench.core.optics.stop_image import StopImage
 from lensbench.core.text import significant
 
 
 @dataclass(frozen=True, eq=False)
-class OrthographicCamera(Camera):
+class OrthographicCamera(IdealLensCamera):
     """Orthographic camera that looks along −z from the plane z = 0 of the camera frame.
 
     Parameters
@@ -58,12 +54,10 @@ class OrthographicCamera(Camera):
         super().__post_init__()
         if not (math.isfinite(self.width) and self.width > 0.0):
             raise CameraError(f"width {significant(self.width)} mm of scene: it must be a positive number")
-        check_lens(self.lens_radius, self.focus_distance)
-        checked_iris(self.blades, self.blade_rotation, self.roundness, self.stop_image)
+        self._check_lens()
         if self.weights == "physical" and self.gaussian.cone == 0.0:
             raise CameraError("parallel rays alone carry no light: give a lens radius and a finite focus distance, "
                               "or choose relative weights")
-        object.__setattr__(self, "window", checked_window(self.window))
 
     @property
     def scale(self) -> float:
@@ -73,13 +67,7 @@ class OrthographicCamera(Camera):
     @property
     def gaussian(self) -> Gaussian:
         """First-order map of the telecentric lens."""
-        return telecentric(self.scale, self.lens_radius, self.focus_distance,
-                           Iris(self.blades, self.blade_rotation, self.roundness, self.stop_image))
-
-    @cached_property
-    def with_open_stop(self) -> Self:
-        """The camera without a picture in its lens; see `Camera.with_open_stop`."""
-        return self if self.stop_image is None else replace(self, stop_image=None)
+        return telecentric(self.scale, self.lens_radius, self.focus_distance, self.iris)
 
     @property
     def gain(self) -> float:

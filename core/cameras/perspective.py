@@ -6,19 +6,56 @@ from functools import cached_property
 from typing import Self
 
 from lensbench.core.cameras.base import Camera
-from lensbench.core.cameras.film_landing import FilmLanding, ideal_film_landing
 from lensbench.core.cameras.ideal_lens import Gaussian, thin
 from lensbench.core.cameras.rays import CameraError
 from lensbench.core.imaging.coordinate_spaces import Window, film_window
 from lensbench.core.imaging.film import AXES, Film
-from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.iris import Iris, IrisError
 from lensbench.core.optics.stop_image import StopImage
 from lensbench.core.text import significant
 
 
+class IdealLensCamera(Camera):
+    """A camera of an ideal lens, whose kinds have the fields of `PerspectiveCamera` from lens_radius on."""
+
+    lens_radius: float
+    focus_distance: float
+    window: Window | None
+    blades: int
+    blade_rotation: float
+    roundness: float
+    stop_image: StopImage | None
+
+    def _check_lens(self) -> None:
+        """CameraError for an invalid lens radius, focus distance (mm), window or iris; the window becomes floats."""
+        if not (math.isfinite(self.lens_radius) and self.lens_radius >= 0.0):
+            raise CameraError(f"lens radius {significant(self.lens_radius)} mm: it must be 0 (a pinhole) or positive")
+        if not self.focus_distance > 0.0:
+            raise CameraError(f"focus distance {significant(self.focus_distance)} mm: it must be positive")
+        try:
+            _ = self.iris
+        except IrisError as error:
+            raise CameraError(str(error)) from None
+        if self.window is None:
+            return
+        sides = tuple(float(side) for side in self.window)
+        if len(sides) != 4 or not all(map(math.isfinite, sides)) or not (sides[0] < sides[1] and sides[2] < sides[3]):
+            raise CameraError("a screen window is four finite numbers: left < right, then bottom < top")
+        object.__setattr__(self, "window", sides)
+
+    @property
+    def iris(self) -> Iris:
+        """Shape of the lens's edge, for a radius of 1."""
+        return Iris(self.blades, self.blade_rotation, self.roundness, self.stop_image)
+
+    @cached_property
+    def with_open_stop(self) -> Self:
+        """The camera without a picture in its lens; see `Camera.with_open_stop`."""
+        return self if self.stop_image is None else replace(self, stop_image=None)
+
+
 @dataclass(frozen=True, eq=False)
-class PerspectiveCamera(Camera):
+class PerspectiveCamera(IdealLensCamera):
     """Perspective camera with a thin lens or a pinhole at the camera's origin, looking along −z.
 
     Parameters
@@ -70,21 +107,9 @@ class PerspectiveCamera(Camera):
             raise CameraError(f"field of view {significant(math.degrees(self.fov))}°: it must lie between 0° and 180°")
         if self.fov_axis not in AXES:
             raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(AXES)}")
-        check_lens(self.lens_radius, self.focus_distance)
-        checked_iris(self.blades, self.blade_rotation, self.roundness, self.stop_image)
+        self._check_lens()
         if self.lens_radius == 0.0 and self.weights == "physical":
             raise CameraError("a pinhole has no area for light to pass: give a lens radius, or choose relative weights")
-        object.__setattr__(self, "window", checked_window(self.window))
-
-    @property
-    def iris(self) -> Iris:
-        """Shape of the lens's edge, for a radius of 1."""
-        return Iris(self.blades, self.blade_rotation, self.roundness, self.stop_image)
-
-    @cached_property
-    def with_open_stop(self) -> Self:
-        """The camera without a picture in its lens; see `Camera.with_open_stop`."""
-        return self if self.stop_image is None else replace(self, stop_image=None)
 
     @property
     def film_distance(self) -> float:
@@ -103,39 +128,3 @@ class PerspectiveCamera(Camera):
         left, right, bottom, top = self.window or film_window(self.film)
         half = min(self.film.width, self.film.height) / 2.0 / self.film_distance
         return (right - left) * (top - bottom) * half * half
-
-    def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """Film landing in closed form, the same for every wavelength; see `Camera.film_landing`."""
-        return ideal_film_landing(self._weighted_gaussian, self.film_step, self._weighted_gain)
-
-    @property
-    def gain(self) -> float:
-        """Weight of the axial ray."""
-        lens = self.gaussian
-        return 1.0 if self.lens_radius == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0)
-
-
-def check_lens(radius: float, focus_distance: float) -> None:
-    """Raise CameraError for an invalid lens radius or focus distance (mm)."""
-    if not (math.isfinite(radius) and radius >= 0.0):
-        raise CameraError(f"lens radius {significant(radius)} mm: it must be 0 (a pinhole) or positive")
-    if not focus_distance > 0.0:
-        raise CameraError(f"focus distance {significant(focus_distance)} mm: it must be positive")
-
-
-def checked_iris(blades: int, rotation: float, roundness: float, image: StopImage | None) -> Iris:
-    """Shape of a lens's edge; CameraError for invalid blades."""
-    try:
-        return Iris(blades, rotation, roundness, image)
-    except IrisError as error:
-        raise CameraError(str(error)) from None
-
-
-def checked_window(window) -> Window | None:
-    """Window as four floats, or None; CameraError for other values."""
-    if window is None:
-        return None
-    sides = tuple(float(side) for side in window)
-    if len(sides) != 4 or not all(map(math.isfinite, sides)) or not (sides[0] < sides[1] and sides[2] < sides[3]):
-        raise CameraError("a screen window is four finite numbers: left < right, then bottom < top")
-    return sides

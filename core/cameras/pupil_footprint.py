@@ -1,9 +1,8 @@
 """Pupil footprint: the part of the pupil that a sample covers, over which rough mirrors average lights out of focus.
 
-The rays from a film point through all of the pupil nearly meet in one point, the focus. The camera's own rays give the
-focus, and the centre and the radius of the pupil for every cell of the film. Each sample covers a disk of the pupil.
-These disks are drawn towards the pupil's centre, so that together they cover the pupil and no more: the variance of
-their centres and that of one disk add up to the variance of the pupil.
+The camera's own rays give the focus, where the rays from a film point through all of the pupil nearly meet, and the
+centre and radius of the pupil for every cell of the film. Each sample covers a disk of the pupil, drawn towards the
+pupil's centre, so that the variance of the disks' centres and that of one disk add up to the variance of the pupil.
 """
 
 import math
@@ -47,10 +46,10 @@ class _Pupil(NamedTuple):
 
 
 def footprint_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
-    """Steps before and after those of the camera, which give each sample its part of the pupil.
+    """Steps before and after those of the camera that give each sample its part of the pupil; real: the stages'
+    precision.
 
-    Both lists are empty where every film point has a single ray, where the camera moves, or where the pupil differs
-    between neighbouring cells of the film. real: the precision of the camera's stages.
+    Empty where every film point has a single ray, the camera moves, or the pupil differs between neighbouring cells.
     """
     world_from_camera = camera.world_from_camera
     if isinstance(world_from_camera, AnimatedTransform) or camera.moves:

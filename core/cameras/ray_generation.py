@@ -1,9 +1,8 @@
-"""Rays of a camera, their derivatives per pixel, and its coordinate spaces, by the stages that pictures run.
+"""Rays of a camera and their derivatives per pixel, by the stages that pictures run.
 
-The derivative holds the point fixed where a ray passes the pupil. For a camera that aims at exit-pupil regions, which
-rotate and shrink with the film point, that is the point on the plane of the lens's last vertex. At fixed U0, U1
-instead, that point would rotate about the axis with the film point, and no derivative would exist near the axis.
-(Igehy 1999, Tracing ray differentials, for their use.)
+A derivative holds fixed the point where a ray passes the pupil: for a camera that aims at exit-pupil regions the point
+on the plane of the last vertex. At fixed U0, U1 that point would rotate with the film point, and no derivative would
+exist near the axis. (Igehy 1999, Tracing ray differentials, for their use.)
 """
 
 import math
@@ -13,7 +12,6 @@ import numpy as np
 
 from lensbench.core.cameras.camera_stages import CameraStages
 from lensbench.core.cameras.rays import CameraError, Rays, checked_times
-from lensbench.core.imaging.coordinate_spaces import Intrinsics, Places, Spaces, film_window, transform_points
 from lensbench.core.kernels.block import (
     A0, PIXEL_SIDE, PIXEL_SPREAD, SAMPLE, TIME, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, gather, rows, stage
 )
@@ -98,8 +96,8 @@ def _by_differences(camera: CameraStages, given: dict[int, np.ndarray], dtype, w
                     timed: bool) -> np.ndarray:
     """`ray_slopes` by differences of the camera's own stages.
 
-    Central differences where the rays on both sides arrive, one-sided ones of the same order where one side does, and
-    smaller steps where neither does. NaN for a ray without neighbours, on an isolated point of light.
+    Central where the rays on both sides arrive, one-sided of the same order where one does, with smaller steps where
+    neither does. NaN for a ray without neighbours.
     """
     n = len(given[X])
     steps = camera.steps(wavelength, timed)
@@ -154,19 +152,17 @@ def _by_differences(camera: CameraStages, given: dict[int, np.ndarray], dtype, w
 
 
 def _widths(camera: CameraStages, dtype) -> tuple[float, ...]:
-    """Steps of the differences in pixels: the first, and smaller ones for rays with blocked neighbours.
-
-    With a step of h film widths, the error is the sum of a term in h² and of the rounding error divided by h.
+    """Steps of the differences in pixels, smaller ones for blocked neighbours: errors are h² and the rounding error /
+    h.
     """
     wide = (1e-4 if np.dtype(dtype) == np.float64 else 1e-2) * max(camera.film.pixels_x, camera.film.pixels_y)
     return wide, wide / 16, wide / 256
 
 
 def spread_step(camera: CameraStages, real) -> Step:
-    """Step between sampler and camera that gives every sample the size of its pixel in the scene.
+    """Step between sampler and camera that gives every sample the size of its pixel in the scene; real: precision.
 
-    The size is that of the rays through the centre of the pupil, in CELLS × CELLS cells of the film, as the root mean
-    square of its extents across and down. real: the precision of the camera's stages.
+    It is the rms of the extents across and down of rays through the centre of the pupil, by CELLS × CELLS cells.
     """
     camera, film = camera.with_open_stop, camera.film
     nodes = (np.arange(CELLS) + 0.5) / CELLS
@@ -205,9 +201,8 @@ def fill_gaps(table: np.ndarray) -> np.ndarray:
 def pixel_spread(lanes, p, ints, key):
     """PIXEL_SIDE and PIXEL_SPREAD of the part of its pixel that a sample covers; p: see CELLS_ACROSS and following.
 
-    The first sample covers its pixel alone; n samples that share a pixel cover the nth part each, with sides shorter by
-    √n. The stage shortens them by n^¾, so that the first samples, which stay in the sum, do not blur the final picture:
-    their effect on it falls as 1 / n, faster than the noise.
+    Of n samples that share a pixel each covers the nth part, with sides shorter by √n. The stage shortens them by n^¾:
+    the effect of the first samples on the final picture falls as 1 / n, faster than the noise.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -316,50 +311,3 @@ class RayGeneration(CameraStages):
         slopes = np.where(rays.weights[:, None] > 0.0, slopes, math.nan)
         dx, dy = (Differentials(slope[:, :3], slope[:, 3:]) for slope in slopes)
         return rays, dx, dy
-
-
-def intrinsics(camera: CameraStages) -> Intrinsics:
-    """Focal lengths and principal point in pixels."""
-    across, right, down, bottom = camera.film_step.parameters
-    lens = camera.gaussian
-    if camera.film_pose.is_tilted or camera.film_pose.is_curved:
-        raise CameraError("a tilted or curved film has no focal length in pixels: its pixels are not perpendicular to "
-                          "the axis")
-    right, bottom = right - camera.film_pose.shift, bottom + camera.film_pose.rise
-    per_slope = -1.0 / (lens.slope_film if lens.slope_film != 0.0 else lens.origin_film)
-    return Intrinsics(per_slope / across, per_slope / down, right / across, bottom / down)
-
-
-def spaces(camera: CameraStages, near: float, far: float, time) -> Spaces:
-    """Transforms between the camera's spaces, with depth from `near` to `far` (mm), at a shutter sample."""
-    film, lens = camera.film, camera.gaussian
-    if not camera.film_pose.is_upright:
-        raise CameraError("the screen of a film out of line is no view of a symmetric pinhole camera")
-    half = min(film.width, film.height) / 2.0
-    perspective = lens.slope_film != 0.0
-    per_slope = lens.slope_film if perspective else lens.origin_film
-    eye = lens.z + lens.origin_film / lens.slope_film if perspective else lens.z
-    return Spaces(film.pixels_x, film.pixels_y, camera.window or film_window(film), -1.0 / (per_slope * half),
-                  near, far, perspective, eye, camera.placement(time))
-
-
-def places(camera: RayGeneration, raster_xy, distance, time, object_from_world) -> Places:
-    """Raster points (n, 2) in every space; distance (mm): along the ray through the centre of the pupil."""
-    film = camera.film
-    raster = np.atleast_2d(np.asarray(raster_xy, float))
-
-    # Raster, NDC, screen and film are affine images of each other
-    ndc = raster / [film.pixels_x, film.pixels_y]
-    left, right, bottom, top = camera.window or film_window(film)
-    screen = ndc * [right - left, bottom - top] + [left, top]
-    across, middle, down, low = camera.film_step.parameters
-    on_film = np.column_stack([middle - raster[:, 0] * across, raster[:, 1] * down - low, np.zeros(len(raster))])
-
-    # Follow the rays to the given distance
-    rays = camera.with_open_stop.generate_rays(raster, np.tile(camera.pupil_centre, (len(raster), 1)), time)
-    seen = rays.weights > 0.0
-    world = np.where(seen[:, None], rays.origins + rays.directions * np.broadcast_to(distance, seen.shape)[:, None],
-                     np.nan)
-    in_camera = transform_points(np.linalg.inv(camera.placement(time, raster)), world)
-    in_object = world if object_from_world is None else transform_points(object_from_world, world)
-    return Places(raster, ndc, screen, on_film, in_camera, world, in_object)

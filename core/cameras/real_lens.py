@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from lensbench.core.cameras.base import Camera
-from lensbench.core.cameras.film_landing import FilmImportance, FilmLanding, ideal_film_landing
+from lensbench.core.cameras.film_landing import FilmImportance, FilmLanding
 from lensbench.core.cameras.ideal_lens import Gaussian, posed_film_points, posed_steps
 from lensbench.core.cameras.lens_settings import (
     FOLLOWING, check_medium, check_room, check_settings, focus_of_film, has_dispersion, ideal_lens, missing_dispersion,
@@ -302,10 +302,8 @@ class LensCamera(Camera):
 
         None for an ideal model with a film out of line.
         """
-        if not (self.follows_rays or self.film_pose.is_upright):
-            return None
         if not self.follows_rays:
-            return ideal_film_landing(self._weighted_gaussian, self.film_step, self._weighted_gain)
+            return super().film_landing(wavelength) if self.film_pose.is_upright else None
         gain = self.lens.front_index**2 * self.film_distance**2 / self._ray_normaliser(wavelength)
         return traced_landing(self.lens, self.film, self.film_distance, self.film_pose, gain, wavelength)
 

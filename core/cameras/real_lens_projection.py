@@ -1,10 +1,8 @@
-"""Projection through a real lens, and light that is traced to its film. Lengths in mm.
-
-Camera frame, mm: the origin is the film's centre, and the camera looks along −z.
+"""Projection through a real lens, and light that is traced to its film. Lengths in mm, camera frame.
 
 Newton's method finds the film point with the very stages that the camera renders with, in double precision. It brings
-to zero the angle between the ray and the line from its origin to the point. This angle has no singular direction, so
-points beside and behind the front of a fisheye are found as well. Camera frame, mm.
+to zero the angle between the ray and the line from its origin to the point, which has no singular direction: points
+next to and behind the front of a fisheye are found as well.
 """
 
 import math
@@ -32,7 +30,7 @@ Regions = PupilTable | PupilGrid | PosedPupil
 
 @dataclass(frozen=True, eq=False)
 class FilmRegions:
-    """Exit-pupil regions of a film. widened: for rays that are traced, so that none is missed at the rim."""
+    """Exit-pupil regions of a film. widened: for rays that are traced, so that none is missed at the edge."""
 
     lens: Lens
     film: Film
@@ -59,8 +57,7 @@ class FilmRegions:
     def stage_uv(self, film_xy: np.ndarray, pupil_uv: np.ndarray) -> np.ndarray:
         """Angle (turns) and squared radius (n, 2) of pupil samples in the regions of film points, both (n, 2).
 
-        The point of the region has the direction that the point of `unit_disk` has, so that the same sample is nearly
-        the same point of the pupil for every film point and every model.
+        In the direction of `unit_disk`: the same sample is nearly the same pupil point for every film point and model.
         """
         disk = unit_disk(pupil_uv) * self._pupil_side
         if self.lens.is_rotationally_symmetric:         # regions rotate with the film point, and halves are mirrored
@@ -77,7 +74,7 @@ class FilmRegions:
 
     @property
     def reach(self) -> float:
-        """Largest distance from the axis (mm) at which rays of a film out of line cross z = 0."""
+        """Largest distance from the axis (mm) at which rays of a posed film cross z = 0."""
         rear = self.lens.surfaces[-1].semi_diameter
         extent = self.pose.extent(self.film.width, self.film.height)
         r, z = np.hypot(extent[:, 0], extent[:, 1]), extent[:, 2]
@@ -160,11 +157,10 @@ def solve_film_points(program: Program, points: np.ndarray, pupil_uv: np.ndarray
                       start: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Film points (n, 2) in mm for points (n, 3) in mm, and which of them the camera sees, (n,) bool.
 
-    program: the camera's steps from the film to the ray, in float64. pupil_uv: pupil samples (n, 2), which stage_uv
-    turns into U0, U1 for a film point. middle: U0, U1 of the central ray, with which the search begins; start: film
-    points (n, 2) where it begins instead, for a film without rotational symmetry. NaN where no
-    film point is found within BEYOND · film_radius. The place of a pupil sample in its region depends on the film
-    point, so several film points may see a point that is far out of focus; the result is one of them.
+    program: the camera's steps from the film to the ray, in float64. stage_uv turns pupil samples (n, 2) into U0, U1
+    for a film point. The search begins with the ray of U0, U1 = middle, or at film points start (n, 2). NaN where none
+    is found within BEYOND · film_radius. Several film points may see a point far out of focus; the result is one of
+    them.
     """
     reach = BEYOND * film_radius
     film = starting_points(program, points, middle, reach) if start is None else start.copy()
@@ -244,10 +240,10 @@ def _perpendicular_axes(points: np.ndarray) -> np.ndarray:
 
 
 def starting_points(program: Program, points: np.ndarray, middle: tuple[float, float], reach: float) -> np.ndarray:
-    """Starting film points (n, 2), at the radius whose central ray passes the point.
+    """Starting film points (n, 2), at the radius whose central ray passes the point; NaN where no ray runs towards it.
 
     Between neighbours of a table of film radii, the signed angle from ray to point changes its sign in the plane of the
-    axis and the point; where it never does, the nearest radius serves. NaN where no ray runs towards the point.
+    axis and the point; where it never does, the nearest radius serves.
     """
     radii = np.linspace(0.0, reach, RADII)
     o, d, _ = _rays(program, np.stack([radii, 0.0 * radii], 1), np.tile(middle, (RADII, 1)))

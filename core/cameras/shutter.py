@@ -1,8 +1,7 @@
-"""Place and exposure of a camera: transform to the world, shutter, rolling rows.
+"""Position and exposure of a camera: transform to the world, shutter, and rolling rows. mm and seconds.
 
-The camera frame has its origin at the camera, x to the right, y up, and the camera looks along −z; mm and seconds.
-
-Rolling-shutter rows: projection of moving points onto the row of the film that is open when they fall on it.
+The camera frame has its origin at the camera, x to the right, y up, and the camera looks along −z. A moving point is
+projected onto the row of the film that is open when it falls there.
 """
 
 import math

@@ -1,15 +1,14 @@
 """The coordinate spaces of a point on its way to a pixel, and the transforms between neighbours.
 
-object   frame of an object in the scene, mm
-world    mm
-camera   mm; x right, y up, the camera looks along −z
-screen   the shorter side of the film spans [−1, 1], y up; z is 0 on the near plane and 1 on the far plane
-NDC      [0, 1]², the origin at the top left of the picture; z as on the screen
-raster   pixels, the origin at the top left, pixel centres at +0.5; z as on the screen
+    object   frame of an object in the scene, mm
+    world    mm
+    camera   mm; x right, y up, the camera looks along −z
+    screen   the shorter side of the film spans [−1, 1], y up; z is 0 on the near plane and 1 on the far plane
+    NDC      [0, 1]², the origin at the top left of the picture; z as on the screen
+    raster   pixels, the origin at the top left, pixel centres at +0.5; z as on the screen
 
-Transforms are 4 × 4 matrices named target_from_source, and adjacent names match in
-a product: raster_from_camera = raster_from_ndc @ ndc_from_screen @ screen_from_camera. (Matrices: Shirley and others,
-Fundamentals of Computer Graphics, ch. 8; frames: the project's design.)
+Transforms are 4 × 4 matrices named target_from_source, and adjacent names match in a product: raster_from_camera =
+raster_from_ndc @ ndc_from_screen @ screen_from_camera. (Shirley and others, Fundamentals of Computer Graphics, ch. 8.)
 """
 
 import math

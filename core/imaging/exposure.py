@@ -1,18 +1,14 @@
-"""The exposure triangle: f-number, shutter time and ISO, and the light that they give the picture.
+"""The exposure triangle and the shutter: f-number, shutter time and ISO, and the light that they give the picture.
 
-Radiance 1 of a scene represents LUMINANCE, a white wall on an overcast day. In watts all light
-counts as light of 555 nm, of which one watt is EFFICACY lumens. On the axis of a lens a film receives
-E = π L sin²θ′ = π L / (4 N²), N the working f-number, and over the time t the exposure
-H = E t, in lux seconds or J/m². The value 1 of a picture is the exposure that saturates at its ISO,
-SATURATION / ISO lux seconds (ISO 12232, saturation-based speed). METER is the constant of
-meters for reflected light (ISO 2720), which relates EV100 to luminance.
+Radiance 1 of a scene represents LUMINANCE, a white wall on an overcast day. All light counts as light of 555 nm, of
+which one watt is EFFICACY lumens. On the axis a film receives E = π L sin²θ′ = π L / (4 N²), N the working f-number,
+and over the time t the exposure H = E t, in lux seconds or J/m². The value 1 of a picture is the exposure that
+saturates at its ISO, SATURATION / ISO lux seconds (ISO 12232). METER is the constant of meters for reflected light (ISO
+2720).
 
-The shutter: when the light of a sample passes, by its line and the shape of the shutter's opening.
-
-Each line of the film is open for the same time, `open_time` seconds. The shutter takes
-`ramp` seconds to open and as long to close; what it lets through rises and falls
-linearly: a trapezoid, or a box if the ramp is 0. With a rolling shutter
-the lines open one after the other, the first at 0 s and the last `readout` seconds later.
+Each row of the film is open for `open_time` seconds. What the shutter passes rises and falls linearly over `ramp`
+seconds: a trapezoid, or a box. With a rolling shutter the rows open one after the other, the first at 0 s and the last
+`readout` seconds later.
 """
 
 import math
@@ -31,10 +27,9 @@ OPEN_TIME, RAMP, DELAY, DELAY_X, DELAY_Y = range(5)   # parameters of `shutter_t
 
 @stage
 def shutter_time(lanes, p, ints, key):
-    """TIME in [0, 1) becomes seconds since the shutter began to open; X, Y are raster pixels.
+    """TIME in [0, 1) becomes seconds since the shutter began to open; X, Y are raster pixels. p: OPEN_TIME … DELAY_Y.
 
-    p: OPEN_TIME, RAMP, DELAY at raster (0, 0), DELAY_X and DELAY_Y per pixel. The inverse of the trapezoid's
-    cumulative distribution makes times as frequent as light passes, so that all samples have the same weight.
+    The inverse of the trapezoid's cumulative distribution: times are as frequent as light passes, with equal weights.
     """
     real = lanes.dtype.type
     row = rows(lanes)

@@ -1,14 +1,11 @@
-"""The film: its size in millimetres, its pixels, and common formats.
+"""The film: its size in millimetres, its pixels, common formats, and its pose and curvature behind a lens.
 
-Raster (x, y) are pixels with the origin at the top left corner of the picture
-and pixel centres at +0.5. A raster point lies on the film, in the camera frame,
-at ((0.5 − x/w) width, (y/h − 0.5) height) mm: the image on the film is inverted.
+Raster (x, y) are pixels with the origin at the top left corner of the picture and pixel centres at +0.5. A raster point
+lies at ((0.5 − x/w) width, (y/h − 0.5) height) mm on the film, in the camera frame: the image is inverted.
 
-The pose of a film out of line: tilt, swing, rise and shift as of a view camera's back, and its curvature.
-
-Camera frame, mm and radians: the lens keeps its place and its axis, and the film moves. Film points (x, y) are those of
-the film's own frame, whose axes and centre the pose places in the camera frame. A curved film is a sphere about its
-middle, where it touches the plane of x and y; its points have the x and y of that plane, straight above them.
+The pose is that of a view camera's back: tilt, swing, rise and shift; the lens stays. Film points (x, y) are those of
+the film's own frame, which the pose places in the camera frame. A curved film is a sphere that touches the plane of x
+and y at its middle; its points have the x and y of that plane.
 """
 
 import math

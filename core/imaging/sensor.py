@@ -1,9 +1,9 @@
 """A sensor: photons become electrons, electrons a voltage, and that a number, each with its noise and limit.
 
-A pixel of area A collects PHOTONS · A · H photons of an exposure of H lux seconds. (All light counts
-as light of 555 nm; the losses of colour filters are part of the quantum efficiency.) Each photon makes an electron with
-the probability of the quantum efficiency: Poisson's law. The well saturates at its full capacity; reading adds
-normal noise; the gain, ISO over base ISO, amplifies both; the converter rounds, and clips.
+A pixel of area A collects PHOTONS · A · H photons of an exposure of H lux seconds, all of 555 nm; the losses of colour
+filters are part of the quantum efficiency, the probability that a photon makes an electron: Poisson's law. The well
+saturates at its full capacity; reading adds normal noise; the gain, ISO over base ISO, amplifies both; the converter
+rounds, and clips.
 """
 
 import math
@@ -219,10 +219,9 @@ def _normal() -> np.ndarray:
 def _record(values, out, first, normal, seed, unit, full_well, read_noise, step, levels):
     """Exposures in `unit` electrons, converted by the sensor; step: electrons to a number of the converter.
 
-    first: place of values[0] among the numbers of the whole picture.
-
-    Poisson's law by the sum of its terms below FEW electrons. Above, a normal distribution corrected for the third
-    moment (Cornish and Fisher), rounded, its variance reduced by what the correction and the rounding add.
+    first: index of values[0] in the whole picture. Poisson's law by the sum of its terms below FEW electrons; above, a
+    normal distribution corrected for the third moment (Cornish and Fisher), its variance reduced by correction and
+    rounding.
     """
     real = np.float32
     start = mix(uint32(seed * uint32(0x9E3779B9) + uint32(0x51ED270B)))

@@ -1,9 +1,8 @@
 """The colours of a picture as wavelengths: what each of its three channels sees.
 
-A channel sees the main, positive lobe of its sRGB matching function (CIE 1931 in the fit of Wyman, Sloan
-and Shirley, 2013, for a spectrum of equal energy), cut into eight parts of equal weight. Scenes have
-colours and no spectra: every wavelength of a channel carries the channel's whole radiance. So white
-stays white, and dispersion only moves the light of each wavelength.
+A channel sees the main, positive lobe of its sRGB matching function (CIE 1931 in the fit of Wyman, Sloan and Shirley,
+2013, equal energy), cut into eight parts of equal weight. Scenes have colours and no spectra: every wavelength of a
+channel carries its whole radiance, so white stays white and dispersion only moves light.
 """
 
 import numpy as np

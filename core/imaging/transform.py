@@ -1,15 +1,9 @@
-"""Rigid transforms as 4 × 4 matrices, named target_from_source.
+"""Transforms as 4 × 4 matrices, named target_from_source: rigid ones, and those that change with time.
 
-World and camera share handedness and units (mm): x right, y up; the camera
-looks along −z.
-
-Transforms that change with time: translation, rotation and stretch, interpolated separately.
-
-The polar decomposition of a matrix is M = R S, a rotation R after
-a stretch S that is symmetric and positive. Between two matrices the translation and
-S change linearly with time and R along the shortest arc at constant speed
-(slerp: Shoemake 1985; with the polar decomposition: Shoemake and Duff 1992).
-Quaternions are (w, x, y, z), of length 1. Lengths in mm, times in seconds.
+World and camera share handedness and units (mm): x right, y up; the camera looks along −z. Between two matrices the
+translation and the symmetric stretch S of the polar decomposition M = R S change linearly with time, and the rotation R
+along the shortest arc at constant speed (slerp: Shoemake 1985; polar: Shoemake and Duff 1992). Quaternions are (w, x,
+y, z), of length 1. Times in seconds.
 """
 
 import math
@@ -138,8 +132,7 @@ SCALE, GROWTH, TURNS, RATE, BEGIN = range(33, 38)
 def polar_decomposition(matrix) -> tuple[np.ndarray, np.ndarray]:
     """Rotation R, the nearest one, and symmetric positive stretch S of a matrix R S (3, 3) of positive determinant.
 
-    Newton's iteration R ← (g R + R⁻ᵀ / g) / 2 with g = (|R⁻¹| / |R|)^½ converges from every such matrix
-    (Higham 1986).
+    By Newton's iteration R ← (g R + R⁻ᵀ / g) / 2 with g = (|R⁻¹| / |R|)^½, which always converges (Higham 1986).
     """
     m = np.asarray(matrix, float)
     r = m
@@ -188,9 +181,8 @@ def rotation_matrix(q) -> np.ndarray:
 
 
 def shortest_arc(p, q) -> tuple[np.ndarray, float]:
-    """Axis and angle in [0, π] (radians) of the shortest rotation from p to q, the axis in the frame that p rotates.
-
-    Of the two axes of half a turn it is always the same one; equal rotations have the axis (0, 0, 0).
+    """Axis and angle in [0, π] of the shortest rotation from p to q, in the frame that p rotates; (0, 0, 0) for equal
+    ones.
     """
     rotation = quaternion_product(np.asarray(p, float) * (1, -1, -1, -1), np.asarray(q, float))
     rotation = -rotation if rotation[0] < 0.0 else rotation
@@ -199,9 +191,8 @@ def shortest_arc(p, q) -> tuple[np.ndarray, float]:
 
 
 def slerp(p, q, part) -> np.ndarray:
-    """Quaternions (…, 4) at the parts (…) of the shortest arc from p to q, at constant speed.
-
-    Computed as p rotated by a part of the angle, without dividing by the sine of an angle that may be 0.
+    """Quaternions (…, 4) at the parts (…) of the shortest arc from p to q, at constant speed: p turned by part of the
+    angle.
     """
     axis, angle = shortest_arc(p, q)
     half = 0.5 * angle * np.asarray(part, float)
