@@ -51,7 +51,7 @@ class IdealLensCamera(Camera):
     @cached_property
     def with_open_stop(self) -> Self:
         """The camera without a picture in its lens; see `Camera.with_open_stop`."""
-        return self if self.stop_image is None else replace(self, stop_image=None)
+        return self if self.stop_image is None else replace(self, stop_image=None)     # type: ignore[call-arg]
 
 
 @dataclass(frozen=True, eq=False)
