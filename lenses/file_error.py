@@ -71,23 +71,10 @@ def not_understood(what: str) -> str:
 
 
 def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
-    """A file opened for reading.
+    """A file opened for reading at its first byte; links are followed.
 
-    Parameters
-    ----------
-    path : str or path
-        Links are followed.
-
-    Returns
-    -------
-    BinaryIO
-        At the first byte.
-
-    Raises
-    ------
-    OSError
-        The file is missing or unreadable, or is a folder, pipe, device or socket: `strerror` states which. A pipe that
-        nobody writes would block, and a device may have no end.
+    OSError where it is missing or unreadable, or is a folder, pipe, device or socket: `strerror` states which. A pipe
+    that nobody writes would block, and a device may have no end.
     """
     try:
         _check(os.stat(path).st_mode)       # before it is opened: that alone makes some devices act

@@ -28,29 +28,12 @@ class PictureFileError(ValueError):
 
 def read_picture_file(source: str | os.PathLike[str] | bytes, most_pixels: int = MOST_PIXELS,
                       upright: bool = True, real: bool = False) -> Any:
-    """The first picture of a file, decoded.
+    """The first picture of a file, or of its content, decoded: a PIL.Image.Image in the mode of the file.
 
-    Parameters
-    ----------
-    source : str, path or bytes
-        A file, or its content.
-    most_pixels : int
-        Pixels that the picture may have; at most `MOST_PIXELS`.
-    upright : bool
-        Whether to turn the picture by its EXIF orientation, as viewers do.
-    real : bool
-        Whether the pixels may be floating-point numbers (mode F), which have no common white.
-
-    Returns
-    -------
-    PIL.Image.Image
-        Loaded; its mode is that of the file.
-
-    Raises
-    ------
-    PictureFileError
-        The file cannot be opened, has another format than `FORMATS`, is damaged, has too many pixels, needs
-        more than `MOST_BYTES` to decode, or holds floating-point numbers without `real`.
+    most_pixels: at most `MOST_PIXELS`. upright: turn the picture by its EXIF orientation, as viewers do. real: the
+    pixels may be floating-point numbers (mode F), which have no common white. PictureFileError where the file cannot be
+    opened, has another format than `FORMATS`, is damaged, has too many pixels, or needs more than `MOST_BYTES` to
+    decode.
     """
     from PIL import Image
 

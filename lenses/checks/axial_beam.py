@@ -32,25 +32,13 @@ ON_THE_FILM = 2.5                   # × on the stored film plane, which balance
 
 @dataclass(frozen=True)
 class AxialBeam:
-    """A traced beam.
+    """A traced beam; lengths in mm.
 
-    Attributes
-    ----------
-    radius : float
-        Radius of the full aperture in the entrance pupil (mm).
-    f_number : float
-        Of this aperture.
-    blur, film_blur, paraxial_blur : float
-        rms radius (mm) in best focus, on the stored film plane and at the paraxial focus; inf if a ray fails.
-    focus : float
-        Last vertex → best focus (mm).
-    open_share : float
-        Share of the radius up to which the rims let the rays pass.
-    cut_by : int or None
-        The surface whose rim cuts there.
-    fate, failed_at, failed_share : Fate, int and float
-        The end of the lowest ray that no rim ends, its surface and its height as a share of the radius; PASSED, −1 and
-        1 if all pass.
+    radius: of the full aperture in the entrance pupil; f_number: of this aperture. blur, film_blur, paraxial_blur: rms
+    radii in best focus, on the stored film plane and at the paraxial focus; inf if a ray fails. focus: last vertex →
+    best focus. open_share: share of the radius up to which the clear apertures pass the rays, and cut_by the surface
+    that cuts there. fate, failed_at, failed_share: the end of the lowest ray that no clear aperture blocks, its surface
+    and its height as a share of the radius; PASSED, −1 and 1 if all pass.
     """
 
     radius: float

@@ -11,23 +11,10 @@ from lensbench.core.optics.prescription import Lens
 class Hypothesis:
     """One change that may make a lens good.
 
-    Parameters
-    ----------
-    kind : Kind
-        Of the finding that names it.
-    change : Change
-        In numbers.
-    cause : str
-        What went wrong, as the first part of a sentence.
-    words : str
-        The change, such as "radius of surface 3: 45 in place of −45".
-    lens : Lens
-        With the change.
-    rarity : float
-        How much rarer this mistake is than a lost sign, or how many such changes are tried: the misfit counts so
-        much more.
-    expects : frozenset of Kind
-        Findings that may be new with the change.
+    kind: of the finding that names it. cause: what went wrong, as the first part of a sentence. words: the change, such
+    as "radius of surface 3: 45 instead of −45". lens: with the change. rarity: how much rarer this mistake is than a
+    lost sign, or how many such changes are tried; the misfit counts so much more. expects: findings that may be new
+    with the change.
     """
 
     kind: Kind

@@ -27,18 +27,10 @@ DOUBTFUL, WRONG = 2e-5, 1e-3    # differences of the formula from n_d, and n_F â
 
 @dataclass(frozen=True)
 class Catalogue:
-    """Glasses of one file.
+    """Glasses of one file, in its order; maker: the file's name in capitals.
 
-    Attributes
-    ----------
-    maker : str
-        The file's name in capitals.
-    glasses : tuple of Glass
-        In the order of the file.
-    findings : tuple of str
-        What was left out, with the reasons.
-    doubts : mapping of str to str
-        By the names of glasses whose formula and NM record differ by more than DOUBTFUL: a sentence with both figures.
+    findings: what was left out, with the reasons. doubts: by the names of glasses whose formula and NM record differ by
+    more than DOUBTFUL, a sentence with both values.
     """
 
     maker: str

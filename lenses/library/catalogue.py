@@ -152,13 +152,7 @@ def _card(name: str) -> Card:
 
 
 def one_of_each_kind() -> list[str]:
-    """Names of library lenses of different kinds, for charts and sweeps that take long for each lens.
-
-    Returns
-    -------
-    list of str
-        The first name of each kind, in alphabetical order.
-    """
+    """The first name of each kind of library lens, sorted, for charts and sweeps that take long for each lens."""
     first: dict[str, str] = {}
     for card in describe():
         first.setdefault(card.kind, card.name)

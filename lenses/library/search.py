@@ -47,22 +47,12 @@ class SearchError(ValueError):
 
 
 def searched(cards: Sequence[Card], text: str) -> tuple[Card, ...]:
-    """Cards in which every word of a text occurs, the most relevant first.
+    """Cards in which every word of a text occurs, the most relevant first; all cards for an empty text.
 
-    Parameters
-    ----------
-    cards : sequence of Card
-        In the order in which equally relevant ones are to stand.
-    text : str
-        Words, or beginnings of words, of title, kind, maker, designer, patent, year, name, source and notes, in any
-        order. Case, accents and commas do not count. A year also finds lenses of the ten years around it; a focal
-        length puts prime lenses before zooms whose range ends there. A word without digits that occurs nowhere is
-        read as the word most like it.
-
-    Returns
-    -------
-    tuple of Card
-        All cards for an empty text.
+    Words, or beginnings of words, of title, kind, maker, designer, patent, year, name, source and notes, in any order;
+    case, accents and commas do not count. A year also finds lenses of the ten years around it; a focal length puts
+    prime lenses before zooms whose range ends there. A word without digits that occurs nowhere is read as the word most
+    like it. Equally relevant cards keep their order.
     """
     words = plain(text).split()
     if not words:
@@ -125,32 +115,11 @@ def filtered(cards: Sequence[Card], *, kind: str = "", maker: str = "", fastest:
              zooms: bool | None = None, aspheres: bool | None = None, film: str = "") -> tuple[Card, ...]:
     """Cards that pass all filters, in their order.
 
-    Parameters
-    ----------
-    cards : sequence of Card
-        The library.
-    kind, maker : str
-        A part of its kind or maker, as in "macro" or "zeiss"; "" lets all pass.
-    fastest : float, optional
-        Only lenses of this f-number or faster.
-    focal : (2,) tuple of float, optional
-        Only lenses with a focal length (mm) from the first to the second; zooms whose range meets it.
-    years : (2,) tuple of float, optional
-        Only lenses whose year is known and lies from the first to the second.
-    zooms, aspheres : bool, optional
-        Only lenses that zoom, or have an asphere (True), or do not (False).
-    film : str
-        A part of a name in `FILMS`, or width x height in mm, of the film that the lens was made for; "" lets all pass.
-
-    Returns
-    -------
-    tuple of Card
-        Empty where no lens passes all of them together.
-
-    Raises
-    ------
-    SearchError
-        A kind, maker or film that no card has.
+    kind, maker: a part of its kind or maker, as in "macro" or "zeiss". fastest: the slowest f-number that passes.
+    focal: the range of focal lengths (mm); zooms pass whose range meets it. years: of lenses whose year is known.
+    zooms, aspheres: only lenses that zoom, or have an asphere (True), or do not (False). film: a part of a name in
+    `FILMS`, or width x height in mm, of the film that the lens was made for. SearchError for a kind, maker or film that
+    no card has.
     """
     kept = [card for card in cards if _has(card, fastest, focal, years, zooms, aspheres)]
     for what, asked, known in (("kind", kind, [card.kind for card in cards]),

@@ -44,29 +44,11 @@ def axial_ray(surfaces: Sequence[Any], distance: float,
 
 def stop_radius(surfaces: Sequence[Any], stop: int, kind: ApertureKind, value: float, distance: float,
                 wavelength: float = D_LINE) -> float | None:
-    """Radius of the stop that an aperture asks for.
+    """Radius of the stop that an aperture asks for, in the unit of the surfaces (of a lens, or rows of a file).
 
-    Parameters
-    ----------
-    surfaces : sequence of Surface or Row
-        From the scene to the film.
-    stop : int
-        Index of the stop.
-    kind : ApertureKind
-        The quantity that is stated.
-    value : float
-        Its value, as in `Aperture.values`.
-    distance : float
-        Object → first vertex; inf for an object at infinity.
-    wavelength : float
-        Micrometres.
-
-    Returns
-    -------
-    float or None
-        Radius in the unit of the surfaces; None where no stop has this aperture: an object at infinity has no
-        numerical aperture, an afocal lens no f-number, a stop in the front focus of what is before it no entrance
-        pupil.
+    value: as in `Aperture.values`. distance: object → first vertex; inf for an object at infinity. wavelength: µm. None
+    where no stop has this aperture: an object at infinity has no numerical aperture, an afocal lens no f-number, a stop
+    in the front focus of what is before it no entrance pupil.
     """
     try:
         radius = _stop_radius(surfaces, stop, kind, value, distance, wavelength)
@@ -130,21 +112,10 @@ def _real_height(surfaces: Sequence[Surface], stop: int, na: float, distance: fl
 
 def with_stated_aperture(lens: Lens, stations: list[Station],
                          wavelength: float) -> tuple[Lens, list[Station], list[Finding]]:
-    """The lens and its configurations with the stop of `lens.system.aperture`.
+    """The lens and its configurations, each with the stop of its stated aperture; wavelength (µm): of paraxial rays.
 
-    Parameters
-    ----------
-    lens : Lens
-        With the stop's rim of its file.
-    stations : list of Station
-        Its configurations; each may state an aperture of its own, of the same kind.
-    wavelength : float
-        Of the paraxial rays (µm).
-
-    Returns
-    -------
-    tuple of Lens, list of Station, list of Finding
-        The stop of each, and findings that name both figures where a rim contradicts the aperture.
+    A configuration may state an aperture of its own, of the same kind. The findings name both sizes where the stop's
+    clear aperture in the file contradicts the stated aperture.
     """
     aperture, stop = lens.system.aperture, lens.stop_index
     if aperture is None or (

@@ -13,18 +13,10 @@ RESIN = 0.3         # mm: a cemented medium up to this thickness is a moulded la
 class Counts:
     """What a lens consists of.
 
-    Attributes
-    ----------
-    surfaces : int
-        Rows of the table, the stop included.
-    elements : int
-        Pieces of glass. Plane plates in air (filters, cover glass) and cemented layers up to 0.3 mm do not count.
-    groups : int
-        Elements that touch count as one.
-    aspheres : int
-        Surfaces with a conic or aspheric terms.
-    focus_groups : int
-        Groups that move on their own from infinity to the nearest distance; 0 where the lens is focused as a whole.
+    surfaces: rows of the table, the stop included. elements: pieces of glass; plane plates in air (filters, cover
+    glass) and cemented layers up to 0.3 mm do not count. groups: elements that touch count as one. aspheres: surfaces
+    with a conic or aspheric terms. focus_groups: groups that move on their own from infinity to the nearest distance; 0
+    where the lens is focused as a whole.
     """
 
     surfaces: int

@@ -19,27 +19,11 @@ FULLEST = 0.98          # share of a hemisphere that an estimated rim covers at 
 
 def estimate_rims(surfaces: Sequence[Any], stop: int, stop_is_marked: bool, system: SystemData, distance: float,
                   wavelength: float) -> bool:
-    """Fill the missing rims of the rows of a file.
+    """Fill the missing semi-diameters of the rows of a file, and return whether that is possible.
 
-    Parameters
-    ----------
-    surfaces : sequence of Row
-        Without the object and the image; those whose semi_diameter is None are changed.
-    stop : int
-        Index of the stop.
-    stop_is_marked : bool
-        Whether the file says that this is the stop; otherwise its rim has to pass the field, too.
-    system : SystemData
-        Aperture and fields, in the unit of the file.
-    distance : float
-        Object → first vertex.
-    wavelength : float
-        Of the rays (µm).
-
-    Returns
-    -------
-    bool
-        False, and nothing filled, if neither the aperture nor another rim says how wide the marginal ray is.
+    surfaces: without the object and the image. stop_is_marked: whether the file states this stop; otherwise its clear
+    aperture has to pass the field too. system: in the unit of the file. distance: object → first vertex. wavelength:
+    µm. Nothing is filled if neither the aperture nor another clear aperture gives the width of the marginal ray.
     """
     try:
         marginal = marginal_heights(surfaces, stop, system, distance, wavelength)

@@ -26,27 +26,12 @@ Start = tuple[float, float]         # height of a ray on the first surface, and 
 class RowSolve:
     """A quantity of a row that follows from others.
 
-    Parameters
-    ----------
-    row : int
-        Number of the row, from 0, the object.
-    quantity : str
-        "curvature", "thickness" or "conic".
-    rule : str
-        "axial slope" or "chief slope" behind the surface, "axial height" or "chief height" on the next surface, "edge"
-        (both surfaces touch at this distance from the axis), "pickup" (factor × that of `source`, plus the value), or
-        "sum" (with the thicknesses from `source` on; "pair": with that of `source` alone). Any other word is a rule
-        that cannot be checked.
-    value : float
-        The slope, height, distance, offset or sum.
-    name : str
-        Keyword of the file.
-    source : int
-        Row of a pickup or sum.
-    factor : float
-        Of a pickup.
-    end : int
-        Row behind the last one that a pickup adds up; 0: it is of `source` alone.
+    row: from 0, the object. quantity: "curvature", "thickness" or "conic". rule: "axial slope" or "chief slope" behind
+    the surface, "axial height" or "chief height" on the next surface, "edge" (both surfaces touch at this distance from
+    the axis), "pickup" (factor × that of row `source`, plus the value; end: the row behind the last one that it adds
+    up, 0 for that of `source` alone), "sum" (with the thicknesses from `source` on; "pair": with that of `source`
+    alone). Any other word is a rule that cannot be checked. value: the slope, height, distance, offset or sum. name:
+    the keyword in the file.
     """
 
     row: int
@@ -61,27 +46,9 @@ class RowSolve:
 
 def solution(rows: Sequence[Any], solve: RowSolve, axial: Start | None, chief: Start | None,
              wavelength: float) -> float:
-    """The value that a solve asks for.
+    """The value that a solve of a row between object and image asks for; the rays are paraxial, None: not known.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        From the object to the image.
-    solve : RowSolve
-        Of a row that is neither.
-    axial, chief : (2,) tuple of float or None
-        The paraxial rays; None: not known.
-    wavelength : float
-        Of the rays (µm).
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    RowError
-        No value has this property, or the ray is not known.
+    RowError: no value has this property, or the ray is not known.
     """
     i, value, row = solve.row, solve.value, rows[solve.row]
     if solve.rule == "pickup":

@@ -23,18 +23,7 @@ MOST = 7                # numbers of a row; of more, the ends are given
 
 
 def system_rows(system: SystemData) -> list[tuple[str, str]]:
-    """Labels and texts of the stated aperture, fields, wavelengths and object distance.
-
-    Parameters
-    ----------
-    system : SystemData
-        Of a lens in mm.
-
-    Returns
-    -------
-    list of tuple of str
-        A row for each part that is stated; an object at infinity has none.
-    """
+    """Labels and texts of the stated aperture, fields, wavelengths and finite object distance of a lens in mm."""
     rows = []
     if system.aperture is not None:
         kind, values = system.aperture.kind, system.aperture.values
@@ -112,21 +101,10 @@ def with_working_f_number(kinds: Iterable[ApertureKind]) -> Holds:
 
 
 def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> WrittenSystem:
-    """System data of a lens for a format.
+    """System data of a lens (mm) for a format, at the position or in the configurations in which it is written.
 
-    Parameters
-    ----------
-    lens : Lens
-        At the position in which it is written, in mm.
-    stations : sequence of Station
-        Its configurations, from `stations_of`; empty for a format or a lens without.
-    holds : callable
-        Whether the format states a kind of aperture for an object at a distance (mm).
-
-    Returns
-    -------
-    WrittenSystem
-        What is to be written; findings say where the aperture is stated in another way than the lens has it.
+    holds: whether the format states a kind of aperture for an object at a distance (mm). Findings state where the
+    aperture is written in another way than the lens has it.
     """
     data = lens.system
     if not data.wavelengths:
