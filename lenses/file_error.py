@@ -43,10 +43,12 @@ class RowError(ValueError):
 
 @contextmanager
 def located(path: str, line: int | None, before: str = "") -> Iterator[None]:
-    """Context that makes the LensFileError of a RowError: with the file, the line, and what stands before its words."""
+    """Make errors of values LensFileErrors: with the file, the line, and what stands before their words."""
     try:
         yield
-    except RowError as error:
+    except LensFileError:
+        raise
+    except (ValueError, ArithmeticError) as error:
         raise LensFileError(path, line, f"{before}{error}") from None
 
 

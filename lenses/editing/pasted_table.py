@@ -293,8 +293,7 @@ def _surface(row: _Line, design: Design) -> Row:
         if INDEX in cells and n_d != 1.0:
             made.glass = media.stated(name, n_d, v_d)
         elif name and name.lower() not in PLANES | {"air", "luft"}:
-            made.glass, assumed = media.named(name)
-            design.assume_glass(assumed)
+            made.glass = media.glass_in(design, name)
         else:
             made.glass = AIR
     except RowError as error:

@@ -99,9 +99,7 @@ class Glasses:
         if is_number(name):
             return media.model(file_number(name, "index"), 0.0)
         glass, _, maker = (name, "", "") if catalogue.makers(name) else name.partition("_")
-        found, assumed = media.named(glass, maker or None)
-        self.design.assume_glass(assumed)
-        return found
+        return media.glass_in(self.design, glass, maker or None)
 
 
 def _micrometres(word: str) -> float:

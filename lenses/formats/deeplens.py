@@ -17,10 +17,9 @@ from typing import Any
 
 from lensbench.core.optics.finding import Kind, Severity
 from lensbench.core.optics.glass import AIR, Glass
-from lensbench.core.optics.lens_surface import LensError
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import cut
-from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.file_error import RowError, located, number
 from lensbench.lenses.glass import media
 from lensbench.lenses.tables.design import Design, Row
 from lensbench.lenses.tables.rows import curvature
@@ -47,38 +46,30 @@ def is_one(text: str) -> bool:
 def read(text: str, path: str) -> Lens:
     """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     data, lines = parse(text, path), item_lines(text, "surfaces")
-    try:
+    with located(path, None):
         if data.get("DOE"):
             raise RowError("a diffractive element (DOE) is not traced")
         check_keys(data, READ | HARMLESS | {key for key in data if key[:1] == "("})
-    except RowError as error:
-        raise LensFileError(path, None, str(error)) from None
     surfaces = [table(surface) for surface in items(data.get("surfaces"))]
     design = Design(path, [Row(None, thickness=inf)], name=text_value(data, "info"))
     for i, surface in enumerate(surfaces):
-        row = Row(lines[i] if i < len(lines) else None)
-        try:
+        with design.row(i, lines) as row:
             _fill(design, row, surface, i)
             if "d_next" in surface:
                 row.thickness = value(surface, "d_next")
             else:
                 behind = value(surfaces[i + 1], "d") if i + 1 < len(surfaces) else value(data, "d_sensor")
                 row.thickness = behind - value(surface, "d")
-        except (RowError, ArithmeticError) as error:
-            raise LensFileError(path, row.line, f"surface {i}: {error}") from None
-        design.add(row)
     design.add(Row(None))
     before = text_value(surfaces[0], "mat1") if surfaces else ""
     if before and before.lower() not in AIRS:
         design.found(Kind.LEFT_OUT, f"the medium {cut(before)} in front of the lens (mat1) is left out, air taken", 0,
                      severity=Severity.WARNING)
-    try:
+    with located(path, None):
         design.stated_efl = value(data, "foclen", 0.0) or None
         design.stated_f_number = value(data, "fnum", 0.0) or None
         sides = [number(side, "sensor_size") for side in items(data.get("sensor_size"))]
         return replace(design.lens(), film_size=(sides[0], sides[1]) if len(sides) == 2 else None)
-    except (RowError, LensError) as error:
-        raise LensFileError(path, None, str(error)) from None
 
 
 def _fill(design: Design, row: Row, data: dict[str, Any], index: int) -> None:
@@ -115,6 +106,4 @@ def _medium(design: Design, data: dict[str, Any]) -> Glass:
         return media.model(number(found[1], "n_d"), number(found[2], "V_d"))
     if name.lower() in AIRS:
         return AIR
-    glass, assumed = media.named(name)
-    design.assume_glass(assumed)
-    return glass
+    return media.glass_in(design, name)

@@ -22,7 +22,7 @@ from math import inf, log
 from lensbench.core.optics.finding import Kind, Severity
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import significant
-from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.file_error import LensFileError, RowError, located, not_understood
 from lensbench.lenses.glass import media
 from lensbench.lenses.tables.design import Design, Row
 from lensbench.lenses.tables.paraxial import f_number, sag
@@ -44,7 +44,7 @@ def read(text: str, path: str) -> Lens:
     for line, content in enumerate(text.split("\n"), start=1):
         content = content.partition("#")[0].strip()
         key, colon, rest = content.partition(":")
-        try:
+        with located(path, line, f"surface {len(design.rows) - 1}: " if in_table else ""):
             if in_table and content:
                 design.add(_row(line, content.split()))
             elif content and colon and key.strip().lower() == "surfaces":
@@ -55,9 +55,6 @@ def read(text: str, path: str) -> Lens:
                 design.stated_efl = file_number(rest.strip(), "focal_length") or None
             elif content and key.strip().lower() not in HARMLESS:
                 raise RowError(not_understood(key.strip() or content))
-        except RowError as error:
-            where = f"surface {len(design.rows) - 1}: " if in_table else ""
-            raise LensFileError(path, line, f"{where}{error}") from None
     if not in_table:
         raise LensFileError(path, None, "there is no line “surfaces:”: this is no FlareSim lens")
     design.add(Row(None))

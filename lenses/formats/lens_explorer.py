@@ -21,11 +21,10 @@ from math import inf
 from typing import Any
 
 from lensbench.core.optics.finding import Kind
-from lensbench.core.optics.lens_surface import LensError
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import ApertureKind, FieldKind
 from lensbench.core.text import excerpt, significant
-from lensbench.lenses.file_error import LensFileError, RowError, located, number
+from lensbench.lenses.file_error import RowError, located, number
 from lensbench.lenses.glass import media
 from lensbench.lenses.tables.design import Design, Row
 from lensbench.lenses.tables.rows import curvature
@@ -64,14 +63,10 @@ def read(text: str, path: str) -> Lens:
         check_keys(data, READ | HARMLESS)
         check_keys(table(data, "variable"), READ_OF_GAPS | {"pair_order"}, " of the varying gaps")
     for i, surface in enumerate(items(data.get("surfaces"))):
-        row = Row(lines[i] if i < len(lines) else None)
-        try:
+        with design.row(i, lines) as row:
             _fill(row, table(surface))
-        except (RowError, ArithmeticError) as error:
-            raise LensFileError(path, row.line, f"surface {i}: {error}") from None
-        design.add(row)
     design.add(Row(None))
-    try:
+    with located(path, None):
         units = data.get("units", "mm")
         if not str(units).startswith("mm"):
             design.found(Kind.UNIT, f"the file's unit is {excerpt(units)}: its lengths are taken as mm")
@@ -88,12 +83,7 @@ def read(text: str, path: str) -> Lens:
             design.state_fields(FieldKind.ANGLE, design.field_point(0.0, field))
         design.stations = _stations(design.rows, table(data, "variable"))
         about = _provenance(data, design)
-    except (RowError, ArithmeticError) as error:
-        raise LensFileError(path, None, str(error)) from None
-    try:
         return replace(design.lens(), **about)
-    except LensError as error:
-        raise LensFileError(path, None, str(error)) from None
 
 
 def _provenance(data: dict[str, Any], design: Design) -> dict[str, Any]:

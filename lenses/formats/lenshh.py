@@ -15,10 +15,10 @@ from math import inf
 from typing import Any
 
 from lensbench.core.optics.finding import Kind, Severity
-from lensbench.core.optics.glass import AIR, Glass
+from lensbench.core.optics.glass import Glass
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import ApertureKind, FieldKind
-from lensbench.lenses.file_error import LensFileError, RowError, located, number
+from lensbench.lenses.file_error import RowError, located, number
 from lensbench.lenses.glass import media
 from lensbench.lenses.tables.design import Design, Row
 from lensbench.lenses.tables.paraxial import FAR
@@ -59,12 +59,8 @@ def read(text: str, path: str) -> Lens:
     with located(path, None):
         check_keys(data, READ | HARMLESS)
     for i, surface in enumerate(surfaces):
-        row = Row(lines[i] if i < len(lines) else None)
-        try:
+        with design.row(i, lines) as row:
             _fill(design, row, surface, makers, 0 < i < len(surfaces) - 1)
-        except (RowError, ArithmeticError) as error:
-            raise LensFileError(path, row.line, f"surface {i}: {error}") from None
-        design.add(row)
     with located(path, None):
         _system(design, data)
         _pickups(design, [table(pickup) for pickup in items(data.get("Pickups"))])
@@ -106,16 +102,7 @@ def _fill(design: Design, row: Row, data: dict[str, Any], makers: list[str], tra
 
 def _medium(design: Design, name: str, makers: list[str]) -> Glass:
     """The medium of a name, of the first of the file's catalogues that has it."""
-    if name.upper() in media.AIR_NAMES:
-        return AIR
-    if name.upper() in media.MIRROR_NAMES:
-        raise RowError("a mirror is not traced")
-    coded = media.code(name)
-    if coded is not None:
-        return coded
-    glass, assumed = media.named(name, media.maker_among(name, makers))
-    design.assume_glass(assumed)
-    return glass
+    return media.code(name) or media.glass_in(design, name, media.maker_among(name, makers))
 
 
 def _pickups(design: Design, pickups: list[dict[str, Any]]) -> None:

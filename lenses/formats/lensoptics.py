@@ -21,7 +21,7 @@ from math import inf
 from lensbench.core.optics.finding import Kind
 from lensbench.core.optics.glass import AIR, Glass
 from lensbench.core.optics.prescription import Lens
-from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.file_error import RowError, located, not_understood
 from lensbench.lenses.glass import media
 from lensbench.lenses.tables.design import Design, Row
 from lensbench.lenses.tables.stations import Station
@@ -37,7 +37,7 @@ def read(text: str, path: str) -> Lens:
     design = Design(path, [Row(None, thickness=inf)])
     scale, gaps = 1.0, dict[int, list[float]]()
     for line, content in enumerate(text.split("\n"), start=1):
-        try:
+        with located(path, line, f"surface {len(design.rows) - 1}: "):
             if found := re.match(r"\s*#!scale\s+(\S+)", content):
                 scale = file_number(found[1], "#!scale")
                 continue
@@ -49,8 +49,6 @@ def read(text: str, path: str) -> Lens:
                     design.name = content.strip(" \t#/")[:200]
                 continue
             row, thicknesses = _row(design, line, plain, scale)
-        except (RowError, ArithmeticError) as error:
-            raise LensFileError(path, line, f"surface {len(design.rows) - 1}: {error}") from None
         if len(set(thicknesses)) > 1:
             gaps[len(design.rows)] = thicknesses
         design.add(row)

@@ -190,10 +190,8 @@ def _stated(distances: dict, name: str, path: str) -> float | None:
 
 
 def _number(path: str, line: int, text: str, name: str, infinite: bool = False) -> float:
-    try:
+    with located(path, line):
         return file_number(text, name, infinite)
-    except RowError as error:
-        raise LensFileError(path, line, str(error)) from None
 
 
 def _row(design: Design, line: int, cells: list[str], distances: dict) -> Row:
@@ -223,9 +221,8 @@ def _row(design: Design, line: int, cells: list[str], distances: dict) -> Row:
     if n_d:
         row.glass = media.stated(glass, file_number(n_d, "index n_d"),
                                  file_number(v_d, "Abbe number V_d") if v_d else 0.0, maker or None)
-    elif glass and glass.upper() not in media.AIR_NAMES:
-        row.glass, assumed = media.named(glass, maker or None)
-        design.assume_glass(assumed)
+    elif glass:
+        row.glass = media.glass_in(design, glass, maker or None)
     return row
 
 

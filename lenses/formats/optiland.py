@@ -76,14 +76,10 @@ def read(text: str, path: str) -> Lens:
     design = Design(path, name=text_value(data, "name"))
     places: list[Decimal] = []
     for i, surface in enumerate(surfaces):
-        row = Row(lines[i] if i < len(lines) else None)
-        try:
+        with design.row(i, lines) as row:
             if not isinstance(surface, dict):
                 raise RowError("a surface must be an object in braces")
             places.append(_fill(design, row, surface, i, i in (0, len(surfaces) - 1)))
-        except RowError as error:
-            raise LensFileError(path, row.line, f"surface {i}: {error}") from None
-        design.add(row)
     for row, z, after in zip(design.rows, places, places[1:], strict=False):
         row.thickness = float(EXACT.subtract(after, z)) if z.is_finite() and after.is_finite() else inf
     with located(path, None):
@@ -231,17 +227,13 @@ def _glass(design: Design, material: dict[str, Any]) -> Glass:
         return media.stated(text_value(material, "name"), value(material, "index"), v_d)
     if kind == "Material" and isinstance(material.get("name"), str):
         maker = text_value(material, "catalog") or text_value(material, "reference")
-        glass, assumed = media.named(material["name"], maker or None)
-        design.assume_glass(assumed)
-        return glass
+        return media.glass_in(design, material["name"], maker or None)
     if kind == "MaterialFile" and isinstance(material.get("filename"), str):
         # …/glass/schott/N-BK7.yml or …/main/SiO2/Malitson.yml
         *_, folder, file = ("", *re.split(r"[/\\]", material["filename"]))
         stem = file.removesuffix(".yml")
         name, source = (stem, folder) if folder.upper() in catalogue.MAKERS else (folder, stem)
-        glass, assumed = media.named(name, source)
-        design.assume_glass(assumed)
-        return glass
+        return media.glass_in(design, name, source)
     raise RowError("a mirror is not traced" if kind == "Mirror" else f"the material {kind} is not read")
 
 

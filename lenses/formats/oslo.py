@@ -41,7 +41,7 @@ from lensbench.core.optics.glass import AIR, Glass
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import ApertureKind, FieldKind
 from lensbench.core.text import significant
-from lensbench.lenses.file_error import LensFileError, RowError, not_understood
+from lensbench.lenses.file_error import LensFileError, RowError, located, not_understood
 from lensbench.lenses.glass import media
 from lensbench.lenses.tables import stations as configurations
 from lensbench.lenses.tables.aperture import f_number_kind
@@ -91,13 +91,11 @@ def read(text: str, path: str) -> Lens:
     if not any(words[0] == "LEN" for _, words in commands):
         raise LensFileError(path, None, "there is no command LEN NEW: this is no OSLO lens")
     for line, words in commands:
-        try:
+        with located(path, line, f"SRF {len(file.design.rows) - 1}, {words[0]}: "):
             if file.ended:
                 file.behind(words)
             else:
                 file.command(line, words)
-        except RowError as error:
-            raise LensFileError(path, line, f"SRF {len(file.design.rows) - 1}, {words[0]}: {error}") from None
     if file.wavelengths != WAVELENGTHS or file.weights:
         weights = file.weights + [1.0] * len(file.wavelengths)
         file.design.state_wavelengths(list(zip(file.wavelengths, weights, strict=False)), 0)
@@ -107,10 +105,8 @@ def read(text: str, path: str) -> Lens:
         raise LensFileError(path, None, f"the image surface (IMS) is {file.image}, and not the last one: surfaces "
                                         "behind the image are not read")
     stop = next((i for i, row in enumerate(rows) if row.is_stop), None)
-    try:
+    with located(path, None, "a solve is not solved: "):
         _solve(file, stop or 1)
-    except (RowError, ArithmeticError) as error:
-        raise LensFileError(path, None, f"a solve is not solved: {error}") from None
     file.design.stations = file.zoom.stations(lambda i: i, stop, rows[0].thickness)
     file.design.findings += file.zoom.findings()
     _place_aperture(file.design, stop or 1)
@@ -413,8 +409,4 @@ class _File:
             if len(values) > 1 and all(is_number(word) for word in values):
                 return self.glass(["MOD", *values])
             return media.code(name) or media.model(file_number(name, "index"), 0.0)
-        if name.upper() in media.MIRROR_NAMES:
-            raise RowError("a mirror is not traced")
-        glass, assumed = media.named(name)
-        self.design.assume_glass(assumed)
-        return glass
+        return media.glass_in(self.design, name)

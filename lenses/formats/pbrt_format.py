@@ -19,7 +19,7 @@ from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.lens_surface import Surface
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import significant
-from lensbench.lenses.file_error import LensFileError, RowError, number
+from lensbench.lenses.file_error import LensFileError, RowError, located, number
 from lensbench.lenses.glass.media import left_out
 from lensbench.lenses.tables.paraxial import count_faults, sag
 from lensbench.lenses.tables.rows import radius_text, stop_of, surface
@@ -71,7 +71,7 @@ def read(text: str, path: str) -> Lens:
 
 def _split(text: str, path: str) -> tuple[list[str], list[list[float]], list[int]]:
     """Comments, rows of four numbers (mm), and the line of each row."""
-    comments, rows, lines = [], [], []
+    comments, rows, lines = list[str](), list[list[float]](), list[int]()
     for line, content in enumerate(text.split("\n"), start=1):
         values, _, comment = content.partition("#")
         if comment.strip(" \t\"#"):
@@ -82,10 +82,8 @@ def _split(text: str, path: str) -> tuple[list[str], list[list[float]], list[int
         if len(words) != 4:
             count = f"{len(words)} value{'s' if len(words) > 1 else ''}"
             raise LensFileError(path, line, f"a row has four columns ({COLUMNS}), this one has {count}")
-        try:
+        with located(path, line, f"surface {len(rows)}: "):
             rows.append([number(word, name) for word, name in zip(words, COLUMNS.split(", "), strict=True)])
-        except RowError as error:
-            raise LensFileError(path, line, f"surface {len(rows)}: {error}") from None
         lines.append(line)
     if not rows:
         raise LensFileError(path, None, f"there are no surfaces: a row has four columns ({COLUMNS})")
@@ -131,12 +129,10 @@ def _surfaces(rows: list[list[float]], lines: list[int], path: str) -> tuple[Sur
     for i, ((radius, gap, index, diameter), line) in enumerate(zip(rows, lines, strict=True)):
         if radius == 0.0 and index == 0.0:              # how older files write the air behind a stop
             index = 1.0
-        try:
+        with located(path, line, f"surface {i}: "):
             if diameter <= 0.0:
                 raise RowError(f"diameter is {significant(diameter)}: it must be positive")
             made.append(surface(repr(radius), gap, index, diameter / 2.0))
-        except RowError as error:
-            raise LensFileError(path, line, f"surface {i}: {error}") from None
     return tuple(made)
 
 

@@ -90,8 +90,8 @@ def read(text: str, path: str) -> Lens:
     lines = item_lines(text, "ifcs")
     stop = sequence.get("stop_surface")
     for i, surface in enumerate(surfaces):
-        row = Row(lines[i] if i < len(lines) else None, is_stop=i == stop and not isinstance(stop, bool))
-        with located(path, row.line, f"surface {i}: "):
+        with design.row(i, lines) as row:
+            row.is_stop = i == stop and not isinstance(stop, bool)
             profiles = table(model, "profile_dict")
             if 0 < i < len(surfaces) - 1:
                 _fill(design, row, surface, profiles, i)
@@ -102,7 +102,6 @@ def read(text: str, path: str) -> Lens:
                 _check(gap, "gap")
                 row.thickness = value(gap, "thi", infinite=True)
                 row.glass = _glass(design, gap.get("medium"))
-        design.add(row)
     bare = [(row, table(surface)) for row, surface in zip(design.rows[1:-1], surfaces[1:-1], strict=True)]
     if all(not items(surface.get("clear_apertures")) and row.semi_diameter in (None, MISSING_RIM)
            for row, surface in bare):
@@ -235,9 +234,7 @@ def _glass(design: Design, wrapped: Any) -> Glass:
     if isinstance(medium.get("gname"), str):
         names = items(wrapped.get("__instance_type__")) if isinstance(wrapped, dict) else []
         maker = str(names[0]).rpartition(".")[2].upper() if names else None
-        glass, assumed = media.named(medium["gname"], maker)
-        design.assume_glass(assumed)
-        return glass
+        return media.glass_in(design, medium["gname"], maker)
     label = text_value(medium, "label") or text_value(medium, "name")
     if label.upper() in media.AIR_NAMES and label:
         return AIR

@@ -92,15 +92,11 @@ def read(text: str, path: str, folder: Path | None = None) -> Lens:
                         and not 0 <= i - each.pose.pivot < len(surfaces)), None)
         raise LensFileError(path, _entry_line(text, "pose", str(outside)), str(error)) from None
     if "front_index" in header:
-        try:
+        with located(path, line_of(text, "front_index")):
             lens = replace(lens, front_index=header["front_index"])
-        except ValueError as error:
-            raise LensFileError(path, line_of(text, "front_index"), str(error)) from None
     if "stop" in data:
-        try:
+        with located(path, line_of(text, "stop"), "stop: "):
             lens = replace(lens, **_stop(data["stop"], folder))
-        except ValueError as error:
-            raise LensFileError(path, line_of(text, "stop"), f"stop: {error}") from None
     if "system" in data:
         try:
             lens = replace(lens, system=system_table.read(data["system"]))

@@ -397,7 +397,7 @@ def _glass(design: Design, index: int, entry: tuple[int, list[str]], comment: st
     shown = "" if name.startswith("___") else name
     if not shown and comment.startswith(GLASS_COMMENT):
         shown = comment.removeprefix(GLASS_COMMENT)
-    try:
+    with located(path, line, f"SURF {index}, GLAS: "):
         if flag not in ("0", "1", "2", "3"):            # catalogue, model, pick-up, substitute
             raise RowError(not_understood(f"the flag {flag} of a glass"))
         if flag == "1" or not shown:
@@ -408,11 +408,7 @@ def _glass(design: Design, index: int, entry: tuple[int, list[str]], comment: st
                              len(design.rows) - 1, deviation=deviation)
             return media.stated(shown, n_d, v_d)
         spare = None if (n_d, v_d) in LEFTOVERS else (n_d, v_d)
-        glass, assumed = media.named(name, media.maker_among(name, catalogues), spare)
-    except RowError as error:
-        raise LensFileError(path, line, f"SURF {index}, GLAS: {error}") from None
-    design.assume_glass(assumed)
-    return glass
+        return media.glass_in(design, name, media.maker_among(name, catalogues), spare)
 
 
 def _value(path: str, keys: dict, key: str, place: int = 0, infinite: bool = False) -> float:

@@ -18,7 +18,7 @@ from math import radians, sin
 from lensbench.core.optics.finding import Kind, Severity
 from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind, SystemData
 from lensbench.core.text import significant
-from lensbench.lenses.file_error import LensFileError, RowError
+from lensbench.lenses.file_error import RowError, located
 from lensbench.lenses.tables.design import Design
 from lensbench.lenses.tables.text import EXACT, exact, file_number, plain_number
 
@@ -37,12 +37,10 @@ Header = dict[str, tuple[int, list[str]]]
 def number_in(path: str, line: int | None, key: str, words: Sequence[str], place: int,
               infinite: bool = False) -> float:
     """Number of a keyword at this place of its words. LensFileError: missing or invalid."""
-    try:
+    with located(path, line):
         if place >= len(words):
             raise RowError(f"{key} needs a value")
         return file_number(words[place], key, infinite=infinite)
-    except RowError as error:
-        raise LensFileError(path, line, str(error)) from None
 
 
 def read(design: Design, header: Header) -> None:

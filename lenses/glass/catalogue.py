@@ -27,7 +27,7 @@ FILE = Path(__file__).parent / "glasses.csv"
 PREFIXES = ("N", "S", "H", "E", "K", "D", "P", "L", "M", "J", "Q")    # of newer kinds of a glass: N-BK7 followed BK7
 RENAMED = {"E-": "J-"}                                        # Hikari's former and present names of a glass
 MOULDED = re.compile(r"[_-]MOLD(ED)?$", re.IGNORECASE)
-MOULDING = "moulding lowers the index by 0.001 to 0.006"      # as makers' sheets of moulded glasses give it
+MOULDING = "moulding lowers the index, by an estimated 0.001 to 0.006"      # by how much is an estimate of ours
 TOLERANCE_N, TOLERANCE_V = 5e-4, 5e-3                         # of one melt: n_d, and V_d as a share of it
 
 

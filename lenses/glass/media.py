@@ -11,6 +11,7 @@ from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import fixed, significant
 from lensbench.lenses.file_error import RowError
 from lensbench.lenses.glass import catalogue as glass_catalogue
+from lensbench.lenses.tables.design import Design
 from lensbench.lenses.tables.rows import HIGHEST_INDEX
 from lensbench.lenses.tables.text import file_number, is_number
 
@@ -67,6 +68,8 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
     """
     if name.upper() in AIR_NAMES:
         return AIR, ""
+    if name.upper() in MIRROR_NAMES:
+        raise RowError("a mirror is not traced")
     if maker and maker.upper() in MISC_NAMES and MISC in glass_catalogue.makers(name):
         return glass_catalogue.find(name, MISC), ""
     try:
@@ -87,6 +90,14 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
         return near.glass, near.note
     except GlassError as error:
         raise RowError(str(error)) from None
+
+
+def glass_in(design: Design, name: str, maker: str | None = None, spare: tuple[float, float] | None = None) -> Glass:
+    """The glass of `named` for a file, whose design gets the assumption as a finding."""
+    glass, assumed = named(name, maker, spare)
+    if assumed:
+        design.found(Kind.GLASS, assumed)
+    return glass
 
 
 def maker_among(name: str, catalogues: Sequence[str]) -> str | None:

@@ -5,7 +5,8 @@ surface. The first row is the object and the last one the image; neither is part
 is kept in `Lens.system`, and the gap before the image is the back focus.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from math import inf, isclose, isfinite, isinf
 
@@ -17,7 +18,7 @@ from lensbench.core.optics.system import (
     LENGTHS, Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, SystemDataError, Wavelength
 )
 from lensbench.core.text import significant
-from lensbench.lenses.file_error import LensFileError, RowError
+from lensbench.lenses.file_error import LensFileError, RowError, located
 from lensbench.lenses.tables import shapes
 from lensbench.lenses.tables.aperture import axial_ray, with_stated_aperture
 from lensbench.lenses.tables.axes import START, AxesError, Break, alike, in_one_line
@@ -127,10 +128,16 @@ class Design:
                                       "atmospheres: indices stay those of the catalogues, for 20 °C and 1",
                        severity=Severity.WARNING, celsius=celsius, atmospheres=atmospheres)
 
-    def assume_glass(self, assumed: str) -> None:
-        """Store what `media.named` assumed about a glass; "" is nothing."""
-        if assumed:
-            self.found(Kind.GLASS, assumed)
+    @contextmanager
+    def row(self, i: int, lines: Sequence[int]) -> Iterator[Row]:
+        """A row to be filled, then added, of item i of a list whose items begin on these lines of the file.
+
+        A RowError becomes a LensFileError that names the item as a surface.
+        """
+        row = Row(lines[i] if i < len(lines) else None)
+        with located(self.path, row.line, f"surface {i}: "):
+            yield row
+        self.add(row)
 
     def add(self, row: Row) -> None:
         """Append a row; LensFileError if there are too many."""

@@ -305,5 +305,5 @@ def test_values_of_a_later_configuration_in_the_table_are_not_taken_for_the_firs
 def test_a_moulded_glass_says_how_far_off_it_is(tmp_path):
     lens = sample(tmp_path, ("GLAS N-BK7 0 0 1.5 4.0E+1", "GLAS L-TIM28_MOLD 0 0 1.5 4.0E+1"))
     n_d = catalogue.find("L-TIM28").n_d
-    told = f"n_d {n_d:.5f}: moulding lowers the index by 0.001 to 0.006"
+    told = f"n_d {n_d:.5f}: moulding lowers the index, by an estimated 0.001 to 0.006"
     assert any(told in str(finding) for finding in lens.findings)
