@@ -7,6 +7,7 @@ focus, the limit of small stops, unless it blurs a point in focus by half a pixe
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -14,7 +15,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.stop_picture import stop_picture
 from lensbench.app.bench.water_window import port_before, seen_by_rays, seen_focus
 from lensbench.app.scenes.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.settings.setting import SettingsError
@@ -24,7 +24,8 @@ from lensbench.core.cameras.lens_settings import has_dispersion
 from lensbench.core.imaging.spectrum import WAVELENGTHS
 from lensbench.core.kernels.block import BLUE, RED
 from lensbench.core.scenery.shading.participating_medium import WATER_INDEX
-from lensbench.core.text import significant
+from lensbench.core.text import excerpt, significant
+from lensbench.lenses.stop_picture import read_picture
 from lensbench.lenses.tables.paraxial import at_reference, is_d_line
 
 if TYPE_CHECKING:
@@ -333,3 +334,48 @@ def medium(settings: Settings) -> lb.Medium | None:
         return None
     kind = lb.Medium.water if settings.medium == "water" else lb.Medium.fog
     return kind(settings.visibility, (settings.fog_light,) * 3)
+
+
+# The picture in the stop
+
+
+def stop_picture(path: str) -> lb.StopImage:
+    """The picture of a file, read once for each change of it.
+
+    SettingsError where it cannot be read, is larger than MOST_PIXELS, or passes no light.
+    """
+    return _read_picture(path, file_stamp(path))
+
+
+def with_readable_stop(settings: Settings, say: Callable[[str], object]) -> Settings:
+    """The settings without a picture in the stop that cannot be read; `say` receives a sentence on it."""
+    if settings.stop_image:
+        try:
+            stop_picture(settings.stop_image)
+        except SettingsError as error:
+            say(f"{error}; the stop opens without it")
+            return replace(settings, stop_image="")
+    return settings
+
+
+def stop_picture_path(settings: Settings, text: str) -> str:
+    """The absolute path of a picture that was typed: relative to the folder of the lens file, else to the present one.
+
+    SettingsError where neither folder has it; the message names them.
+    """
+    lens = Path(settings.lens)
+    folders = ([lens.resolve().parent] if settings.has_lens and lens.suffix and lens.is_file() else []) + [Path.cwd()]
+    places = [(folder / Path(text.strip()).expanduser()).resolve() for folder in folders]
+    for place in places:
+        if place.is_file():
+            return str(place)
+    named = " and ".join(dict.fromkeys(str(place.parent) for place in places))
+    raise SettingsError(f"there is no picture {excerpt(Path(text.strip()).name)} in {named}")
+
+
+@keeps_last_good(8)
+def _read_picture(path: str, _stamp: Stamp) -> lb.StopImage:
+    try:
+        return read_picture(path)
+    except lb.StopImageError as error:
+        raise SettingsError(str(error)) from error

@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import design, lens_camera, place_and_shutter
+from lensbench.app.bench.build import design, lens_camera, place_and_shutter, stop_picture
 from lensbench.app.bench.readouts import Readings, airy_diameter, angles, blur_limit, lens_readings
-from lensbench.app.bench.stop_picture import stop_picture
 from lensbench.app.bench.water_window import port_of
 from lensbench.app.settings.camera_facts import LENS_MODELS
 from lensbench.app.settings.setting import SettingsError

@@ -1,15 +1,31 @@
-"""The command `lensbench info`: provenance, first-order data, glasses and check of a lens."""
+"""The commands about one lens: `lensbench info LENS`, what is known of it, and `lensbench check FILE…`.
+
+`info` prints provenance, first-order data, glasses, estimates and the result of the check. `check` prints suspicious
+values in lens files. Its exit status: 0 without warnings, 1 with warnings, 2 if a file holds no lens. Notes about
+assumptions of the reader do not change the status.
+"""
 
 import argparse
 import math
-from dataclasses import replace
-from typing import Any
+import sys
+from dataclasses import asdict, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 from lensbench.app.command.lens_options import add_close_option, add_lens_options
 from lensbench.app.command.output import print_json
 from lensbench.core.text import escaped, f_number_text, fixed, significant
 
+if TYPE_CHECKING:
+    from lensbench.core.optics.prescription import Lens
+
 PIXELS = 960                            # across a picture, for intrinsics: as the bench has it
+WIDTH = 46              # of the labels
+# Figures of `lensbench info` that follow from what is estimated, by a word of the estimates; and their labels
+ESTIMATED = {"close position": ("nearest_focus",), "stop": ("f_number", "t_number"), "year": ("year",)}
+LABELS = {"Nearest focus, from the film": "nearest_focus", "f-number": "f_number", "T-number": "t_number",
+          "year": "year"}
+CLEAN, FOUND, NO_LENS = 0, 1, 2
 
 
 def add_info_options(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +43,6 @@ def info(arguments: argparse.Namespace) -> int:
     from lensbench.app.bench.coating import coating
     from lensbench.app.bench.lens_choice import USUAL, own_film
     from lensbench.app.bench.zoom import positioned, station_lines, stations
-    from lensbench.app.command import lens_card
     from lensbench.app.settings.lens_settings import AUTO
     from lensbench.app.settings.settings import Settings
     from lensbench.app.settings.text_values import format_distance
@@ -35,7 +50,7 @@ def info(arguments: argparse.Namespace) -> int:
 
     settings = replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked()
     lens = published(settings)
-    card, seen_at = lens_card.lens_card(lens), picture_wavelength(settings, lens)
+    card, seen_at = lens_card(lens), picture_wavelength(settings, lens)
     lens = positioned(design(settings), arguments)
     if getattr(arguments, "f_number", None) is not None:
         lens = lb.stopped_down(lens, arguments.f_number)
@@ -83,12 +98,12 @@ def info(arguments: argparse.Namespace) -> int:
         which = ", ".join(map(str, data["out_of_line"]))
         rows.insert(0, ("Tilted or decentred", f"surfaces {which}; focal lengths, pupils and f-number are those of the "
                                                "centred lens"))
-    year = f"{data['year']}{lens_card.star(card, 'year')}" if data["year"] else ""
+    year = f"{data['year']}{star(card, 'year')}" if data["year"] else ""
     print(escaped(", ".join(word for word in (data["name"] or arguments.lens, data["kind"], year) if word)))
     print("\n".join(map(escaped, [
-        *lens_card.card_lines(card, data["source"]),
-        *(f"{label:{lens_card.WIDTH}}{text}{lens_card.star(card, label)}" for label, text in rows),
-        *station_lines(data["positions"]), *lens_card.glass_lines(card)])))
+        *card_lines(card, data["source"]),
+        *(f"{label:{WIDTH}}{text}{star(card, label)}" for label, text in rows),
+        *station_lines(data["positions"]), *glass_lines(card)])))
     print("".join(f"Found: {finding}\n" for finding in data["findings"]), end="")
     return 0
 
@@ -194,3 +209,142 @@ def _intrinsics(lens, film) -> dict[str, float] | None:
     except (lb.FocusError, lb.CameraError):
         return None
     return {"width": film.pixels_x, "height": film.pixels_y, **found._asdict()}
+
+
+# The card of a lens
+
+
+def lens_card(lens: "Lens") -> dict[str, Any]:
+    """Provenance, counts, glasses and findings of a lens as read, for JSON; lengths in mm.
+
+    lens: at any position, wide open: a lens that is stopped down contradicts its stated f-number. `glasses` has a row
+    for each medium other than air, with the surface before it; `estimated` the keys of the values that follow from
+    `estimates`; `system` the system data, `designed` the same in words; `check` the findings of `lenses.check`.
+    """
+    from lensbench import lenses
+    from lensbench.lenses.tables.counts import counts
+    from lensbench.lenses.tables.system_text import system_rows
+
+    return {"maker": lens.maker, "designer": lens.designer, "patent": lens.patent, "film_size": lens.film_size,
+            "notes": lens.notes, **asdict(counts(lens)), "estimates": lens.estimates,
+            "system": asdict(lens.system), "designed": dict(system_rows(lens.system)),
+            "estimated": [key for word, keys in ESTIMATED.items() if word in lens.estimates for key in keys],
+            "glasses": [{"surface": i, "name": front.glass.name, "n_d": front.glass.n_d, "v_d": front.glass.v_d,
+                         "thickness": front.thickness, "semi_diameter": max(front.semi_diameter, back.semi_diameter)}
+                        for i, (front, back) in enumerate(pairwise(lens.surfaces)) if front.glass.n_d != 1.0],
+            "check": [asdict(finding) for finding in lenses.check(lens)]}
+
+
+def card_lines(card: dict[str, Any], source: str) -> list[str]:
+    """Lines for people: provenance first, what is not known left out."""
+    film = card["film_size"]
+    rows = [("Maker", card["maker"]), ("Designer", card["designer"]), ("Patent", card["patent"]),
+            ("Source", source if source != card["patent"] else ""),
+            ("Made for", f"{significant(film[0])} × {significant(film[1])} mm" if film else ""),
+            *card["designed"].items(), ("Elements", _elements(card)),
+            ("Estimated (marked *)", card["estimates"]), ("Notes", card["notes"]), ("Check", _check(card["check"]))]
+    return [f"{label:{WIDTH}}{text}" for label, text in rows if text]
+
+
+def star(card: dict[str, Any], label: str) -> str:
+    """A star behind a figure that follows from what is estimated, by its label; "" behind others."""
+    return "*" if LABELS.get(label) in card["estimated"] else ""
+
+
+def _elements(card: dict[str, Any]) -> str:
+    def some(count: int, what: str) -> str:
+        return f"{count} {what}{'' if count == 1 else 's'}"
+
+    text = f"{card['elements']} in {some(card['groups'], 'group')}"
+    more = [some(card[key], what) for key, what in (("aspheres", "asphere"), ("focus_groups", "focus group"))
+            if card[key]]
+    return ", ".join([text, *more])
+
+
+def _check(findings: list[dict[str, Any]]) -> str:
+    """The result of the check: the gravest finding, and the number of the others."""
+    doubts = [finding for finding in findings if finding["severity"] == "warning"]
+    if not findings:
+        return "nothing found"
+    first = (doubts or findings)[0]
+    place = "" if first["surface"] is None else f"surface {first['surface']}: "
+    others = len(findings) - 1
+    return f"{'' if doubts else 'no doubts; '}{place}{first['message']}" + (
+        f" (and {others} more: `lensbench check`)" if others else "")
+
+
+def glass_lines(card: dict[str, Any]) -> list[str]:
+    """A table of the glasses; the name of a glass is that of the source."""
+    if not card["glasses"]:
+        return []
+    rows = [("Glass behind surface", "n_d", "V_d", "Thickness", "Diameter", "")]
+    rows += [(str(glass["surface"]), fixed(glass["n_d"], 5), fixed(glass["v_d"], 2) if glass["v_d"] else "not known",
+              fixed(glass["thickness"], 2), fixed(2.0 * glass["semi_diameter"], 1) + ("*" if "rims" in card["estimates"]
+                                                                                       else ""),
+              glass["name"]) for glass in card["glasses"]]
+    widths = [max(len(row[column]) for row in rows) for column in range(5)]
+    return ["  ".join([text.rjust(width) for text, width in zip(row[:5], widths, strict=True)] + [row[5]]).rstrip()
+            for row in rows]
+
+
+# The check of lens files
+
+
+def add_check_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench check`."""
+    parser.add_argument("files", nargs="+", metavar="FILE", help="a lens file, or a lens of the library")
+    parser.add_argument("--json", action="store_true", help="print JSON: a list of files, each with its findings")
+
+
+def check(arguments: argparse.Namespace) -> int:
+    """Check every file, even after an error, and return the highest of their exit codes."""
+    reports = [_report(name) for name in arguments.files]
+    if arguments.json:
+        print_json(reports)
+    else:
+        for report in reports:
+            _print(report)
+    return max(_code(report) for report in reports)
+
+
+def _report(name: str) -> dict[str, Any]:
+    """The findings of one file, or the reason why it holds no lens."""
+    import lensbench as lb
+    from lensbench import lenses
+
+    try:
+        lens = lenses.load(name)
+    except (lenses.LensFileError, lb.LensError) as error:
+        return {"file": name, "error": " ".join(str(error).split()), "findings": []}
+    return {"file": name, "error": None, "findings": [asdict(finding) for finding in lenses.check(lens)]}
+
+
+def _code(report: dict[str, Any]) -> int:
+    if report["error"] is not None:
+        return NO_LENS
+    return FOUND if any(finding["severity"] == "warning" for finding in report["findings"]) else CLEAN
+
+
+def _print(report: dict[str, Any]) -> None:
+    """Print a line for the file, then causes, findings and notes, each with its kind, place and message."""
+    if report["error"] is not None:
+        print(f"lensbench: {report['error']}", file=sys.stderr)
+        return
+    findings = report["findings"]
+    if not findings:
+        print(f"{report['file']}: nothing found")
+        return
+    print(f"{report['file']}: {len(findings)} finding{'s' if len(findings) > 1 else ''}")
+    width = max(len(finding["kind"]) for finding in findings)
+    causes = [finding for finding in findings if finding["change"] is not None]
+    for heading, found in (
+            (f"Probable cause{'s, the most probable first' if len(causes) > 1 else ''}", causes),
+            ("Findings", [f for f in findings if f["change"] is None and f["severity"] == "warning"]),
+            ("Notes", [f for f in findings if f["change"] is None and f["severity"] == "note"])):
+        if found and len(found) < len(findings):
+            print(f" {heading}")
+        for finding in found:
+            place = "" if finding["surface"] is None else f"surface {finding['surface']}"
+            print(f"  {finding['kind']:{width}}  {place:11}  {finding['message']}")
+            if finding["proposal"]:
+                print(f"  {'':{width}}  {'':11}  Proposal: {finding['proposal']}")

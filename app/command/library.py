@@ -1,11 +1,10 @@
 """The command `lensbench lenses`: the library, searched, filtered and sorted. Imports no tracer."""
 
 import argparse
-import json
 import math
 from dataclasses import asdict
 
-from lensbench.app.command.output import UsageError
+from lensbench.app.command.output import UsageError, print_json
 from lensbench.core.text import excerpt, fixed, significant
 from lensbench.lenses.library.catalogue import Card, describe
 from lensbench.lenses.library.search import FILMS, ORDERS, SearchError, filtered, searched
@@ -70,7 +69,7 @@ def lenses(arguments: argparse.Namespace) -> int:
     if arguments.sort or not arguments.search.strip():
         found = tuple(sorted(found, key=ORDERS[arguments.sort or "name"]))
     if arguments.json:
-        print(json.dumps([{**asdict(card), "zooms": card.zooms} for card in found], indent=2, ensure_ascii=False))
+        print_json([{**asdict(card), "zooms": card.zooms} for card in found])
     elif found:
         _print_table(found)
     else:

@@ -1,6 +1,7 @@
-"""The command `lensbench lightfield`: capture the light through each part of the pupil, refocus it, show its rays.
+"""The command `lensbench lightfield`: capture the light through each part of the pupil, and refocus it.
 
-The command `lensbench lightfield chart`: comparison of refocused light fields with focused cameras.
+Its sub-commands `array | novel` take pictures with an array of pinholes and render novel views from these; `chart`
+compares refocused light fields with focused cameras.
 """
 
 import argparse
@@ -12,18 +13,18 @@ from time import perf_counter
 import lensbench as lb
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.light_field_query import Look, Recording
-from lensbench.app.command.capture_options import prepare_capture, read_views, report_scene
 from lensbench.app.command.lens_options import option
 from lensbench.app.command.light_field_slices import add_view_options
-from lensbench.app.command.lumigraph import add_lumigraph_options
-from lensbench.app.command.options import add_picture_options, settings_from
+from lensbench.app.command.options import (
+    add_picture_options, prepare_capture, read_size, read_views, report_scene, settings_from
+)
 from lensbench.app.command.output import (
     UsageError, checked_chart_path, checked_picture_path, is_json, print_json, progress, save_json
 )
 from lensbench.app.scenes.scene_file import cached_scene
 from lensbench.app.session.export import save_picture
-from lensbench.app.session.recordings import load_light_field, save_light_field
-from lensbench.app.settings.settings import Settings
+from lensbench.app.session.recordings import load_light_field, load_lumigraph, save_light_field, save_lumigraph
+from lensbench.app.settings.settings import Settings, placed
 from lensbench.app.settings.text_values import read_aperture, read_count, read_distance
 from lensbench.app.studies.charts.methods import VIEWS, draw, measure
 from lensbench.app.studies.timing import machine
@@ -201,3 +202,79 @@ def _refocus(arguments: argparse.Namespace) -> int:
 def _metres(distance: float) -> str:
     """A distance (mm) in metres, or infinity."""
     return "infinity" if math.isinf(distance) else f"{significant(distance / 1000.0, 3)} m"
+
+
+# An array of pinholes
+
+
+def add_lumigraph_options(kinds) -> None:
+    """Add the commands `array` and `novel` to `lensbench lightfield`."""
+    array = kinds.add_parser("array", help="Record a lumigraph: pictures and depths from an array of pinholes.")
+    array.set_defaults(command=_array)
+    array.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file: the array "
+                       "is centred on its entrance pupil")
+    add_picture_options(array)
+    array.add_argument("-o", "--output", required=True, metavar="FILE.npz")
+    array.add_argument("--views", type=option(read_views), default=(9, 9), metavar="NxM",
+                       help="pinholes across and down (9x9); --samples counts for each pixel of each of them")
+    array.add_argument("--spacing", type=option(read_distance), default=5.0, metavar="DISTANCE",
+                       help="distance between neighbouring pinholes (5mm)")
+    array.add_argument("--plane", type=option(read_distance), metavar="DISTANCE",
+                       help="distance from the pinholes to the plane of which all see the same part (default: the "
+                            "focus distance of the camera)")
+    novel = kinds.add_parser("novel", help="Render a novel view from a lumigraph: a camera between the pinholes or "
+                                           "before them.")
+    novel.set_defaults(command=_novel)
+    novel.add_argument("lumigraph", metavar="FILE.npz", help="file written by `array`")
+    novel.add_argument("-o", "--output", required=True, metavar="FILE", help=".png, .ppm, .exr or .pfm")
+    novel.add_argument("--at", nargs=3, type=float, default=(0.0, 0.0, 0.0), metavar=("X", "Y", "Z"),
+                       help="position of the camera, mm from the centre of the array: right, up, back; Z = −20 is 20 "
+                            "mm before it")
+    novel.add_argument("--turn", nargs=2, type=float, default=(0.0, 0.0), metavar=("LEFT", "UP"),
+                       help="direction of view, degrees from straight ahead")
+    novel.add_argument("--flat", action="store_true", help="no depth correction: all objects on the plane")
+    novel.add_argument("--surface", type=option(read_distance), metavar="DISTANCE",
+                       help="all objects on a plane at this distance from the pinholes, instead of the recorded depths")
+    novel.add_argument("--size", type=option(read_size), metavar="WxH",
+                       help="pixels (default: half of the recorded ones, because a novel view is blurred by a part of "
+                            "a recorded pixel)")
+
+
+def _array(arguments: argparse.Namespace) -> int:
+    settings, path = prepare_capture(arguments)
+    across, down = arguments.views
+    size = lb.light_field_bytes(settings.film, arguments.views)
+    print(f"{across} × {down} pinholes of {settings.pixels_x} × {settings.pixels_y} pixels: "
+          f"{fixed(size / 1e6, 0, grouped=True)} MB")
+    begin = perf_counter()
+    with progress() as show:
+        made = lb.capture_lumigraph(camera(settings), cached_scene(settings.scene), arguments.views, arguments.spacing,
+                                    arguments.plane, settings.samples, settings.seed, progress=show)
+    save_lumigraph(path, made, settings)
+    print(f"{path}: {fixed(perf_counter() - begin, 1)} s; the pinholes are {significant(made.spacing)} mm apart over "
+          f"{significant(made.spacing * (across - 1))} × {significant(made.spacing * (down - 1))} mm, and share "
+          f"a plane at {significant(made.distance / 1000.0, 4)} m")
+    return 0
+
+
+def _novel(arguments: argparse.Namespace) -> int:
+    if arguments.flat and arguments.surface is not None:
+        raise UsageError("--flat and --surface: choose one of them")
+    for name in ("at", "turn"):
+        if not all(map(math.isfinite, getattr(arguments, name))):
+            raise UsageError(f"--{name} {' '.join(map(significant, getattr(arguments, name)))}: type finite numbers")
+    path = checked_picture_path(arguments.output)
+    made, settings = load_lumigraph(arguments.lumigraph)
+    film = made.camera.film
+    across, down = arguments.size or (max(film.pixels_x // 2, 1), max(film.pixels_y // 2, 1))
+    pose = placed(arguments.at, *map(math.radians, arguments.turn))
+    camera = replace(made.camera, film=replace(film, pixels_x=across, pixels_y=down),
+                     world_from_camera=made.camera.placement() @ pose)
+    surface = "recorded" if arguments.surface is None else arguments.surface
+    view = made.seen_by(camera, None if arguments.flat else surface)
+    save_picture(path, view.picture, replace(settings, pixels_x=across, pixels_y=down))
+    share = float(view.covered.mean())
+    note = "the whole view was recorded" if share == 1.0 else (
+        f"{fixed(100.0 * share, 0)} % of the view was recorded, the rest is black: move nearer to the array's middle")
+    print(f"{path}: {across} × {down} pixels; {note}")
+    return 0

@@ -24,7 +24,7 @@ COMMANDS = {
     "render": ("render", "Render a picture, or the frames of one that moves."),
     "info": ("info", "Print provenance, first-order data, glasses and check of a lens."),
     "lenses": ("library", "List the lenses of the library."),
-    "check": ("check", "Report what looks wrong in lens files."),
+    "check": ("info", "Report what looks wrong in lens files."),
     "convert": ("lens_files", "Write a lens file in the format of another program."),
     "export": ("lens_files", "Write the camera of a picture for pbrt, Mitsuba or Blender."),
     "trace": ("lens_files", "Trace a table of rays through a lens."),

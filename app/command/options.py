@@ -1,4 +1,4 @@
-"""The command-line options of a picture, and the Settings that follow from them.
+"""The command-line options of a picture and of a capture, and the Settings that follow from them.
 
 Most options are those of single settings: their names, values and help texts are in the fields of Settings.
 """
@@ -9,7 +9,7 @@ from dataclasses import fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from lensbench.app.bench.build import design
+from lensbench.app.bench.build import design, stop_picture
 from lensbench.app.bench.camera_kinds import MAKERS
 from lensbench.app.bench.coating import missing_ghost
 from lensbench.app.bench.constraints import (
@@ -17,15 +17,17 @@ from lensbench.app.bench.constraints import (
 )
 from lensbench.app.bench.lens_choice import APERTURE, FILM, FOCUS, with_lens, with_scene
 from lensbench.app.bench.readouts import colours
-from lensbench.app.bench.stop_picture import stop_picture
 from lensbench.app.bench.zoom import asked_zoom
 from lensbench.app.command.ignored_options import LINEAR, remarks
 from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
+from lensbench.app.scenes.scene_file import cached_scene
 from lensbench.app.settings.lens_settings import LensSettings
 from lensbench.app.settings.setting import SettingsError, spec
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_angle, read_angle
 from lensbench.core.text import cut
+
+MOST_VIEWS = 999
 
 
 def read_size(text: str) -> tuple[int, int]:
@@ -206,3 +208,42 @@ def _framed(settings: Settings, fov: float | None, keep_zoom: bool) -> Settings:
                    "a smaller --film or a longer --focal-length")
         raise SettingsError(f"field of view {format_angle(fov)}: {problem}: take {instead}")
     return with_field_of_view(settings, fov, keep_zoom)
+
+
+# Light fields
+
+
+def read_views(text: str) -> tuple[int, int]:
+    """Views across and down, from a text such as “9x9”; ValueError for other texts."""
+    match = re.fullmatch(r"\s*(\d{1,3})\s*[x×]\s*(\d{1,3})\s*", text.lower())
+    if match is None or not (int(match[1]) and int(match[2])):
+        raise ValueError(f"“{text}”: type views across and down, 1 to {MOST_VIEWS}, such as 9x9")
+    return int(match[1]), int(match[2])
+
+
+def prepare_capture(arguments: argparse.Namespace) -> tuple[Settings, Path]:
+    """The settings of a capture and its output file, which is checked to be writable before the work begins.
+
+    What a light field does not record is left out of the settings, and named.
+    """
+    from lensbench.app.session.export import check_writable
+    from lensbench.app.session.recordings import checked_suffix
+
+    settings = settings_from(arguments)
+    report_scene(settings.scene)
+    if arguments.samples is None and arguments.settings is None:
+        settings = replace(settings, samples=16)
+    path = checked_suffix(arguments.output)
+    check_writable(path)
+    added = " and ".join(name for name in ("ghosts", "stars") if getattr(settings, name))
+    if added:
+        say(f"{added} are left out: a light field records direct light alone")
+    if settings.sample_view:
+        say(f"the view {settings.view} is left out: a light field records light")
+    return replace(settings, ghosts=False, stars=False, view="picture"), path
+
+
+def report_scene(name_or_path: str) -> None:
+    """Print what the reader of a scene file changed or assumed."""
+    for note in cached_scene(name_or_path).notes:
+        say(f"{name_or_path}: {note}")

@@ -5,8 +5,8 @@ import ctypes
 import os
 import sys
 
+from lensbench.app.bench.build import with_readable_stop
 from lensbench.app.bench.constraints import constrained
-from lensbench.app.bench.stop_picture import with_readable_stop
 from lensbench.app.command.lens_options import LENS_HELP, say
 from lensbench.app.command.main import loading
 from lensbench.app.command.options import add_picture_options, settings_from

@@ -12,8 +12,8 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.bench.build import Setup, setup
+from lensbench.app.bench.focus_plane import seen_from
 from lensbench.app.bench.ray_fans import lit_radius
-from lensbench.app.bench.view_camera import seen_from
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import check_box, paragraph
 from lensbench.app.drawing.dial import dial

@@ -18,8 +18,8 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.bench.build import Setup, setup
 from lensbench.app.bench.camera_kinds import focused_lens, readings
+from lensbench.app.bench.focus_plane import lens_leans
 from lensbench.app.bench.readouts import Readings, blur_limit
-from lensbench.app.bench.view_camera import lens_leans
 from lensbench.app.bench.water_window import port_of
 from lensbench.app.scenes.file_cache import Stamp, file_stamp
 from lensbench.app.settings.dial_scales import WHOLE_STOPS

@@ -20,8 +20,8 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.bench.build import Setup, setup
 from lensbench.app.bench.camera_kinds import camera, readings
+from lensbench.app.bench.focus_plane import seen_from
 from lensbench.app.bench.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan
-from lensbench.app.bench.view_camera import seen_from
 from lensbench.app.bench.water_window import port_of
 from lensbench.app.plots.exit_pupil import from_film, region, turn
 from lensbench.app.plots.section import quarter_turned

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 import lensbench as lb
 from lensbench.app.bench.build import setup
+from lensbench.app.bench.focus_plane import seen_from
 from lensbench.app.bench.ray_fans import blockers
-from lensbench.app.bench.view_camera import seen_from
 from lensbench.app.plots.blur import Blur
 from lensbench.app.plots.exit_pupil import from_film, region, turn
 from lensbench.app.plots.pixel_rays import Place, beam, film_place

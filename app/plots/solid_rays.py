@@ -12,8 +12,8 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.bench.build import setup
 from lensbench.app.bench.camera_kinds import camera
+from lensbench.app.bench.focus_plane import leans, seen_from, sharp_focus
 from lensbench.app.bench.ray_fans import lit_radius
-from lensbench.app.bench.view_camera import leans, seen_from, sharp_focus
 from lensbench.app.plots.exit_pupil import from_film, region, turn
 from lensbench.app.plots.pixel_rays import Place, PointedRay, beam, path_of
 from lensbench.app.plots.section import Sketch

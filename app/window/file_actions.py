@@ -13,10 +13,9 @@ from pathlib import Path
 from imgui_bundle import hello_imgui
 
 from lensbench import lenses
-from lensbench.app.bench.build import published
+from lensbench.app.bench.build import published, stop_picture, with_readable_stop
 from lensbench.app.bench.constraints import constrained
 from lensbench.app.bench.lens_choice import with_lens, with_scene
-from lensbench.app.bench.stop_picture import stop_picture, with_readable_stop
 from lensbench.app.panels.controls.controls import lens_title
 from lensbench.app.session.edited_lens import can_save_in_place, save_document
 from lensbench.app.session.notices import Request

@@ -15,11 +15,10 @@ from imgui_bundle import ImVec2, hello_imgui, imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import design
+from lensbench.app.bench.build import design, stop_picture_path
 from lensbench.app.bench.camera_kinds import unfit
 from lensbench.app.bench.constraints import constrained, field_of_view, with_camera, with_field_of_view, zooms
 from lensbench.app.bench.lens_choice import with_lens, with_scene
-from lensbench.app.bench.stop_picture import stop_picture_path
 from lensbench.app.bench.zoom import asked_zoom, focal_length, is_engraved
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import two_lines

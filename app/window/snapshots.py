@@ -9,9 +9,9 @@ import numpy as np
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
+from lensbench.app.bench.build import with_readable_stop
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.constraints import constrained
-from lensbench.app.bench.stop_picture import with_readable_stop
 from lensbench.app.display.small_textures import SmallTextures
 from lensbench.app.panels import snapshots as panel
 from lensbench.app.panels.controls.controls import lens_title, scene_title

@@ -23,8 +23,7 @@ from imgui_bundle import hello_imgui, imgui
 from numpy.typing import NDArray
 
 from lensbench import lenses
-from lensbench.app.bench.build import own_picture
-from lensbench.app.bench.stop_picture import stop_picture
+from lensbench.app.bench.build import own_picture, stop_picture
 from lensbench.app.scenes.file_cache import file_stamp
 from lensbench.app.scenes.scene_file import find_scene, scene_stamp
 from lensbench.app.settings.settings import Settings

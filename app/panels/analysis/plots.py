@@ -6,7 +6,7 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from lensbench.app.bench.camera_kinds import readings
-from lensbench.app.bench.click_focus import focus_at
+from lensbench.app.bench.focus_plane import focus_at
 from lensbench.app.bench.readouts import blur_limit
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import beside, check_box, number, toggles

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.bench.build import design, setup
+from lensbench.app.bench.build import design, setup, stop_picture
 from lensbench.app.bench.coating import coating
-from lensbench.app.bench.stop_picture import stop_picture
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import small_note, toggles
 from lensbench.app.drawing.dial import dial

@@ -7,8 +7,8 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.bench.build import design, focus_text, setup
+from lensbench.app.bench.focus_plane import sentence
 from lensbench.app.bench.readouts import colours
-from lensbench.app.bench.view_camera import sentence
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import check_box, one_of, small_note, toggles
 from lensbench.app.drawing.dial import dial

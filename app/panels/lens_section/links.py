@@ -12,8 +12,8 @@ from math import floor, hypot
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
+from lensbench.app.bench.focus_plane import InSection
 from lensbench.app.bench.ray_fans import Fan
-from lensbench.app.bench.view_camera import InSection
 from lensbench.app.drawing import theme
 from lensbench.app.panels.lens_section.draw import (
     DEAD_ALPHA, LIVE_ALPHA, OPEN, Canvas, dashed, draw_cross, ray_paths, within

@@ -11,11 +11,10 @@ from dataclasses import dataclass, field, replace
 from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
-from lensbench.app.bench import click_focus
 from lensbench.app.bench.build import design, setup
 from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.bench.focus_plane import film_z, focus_at, in_section as in_section_of_film
 from lensbench.app.bench.ray_fans import Fan
-from lensbench.app.bench.view_camera import in_section as in_section_of_film
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.recorded import FrameMemo
 from lensbench.app.panels.lens_section import draw as drawing, links as marks
@@ -309,13 +308,13 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas, state: Sect
     before = state.mouse
     try:
         built = setup(settings)
-        now = click_focus.film_z(built)
+        now = film_z(built)
         pulled = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale, state)
         if imgui.is_item_activated() or state.mouse == before:
             return settings
     except lb.LensError:
         return settings
-    return replace(settings, focus_distance=click_focus.focus_at(built, pulled - now))
+    return replace(settings, focus_distance=focus_at(built, pulled - now))
 
 
 def _tooltip(what: str, value: str) -> None:

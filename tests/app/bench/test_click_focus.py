@@ -8,7 +8,7 @@ import pytest
 
 from lensbench import lenses
 from lensbench.app.bench.camera_kinds import camera
-from lensbench.app.bench.click_focus import BEYOND, TOO_NEAR, UNLIT, focused_at
+from lensbench.app.bench.focus_plane import BEYOND, TOO_NEAR, UNLIT, focused_at
 from lensbench.app.settings.settings import Settings
 from tests.core.optics.test_surface_pose import posed
 

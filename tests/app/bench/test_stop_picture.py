@@ -9,9 +9,8 @@ from PIL import Image as Picture
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import design
+from lensbench.app.bench.build import design, stop_picture, stop_picture_path, with_readable_stop
 from lensbench.app.bench.camera_kinds import _stop
-from lensbench.app.bench.stop_picture import stop_picture, stop_picture_path, with_readable_stop
 from lensbench.app.session.edited_lens import edited as edit, save_document
 from lensbench.app.session.states import load_settings, save_settings
 from lensbench.app.settings.setting import SettingsError

@@ -10,9 +10,8 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.bench.build import setup
 from lensbench.app.bench.camera_kinds import camera
-from lensbench.app.bench.click_focus import focused_at
 from lensbench.app.bench.constraints import constrained, with_equivalent_film
-from lensbench.app.bench.view_camera import in_section, leans, seen_from, sentence, sharp_focus
+from lensbench.app.bench.focus_plane import focused_at, in_section, leans, seen_from, sentence, sharp_focus
 from lensbench.app.command.ignored_options import remarks
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.plots.blur import Blur

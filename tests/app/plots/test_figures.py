@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.click_focus import focus_at
+from lensbench.app.bench.focus_plane import focus_at
 from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.bench.ray_fans import lit_radius
 from lensbench.app.panels.analysis.plot_layers import told

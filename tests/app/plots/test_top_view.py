@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.view_camera import in_section
+from lensbench.app.bench.focus_plane import in_section
 from lensbench.app.plots.pixel_rays import pixel_fan
 from lensbench.app.plots.section import UNMARKED, has_two_sections, quarter_turned, sketch
 from lensbench.app.settings.settings import Settings

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from lensbench import lenses
-from lensbench.app.bench.stop_picture import stop_picture
+from lensbench.app.bench.build import stop_picture
 from lensbench.app.command.lens_files import read_rays
 from lensbench.app.scenes.scene_file import cached_scene, load_scene, scene_files
 from lensbench.app.session.edited_lens import document_named
