@@ -33,10 +33,8 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.core.cameras.custom import CustomCamera
     from lensbench.core.cameras.environment import EnvironmentCamera
     from lensbench.core.cameras.film_landing import Importance
-    from lensbench.core.cameras.finite_pinhole import PinholeCamera, best_pinhole
     from lensbench.core.cameras.fisheye import FisheyeCamera
-    from lensbench.core.cameras.orthographic import OrthographicCamera
-    from lensbench.core.cameras.perspective import PerspectiveCamera
+    from lensbench.core.cameras.ideal_cameras import OrthographicCamera, PerspectiveCamera, PinholeCamera, best_pinhole
     from lensbench.core.cameras.ray_generation import Differentials
     from lensbench.core.cameras.rays import CameraError, Rays
     from lensbench.core.cameras.real_lens import LensCamera

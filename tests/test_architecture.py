@@ -30,7 +30,7 @@ LAYERS = {
             "panels", "window", "benchmark", "command", "__main__"),
 }
 # What `lenses` knows of the core: the prescription side; its rooms that trace know more
-PRESCRIPTION = {"lazy", "text", "optics.adjacent_media", "optics.coatings", "optics.finding", "optics.glass",
+PRESCRIPTION = {"lazy", "text", "optics.coatings", "optics.finding", "optics.glass",
                 "optics.lens_surface", "optics.prescription", "optics.surface_numbers", "optics.system",
                 "optics.zoom_positions"}
 TRACING = {"tables": {"optics.scalar_trace"}, "checks": {"optics.paraxial", "optics.scalar_trace"},

@@ -19,9 +19,8 @@ from lensbench.core.analysis.grids.traced_grid import RayGrid
 from lensbench.core.analysis.onion_rings import rippled
 from lensbench.core.analysis.point_spread import PointSpread, psf
 from lensbench.core.analysis.spot_diagram import spots
-from lensbench.core.optics.adjacent_media import refracts
 from lensbench.core.optics.lens_surface import LensError
-from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.prescription import Lens, refracts
 from lensbench.core.text import significant
 
 BOKEH_FIELDS = (0.0, 0.5, 0.8, 1.0)

@@ -162,8 +162,7 @@ def improved(document: LensDocument, cells: Sequence["Cell"], goal: "Goal", glas
 
     glasses: those that may replace the glasses of the lens; None leaves them. Other arguments: as for `improve`.
     """
-    from lensbench.core.design.improve import improve
-    from lensbench.core.design.substitution import substitute
+    from lensbench.core.design.improve import improve, substitute
 
     def rules(lens: lb.Lens) -> lb.Lens:
         return settled(replace(document, lens=lens)).lens

@@ -16,10 +16,9 @@ from math import cos, inf, pi
 import numpy as np
 
 from lensbench.core.analysis.grids.traced_grid import RayGrid
-from lensbench.core.optics.adjacent_media import refracts
 from lensbench.core.optics.finding import Finding, Kind
 from lensbench.core.optics.lens_surface import LensError
-from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.prescription import Lens, refracts
 from lensbench.core.optics.scalar_trace import trace
 from lensbench.core.text import significant
 

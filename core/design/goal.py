@@ -20,20 +20,10 @@ class MeritError(LensError):
 class Position:
     """A zoom and focus position, and what is judged and held there.
 
-    Parameters
-    ----------
-    zoom, close : float or None
-        As for `Lens.at`; None for a lens without such positions.
-    object_distance : float
-        Object → first vertex (mm), or inf.
-    fields : tuple of (float, float)
-        Points of the object plane (mm), or angle vectors of the light from infinity (radians); the axis is the first.
-    weights : tuple of float
-        Of the fields, of sum 1; that of the axis may be 0.
-    held : tuple of float
-        What `held_lengths` returns at the start; () holds nothing.
-    floors : tuple of (int, float, float)
-        Surface, and the least edge and centre thickness (mm) of the gap behind it.
+    zoom, close: as for `Lens.at`, None for a lens without such positions. object_distance: object → first vertex (mm),
+    or inf. fields: points of the object plane (mm), or angle vectors of the light from infinity (radians), the axis
+    first; weights: of sum 1, that of the axis may be 0. held: `held_lengths` at the start, () holds nothing. floors:
+    surface, and the least edge and centre thickness (mm) of the gap behind it.
     """
 
     zoom: float | None
@@ -94,9 +84,8 @@ class Goal:
 
 
 def held_lengths(lens: Lens, object_distance: float, wavelength: float, hold_back_focus: bool) -> tuple[float, ...]:
-    """The f-number, the focal lengths of the sections (mm) and, if asked, the back focus (mm) of a lens at a position.
-
-    Those of a section without power are left out.
+    """The f-number, the focal lengths of sections with power (mm) and, if asked, the back focus (mm) of a lens at a
+    position.
     """
     sections = [first_order(section, wavelength) for section in reversed(lens.sections)]
     found = [sections[0].f_number, *(fo.efl for fo in sections if isfinite(fo.efl))]

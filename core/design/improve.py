@@ -1,19 +1,21 @@
-"""Improvement of a lens by bounded least squares on its free numbers; each step is a lens, judged anew.
+"""Improvement of a lens by bounded least squares on its free numbers, and by other glasses; each step is judged anew.
 
 The solver is scipy's trust region reflective method (Branch, Coleman and Li, SIAM J. Sci. Comput. 21, 1, 1999). It sees
 the rays that pass the start; where it ends, the rays that have come to pass count too, and it goes on until there are
-none. What is reported is the judgement of the lens that is returned, by the light that passes that lens.
+none. What is reported is the judgement of the lens that is returned, by the light that passes that lens. A round of
+other glasses tries some around each glass of the lens and keeps the best of all.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import hypot, inf, isfinite
 
 import numpy as np
 
 from lensbench.core.design.goal import Goal, MeritError, held_lengths
 from lensbench.core.design.merit import DENSE, Judgement, Merit, judge
 from lensbench.core.design.standard_goal import goal_of
+from lensbench.core.optics.glass import Glass
 from lensbench.core.optics.lens_surface import LensError, Surface
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.surface_numbers import (
@@ -34,17 +36,7 @@ Cell = tuple[int, str]
 
 @dataclass(frozen=True)
 class Step:
-    """A lens on the way.
-
-    Parameters
-    ----------
-    lens : Lens
-        Its last gap ends at the best focus of its judgement.
-    judgement : Judgement
-        Of this lens.
-    number : int
-        0 for the start.
-    """
+    """A lens on the way, its last gap up to the best focus of its judgement; number 0 is the start."""
 
     lens: Lens
     judgement: Judgement
@@ -211,25 +203,10 @@ def ending(done: Improvement) -> str:
 
 
 def variables(lens: Lens, vary: str) -> tuple[Cell, ...]:
-    """The numbers that a word names.
+    """The numbers that a word names, as surfaces and quantities; MeritError for another word.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    vary : str
-        "radii": the curvatures but for those of planes that bend no ray; "thicknesses": the gaps but for the last one
-        and those that vary with zoom or focus; "all": both.
-
-    Returns
-    -------
-    tuple of (int, str)
-        Surfaces and quantities.
-
-    Raises
-    ------
-    LensError
-        For another word.
+    "radii": the curvatures, without planes that bend no ray; "thicknesses": the gaps, without the last one and those
+    that vary with zoom or focus; "all": both.
     """
     if vary not in VARIED:
         raise MeritError(f"vary {vary!r}: choose one of {', '.join(VARIED)}, or list numbers")
@@ -241,10 +218,7 @@ def variables(lens: Lens, vary: str) -> tuple[Cell, ...]:
 
 
 def derivatives(residuals: Callable[[np.ndarray], np.ndarray], values: np.ndarray) -> np.ndarray:
-    """Derivatives of residuals by each number, (residuals, numbers), from forward differences.
-
-    Backward ones where the lens ends, and 0 where both do.
-    """
+    """Derivatives of residuals by each number, (residuals, numbers): forward differences, else backward, else 0."""
     here, columns = residuals(values), []
     for step in STEP * np.eye(len(values)):
         for sign in (1.0, -1.0):
@@ -272,10 +246,7 @@ def moved(lens: Lens, cells: Sequence[Cell], values: np.ndarray, goal: Goal,
 
 
 def with_best_focus(lens: Lens, goal: Goal, judgement: Judgement) -> Lens:
-    """The lens with its last gap up to the best focus of a judgement.
-
-    A last gap that varies moves at each zoom position by one length, that which infinity needs.
-    """
+    """The lens with its last gap up to the best focus of a judgement; one that varies moves by what infinity needs."""
     last, table = len(lens.surfaces) - 1, lens.positions
     if table is None or last not in table.gaps:
         return with_surfaces(lens, [(last, replace(lens.surfaces[last], thickness=judgement.films[0]))])
@@ -310,3 +281,67 @@ def _scale(lens: Lens, cell: Cell) -> float:
     if quantity == THICKNESS:
         return 0.1 * size
     return 0.5 if quantity == CONIC else 0.02 * size ** (1 - int(quantity[1:]))
+
+
+TRIED = 8               # glasses in place of each
+SETTLING = 5            # lenses that are tried before a glass is judged
+GAIN = 0.01             # relative fall of the merit that is worth another glass
+ROUNDS = 10             # at most
+FAR_N, FAR_V = 0.05, 8.0        # differences of n_d and V_d that count equally
+SAME = 0.1              # glasses nearer to each other, in these, are tried once
+
+
+def substitute(lens: Lens, vary: str | Sequence[Cell], goal: Goal, glasses: Sequence[Glass], *,
+               rules: Callable[[Lens], Lens] = lambda lens: lens,
+               progress: Callable[[Step], None] = lambda step: None,
+               cancelled: Callable[[], bool] = lambda: False) -> Improvement:
+    """Improve a lens whose glasses may change too, to one of `glasses` with n_d and V_d; else as `improve`.
+
+    MeritError for a lens without a glass to replace.
+    """
+    places = [i for i, surface in enumerate(lens.surfaces) if surface.glass.n_d > 1.0 and surface.glass.v_d]
+    if not places:
+        raise MeritError("the glasses of this lens have no Abbe numbers: none can be replaced")
+    done = improve(lens, vary, goal, rules=rules, progress=progress, cancelled=cancelled)
+    start = done.start
+    for _ in range(ROUNDS):
+        best: Improvement | None = None
+        total = done.end.total * (1.0 - GAIN)
+        for i in places:
+            for glass in around(done.lens.surfaces[i].glass, glasses):
+                if cancelled() or done.ended == "cancelled":
+                    return replace(done, ended="cancelled")
+                try:
+                    other = rules(with_surfaces(done.lens, [(i, replace(done.lens.surfaces[i], glass=glass))]))
+                    tried = improve(other, vary, goal, rules=rules, cancelled=cancelled, limit=SETTLING)
+                except ValueError:      # a lens that passes no light, or a glass that is not known at a wavelength
+                    continue
+                if tried.end.total < total:
+                    best, total = tried, tried.end.total
+        if best is None:
+            break
+        done = _onward(best, done.steps + 1, vary, goal, rules, progress, cancelled)
+        done = replace(done, start=start)
+    return done
+
+
+def _onward(best: Improvement, number: int, vary: str | Sequence[Cell], goal: Goal, rules: Callable[[Lens], Lens],
+            progress: Callable[[Step], None], cancelled: Callable[[], bool]) -> Improvement:
+    """The improvement of a lens whose glass was replaced at step `number`."""
+    done = improve(best.lens, vary, goal, rules=rules, cancelled=cancelled,
+                   progress=lambda step: progress(replace(step, number=number + step.number)))
+    return replace(done, steps=number + done.steps)
+
+
+def around(glass: Glass, glasses: Sequence[Glass]) -> list[Glass]:
+    """The glasses nearest to one, different from it and from each other."""
+    def apart(one: Glass, other: Glass) -> float:
+        return hypot((one.n_d - other.n_d) / FAR_N, ((one.v_d or 0.0) - (other.v_d or 0.0)) / FAR_V)
+
+    found: list[Glass] = []
+    for each in sorted((one for one in glasses if one.v_d), key=lambda one: apart(one, glass)):
+        if apart(each, glass) > SAME and all(apart(each, other) > SAME for other in found):
+            found.append(each)
+            if len(found) == TRIED:
+                break
+    return found

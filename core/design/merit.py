@@ -1,10 +1,9 @@
 """The merit function of lens design: spots or wave errors over positions, fields and colours.
 
-Lengths in mm, lens frame. Rays are aimed at points spread evenly over the stop, and weigh as the area of the beam in
-front of the lens that they stand for. The film of each position lies at its best focus, as `best_focus` defines it. A
-wave error is the optical length from the wave before the lens to the point where the ray passes nearest to the image
-point C, which is linear in C (Welford, Aberrations of Optical Systems, 1986, section 7); pistons of each field and
-colour, and the height of each field's image point, are free.
+Lengths in mm, lens frame. Rays are aimed at points spread evenly over the stop, and weigh as the area of their beam in
+front of the lens. The film of each position lies at its best focus, as `best_focus` defines it. A wave error is the
+optical length from the wave before the lens to the point nearest to the image point C, which is linear in C (Welford,
+Aberrations of Optical Systems, 1986, section 7); pistons of each field and colour, and C of each field, are free.
 """
 
 from dataclasses import dataclass
@@ -87,8 +86,8 @@ def judge(lens: Lens, goal: Goal) -> Judgement:
 class Merit:
     """The residuals of lenses near a first one, whose rays count.
 
-    used: (fields, rays) for each position: whether a ray counts. scale: of a wave error, so that it counts as the spot
-    that it makes where it is defocus, 4 √6 N times as large.
+    used: (fields, rays) for each position: whether a ray counts. scale: 4 √6 N, by which a wave error of defocus counts
+    as its spot.
     """
 
     def __init__(self, start: Lens, goal: Goal, sampling: tuple[int, int] = SAMPLING):
@@ -126,9 +125,10 @@ class Merit:
         return any((now & ~then).any() for now, then in zip(self.used, before, strict=True))
 
     def errors(self, lens: Lens, k: int) -> tuple[np.ndarray, float, float] | None:
-        """Residuals of position k (mm, weighted), its film (mm behind the last vertex) and light; None for a lost ray.
+        """Residuals of position k (mm, weighted), its film (mm behind the last vertex) and light; None for a ray that
+        is lost.
 
-        The residuals of spots are the ways of the rays from the centre of their spot, over all colours of its field.
+        Those of spots are the distances of the rays from the centre of their spot, over all colours of its field.
         """
         position, used, moved = self.goal.positions[k], self.used[k], self.goal.positions[k].of(lens)
         at, areas, hit = self._aimed(moved, k, used)
@@ -199,8 +199,7 @@ class Merit:
     def _aimed(self, lens: Lens, k: int, used: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Crossings of the entrance pupil (fields, rays, 2), areas there (mm²), and whether the stop was hit, by ray.
 
-        Newton's method, ray by ray: the map from the pupil to the stop is nearly a scaling. It ends when the rays that
-        are used, or all, have arrived.
+        By Newton's method, until the rays that are used, or all, have arrived.
         """
         radius, wavelength = lens.stop.semi_diameter, self.goal.primary_wavelength
         front = surface_table(lens, wavelength).part(0, lens.stop_index + 1)

@@ -1,9 +1,12 @@
-"""The rays by which all copies of a lens are judged, and the tables of copies with errors.
+"""The rays by which copies of a lens with errors of manufacture are judged, and the tables of these copies.
 
-Lengths in mm, angles in radians. The lens is focused at infinity. Fields lie along y on both sides of the axis, since a
+Lengths in mm, angles in radians, lens frame; focused at infinity. Fields lie along y on both sides of the axis, since a
 decentred element images them differently. Rays are those that pass the clear apertures of the nominal lens, the same
 for all copies. The contrast of the design is its MTF by diffraction; a copy changes it by as much as its spots, times
 the limit of diffraction on the axis, change theirs.
+
+A copy has numbers of its own in the table of the scalar tracer. An element, a piece of glass or cemented pieces, is
+tilted and decentred as one body.
 """
 
 import math
@@ -16,17 +19,15 @@ from lensbench.core.analysis.grids.chief_rays import find_chief_rays
 from lensbench.core.analysis.grids.field_conditions import conditions
 from lensbench.core.analysis.grids.traced_grid import ray_grid
 from lensbench.core.analysis.transfer_function import mtf
-from lensbench.core.design.perturbed_copies import (
-    AROUND_X, AROUND_Y, DX, DY, POSE, bodies, change_gap, change_index, change_radius, copies_of, judge_copies,
-    set_poses, trace_copies
-)
 from lensbench.core.imaging.film import Film
+from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.pauses import due, pause
 from lensbench.core.optics.focus import film_distance
-from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.optics.lens_surface import Frame, LensError, SurfacePose
 from lensbench.core.optics.paraxial import first_order
 from lensbench.core.optics.prescription import Lens
-from lensbench.core.optics.scalar_trace import Fate, surface_table, trace
+from lensbench.core.optics.scalar_trace import Fate, surface_table, trace, trace_ray
+from lensbench.core.optics.surfaces import AFTER, AXES, BEFORE, CURVATURE, PLACE, VERTEX, SurfaceTable
 from lensbench.core.text import significant
 
 FIELDS = (0.0, 0.7, -0.7, 1.0, -1.0)    # of the largest image height
@@ -123,7 +124,7 @@ def _rays(lens: Lens, behind: float, half: float) -> tuple[float, tuple[np.ndarr
 
 
 def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Parallel rays that pass the rims: rings of Gauss's rule on arms from the centroid of the beam to its edge.
+    """Parallel rays that pass: rings of Gauss's rule on arms from the centroid of the beam to its edge.
 
     Origins and directions (n, 3), and areas (n,) of sum 1. None for a beam that hardly a ray passes, or a NaN angle.
     """
@@ -182,3 +183,150 @@ def built(judge: Judge, errors: list[tuple[str, int, float]], drawn: np.ndarray)
         seen.add((kind, surface))
         poses[:, body[surface], axis[kind == "tilt"]] = drawn[:, k]
     return tables, set_poses(tables, judge.ends, poses)
+
+
+# Of a pose: decentre (mm), and tilt about x, then y (radians), at the element's front vertex
+DX, DY, AROUND_X, AROUND_Y = range(4)
+POSE = 4
+
+
+def elements(lens: Lens) -> list[tuple[int, int]]:
+    """First and last surface of each piece of glass, or cemented group, from the scene to the film."""
+    found, first = [], None
+    for i, surface in enumerate(lens.surfaces):
+        if surface.glass.n_d > 1.0 and first is None:
+            first = i
+        elif surface.glass.n_d <= 1.0 and first is not None:
+            found.append((first, i))
+            first = None
+    return found
+
+
+def bodies(lens: Lens) -> np.ndarray:
+    """First and last surface (n, 2) of each body, in order: the elements, and every surface between them by itself."""
+    inside = {i: pair for pair in elements(lens) for i in range(pair[0], pair[1] + 1)}
+    return np.array(sorted({inside.get(i, (i, i)) for i in range(len(lens.surfaces))}), np.int64)
+
+
+def copies_of(lens: Lens, wavelengths: tuple[float, ...], count: int) -> np.ndarray:
+    """Numbers (count, wavelengths, surfaces, columns) of equal copies, to be changed; wavelengths in µm."""
+    tables = np.stack([surface_table(lens, wavelength).numbers for wavelength in wavelengths])
+    return np.repeat(tables[None], count, 0)
+
+
+def change_radius(tables: np.ndarray, surface: int, part: np.ndarray) -> None:
+    """Radii longer by a part (copies,) of themselves."""
+    tables[:, :, surface, CURVATURE] /= 1.0 + part[:, None]
+
+
+def change_gap(tables: np.ndarray, surface: int, length: np.ndarray) -> None:
+    """Gaps behind a surface longer by a length (copies,) in mm; all behind it moves."""
+    tables[:, :, surface + 1:, VERTEX] += length[:, None, None]
+
+
+def change_index(tables: np.ndarray, surface: int, change: np.ndarray) -> None:
+    """Indices behind a surface higher by a number (copies,), at every wavelength."""
+    tables[:, :, surface, AFTER] += change[:, None]
+    if surface + 1 < tables.shape[2]:
+        tables[:, :, surface + 1, BEFORE] += change[:, None]
+
+
+def set_poses(tables: np.ndarray, ends: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Tilt and decentre the bodies of copies; → whether each surface of a copy is, (copies, surfaces).
+
+    ends (bodies, 2): see `bodies`. poses (copies, bodies, POSE): about the front vertex of a body in its copy.
+    """
+    posed = np.zeros((len(tables), tables.shape[2]), np.bool_)
+    for copy, body in zip(*np.nonzero(poses.any(2)), strict=True):
+        dx, dy, about_x, about_y = poses[copy, body].tolist()
+        first, last = ends[body].tolist()
+        vertices = tables[copy, 0, first:last + 1, VERTEX].tolist()
+        frame = Frame.of(SurfacePose(dx, dy, about_x, about_y), vertices[0])
+        for i, z in enumerate(vertices, start=first):
+            posed[copy, i] = True
+            tables[copy, :, i, PLACE:AXES] = frame.at(z)
+            tables[copy, :, i, AXES:AXES + 9] = frame.rotation.ravel()
+    return posed
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trace_copies(kinds, posed, tables, film_z, origins, directions, out):
+    """Rays through copies, to the plane z = film_z, without clear apertures.
+
+    kinds (surfaces,); posed (copies, surfaces); tables (copies, wavelengths, surfaces, columns); origins, directions
+    (rays, 3). out (copies, wavelengths, rays, 4): x, y and slopes dx/dz, dy/dz; NaN for a ray that is lost.
+    """
+    for copy in range(tables.shape[0]):
+        for colour in range(tables.shape[1]):
+            table = SurfaceTable(kinds, posed[copy], tables[copy, colour])
+            for ray in range(origins.shape[0]):
+                x, y, z, l, m, n, fate, _ = trace_ray(
+                    table, False, origins[ray, 0], origins[ray, 1], origins[ray, 2], directions[ray, 0],
+                    directions[ray, 1], directions[ray, 2], None, 0, 1)
+                if fate == 0:
+                    out[copy, colour, ray, 0] = x + (film_z - z) * l / n
+                    out[copy, colour, ray, 1] = y + (film_z - z) * m / n
+                    out[copy, colour, ray, 2], out[copy, colour, ray, 3] = l / n, m / n
+                else:
+                    out[copy, colour, ray] = math.nan
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def judge_copies(out, fields, areas, weights, frequencies, limits, focus, spots, contrast):
+    """Refocus copies and read their spots and contrast.
+
+    out: of `trace_copies`. fields, areas (rays,): the field of each ray, and the part of its beam; weights
+    (wavelengths,). frequencies, limits (n,): cycles / mm, and the factor of diffraction. Into focus (copies,): shift of
+    the film (mm) of the least spot of the first field; spots (copies, fields): rms radius (mm), NaN without a ray;
+    contrast (copies, fields, n, 2): of detail along x, then y, geometrical times the limit; 0 without a ray.
+    """
+    copies, colours, rays = out.shape[0], out.shape[1], out.shape[2]
+    count = spots.shape[1]
+    for copy in range(copies):
+        # Means of each field over all colours
+        total, mean = np.zeros(count), np.zeros((count, 4))
+        for colour in range(colours):
+            for ray in range(rays):
+                if out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
+                    f, w = fields[ray], weights[colour] * areas[ray]
+                    total[f] += w
+                    for k in range(4):
+                        mean[f, k] += w * out[copy, colour, ray, k]
+        for f in range(count):
+            for k in range(4):
+                mean[f, k] /= total[f]
+        # The film: offsets p + t s of the first field are least in squares
+        ps, ss = 0.0, 0.0
+        for colour in range(colours):
+            for ray in range(rays):
+                f = fields[ray]
+                if f == 0 and out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
+                    w = weights[colour] * areas[ray] / total[f]
+                    for k in range(2):
+                        p, s = out[copy, colour, ray, k] - mean[f, k], out[copy, colour, ray, k + 2] - mean[f, k + 2]
+                        ps += w * p * s
+                        ss += w * s * s
+        t = -ps / ss if ss > 0.0 else 0.0
+        focus[copy] = t
+        real, imaginary = np.zeros((count, frequencies.size, 2)), np.zeros((count, frequencies.size, 2))
+        square = np.zeros(count)
+        for colour in range(colours):
+            for ray in range(rays):
+                if not out[copy, colour, ray, 0] == out[copy, colour, ray, 0]:
+                    continue
+                f, w = fields[ray], weights[colour] * areas[ray]
+                for k in range(2):
+                    at = (out[copy, colour, ray, k] - mean[f, k]
+                          + t * (out[copy, colour, ray, k + 2] - mean[f, k + 2]))
+                    square[f] += w * at * at
+                    for j in range(frequencies.size):
+                        phase = 2.0 * math.pi * frequencies[j] * at
+                        real[f, j, k] += w * math.cos(phase)
+                        imaginary[f, j, k] += w * math.sin(phase)
+        for f in range(count):
+            lit = total[f] > 0.0
+            spots[copy, f] = math.sqrt(square[f] / total[f]) if lit else math.nan
+            for j in range(frequencies.size):
+                for k in range(2):
+                    seen = math.hypot(real[f, j, k], imaginary[f, j, k]) / total[f] if lit else 0.0
+                    contrast[copy, f, j, k] = limits[j] * seen

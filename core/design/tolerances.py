@@ -4,9 +4,8 @@
     run = lb.tolerances.production(lens, film, lb.tolerances.Tolerances(decentre=0.02), copies=500)
     lens_as_built = lb.tolerances.manufactured(lens, run, 7)
 
-Lengths in mm, angles in radians. The lens is focused at infinity; every copy is refocused on the axis, as a camera or
-an assembler does; `tolerance_rays` states by which rays. A copy can be had as a lens of its own, to be traced, focused
-and photographed like any other, and as pictures of a star in every field.
+Lengths in mm, angles in radians. Every copy of a lens focused at infinity is refocused on the axis, by the rays of
+`tolerance_rays`. It can be had as a lens of its own, and as pictures of a star in every field.
 """
 
 import math
@@ -15,8 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lensbench.core.design.perturbed_copies import elements
-from lensbench.core.design.tolerance_rays import Judge, built
+from lensbench.core.design.tolerance_rays import Judge, built, elements
 from lensbench.core.imaging.film import Film
 from lensbench.core.optics.glass import D_LINE, MODEL_RANGE, Glass
 from lensbench.core.optics.lens_surface import LensError, SurfacePose

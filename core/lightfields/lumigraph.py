@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.core.cameras.base import Camera
-from lensbench.core.cameras.perspective import PerspectiveCamera
+from lensbench.core.cameras.ideal_cameras import PerspectiveCamera
 from lensbench.core.imaging.coordinate_spaces import film_window, transform_points
 from lensbench.core.kernels.arrays import as_bits, scale_of
 from lensbench.core.lightfields.capture import HIGHEST, checked_views

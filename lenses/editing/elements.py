@@ -2,11 +2,10 @@
 
 from dataclasses import replace
 
-from lensbench.core.optics.adjacent_media import medium_before
 from lensbench.core.optics.finding import Kind, note
 from lensbench.core.optics.glass import AIR, Glass
 from lensbench.core.optics.lens_surface import Surface
-from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.prescription import Lens, medium_before
 from lensbench.core.optics.surface_numbers import CONIC, SEMI_DIAMETER, THICKNESS, with_surfaces
 from lensbench.core.text import significant
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup

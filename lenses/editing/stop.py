@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from lensbench.core.optics.adjacent_media import refracts
 from lensbench.core.optics.finding import Kind, note
+from lensbench.core.optics.prescription import refracts
 from lensbench.core.optics.surface_numbers import with_surfaces
 from lensbench.core.text import significant
 from lensbench.lenses.editing.document import EditError, LensDocument

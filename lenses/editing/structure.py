@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
 
-from lensbench.core.optics.adjacent_media import medium_before, refracts
 from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.lens_surface import LensError, Surface
-from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.prescription import Lens, medium_before, refracts
 from lensbench.core.optics.surface_numbers import THICKNESS, with_surfaces
 from lensbench.core.text import significant
 from lensbench.lenses.editing.document import EditError, LensDocument, Solve, varies

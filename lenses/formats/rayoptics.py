@@ -12,11 +12,10 @@ from decimal import Decimal
 from math import isinf
 from typing import Any
 
-from lensbench.core.optics.adjacent_media import refracts
 from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.glass import AIR, Glass
 from lensbench.core.optics.lens_surface import Surface
-from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.prescription import Lens, refracts
 from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind
 from lensbench.core.text import excerpt, significant
 from lensbench.lenses.file_error import LensFileError, RowError, located, number

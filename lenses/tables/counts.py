@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from lensbench.core.optics.adjacent_media import refracts
-from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.prescription import Lens, refracts
 
 STILL = 1e-6        # mm: gaps that differ by less are equal
 RESIN = 0.3         # mm: a cemented medium up to this thickness is a moulded layer or cement, not an element

@@ -5,7 +5,7 @@ import pytest
 import lensbench as lb
 from lensbench import Glass, lenses
 from lensbench.core.design.goal import MeritError
-from lensbench.core.design.substitution import FAR_N, FAR_V, SAME, TRIED, around, substitute
+from lensbench.core.design.improve import FAR_N, FAR_V, SAME, TRIED, around, substitute
 from lensbench.lenses.glass.catalogue import entries, replacements
 from tests.core.design.test_merit import SINGLET
 

@@ -10,9 +10,10 @@ from mpmath import cos, matrix, mp, mpf, sin, sqrt
 import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
 from lensbench.core.design.merit import judge as judge_lens
-from lensbench.core.design.perturbed_copies import POSE, bodies, copies_of, elements, set_poses, trace_copies
 from lensbench.core.design.standard_goal import goal_of
-from lensbench.core.design.tolerance_rays import FIELDS, Judge
+from lensbench.core.design.tolerance_rays import (
+    FIELDS, POSE, Judge, bodies, copies_of, elements, set_poses, trace_copies
+)
 from lensbench.core.design.tolerances import Tolerances, manufactured, production, sensitivities
 from lensbench.core.optics.lens_surface import LensError
 from lensbench.core.optics.scalar_trace import surface_table, trace_rays

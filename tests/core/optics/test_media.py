@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.core.optics.adjacent_media import front_medium, medium_before, refracts
+from lensbench.core.optics.prescription import front_medium, medium_before, refracts
 from lensbench.lenses.glass import catalogue
 
 MEDIA = (lb.AIR, lb.Glass(1.0, 50.0, "VACUUM"), lb.Glass(1.6), lb.Glass(1.6, name="named"), lb.Glass(1.6, 60.0),
