@@ -1,4 +1,4 @@
-"""Textures of small pictures by name, and the view from inside a panorama."""
+"""Textures of small pictures by name, of maps of plots, and the view from inside a panorama."""
 
 from collections.abc import Mapping
 
@@ -98,6 +98,29 @@ class SmallTextures:
 
     def _release(self, name: str) -> None:
         self._textures.pop(name)[1].release()
+
+
+class MapPictures:
+    """The pictures of maps between frames, each a texture. Call `begin_frame` before those of a frame."""
+
+    def __init__(self) -> None:
+        self._drawn: dict[str, NDArray[np.uint8]] = {}          # in this frame, or until it begins in the last one
+        self._textures = SmallTextures(self._drawn)
+
+    def begin_frame(self) -> None:
+        """Release the textures of maps that the last frame did not draw."""
+        self._textures.begin_frame()
+        self._drawn.clear()
+
+    def texture(self, name: str, picture: NDArray[np.uint8]) -> int:
+        """The GL name of a map's texture, made again where another picture (h, w, 4) has taken the place of the last.
+
+        name: of the map.
+        """
+        self._drawn[name] = picture
+        found = self._textures.of(name)
+        assert found is not None
+        return found[0]
 
 
 def _size(texture: moderngl.Texture) -> int:

@@ -72,6 +72,7 @@ PLOT_FLAGS = (implot.Flags_.no_title | implot.Flags_.no_legend | implot.Flags_.n
               | implot.Flags_.no_mouse_text)
 AXIS_FLAGS = implot.AxisFlags_.no_menus | implot.AxisFlags_.no_side_switch | implot.AxisFlags_.no_highlight
 FAR = 1e5                       # pixels, to which points far outside are clipped
+TINY = 1e-300                   # on a logarithmic axis, in place of what has no logarithm
 
 
 @dataclass(frozen=True)
@@ -93,14 +94,16 @@ class PlotMap:
     log_y: bool | None = None
 
     @classmethod
-    def current(cls, log: bool, log_y: bool | None = None) -> "PlotMap":
-        """The plot between begin_plot and end_plot."""
+    def current(cls, log: bool, log_y: bool | None = None, falling: bool = False) -> "PlotMap":
+        """The plot between begin_plot and end_plot; falling: its horizontal axis is inverted."""
         limits, at, size = implot.get_plot_limits(), implot.get_plot_pos(), implot.get_plot_size()
         ends = np.array([limits.x.min, limits.x.max, limits.y.min, limits.y.max])
         for part, is_log in ((ends[:2], log), (ends[2:], log if log_y is None else log_y)):
             if is_log:
-                part[:] = np.log10(np.maximum(part, 1e-12))
+                part[:] = np.log10(np.maximum(part, TINY))
         x0, x1, y0, y1 = (float(v) for v in ends)
+        if falling:
+            x0, x1 = x1, x0
         return cls(at.x, at.y, at.x + size.x, at.y + size.y, x0, x1, y0, y1, log, log_y)
 
     def pixels(self, x, y) -> np.ndarray:
@@ -109,9 +112,9 @@ class PlotMap:
         if x.shape != y.shape:
             x, y = np.broadcast_arrays(x, y)
         if self.log:
-            x = np.log10(np.maximum(x, 1e-12))
+            x = np.log10(np.maximum(x, TINY))
         if self.log if self.log_y is None else self.log_y:
-            y = np.log10(np.maximum(y, 1e-12))
+            y = np.log10(np.maximum(y, TINY))
         px = self.left + (x - self.x0) / (self.x1 - self.x0) * (self.right - self.left)
         py = self.bottom - (y - self.y0) / (self.y1 - self.y0) * (self.bottom - self.top)
         found = np.empty((*px.shape, 2))
@@ -121,9 +124,9 @@ class PlotMap:
     def at(self, x: float, y: float) -> ImVec2:
         """One point."""
         if self.log:
-            x = log10(max(x, 1e-12))
+            x = log10(max(x, TINY))
         if self.log if self.log_y is None else self.log_y:
-            y = log10(max(y, 1e-12))
+            y = log10(max(y, TINY))
         px = self.left + (x - self.x0) / (self.x1 - self.x0) * (self.right - self.left)
         py = self.bottom - (y - self.y0) / (self.y1 - self.y0) * (self.bottom - self.top)
         return ImVec2(min(max(px, -FAR), FAR), min(max(py, -FAR), FAR))

@@ -17,7 +17,7 @@ from lensbench.app.bench.build import Setup, setup
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph, toggles
-from lensbench.app.panels.analysis.plot_painter import Drawn, draw_figure
+from lensbench.app.drawing.plot_painter import Drawn, draw_figure
 from lensbench.app.plots.plot import DASHED, DOTTED, Axis, Curve, Figure, Plot, Table, light_limit
 from lensbench.app.plots.ray_plots import distortion_words, film_distortion, grid_plot
 from lensbench.app.plots.reference_plot import with_ghost

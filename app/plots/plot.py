@@ -1,4 +1,4 @@
-"""A figure of an analysis: plots made of curves, points and marks, and the table of their numbers.
+"""A figure: plots made of curves, points, patches and labels, the numbers at a place, and a table of all of them.
 
 A value, equal in the window, in SVG and PNG files, and in tables of comma-separated values. The units of all numbers
 are those that the labels of the axes name. A tint is the name of a purpose ("strong", "dim", "field1"), or a
@@ -7,6 +7,7 @@ wavelength in µm.
 
 import csv
 import io
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,9 +15,10 @@ from functools import cached_property
 import numpy as np
 
 from lensbench.core.analysis.vignetting import Falloff
-from lensbench.core.text import fixed
+from lensbench.core.text import fixed, significant, true_minus
 
 Tint = str | float
+DOT, SIZED = 1.3, 3.0           # half a mark of many points, and the least of a few that are told apart by it, pixels
 MOST_LIGHT = 2.0                # of that on the axis, to which falloff is drawn
 DIGITS = 7                      # of a number in a table that is copied or saved
 SOLID, DASHED, DOTTED = (0.0, 0.0), (6.0, 3.0), (1.5, 3.0)      # dashes and gaps, pixels
@@ -30,7 +32,8 @@ _SPECTRUM = ((0.44, "a98bff", "6a3fc8"), (0.50, "6f9dff", "2458c4"), (0.53, "4fc
 class Curve:
     """A line through x and y (n,); NaN breaks it. dash: pixels on and off; name "" leaves it out of the legend.
 
-    ghost: of the figure A that is compared. surface: it is drawn only while this surface of the lens is lit. rays:
+    tag: words next to the line, at the first place from its end that is free; left out where none is. ghost: of the
+    figure A that is compared. surface: it is drawn only while this surface of the lens is lit. rays:
     (n, 4) field, wavelength (µm), sagittal and tangential pupil coordinate of the ray of each point, or None.
     """
 
@@ -43,19 +46,27 @@ class Curve:
     ghost: bool = False
     surface: int | None = None
     rays: np.ndarray | None = None
+    tag: str = ""
 
     @classmethod
     def through(cls, name: str, points: np.ndarray, tint: Tint = "strong", dash: tuple[float, float] = SOLID,
-                weight: float = 1.6) -> "Curve":
+                weight: float = 1.6, tag: str = "") -> "Curve":
         """The line through points (n, 2)."""
-        return cls(name, points[:, 0], points[:, 1], tint, dash, weight)
+        return cls(name, points[:, 0], points[:, 1], tint, dash, weight, tag=tag)
+
+    @classmethod
+    def straight(cls, x: tuple[float, float], y: tuple[float, float], tint: Tint = "dim",
+                 dash: tuple[float, float] = SOLID, weight: float = 1.0, tag: str = "") -> "Curve":
+        """A line from (x[0], y[0]) to (x[1], y[1]), without a name."""
+        return cls("", np.array(x), np.array(y), tint, dash, weight, tag=tag)
 
 
 @dataclass(frozen=True, eq=False)
 class Points:
     """Marks at x and y (n,), of one `shape` for each wavelength or field: "triangle", "square" or "diamond".
 
-    rays, ghost, surface: as of Curve.
+    size: half of it, pixels; marks from SIZED on may also be a "circle", "ring", "hexagon", "cross" or "plus". rays,
+    ghost, surface: as of Curve.
     """
 
     name: str
@@ -66,6 +77,17 @@ class Points:
     rays: np.ndarray | None = None
     ghost: bool = False
     surface: int | None = None
+    size: float = DOT
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A convex area with corners x and y (n,), filled with a tint of this opacity, below all lines."""
+
+    x: np.ndarray
+    y: np.ndarray
+    tint: Tint = "strong"
+    opacity: float = 0.16
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +137,7 @@ class Map:
 class Label:
     """Small text at a place; `side` of the place: "left", "right", "above", "below" or "middle".
 
-    surface: as of Curve.
+    free: it may stand on any side, where it touches nothing, and is left out where it would. surface: as of Curve.
     """
 
     x: float
@@ -124,6 +146,7 @@ class Label:
     tint: Tint = "dim"
     side: str = "right"
     surface: int | None = None
+    free: bool = False
 
 
 @dataclass(frozen=True)
@@ -137,9 +160,9 @@ class Area:
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis: its label with the unit (None: no figures at all), and its range.
+    """One axis: its label with the unit (None: no numbers at all), and its range.
 
-    whole: the last number of an axis of numbers that count; None for other axes.
+    whole: the last number of an axis of numbers that count; None for other axes. falling: values fall to the right.
     """
 
     label: str | None
@@ -147,6 +170,7 @@ class Axis:
     high: float
     log: bool = False
     whole: int | None = None
+    falling: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +180,8 @@ class Plot:
     words: at a place (x, y) under the cursor, instead of the values of the curves.
 
     cell: width of a cell in mm on the film, where the plot holds cells 1 wide about whole numbers; else 0.
+
+    right: label of an axis at the right, and its unit in that of the y axis; None without one.
     """
 
     x: Axis
@@ -166,6 +192,7 @@ class Plot:
     across: bool = False
     cell: float = 0.0
     words: Callable[[float, float], str] | None = None
+    right: tuple[str, float] | None = None
 
     def named(self) -> list:
         """The curves, points and bars of the legend: one of each name."""
@@ -201,6 +228,9 @@ class Table:
         return out.getvalue()
 
 
+EMPTY = Table((), ())
+
+
 @dataclass(frozen=True, eq=False)
 class Figure:
     """What a panel shows: rows of plots, the line that states their conditions, and the numbers.
@@ -211,7 +241,7 @@ class Figure:
 
     title: str
     rows: tuple[tuple[Plot, ...], ...]
-    table: Table
+    table: Table = EMPTY
     conditions: str = ""
     remarks: tuple[str, ...] = ()
     heights: tuple[float, ...] = ()
@@ -256,3 +286,79 @@ def reach(values: Sequence[float] | np.ndarray, least: float = 0.0) -> float:
     most = max(float(array.max()) if array.size else 0.0, least, 1e-9)
     decade = 10.0 ** np.floor(np.log10(most))
     return float(next(decade * step for step in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0) if decade * step >= 0.999 * most))
+
+
+# The numbers at a place
+
+
+def told(plot: Plot, x: float, y: float) -> str:
+    """The numbers at a place: what an area says, or each curve at this x (or this y) and maps; and those of A."""
+    if plot.words is not None:
+        return plot.words(x, y)
+    lines = [layer.text for layer in plot.layers
+             if isinstance(layer, Area) and layer.x[0] <= x < layer.x[1] and layer.y[0] <= y < layer.y[1]]
+    if lines:
+        return "\n".join(lines)
+    other = {layer.name: value for layer in plot.layers if isinstance(layer, Curve | Map) and layer.ghost
+             and (value := _value(layer, plot, x, y)) is not None}
+    mapped = any(isinstance(layer, Map) for layer in plot.layers)
+    read_on = plot.x if plot.across else plot.y         # the axis of the curves' values
+    for layer in plot.layers:
+        if isinstance(layer, Map | Curve) and layer.name and not layer.ghost and layer.surface is None \
+                and (value := _value(layer, plot, x, y)) is not None:
+            unit = _unit(read_on.label) if mapped and isinstance(layer, Curve) else ""
+            lines.append(f"{layer.name}   {_number(value)}{unit}{_beside(value, other.get(layer.name))}")
+    if lines and plot.x.label and plot.y.label:
+        names = [label.split(" (")[0] for label in (plot.x.label, plot.y.label)]
+        places = [f"{name} {_number(at)}{_unit(axis.label)}" for name, axis, at in zip(
+            names, (plot.x, plot.y), (x, y), strict=True) if mapped or axis is not read_on]
+        lines.insert(0, ", ".join(places) if mapped else f"{places[0]}: {read_on.label}")
+    return "\n".join(lines)
+
+
+def _value(layer: Curve | Map, plot: Plot, x: float, y: float) -> float | None:
+    """The value of a layer at a place; None where it has none."""
+    if isinstance(layer, Curve):
+        return read(layer, y if plot.across else x, plot.across)
+    if not (layer.name and layer.x[0] <= x < layer.x[1] and layer.y[0] <= y < layer.y[1]):
+        return None
+    rows, columns = layer.values.shape
+    row = int((y - layer.y[0]) / (layer.y[1] - layer.y[0]) * rows)
+    column = int((x - layer.x[0]) / (layer.x[1] - layer.x[0]) * columns)
+    return float(layer.values[row, column])
+
+
+def _beside(value: float, other: float | None) -> str:
+    """The value of A after that of B, and B less A."""
+    if other is None or not (math.isfinite(other) and math.isfinite(value)):
+        return ""
+    return f"   A {_number(other)}   {true_minus(significant(value - other, 2, signed=True))}"
+
+
+def read(curve: Curve, at: float, across: bool = False) -> float | None:
+    """A curve's value at an x (at a y if `across`), by a straight line between its points; None where it is none."""
+    keys, values = (curve.y, curve.x) if across else (curve.x, curve.y)
+    if keys.size < 2:
+        return None
+    a, b = keys[:-1], keys[1:]
+    held = np.flatnonzero((np.minimum(a, b) <= at) & (at <= np.maximum(a, b)) & np.isfinite(values[:-1] + values[1:]))
+    if not held.size:
+        return None
+    i = int(held[0])
+    part = 0.0 if b[i] == a[i] else (at - a[i]) / (b[i] - a[i])
+    return float(values[i] + part * (values[i + 1] - values[i]))
+
+
+def _number(value: float) -> str:
+    return true_minus(significant(value, 3)) if math.isfinite(value) else "–"
+
+
+def unit_of(label: str | None) -> str:
+    """The unit of an axis, from the parenthesis of its label; "" for a number."""
+    return label.rsplit("(", 1)[1].rstrip(")") if label and "(" in label else ""
+
+
+def _unit(label: str | None) -> str:
+    """The unit of an axis after a number."""
+    unit = unit_of(label)
+    return unit if unit in ("°", "%", "") else f" {unit}"

@@ -7,9 +7,10 @@ from typing import Any
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
+from lensbench.app.display.small_textures import MapPictures
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph
-from lensbench.app.panels.analysis.plot_painter import Drawn, Grip, Under, draw_figure
+from lensbench.app.drawing.plot_painter import Drawn, Grip, Under, draw_figure
 from lensbench.app.plots.grid_ray import nearest_ray, pointed_ray
 from lensbench.app.plots.pixel_rays import Pointed
 from lensbench.app.plots.plot import Figure
@@ -30,7 +31,7 @@ class AnalysisState:
     """State of one analysis panel between frames; its choices are not part of the settings."""
 
     choices: dict[str, Any] = field(default_factory=dict)
-    drawn: Drawn = field(default_factory=Drawn)
+    drawn: Drawn = field(default_factory=lambda: Drawn(MapPictures()))
     figure: Figure | None = None            # as shown last; None: the panel says why there is none
     reason: str = ""                        # why there is none
     job: Callable[[Settings], Job] | None = None            # what the panel asks for, from the settings

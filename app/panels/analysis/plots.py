@@ -10,8 +10,8 @@ from lensbench.app.bench.focus_plane import focus_at
 from lensbench.app.bench.readouts import blur_limit
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import beside, check_box, number, toggles
+from lensbench.app.drawing.plot_painter import Grip
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, point_at_ray, tools
-from lensbench.app.panels.analysis.plot_painter import Grip
 from lensbench.app.plots.aberration_plots import seidel_figure, wavefront_figure
 from lensbench.app.plots.aperture_plots import axial_figure, breathing_figure, focus_shift_figure, illumination_figure
 from lensbench.app.plots.bokeh_plots import star_figure

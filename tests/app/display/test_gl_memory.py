@@ -9,9 +9,8 @@ import pytest
 from lensbench.app.bench.pose import LookAround
 from lensbench.app.display import small_textures
 from lensbench.app.display.gl_texture import Development, Screen
-from lensbench.app.display.small_textures import Panorama, SmallTextures
+from lensbench.app.display.small_textures import MapPictures, Panorama, SmallTextures
 from lensbench.app.display.solid_view import MOST_KEPT, Drawing, Line, Solid, SolidView
-from lensbench.app.panels.analysis.plot_layers import MapPictures
 from lensbench.app.plots.blur import Blur
 from lensbench.app.plots.solids import Eye, Part, Strokes
 

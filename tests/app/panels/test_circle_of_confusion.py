@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from imgui_bundle import ImVec2
 
 import lensbench as lb
 from lensbench.app.bench.build import setup
@@ -130,10 +131,10 @@ def test_the_focus_line_is_dragged_to_focus():
     def drag_to(ctx, x: float) -> None:
         box = ctx.item_info("**/Focus line").rect_full
         y = 0.5 * (box.min.y + box.max.y)
-        ctx.mouse_move_to_pos(circle_of_confusion.ImVec2(0.5 * (box.min.x + box.max.x), y))
+        ctx.mouse_move_to_pos(ImVec2(0.5 * (box.min.x + box.max.x), y))
         ctx.mouse_down(0)
         ctx.yield_()
-        ctx.mouse_move_to_pos(circle_of_confusion.ImVec2(x, y))
+        ctx.mouse_move_to_pos(ImVec2(x, y))
         ctx.yield_()
         ctx.mouse_up(0)
         ctx.yield_(2)
@@ -152,7 +153,7 @@ def test_the_focus_line_is_dragged_to_focus():
         drag_to(ctx, 2.0)
         seen["before"] = panel.settings.focus_distance
         for x in range(40, 280, 30):                    # the numbers under the cursor
-            ctx.mouse_move_to_pos(circle_of_confusion.ImVec2(float(x), 100.0))
+            ctx.mouse_move_to_pos(ImVec2(float(x), 100.0))
             ctx.yield_()
 
     drive(panel.show, test, (300, 300))

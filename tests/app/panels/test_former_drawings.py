@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from imgui_bundle import ImVec2, imgui
 
+from lensbench.app.display.small_textures import MapPictures
+from lensbench.app.drawing.plot_painter import Drawn, draw_figure
 from lensbench.app.panels import exit_pupil, view_3d
-from lensbench.app.panels.analysis.plot_painter import Drawn, draw_figure
 from lensbench.app.panels.lens_section import panel as lens_section
 from lensbench.app.plots.pixel_rays import Pointed
 from lensbench.app.plots.plot import Axis, Curve, Figure, Map, Plot, Table
@@ -28,7 +29,7 @@ def figure() -> Figure:
 
 
 def test_a_plot_holds_the_drawings_of_its_newest_figure_alone():
-    state, shown, made = Drawn(), [figure()], []
+    state, shown, made = Drawn(MapPictures()), [figure()], []
 
     def gui():
         draw_figure("Both", shown[0], imgui.get_content_region_avail(), state)

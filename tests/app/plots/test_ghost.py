@@ -10,7 +10,6 @@ import pytest
 import lensbench as lb
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.ray_fans import end_text
-from lensbench.app.panels.analysis.plot_layers import told, unit_of
 from lensbench.app.plots.aberration_plots import seidel_figure, wavefront_figure
 from lensbench.app.plots.aperture_plots import illumination_figure
 from lensbench.app.plots.bokeh_plots import bokeh_figure
@@ -18,7 +17,7 @@ from lensbench.app.plots.field_plots import depth_figure, field_figure
 from lensbench.app.plots.ghost_plots import field_direction, ghosts_figure, raster_of
 from lensbench.app.plots.grid_ray import nearest_ray, pointed_ray
 from lensbench.app.plots.mtf_plots import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
-from lensbench.app.plots.plot import Bars, Curve, Map, Points
+from lensbench.app.plots.plot import Bars, Curve, Map, Points, told, unit_of
 from lensbench.app.plots.point_plots import encircled_figure, line_spread_figure, psf_figure
 from lensbench.app.plots.query import query
 from lensbench.app.plots.ray_plots import fans_figure

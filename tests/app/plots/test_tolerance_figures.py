@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from lensbench.app.bench.lens_choice import with_lens
-from lensbench.app.panels.analysis.plot_layers import unit_of
-from lensbench.app.plots.plot import Bars, Curve, Label, Map
+from lensbench.app.plots.plot import Bars, Curve, Label, Map, unit_of
 from lensbench.app.plots.query import query
 from lensbench.app.plots.tolerance_plots import (
     SHARES, SHOWN, copies_figure, cost_figure, error_name, pictures_figure, with_copy

@@ -296,7 +296,7 @@ def test_a_low_panel_gives_its_room_to_the_plot(drive):
         hand.picture()
         settle(hand)
         state = hand.session.analyses.states["MTF"]
-        assert state.figure is not None and "MTF 0 0" in state.drawn.limits, "no plot was drawn"
+        assert state.figure is not None and "MTF 0 0" in state.drawn.shown, "no plot was drawn"
 
     drive(use, size=(900, 600))
 

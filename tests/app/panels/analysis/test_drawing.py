@@ -5,7 +5,7 @@ import pytest
 from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.drawing import theme
-from lensbench.app.panels.analysis.plot_painter import Drawn, draw_figure
+from lensbench.app.drawing.plot_painter import Drawn, draw_figure
 from lensbench.app.plots.aperture_plots import axial_figure
 from lensbench.app.plots.plot import Axis, Figure, Map, Plot, Table
 from lensbench.app.plots.query import query
@@ -47,6 +47,7 @@ def test_a_title_stands_above_a_map_and_hides_none_of_it(size):
     shades = Map("", np.ones((8, 8)), (-1.0, 1.0), (-1.0, 1.0))
     plot = Plot(Axis(None, -1.0, 1.0), Axis(None, -1.0, 1.0), (shades,), "axis   Strehl 0.66", equal=True)
     state, line = drawn(Figure("", ((plot,),), EMPTY, "", ()), size)
-    (left, right), (low, high) = state.limits["figure 0 0"]
+    shown = state.shown["figure 0 0"]
+    (left, right), (low, high) = (shown.x0, shown.x1), (shown.y0, shown.y1)
     assert left <= -1.0 and right >= 1.0 and low <= -1.0
     assert (high - 1.0) / (high - low) * size[1] > line

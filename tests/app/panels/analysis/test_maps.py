@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lensbench.app.drawing.plot_axes import PlotMap
-from lensbench.app.panels.analysis.plot_layers import on_pixels, picture
+from lensbench.app.drawing.plot_layers import on_pixels, picture
 from lensbench.app.plots.plot import Map
 
 WIDE, HIGH = 40, 48             # samples of the map

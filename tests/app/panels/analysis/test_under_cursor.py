@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.panels.analysis.plot_layers import told
 from lensbench.app.plots.catalogue import ANALYSES
-from lensbench.app.plots.plot import Area, Curve, Map
+from lensbench.app.plots.plot import Area, Curve, Map, told
 from lensbench.app.plots.query import query
 from lensbench.app.settings.settings import Settings
 
