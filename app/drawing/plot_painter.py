@@ -212,8 +212,7 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
     wide, high = size.x > theme.em(NARROW), size.y > theme.em(7)
     shown = (plot.x.low, plot.x.high), (plot.y.low, plot.y.high)
     if before is not None and not refit:
-        shown = tuple(sorted((10.0**low, 10.0**high) if axis.log else (low, high)) for axis, low, high in (
-            (plot.x, before.x0, before.x1), (plot.y, before.y0, before.y1)))
+        shown = _ends(before.x0, before.x1, plot.x.log), _ends(before.y0, before.y1, plot.y.log)
     for index, axis, ends, length, room, has_room in (
             (implot.ImAxis_.x1, plot.x, shown[0], size.x, 3.4, high),
             (implot.ImAxis_.y1, plot.y, shown[1], size.y, 1.4, wide)):
@@ -242,6 +241,12 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
         implot.setup_axes_limits(plot.x.low - more_x, plot.x.high + more_x, plot.y.low - more_y,
                                  plot.y.high + more_y + title / scale, implot.Cond_.always)
     implot.setup_finish()
+
+
+def _ends(first: float, last: float, log: bool) -> tuple[float, float]:
+    """The lower and the upper end of an axis, from those of a `PlotMap`."""
+    low, high = min(first, last), max(first, last)
+    return (10.0**low, 10.0**high) if log else (low, high)
 
 
 def _label(label: str | None, length: float) -> str | None:
