@@ -28,10 +28,9 @@ surfaces have, by the number of the surface from 0: `aspheric`, the coefficients
 (mm^(1−p)); `radius_x`, the radius of a cylinder or toroid in the section x–z (`radius`
 is that of y–z); `pose`, the decentre, tilt and roll of a surface out of line (see
 `lb.SurfacePose`; angles in radians, or in degrees as tilt_x_deg); `dispersion`, the
-formula of a glass; `coating` (see `coating_table`). `positions` holds the gaps of a
-zoom lens, or of a lens that moves groups to focus (see `position_table`), `system` what
-the lens was designed for (see `system_table`). `front_index`
-is the index of the medium in front of the lens, such as water. The table `stop`
+formula of a glass; `coating`. `positions` holds the gaps of a zoom lens, or of a lens
+that moves groups to focus, `system` what the lens was designed for (see `toml_tables`
+for these three). `front_index` is the index of the medium in front of the lens, such as water. The table `stop`
 describes an iris that is no circle: blades, their rotation in radians (`rotation_deg`:
 in degrees), roundness and, of a lens that was stopped down, their reach; or it names a
 picture in the stop by its path from the folder of the file, which it cannot leave:
@@ -51,7 +50,7 @@ from lensbench.core.optics.lens_surface import LensError, PoseError, Surface, Su
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import excerpt
 from lensbench.lenses.file_error import LensFileError, RowError, located, number
-from lensbench.lenses.formats import coating_table, position_table, system_table, toml_header
+from lensbench.lenses.formats import toml_header, toml_tables
 from lensbench.lenses.formats.toml_header import digits, line_of, listed, parse, quoted
 from lensbench.lenses.glass.media import without_picture
 from lensbench.lenses.stop_picture import picture_beside
@@ -97,19 +96,15 @@ def read(text: str, path: str, folder: Path | None = None) -> Lens:
     if "stop" in data:
         with located(path, line_of(text, "stop"), "stop: "):
             lens = replace(lens, **_stop(data["stop"], folder))
-    if "system" in data:
-        try:
-            lens = replace(lens, system=system_table.read(data["system"]))
-        except position_table.TableError as error:
-            line = _entry_line(text, "system", error.key) if error.key else line_of(text, "system")
-            raise LensFileError(path, line, f"system: {error}") from None
-    if "positions" not in data:
-        return lens
+    name = "system"
     try:
-        return position_table.placed(lens, data["positions"])
-    except position_table.TableError as error:
-        line = _entry_line(text, "positions", error.key) if error.key else line_of(text, "positions")
-        raise LensFileError(path, line, f"positions: {error}") from None
+        if name in data:
+            lens = replace(lens, system=toml_tables.system_data(data[name]))
+        name = "positions"
+        return toml_tables.placed(lens, data[name]) if name in data else lens
+    except toml_tables.TableError as error:
+        line = _entry_line(text, name, error.key) if error.key else line_of(text, name)
+        raise LensFileError(path, line, f"{name}: {error}") from None
 
 
 def _rules(data: dict[str, Any]) -> list[Finding]:
@@ -227,7 +222,7 @@ def _pose(value: object) -> SurfacePose:
 
 # The reader of an entry of each table behind the rows
 ENTRIES: dict[str, Callable[[object], Any]] = {"aspheric": _terms, "radius_x": curvature, "pose": _pose,
-                                                   "dispersion": _dispersion, "coating": coating_table.read}
+                                                   "dispersion": _dispersion, "coating": toml_tables.coating}
 
 
 def _entry_line(text: str, table: str, key: str) -> int | None:
@@ -308,10 +303,10 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     for table, entries in _entries(lens).items():
         if entries:
             lines += ["", f"[{table}]", *(f"{i} = {entry}" for i, entry in entries.items())]
-    if system := system_table.lines(lens.system):
+    if system := toml_tables.system_lines(lens.system):
         lines += ["", *system]
     if lens.positions is not None:
-        lines += ["", *position_table.lines(lens.positions)]
+        lines += ["", *toml_tables.position_lines(lens.positions)]
     return "\n".join([*lines, ""]), [] if pictured or lens.stop_image is None else [without_picture(lens)]
 
 
@@ -325,7 +320,7 @@ def _entries(lens: Lens) -> dict[str, dict[int, str]]:
         if s.curvature_x is not None:
             tables["radius_x"][i] = radius_text(s.curvature_x)
         if s.coating is not None:
-            tables["coating"][i] = coating_table.entry(s.coating)
+            tables["coating"][i] = toml_tables.coating_entry(s.coating)
         if s.pose is not None:
             numbers = {name: getattr(s.pose, name) for name in POSE}
             tables["pose"][i] = f"{{ {', '.join(f'{k} = {digits(v)}' for k, v in numbers.items() if v)} }}"

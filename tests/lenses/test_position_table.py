@@ -100,7 +100,7 @@ def test_a_row_with_another_gap_than_its_position_is_reported(tmp_path):
     (finding,) = lens.findings
     assert (finding.kind, finding.surface) == (Kind.POSITION, 1)
     assert str(finding) == ("surface 1: the thickness of its row, 55 mm, is not that of its position, 50 mm, which is "
-                            "taken")
+                            "used")
 
 
 @pytest.mark.parametrize(("old", "new", "line", "told"), [
