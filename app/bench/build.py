@@ -180,7 +180,7 @@ def is_in_colour(settings: "Settings", lens: lb.Lens) -> bool:
 def wavelength_remark(settings: Settings) -> str:
     """What a user should know of the wavelength of these pictures; "" for the d line and the visible spectrum."""
     wavelength = picture_wavelength(settings, published(settings)) if settings.has_lens else None
-    return "" if wavelength is None else (f"its pictures and numbers are those at {significant(1000.0 * wavelength)} "
+    return "" if wavelength is None else (f"its pictures and numbers are for {significant(1000.0 * wavelength)} "
                                           "nm alone, the primary wavelength of its design")
 
 

@@ -267,4 +267,4 @@ def unfit(settings: Settings, model: str) -> str:
         asymmetry = design(settings).asymmetry
     except (ValueError, OSError):                   # the worker reports it
         return ""
-    return f"Of a lens with rotational symmetry alone: this one has {asymmetry}" if asymmetry else ""
+    return f"Needs a rotationally symmetric lens; this one has {asymmetry}" if asymmetry else ""

@@ -26,7 +26,7 @@ NOTES = {
     "time": "When the sample was taken: black at the opening of the shutter, white at its closing",
     "depth": "Nearness: white at {near} m, ½ at twice that, black for the sky",
     "weight": "Weight of the samples: white for the unvignetted axis",
-    "fate": "Rays from all over the rear opening: white where they arrive, coloured by the surface that ends them",
+    "fate": "Rays from all over the rear opening: white where they arrive, coloured by the surface that blocks them",
 }
 
 # Viridis by S. van der Walt and N. Smith, in the public domain (CC0): ten of its colours, read straight between them

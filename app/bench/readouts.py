@@ -100,7 +100,7 @@ def colours(settings: Settings) -> Colours:
     if not settings.follows_lens:
         return Colours(False, False, f"{alone}: only the real lens disperses, this model is an ideal one")
     if not any(surface.glass.disperses for surface in lens.surfaces):
-        return Colours(False, False, f"{alone}: no dispersion is known for the glasses of this lens")
+        return Colours(False, False, f"{alone}: no dispersion data for the glasses of this lens")
     if wavelength is not None and not VISIBLE[0] <= wavelength <= VISIBLE[1]:
         return Colours(False, False, f"{alone}, outside what a colour picture sees, {SEEN}")
     missing = missing_dispersion(lens)

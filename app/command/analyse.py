@@ -106,7 +106,7 @@ def analyse(arguments: argparse.Namespace) -> int:
             except lb.LensError as error:
                 left_out[name] = str(error)
     if not figures:
-        raise UsageError("nothing of this lens can be shown: " + "; ".join(dict.fromkeys(left_out.values())))
+        raise UsageError("no plot of this lens is possible: " + "; ".join(dict.fromkeys(left_out.values())))
     for name, why in left_out.items():
         print(f"Left out: {name}: {why}", file=sys.stderr)
     title = asked.lens.name or arguments.lens

@@ -92,7 +92,7 @@ def info(arguments: argparse.Namespace) -> int:
                      f"fx {fixed(pixels['fx'], 2)}, fy {fixed(pixels['fy'], 2)}, cx {fixed(pixels['cx'], 2)}, cy "
                      f"{fixed(pixels['cy'], 2)}, focused at infinity"))
     if not is_d_line(data["wavelength"]):
-        rows.insert(0, ("Figures at the primary wavelength", f"{significant(1000.0 * data['wavelength'])} nm"
+        rows.insert(0, ("Numbers at the primary wavelength", f"{significant(1000.0 * data['wavelength'])} nm"
                         + (", its pictures too" if seen_at is not None else "")))
     if data["out_of_line"]:
         which = ", ".join(map(str, data["out_of_line"]))

@@ -37,7 +37,7 @@ def _number(text: str) -> float:
     except ValueError:
         value = math.nan
     if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{excerpt(text)} is no positive number")
+        raise argparse.ArgumentTypeError(f"{excerpt(text)} is not a positive number")
     return value
 
 
@@ -45,7 +45,7 @@ def _range(text: str) -> tuple[float, float]:
     """Two ends from "85-135", "85", "-1930" or "1990-"."""
     low, dash, high = text.replace("–", "-").strip().removesuffix("mm").partition("-")
     if not low.strip() and not high.strip():
-        raise argparse.ArgumentTypeError(f"{excerpt(text)} is no range, such as 85-135")
+        raise argparse.ArgumentTypeError(f"{excerpt(text)} is not a range such as 85-135")
     ends = (_number(low) if low.strip() else 0.0, _number(high) if high.strip() else math.inf if dash else _number(low))
     if ends[0] > ends[1]:
         raise argparse.ArgumentTypeError(f"{excerpt(text)}: the first number must be the smaller one")

@@ -52,7 +52,7 @@ class _Parser(argparse.ArgumentParser):
             self.name = ""
         for argument in args or ():
             if argument.startswith("--") and argument.endswith("=--"):         # argparse would make it an empty list
-                self.error(f"argument {argument[:-3]}: -- is no value")
+                self.error(f"argument {argument[:-3]}: -- is not a value")
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:

@@ -113,7 +113,7 @@ def render(arguments: argparse.Namespace) -> int:
             if not arguments.json:
                 print(_summary(done[-1], found))
     if len(done) < len(pictures) and (arguments.until_noise is not None or arguments.bits is not None):
-        say("--resume: frames that were there keep the noise and the bits with which they were rendered")
+        say("--resume: frames that were there keep their noise and bit depth")
     if arguments.json:
         print_json(done[0] if arguments.frames is None else done)
     elif len(done) < len(pictures):
@@ -185,7 +185,7 @@ def _summary(figures: dict[str, Any], found: "Rendered") -> str:
              f"{fixed(figures['seconds'], 1)} s"]
     if found.noise is not None:
         words.append(f"noise {significant(100.0 * found.noise, 2)} %"
-                     + ("" if figures["noise_reached"] else ", not yet what was wanted: give more --samples"))
+                     + ("" if figures["noise_reached"] else ", above the noise asked for: give more --samples"))
     lines = [f"{figures['path']}: {', '.join(words)}"]
     if found.choice is not None:
         lines.append(", ".join(choice_summary(found.choice, None)))

@@ -127,7 +127,7 @@ def checked(image) -> np.ndarray:
     """The picture as a plain array of floats; ValueError where it is no picture."""
     array = np.asarray(image)
     if array.ndim != 3 or array.shape[2] != 3 or not min(array.shape):
-        raise ValueError(f"an array of the shape {array.shape} is no picture: it must be (height, width, 3)")
+        raise ValueError(f"an array of the shape {array.shape} is not a picture: it must be (height, width, 3)")
     if array.dtype.kind != "f":
         raise ValueError(f"a picture of {array.dtype}: it must hold linear light as floats, with 1 as white")
     return array

@@ -125,7 +125,7 @@ def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str 
     scene_name = os.fspath(scene) if isinstance(scene, str | Path) else None
     found = find_scene(scene_name) if scene_name is not None else scene
     if not isinstance(found, lb.Scene):
-        raise TypeError(f"{_kind(scene)} is no scene: give an lb.Scene, the name of a built-in scene "
+        raise TypeError(f"{_kind(scene)} is not a scene: give an lb.Scene, the name of a built-in scene "
                         f"({', '.join(lb.SCENES)}) or the path of a scene file")
     view = _camera(camera, found, scene_name)
     if flare is not None and lb.why_no_ghosts(view, found):
@@ -148,15 +148,15 @@ def _camera(camera: Any, scene: "lb.Scene", scene_name: str | None) -> "lb.Camer
     if isinstance(camera, lb.Lens):
         raise TypeError("a lens is no camera yet: lb.LensCamera(lens, lb.Film(), focus_distance) puts it before a film")
     if not isinstance(camera, str | Path):
-        raise TypeError(f"{_kind(camera)} is no camera: give a camera such as lb.LensCamera, the name of a lens or the "
-                        "path of its file")
+        raise TypeError(f"{_kind(camera)} is not a camera: give a camera such as lb.LensCamera, the name of a lens or "
+                        "the path of its file")
     from lensbench.app.bench.camera_kinds import camera as camera_of
     from lensbench.app.bench.lens_choice import with_lens
     from lensbench.app.settings.settings import Settings
 
     name = scene_name or next((name for name in lb.SCENES if lb.builtin_scene(name) is scene), None)
     if name is None:
-        raise TypeError("the name of a lens alone does not say where the camera is in a scene of your own: give "
+        raise TypeError("the name of a lens alone does not place the camera in a scene of your own: give "
                         "lb.LensCamera(lenses.load(name), lb.Film(), focus_distance)")
     return camera_of(with_lens(Settings(scene=name), os.fspath(camera)))
 

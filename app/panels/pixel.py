@@ -171,7 +171,7 @@ def rows(got: PixelReadings, light: tuple[float, float, float] | None, pinned: b
                   "On the film, against its centre without vignetting"))
     if got.open is not None:
         table.append(("Pupil", f"{fixed(100.0 * got.open, 0)} % of the axis",
-                      "Area of the exit-pupil region against that of the axis: vignetting by the rims"))
+                      "Area of the exit-pupil region against that of the axis: vignetting"))
     if light is not None:
         table.append(("Colour", "  ".join(true_minus(significant(value, 3)) for value in light),
                       "Red, green and blue, linear, as rendered; the swatch is without exposure and tone curve"))

@@ -130,7 +130,7 @@ class Query:
         said = [str(finding.message) for finding in rays.findings if finding.kind is not Kind.ASSUMED]
         lost, launched = int(rays.lost.sum()), int(rays.launched.sum())
         if lost:
-            said.append(f"{lost} of {launched} rays through the stop are lost at other rims "
+            said.append(f"{lost} of {launched} rays through the stop are vignetted "
                         f"({significant(100.0 * lost / launched, 2)} %)")
         corner = 0.5 * self.setup.film.diagonal
         if self.largest_height < corner and not self.heights:
@@ -142,9 +142,9 @@ class Query:
             said.append("the fields run to the lower left corner of the picture: in other directions a lens with "
                         f"{self.lens.asymmetry} draws otherwise")
         if self.model:
-            said.append(f"figures of the traced lens; the picture is taken with the model “{self.model}”")
+            said.append(f"numbers of the traced lens; the picture uses the model “{self.model}”")
         if self.posed:
-            said.append("figures of a flat film in line; the film of the picture is tilted, shifted or curved")
+            said.append("numbers for a flat, centred film; the film of the picture is tilted, shifted or curved")
         if self.setup.reason:
             said.append(self.setup.reason)
         return (*said, *(finding.message for finding in findings))

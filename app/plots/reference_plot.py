@@ -18,10 +18,10 @@ SKIPPED = ("amber", "faint", "grid")        # tints of what belongs to the axes,
 def with_ghost(b: Figure, a: Figure | None, name: str, reason: str = "") -> Figure:
     """B with A behind it.
 
-    a: None where A has no such figure, for a reason. name: of A, for the remarks.
+    a: None where A has no such plot, for a reason. name: of A, for the remarks.
     """
     if a is None:
-        return replace(b, remarks=(*b.remarks, f"A ({name}) has no such figure: {reason}"))
+        return replace(b, remarks=(*b.remarks, f"A ({name}) has no such plot: {reason}"))
     same = [len(row) for row in a.rows] == [len(row) for row in b.rows]
     if not same:
         return replace(b, remarks=(*b.remarks, f"A ({name}) has other plots, which are not shown"))

@@ -34,7 +34,7 @@ from lensbench.core.optics.stop_image import StopImage
 STEP = 0.06             # of the edge's radius, the tallest strip: its chord errs by less than a pixel on a screen
 SURFACE_POINTS = 33     # of an outline's curve, rim to rim
 HEIGHTS = np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, SURFACE_POINTS))      # of the rim, closer towards it
-CUT_STEPS = 20          # of the iteration for the cut of a surface out of line
+CUT_STEPS = 20          # of the iteration for the cut of a tilted or decentred surface
 EDGE_POINTS, EDGE_STEPS = 65, 7     # heights of which one is the edge, and how often the gap beside it is divided
 
 
@@ -43,8 +43,8 @@ class Element:
     """One piece of glass between surfaces `front` and `front` + 1.
 
     outline (n, 2): closed, counter-clockwise, from the lower end of the front surface.
-    front_at, rear_at: points (n, 2) of the two surfaces at heights, which a surface out of line measures from its own
-    axis; corners: heights from 0 at which the shape has corners.
+    front_at, rear_at: points (n, 2) of the two surfaces at heights, which a tilted or decentred surface measures from
+    its own axis; corners: heights from 0 at which the shape has corners.
     """
 
     front: int
@@ -91,7 +91,7 @@ def sag(surface: lb.Surface, x: ArrayLike, y: ArrayLike) -> np.ndarray:
 
 
 def before_roll(lens: lb.Lens, i: int) -> np.ndarray:
-    """Axes (3, 3), in columns, of the frame of a surface out of line before its roll."""
+    """Axes (3, 3), in columns, of the frame of a tilted or decentred surface before its roll."""
     frame, pose = lens.frames[i], lens.surfaces[i].pose
     assert frame is not None and pose is not None
     return frame.rotation @ rotation_about_z(-pose.roll) if pose.roll else frame.rotation
@@ -209,7 +209,7 @@ def has_two_sections(settings: Settings, lens: lb.Lens | None) -> bool:
     return not lens.is_rotationally_symmetric or pose.is_tilted or bool(pose.rise or pose.shift)
 
 
-UNMARKED = "No F, P, E: the elements are out of line"
+UNMARKED = "No F, P, E: elements are tilted or decentred"
 
 
 @dataclass(frozen=True)

@@ -212,7 +212,7 @@ def _words(found: Spots, f: int, group: list, column: int, row: int, columns: st
                     f"Airy {significant(1000.0 * found.airy_radius[f, c].mean(), 3)} µm")
     lost = int(rays.lost[f].sum())
     if lost:
-        said.append(f"{lost} of {int(rays.launched[f].sum())} rays lost at rims")
+        said.append(f"{lost} of {int(rays.launched[f].sum())} rays vignetted")
     return [*made, Area(*cell, "\n".join(said))]
 
 

@@ -446,4 +446,4 @@ def _triangles(corners: np.ndarray, mode: int) -> np.ndarray:
         return np.stack([corners[k], corners[k + 1 + k % 2], corners[k + 2 - k % 2]], 1)
     if mode == 6:
         return np.stack([corners[k + 1], corners[k + 2], np.broadcast_to(corners[:1], k.shape)], 1)
-    raise lb.SceneError(f"mode {mode} of a primitive is none of glTF")
+    raise lb.SceneError(f"mode {mode} of a primitive is not one of glTF")

@@ -119,7 +119,7 @@ def read_obj(file: MeshFile) -> Iterator[Part]:
                 elif word in FREE_FORM:
                     raise lb.SceneError(f"holds free-form surfaces ({word.decode()}): save it as polygons")
                 elif word not in PASSED and not word.startswith(b"#"):
-                    raise lb.SceneError(f"the line {excerpt((kind + line).decode('utf-8', 'replace'))} is none of OBJ")
+                    raise lb.SceneError(f"the line {excerpt((kind + line).decode('utf-8', 'replace'))} is not OBJ")
     if not lengths:
         return
     file.count(sum(lengths) - 2 * len(lengths))

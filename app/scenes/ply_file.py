@@ -119,7 +119,7 @@ def _header(data: bytes) -> tuple[str, list[tuple[str, int, list[Property]]], li
         match words:
             case ["format", form, "1.0"]:
                 if form not in ("ascii", "binary_little_endian", "binary_big_endian"):
-                    raise lb.SceneError(f"the format {excerpt(form)} is none of PLY")
+                    raise lb.SceneError(f"the format {excerpt(form)} is not one of PLY")
             case ["element", name, count]:
                 elements.append((name, int(count), []))
                 if elements[-1][1] < 0:
@@ -139,7 +139,7 @@ def _header(data: bytes) -> tuple[str, list[tuple[str, int, list[Property]]], li
             case ["comment" | "obj_info", *_] | []:
                 pass
             case _:
-                raise lb.SceneError(f"its header has the line {excerpt(line)}, which is none of PLY")
+                raise lb.SceneError(f"its header has the line {excerpt(line)}, which is not PLY")
     raise ValueError("no end of the header")
 
 

@@ -110,7 +110,7 @@ def load_scene(path: str | Path) -> lb.Scene:
     except OSError as error:
         raise SceneFileError(path, f"cannot be read: {error.strerror or error}") from error
     if len(raw) > MOST_BYTES:
-        raise SceneFileError(path, "is larger than 1 MB: that is no scene file")
+        raise SceneFileError(path, "is larger than 1 MB: not a scene file")
     try:
         table = tomllib.loads(raw.decode("utf-8"))
     except UnicodeDecodeError as error:

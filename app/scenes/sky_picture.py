@@ -186,7 +186,7 @@ def read_exr(path: Path, channels: tuple[tuple[str, ...], ...] = CHANNELS) -> tu
     except HdrError:
         raise
     except Exception as error:      # the library raises its own kinds and Python's
-        raise HdrError("it is no whole OpenEXR file") from error
+        raise HdrError("it is not a complete OpenEXR file") from error
     for names in channels:
         if all(key in found for key in names):
             parts = tuple(found[key] for key in names)

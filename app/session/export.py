@@ -149,7 +149,7 @@ def read_settings(path: str | Path) -> Settings:
     except ValueError as error:
         if isinstance(error, ExportError):
             raise
-        raise ExportError(f"{path}: this is no name of a file") from error
+        raise ExportError(f"{path}: not a file name") from error
     if text is None:
         raise ExportError(f"{path}: this picture holds no settings: it was not exported by lensbench; a scene "
                           "file shows photographs: docs/scenes.md")

@@ -59,10 +59,10 @@ def exr_attribute(file: BinaryIO, name: str) -> str | None:
         return None
     try:
         if kind != "string":
-            raise HeaderError(f"its attribute {name} is no text")
+            raise HeaderError(f"its attribute {name} is not text")
         return value.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise HeaderError(f"its attribute {name} is no text") from error
+        raise HeaderError(f"its attribute {name} is not text") from error
 
 
 def _attributes(data: bytes) -> tuple[dict[str, tuple[str, bytes]], int]:

@@ -2,7 +2,7 @@
 
 The kept samples are an .npz beside the picture, `kept_path`. It holds the sums of all samples so far and the last
 estimate of the noise, so that the finished picture is that of a render without a stop, bit for bit; and a checksum of
-the files that the settings name, so that samples of a former lens or scene are never mixed with those of the present.
+the files that the settings name, so that samples of an earlier lens or scene are never mixed with those of the present.
 
 The noise is estimated from the samples alone: those before and after an earlier estimate are two pictures of the same
 scene, whose difference gives the noise of their mean. The earlier picture is part of the state, so that a render that
@@ -302,8 +302,8 @@ def _restore(rendering: lb.Rendering, kept: Path, settings: Settings, made_by: n
                                  lambda names: names - set(TEXTS) if "made_by" in names else set(),
                                  lambda headers, former: True, light=False, into=rendering.state)
     if replace(former, samples=settings.samples) != settings or int(arrays.pop("made_by")) != made_by:
-        raise ExportError(f"{kept}: these are samples of a former lens or scene file, of other settings or of another "
-                          "version: remove the file, or render without --resume")
+        raise ExportError(f"{kept}: these are samples of an earlier lens or scene file, of other settings or of "
+                          "another version: remove the file, or render without --resume")
     noise = {name: arrays.pop(name) for name in NOISE_STATE if name in arrays}
     try:
         rendering.restore(arrays)

@@ -120,7 +120,7 @@ def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], 
                     raise DamagedError(f"it holds {excerpt(strange[0])}, which no {what} has")
                 if CHECKSUM in members and _text(archive, members[CHECKSUM]) != _checksum(
                         [member for name, member in members.items() if name != CHECKSUM]):
-                    raise DamagedError("its checksum is another one")
+                    raise DamagedError("its checksum is wrong")
                 settings = settings_of(_text(archive, members[SETTINGS]), path)
                 headers = {name: _header(archive, members[name]) for name in known}
                 if not fits(headers, settings):
@@ -193,7 +193,7 @@ def _header(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> ArrayHeader:
     header = ArrayHeader(kind, tuple(int(side) for side in re.findall(r"\d+", shape)), order == "True",
                          len(start) + length)
     if header.begins + header.bytes != member.file_size:
-        raise DamagedError(f"{excerpt(member.filename)} has not the length that its header gives")
+        raise DamagedError(f"{excerpt(member.filename)} does not have the length that its header states")
     return header
 
 
@@ -201,7 +201,7 @@ def _text(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> str:
     """The text of a member, of at most 1 MB."""
     header = _header(archive, member)
     if header.kind[:2] != "<U" or header.shape or header.bytes > 4 * MAX_TEXT:
-        raise DamagedError(f"{excerpt(member.filename)} is no text")
+        raise DamagedError(f"{excerpt(member.filename)} is not text")
     with archive.open(member) as file:
         data = file.read()              # to the end, where the CRC is checked
     return data[header.begins:].decode("utf-32-le").rstrip("\0")

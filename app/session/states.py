@@ -67,17 +67,17 @@ def load_settings(path: str | Path) -> Settings:
         with open_regular(path) as file:
             raw = file.read(LONGEST + 1)
         if len(raw) > LONGEST:
-            raise SettingsError(f"{path}: this is larger than {LONGEST >> 20} MB: that is no settings file")
+            raise SettingsError(f"{path}: this is larger than {LONGEST >> 20} MB: not a settings file")
         text = raw.decode("utf-8")
         plain = tomllib.loads(text)
     except OSError as error:
         raise SettingsError(f"{path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise SettingsError(f"{path}: this is no text in UTF-8") from error
+        raise SettingsError(f"{path}: not UTF-8 text") from error
     except SettingsError:
         raise
     except (ValueError, RecursionError) as error:       # of TOML, of a number of 5000 digits, of nested brackets
-        raise SettingsError(f"{path}: this is no TOML: {cut(str(error), 4 * MOST_CHARACTERS)}") from error
+        raise SettingsError(f"{path}: not TOML: {cut(str(error), 4 * MOST_CHARACTERS)}") from error
     plain = {name: None if value == WORDS.get(name) else value for name, value in plain.items()}
     try:
         return _placed(Settings.from_dict(plain), path.parent)

@@ -36,7 +36,7 @@ LAYOUTS = {"equirectangular": "Equirectangular", "equal-area": "Equal area", "cu
 SHAPES = {"equirectangular": (2, 1), "equal-area": (1, 1), "cube-map": (4, 3)}     # of a panorama with square pixels
 FOV_AXES = {"shorter": "Shorter side", "longer": "Longer side", "horizontal": "Width", "vertical": "Height",
             "diagonal": "Diagonal"}
-DISPERSIONS = {"auto": "Where the glasses are known", "on": "On", "off": "Off"}
+DISPERSIONS = {"auto": "Where there is dispersion data", "on": "On", "off": "Off"}
 FOCUS_POSITIONS = {"auto": "Automatic", "paraxial": "Paraxial", "real": "Least blur"}
 READOUT_DIRECTIONS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}     # in the upright picture
 MEDIUMS = {"air": "Air", "fog": "Fog", "water": "Water"}
@@ -75,8 +75,8 @@ class SettingTable(LensSettings):
     degree: int = setting(9, choices=DEGREES, read=read_count, metavar="N",
                           help="degree of the fitted polynomial: " + ", ".join(map(str, DEGREES)))
     dispersion: str = setting(
-        "auto", choices=DISPERSIONS, figures=False, help="colour errors of the lens: traced where its glasses are "
-        "known (auto), on (an error where they are not), or off")
+        "auto", choices=DISPERSIONS, figures=False, help="colour errors of the lens: traced where there is "
+        "dispersion data (auto), on (an error where they are not), or off")
     light_tracing: bool = setting(
         True, figures=False,
         help="trace small lights from the light to the film, so that their blur is smooth at once (by default), or not")

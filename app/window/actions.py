@@ -106,7 +106,7 @@ def _histogram(state: WindowState) -> None:
 
 def _look_around(state: WindowState) -> None:
     if not state.edited.kind.panorama:
-        state.view.say("Only a panorama can be looked around in: choose the camera Panorama first", note=True)
+        state.view.say("Look around works in panoramas: choose the camera Panorama first", note=True)
     else:
         state.view.look = None if state.view.look is not None else LookAround()
 

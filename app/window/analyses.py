@@ -133,7 +133,7 @@ class Analyses:
 
             write_figure(figure, path, design(settings).name)
 
-        self._path, self._saving = path, Task("Saving the figure", work, self._window.wake)
+        self._path, self._saving = path, Task("Saving the plot", work, self._window.wake)
 
     def stop(self) -> None:
         """The window is about to close."""

@@ -47,7 +47,7 @@ QUESTIONS = {
     Request.OPEN_LIGHT_FIELD: Question("Open a light field", "Light fields", (".npz",)),
     Request.SAVE_LIGHT_FIELD: Question("Save the light field", "Light fields", (".npz",), True, "field.npz"),
     Request.SAVE_REFOCUSED: Question("Save the picture of the light field", "Pictures", SAVED, True, "refocused.png"),
-    **{request: Question("Save the figure", "Figures and tables", (suffix, *others), True, f"analysis{suffix}")
+    **{request: Question("Save the plot", "Plots and tables", (suffix, *others), True, f"analysis{suffix}")
        for request, suffix, others in ((Request.SAVE_PLOT_CSV, ".csv", (".svg", ".png")),
                                        (Request.SAVE_PLOT_SVG, ".svg", (".png", ".csv")),
                                        (Request.SAVE_PLOT_PNG, ".png", (".svg", ".csv")))},

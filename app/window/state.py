@@ -283,7 +283,7 @@ class WindowState:
         shown = showable(settings)
         if shown != settings:
             self.view.say(f"{settings.pixels_x} × {settings.pixels_y} pixels are more than the window can show: "
-                          f"it renders {shown.pixels_x} × {shown.pixels_y}; an export takes more", note=True,
+                          f"it renders {shown.pixels_x} × {shown.pixels_y}; an export can have more", note=True,
                           change=True)
         return shown
 

@@ -32,7 +32,7 @@ TERMS: dict[str, tuple[Term, ...]] = {
         Term("Stop", "", "The iris: the opening that limits the light. Its blades give lights out of focus their "
              "shape."),
         Term("Exit-pupil region", "", "The part of the rear opening that sends light to one point of the film. In "
-             "the middle of the film it is round; towards the corners the rims of the glasses cut it to a cat's "
+             "the middle of the film it is round; towards the corners the edges of the glasses cut it to a cat's "
              "eye."),
         Term("Marginal and chief ray", "", "The marginal ray goes from the axis through the edge of the stop; the "
              "chief ray from the edge of the field through the middle of the stop."),
@@ -63,7 +63,7 @@ TERMS: dict[str, tuple[Term, ...]] = {
         Term("ISO", "", "How much the signal is amplified, noise included."),
         Term("Natural falloff", "cos⁴", "Light that comes to the film at an angle is spread over more area: corners "
              "are darker even with a perfect lens."),
-        Term("Vignetting", "", "What the rims of the glasses take away from the corners. Stopping down cures it."),
+        Term("Vignetting", "", "What the edges of the glasses block towards the corners. Stopping down cures it."),
     ),
     "Sharpness": (
         Term("Circle of confusion", "CoC", "A point out of focus becomes a disc on the film; the CoC is its "
@@ -74,8 +74,8 @@ TERMS: dict[str, tuple[Term, ...]] = {
         Term("Airy disk", "", "The smallest spot that light allows: it spreads at the edge of the stop. It grows "
              "with the f-number, which is why f/22 is soft."),
         Term("Blur in focus", "", "What the lens's own errors leave of a point in focus."),
-        Term("Colours", "", "Glass bends blue more than red. The picture is traced at 24 wavelengths where the "
-             "glasses are known, else at one."),
+        Term("Colours", "", "Glass bends blue more than red. The picture is traced at 24 wavelengths where "
+             "dispersion data exist, else at one."),
         Term("Samples", "", "Rays through each pixel so far. More of them make the picture smoother."),
         Term("MTF", "", "How much contrast of fine lines is left, from 0 to 1, by the number of line pairs a "
              "millimetre."),

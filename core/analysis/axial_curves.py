@@ -308,7 +308,7 @@ def longitudinal_aberration(lens: Lens, film_distance: float, conditions: Condit
         raise LensError(f"{points} heights: at least 2 are needed")
     rays = axial_rays(lens, film_distance, conditions, np.linspace(0.0, 1.0, points))
     if not (rays.victim[:, 1:] == -1).any():
-        raise LensError("rims end all rays of the axis point but the one along the axis")
+        raise LensError("surfaces block all rays of the axis point but the one along the axis")
     with np.errstate(divide="ignore", invalid="ignore"):
         foci = np.where(rays.victim == -1, -rays.rows[:, OFFSET_T] / rays.rows[:, SLOPE_T], nan)
     foci[:, 0] = [paraxial_focus(lens, conditions.object_distance, line) - film_distance

@@ -187,7 +187,7 @@ def field_depth(lens: Lens, film_distance: float, conditions: Conditions, limit:
     if not 0.0 < limit < inf:
         raise LensError(f"limit {significant(limit)} mm of the blur: it must be a positive length")
     if conditions.field_kind is not FieldKind.REAL_IMAGE_HEIGHT:
-        raise LensError("depth of field over the film needs fields that are places of the film")
+        raise LensError("depth of field over the film needs fields that are positions on the film")
     rays = ray_grid(lens, film_distance, conditions, pupil)
     focus = 0.0 if isinf(conditions.object_distance) else 1.0 / conditions.object_distance
     paraxial = first_order(lens, conditions.primary_wavelength)
@@ -234,7 +234,7 @@ def field_depth(lens: Lens, film_distance: float, conditions: Conditions, limit:
     if soft.any():
         places = "at every field" if soft[lit].all() else f"at {field_names(conditions, np.flatnonzero(soft))}"
         findings.append(Finding(
-            Kind.DARK, None, f"{places} the lens draws softer than the limit of the blur at every distance",
+            Kind.DARK, None, f"{places} the lens blurs more than the limit at every distance",
             figures={"fields": float(soft.sum())}))
     with np.errstate(divide="ignore"):
         return FieldDepth(rays.image_heights, 1.0 / near, 1.0 / far, 1.0 / best, least, limit, 1.0 / at[::-1],

@@ -108,7 +108,7 @@ def vignetting(lens: Lens, field_angle: float, distance: float = inf, wavelength
         raise LensError(f"distance {significant(distance)} mm: it must be positive, or math.inf")
 
     if not lens.is_in_line:
-        raise LensError("vignetting needs a plane of symmetry, and this lens has a surface out of line: "
+        raise LensError("vignetting needs a plane of symmetry, and this lens has a tilted or decentred surface: "
                         "lb.open_region has the light of a film point")
 
     beam = _Beam(lens, field_angle, distance, wavelength)

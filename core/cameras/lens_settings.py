@@ -126,7 +126,7 @@ def check_room(pose: FilmPose, film: Film, film_distance: float) -> None:
     """CameraError for a tilted or curved film that reaches beyond the last vertex of the lens."""
     nearest = film_distance + float(pose.extent(film.width, film.height)[:, 2].min())
     if not nearest > 0.0:
-        raise CameraError(f"the film out of line reaches {significant(-nearest, 3)} mm beyond the last vertex of the "
+        raise CameraError(f"the tilted film reaches {significant(-nearest, 3)} mm beyond the last vertex of the "
                           "lens: tilt or curve it less, or choose a smaller film")
 
 

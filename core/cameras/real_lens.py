@@ -124,8 +124,8 @@ class LensCamera(Camera):
         if not self.film_pose.is_upright:
             check_room(self.film_pose, self.film, self.film_distance)
         if not self.lens.is_in_line and not self.axis_irradiance > 0.0:
-            raise CameraError("no light reaches the film's centre through the surfaces out of line: decentre or tilt "
-                              "them less, or enlarge their rims")
+            raise CameraError("no light reaches the film's centre through tilted or decentred surfaces: tilt or "
+                              "decentre them less, or enlarge their rims")
         if not self.follows_rays:
             _ = self.gaussian                       # evaluated here, so that an impossible ideal lens raises
         if self.dispersion and not self.disperses and missing_dispersion(self.lens):
@@ -360,8 +360,8 @@ class LensCamera(Camera):
         """
         if not self.follows_rays:
             if not self.film_pose.is_upright:
-                raise CameraError("importance with a film out of line is known for the traced lens alone: choose the "
-                                  "full trace")
+                raise CameraError("importance with a tilted or shifted film is known for the traced lens alone: choose "
+                                  "the full trace")
             return super().film_importance(origins, directions, wavelength)
         regions, normaliser = self._sampled(wavelength)
         gain = self.lens.front_index**2 * self.film_distance**2 / normaliser

@@ -265,7 +265,7 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     """
     across, down = checked_views(camera.film, views, samples, dtype, moments)
     if moments > 1 and not (camera.moves or scene.moves):
-        raise LightFieldError(f"{moments} moments: nothing moves while the shutter is open, so that all are alike; "
+        raise LightFieldError(f"{moments} moments: nothing moves while the shutter is open, so that all are equal; "
                               "record one, or choose a longer time, a camera or a scene that moves")
     picture, samples = camera, math.ceil(samples / FINER**2)
     margin = needed_margin(camera, (across, down), pupil_reach(camera))

@@ -226,7 +226,7 @@ class Surface:
             raise TypeError("a surface needs either its curvature or its radius of curvature, by name: radius=50.0 "
                             "(mm) or curvature=0.02 (1/mm)")
         if semi_diameter is None:
-            raise TypeError("a surface needs its semi_diameter, the radius of its rim in mm")
+            raise TypeError("a surface needs its semi_diameter, the radius of its clear aperture in mm")
         if radius is not None:
             if radius != radius or radius == 0.0:
                 raise LensError(f"radius of curvature {radius}: it must be a number of mm, or math.inf for a plane")

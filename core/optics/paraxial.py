@@ -194,7 +194,7 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
     engraved = lens.stated_f_number
     limit = engraved if engraved is not None and widest * (1.0 - _ENGRAVED) <= engraved <= widest else widest
     if f_number < limit * (1.0 - 1e-6):
-        raise LensError(f"f/{significant(f_number)}: this lens opens no further than f/{significant(widest, 4)}")
+        raise LensError(f"f/{significant(f_number)}: the maximum aperture of this lens is f/{significant(widest, 4)}")
     radius, reach = lens.iris.closed(min(1.0, widest / f_number) ** 2)
     return replace(lens.with_stop_radius(lens.stop.semi_diameter * radius), blade_reach=reach)
 

@@ -158,7 +158,7 @@ class Lens:
     def asymmetry(self) -> str:
         """What the lens has that keeps it from rotational symmetry, in words for a message; "" for nothing."""
         own = dict.fromkeys(surface.asymmetry for surface in self.surfaces if surface.asymmetry)
-        return " and ".join([*own, *["a surface out of line"] * (not self.is_in_line)])
+        return " and ".join([*own, *["a tilted or decentred surface"] * (not self.is_in_line)])
 
     @cached_property
     def in_line(self) -> "Lens":

@@ -27,7 +27,7 @@ TERMS = HIGHEST_POWER - 1
  K,                                     # conic constant
  ACROSS,                                # c of the section x–z (1/mm)
  UNIT,                                  # 1 / h²
- PLACE,                                 # x, y, z of the vertex of a surface out of line, lens frame (mm)
+ PLACE,                                 # x, y, z of the vertex of a tilted or decentred surface, lens frame (mm)
  AXES,                                  # and its rotation, row by row
  FIRST_TERM,                            # coefficients of r², r³, … (ASPHERE) or r², r⁴, … (EVEN)
  COLUMNS) = offsets(1, 1, 1, 1, 1, 1, 1, 1, 3, 9, TERMS)

@@ -53,7 +53,7 @@ def check(lens: Lens) -> list[Finding]:
         Kind.CONVENTION, f"its focal lengths, f-number and rays are those at {significant(1000.0 * wavelength)} nm, "
                          "the primary wavelength of its design", wavelength=wavelength)]
     if not lens.is_in_line:
-        about.append(note(Kind.CONVENTION, "surfaces are out of line: the lens is checked as it is in line"))
+        about.append(note(Kind.CONVENTION, "tilted or decentred surfaces: the lens is checked as if centred"))
     try:
         seen.indices()
     except GlassError as error:         # a glass of the infrared, say: nothing can be traced at the d line

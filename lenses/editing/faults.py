@@ -47,7 +47,7 @@ def _image(lens: Lens, distance: float) -> list[Finding]:
         except ArithmeticError:
             image = np.inf
         if not isfinite(image) or abs(image) >= FAR:
-            return [Finding(Kind.NO_IMAGE, None, "the lens is afocal: it throws no image")]
+            return [Finding(Kind.NO_IMAGE, None, "the lens is afocal: it forms no image")]
         if image <= 0.0:
             return [Finding(Kind.NO_IMAGE, None, "its image is virtual: it lies "
                                                  f"{significant(-image, 4)} mm before the last surface",

@@ -26,7 +26,7 @@ medium are those *after* the surface. Radius 0 or inf is a plane, V_d 0 is unkno
 "stop" at the end of a row marks the aperture stop. Tables hold the properties that few
 surfaces have, by the number of the surface from 0: `aspheric`, the coefficients of r^p
 (mm^(1−p)); `radius_x`, the radius of a cylinder or toroid in the section x–z (`radius`
-is that of y–z); `pose`, the decentre, tilt and roll of a surface out of line (see
+is that of y–z); `pose`, the decentre, tilt and roll of a tilted or decentred surface (see
 `lb.SurfacePose`; angles in radians, or in degrees as tilt_x_deg); `dispersion`, the
 formula of a glass; `coating`. `positions` holds the gaps of a zoom lens, or of a lens
 that moves groups to focus, `system` what the lens was designed for (see `toml_tables`

@@ -353,7 +353,7 @@ def test_a_design_for_248_nm_is_reported_at_248_nm(tmp_path, capsys):
     assert lb.transmission(lens) == pytest.approx((1.0 - ((n - 1.0) / (n + 1.0))**2)**2, rel=1e-5)
     assert lb.t_number(lens) == pytest.approx(5.0 / lb.transmission(lens)**0.5, rel=1e-12)
     assert main(["info", str(tmp_path / "a.zmx")]) == 0
-    assert "Figures at the primary wavelength" in capsys.readouterr().out
+    assert "Numbers at the primary wavelength" in capsys.readouterr().out
     assert main(["info", "lenshh-cooke-triplet-50"]) == 0
     assert "primary wavelength" not in capsys.readouterr().out
     told = lenses.check(replace(lens, stated_efl=efl))

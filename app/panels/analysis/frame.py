@@ -141,7 +141,7 @@ def tools(name: str, state: AnalysisState) -> None:
     if imgui.button(f"{icons_fontawesome_6.ICON_FA_ELLIPSIS}###{name} menu", ImVec2(width, 0.0)):
         imgui.open_popup(f"{name} data")
     imgui.pop_style_color()
-    imgui.set_item_tooltip("Copy or save this figure; also by a right click")
+    imgui.set_item_tooltip("Copy or save this plot; also by a right click")
 
 
 def _conditions(figure: Figure, width: float, low: bool) -> None:
@@ -185,5 +185,5 @@ def _menu(name: str, figure: Figure, sheet: Sheet, white: str) -> None:
                     sheet.white = choice
             imgui.end_menu()
         imgui.set_item_tooltip("White light of spots, MTF, point spread, bokeh, depth of field, focus shift and sensor "
-                               "stack.\nFigures of single wavelengths keep those of the lens, else F, d and C")
+                               "stack.\nPlots of single wavelengths keep those of the lens, else F, d and C")
         imgui.end_popup()

@@ -232,7 +232,7 @@ def sensor_stack_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -
 
 SPOTS_NAME = "Spots"
 SIDE = {"focus": "Focus", "colour": "Colours"}
-SIDE_TIPS = {"focus": "Places of the film side by side: nearer to the lens at the left, farther at the right",
+SIDE_TIPS = {"focus": "Positions of the film side by side: nearer to the lens at the left, farther at the right",
              "colour": "The wavelengths side by side, on the film"}
 REFERENCE = {"chief": "Chief ray", "centroid": "Centroid"}
 REFERENCE_TIPS = {"chief": "Sizes are measured from the chief ray of the primary wavelength",
@@ -277,7 +277,7 @@ WAVEFRONT_TIPS = {"axis": "On the axis", "middle": "At 0.7 of the largest image 
 
 ORDERS = {"noll": "Noll", "fringe": "Fringe"}
 ORDER_TIPS = {"noll": "Zernike polynomials in Noll's order, each with an rms of 1",
-              "fringe": "Zernike polynomials in the fringe order, each 1 at the rim of the pupil"}
+              "fringe": "Zernike polynomials in the fringe order, each 1 at the edge of the pupil"}
 
 
 def wavefront_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:

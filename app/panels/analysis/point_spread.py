@@ -17,7 +17,7 @@ from lensbench.app.settings.settings import Settings
 
 BOKEH_NAME = "Bokeh"
 VIEWS = {"linear": "Linear", "log": "Log"}
-TIPS = {"linear": "Light as the film receives it", "log": "Four decades of light: faint rims and rings show"}
+TIPS = {"linear": "Light as the film receives it", "log": "Four decades of light: faint edges and rings show"}
 PERIOD, HEIGHT = 0.8, 100.0     # mm and nm, of a ripple at first
 
 

@@ -81,7 +81,7 @@ def _throws_none(settings: Settings, title: str) -> bool:
         return False
     right = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x
     imgui.text_disabled(title)
-    imgui.set_item_tooltip("The lens throws no image")
+    imgui.set_item_tooltip("The lens forms no image")
     imgui.same_line(right - imgui.calc_text_size("–").x)
     imgui.text_disabled("–")
     return True
@@ -143,7 +143,7 @@ def _focal_length(settings: Settings) -> Settings:
     designed = readings(replace(settings, focal_length=None)).efl or efl
     if designed <= 0.0:                                     # an edited lens may diverge
         imgui.text_disabled(f"Focal length  {true_minus(format_length(designed))}")
-        imgui.set_item_tooltip("The lens diverges: it throws no image, and cannot be scaled to a focal length")
+        imgui.set_item_tooltip("The lens diverges: it forms no image, and cannot be scaled to a focal length")
         return settings
     if _throws_none(settings, "Focal length"):
         return settings

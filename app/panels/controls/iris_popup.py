@@ -149,7 +149,8 @@ def _sketch(here: Iris, size: float, opens: bool) -> None:
     place = ImVec2(round(centre.x - 0.5 * extent.x), round(centre.y - 0.5 * extent.y))
     draw.add_text(place, theme.packed(colour.strong), text)
     imgui.set_item_tooltip("The opening at this f-number, and the part of the open stop's light that it passes.\n"
-                           "Wide open, blades lie behind the rim; the f-number is that of a circle of as much area")
+                           "Wide open, the blades lie behind the edge of the stop; the f-number is that of\n"
+                           "the circle of equal area")
 
 
 def _sketch_picture(image: StopImage, centre: ImVec2, radius: float) -> None:

@@ -19,8 +19,8 @@ from lensbench.core.imaging.film import least_radius
 from lensbench.core.text import significant, true_minus
 
 DISPERSION_TIPS = {
-    "auto": "With dispersion where the glasses of the lens are known, otherwise at the d line",
-    "on": "With dispersion. A lens with unknown glasses sets this back to automatic",
+    "auto": "With dispersion where there is data for the glasses, otherwise at the d line",
+    "on": "With dispersion. A lens without dispersion data sets this back to automatic",
     "off": "Everything at the d line: no colour errors, and three times as fast",
 }
 

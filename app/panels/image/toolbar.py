@@ -29,8 +29,8 @@ VIEW_TIPS = {
     "picture": "The light that the camera sees",
     "direction": "The direction d of the rays in the world as a colour, (d + 1) / 2",
     "origin": "Where the rays leave the lens",
-    "fate": "Rays from all over the rear opening: white where they arrive in the scene, grey where the stop ends them, "
-            "another colour where a rim or total reflection does",
+    "fate": "Rays from all over the rear opening: white where they arrive in the scene, grey where the stop blocks "
+            "them, another colour where another surface or total reflection does",
     "time": "When between the opening and the closing of the shutter each sample is taken",
     "depth": "How near each thing is: white for the nearest, black for the sky",
     "weight": "What the camera lets through to each place: cos⁴, vignetting and the pupil's size",

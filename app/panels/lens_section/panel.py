@@ -367,7 +367,7 @@ def _surface_words(shown: Sketch, index: int) -> tuple[str, str]:
     radius = f"R {significant(1.0 / surface.curvature, 4)} mm" if surface.curvature else "plane"
     ended = sum(ray.surface == index for fan in shown.fans for ray in fan.rays)
     return (f"{name}: {true_minus(radius)}, semi-diameter {fixed(surface.semi_diameter, 2)} mm",
-            f"Ends {ended} of the rays drawn here" if ended else "Ends none of the rays drawn here")
+            f"Ends {ended} of the rays drawn here" if ended else "Blocks none of the rays drawn here")
 
 
 def _region_bounds(lens: lb.Lens, film_distance: float, film_radius: float) -> tuple[float, float] | None:

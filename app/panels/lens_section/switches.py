@@ -99,7 +99,7 @@ def edit_switch(corner: ImVec2, left: float, state: HandleState) -> bool:
     """The switch of editing, `left` pixels right of the corner of the panel; returns whether the mouse is over it."""
     pressed, hovered = _switch("Edit section", f"{fa.ICON_FA_PEN}  Edit", ImVec2(corner.x + left, corner.y
                                                                                 + theme.em(0.4)),
-                               state.active, True, "Drag vertices, rims, surfaces, gaps and elements of the lens\n"
+                               state.active, True, "Drag vertices, clear apertures, surfaces, gaps and elements\n"
                                "Ctrl bends an element at constant power, Shift is finer\n"
                                "A click shows the handles of tilt and decentre")
     state.active = state.active != pressed

@@ -62,7 +62,7 @@ def attach_dialog(settings: Settings, state: LensTableState) -> Settings:
     choice.side = toggles("Side", SIDES, choice.side, TIPS, 0.0)
     imgui.same_line(0.0, theme.em(1.0))
     choice.is_reversed = check_box("Reversed", choice.is_reversed)
-    imgui.set_item_tooltip("Turned round, as with a reversing ring")
+    imgui.set_item_tooltip("Reversed, as with a reversing ring")
     if state.problem:
         imgui.push_text_wrap_pos(theme.em(WIDTH))
         imgui.text_colored(imgui.ImVec4(*theme.colours().warning), state.problem)
@@ -158,8 +158,8 @@ POPUP = "Out of line"
 LABELS = {"decentre_x": "Decentre x (mm)", "decentre_y": "Decentre y (mm)", "tilt_x": "Tilt about x (°)",
           "tilt_y": "Tilt about y (°)", "roll": "Roll (°)"}
 ABOUT = {"decentre_x": "To the right, as the picture shows it", "decentre_y": "Upwards",
-         "tilt_x": "Positive takes the upper rim towards the film",
-         "tilt_y": "Positive takes the rim at +x towards the scene",
+         "tilt_x": "Positive moves the upper edge towards the film",
+         "tilt_y": "Positive moves the edge at +x towards the scene",
          "roll": "About its own axis, before the tilts; counterclockwise as the camera looks.\nIt turns cylinders, "
                  "toroids, and blades or a picture in the stop; a round surface stays as it is"}
 

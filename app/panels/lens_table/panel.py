@@ -232,8 +232,8 @@ def _asphere(settings: Settings, document: LensDocument, i: int, state: LensTabl
             imgui.text_disabled(titles[1])
             imgui.align_text_to_frame_padding()
             imgui.text_disabled("Radius")
-            imgui.set_item_tooltip("Another one than that of the section y–z, in the column Radius, makes the surface\n"
-                                   "a cylinder (one of them is a plane) or a toroid")
+            imgui.set_item_tooltip("A radius other than that of the section y–z, in the column Radius, makes the\n"
+                                   "surface a cylinder (one of them is a plane) or a toroid")
             imgui.same_line(theme.em(4.5))
             settings = number_cell(settings, document, (i, CURVATURE_X), state)
         imgui.end_popup()

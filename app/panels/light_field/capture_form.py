@@ -113,7 +113,7 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
     else:
         if imgui.button(fa.ICON_FA_CIRCLE_DOT + "  Record###Record"):
             form.requests.add(Request.RECORD)
-        imgui.set_item_tooltip("Record the present view of the camera")
+        imgui.set_item_tooltip("Record the current view of the camera")
         imgui.same_line()
         if imgui.button(fa.ICON_FA_FOLDER_OPEN + "  Open…###Open light field"):
             form.requests.add(Request.OPEN_LIGHT_FIELD)

@@ -166,7 +166,7 @@ def unknown_dispersion(lens: Lens) -> tuple[Finding, ...]:
     unknown = sum(not each.disperses for each in glasses)
     if not unknown:
         return ()
-    return (note(Kind.GLASS, "the dispersion of this lens's glasses is not known: all wavelengths take the same paths"
+    return (note(Kind.GLASS, "no dispersion data for this lens: all wavelengths take the same paths"
                  if unknown == len(glasses) else f"the dispersion of {unknown} of {len(glasses)} glasses is not known: "
                  "they have one index at all wavelengths", unknown=unknown),)
 
@@ -217,9 +217,9 @@ def _fields(lens: Lens, film: Film | None, fields, kind: FieldKind, object_dista
                                                f"{lens.system.field_kind}", fields=len(points)))
             cut = sum(any(point.vignetting) for point in lens.system.fields)
             if cut:
-                findings.append(note(Kind.LEFT_OUT, f"the vignetting factors of {cut} of these fields are not applied: "
-                                                    "rims end the light, as stated, or estimated from the factors",
-                                     fields=cut))
+                findings.append(note(
+                    Kind.LEFT_OUT, f"the vignetting factors of {cut} of these fields are not applied: clear apertures "
+                    "limit the light, as stated, or estimated from the factors", fields=cut))
             return lens.system.field_kind, points
         findings.append(note(Kind.ASSUMED, "the lens states object heights, but its object is at infinity here: "
                                            "fields over the film instead"))

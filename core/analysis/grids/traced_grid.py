@@ -314,14 +314,14 @@ def _findings(conditions: Conditions, incomplete: np.ndarray, uneven: np.ndarray
                              f"of {field_names(conditions, fields)}", figures={"fields": float(fields.size)}))
     if uneven.any():
         fields = np.flatnonzero(uneven)
-        found.append(Finding(Kind.SAMPLING, None, "rays at the rims land far from the others: spots and contrast of "
-                             f"{field_names(conditions, fields)} need more points across the pupil",
+        found.append(Finding(Kind.SAMPLING, None, "rays at the edge of the pupil land far from the others: spots and "
+                             f"contrast of {field_names(conditions, fields)} need more points across the pupil",
                              figures={"uneven": float(fields.size)}))
     if steep.any():
         fields = np.flatnonzero(steep)
-        found.append(Finding(Kind.SAMPLING, None, "the wavefront bends steeply at the rims: its rms, its Strehl ratio "
-                             f"and the PSF of {field_names(conditions, fields)} need more points across the pupil",
-                             figures={"steep": float(fields.size)}))
+        found.append(Finding(Kind.SAMPLING, None, "the wavefront bends steeply at the edge of the pupil: its rms, its "
+                             f"Strehl ratio and the PSF of {field_names(conditions, fields)} need more points across "
+                             "the pupil", figures={"steep": float(fields.size)}))
     if (dark & beyond).any():
         fields = np.flatnonzero(dark & beyond)
         found.append(Finding(Kind.DARK, None, f"{field_names(conditions, fields)} look beyond 90°, where a plane "

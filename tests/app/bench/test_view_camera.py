@@ -75,7 +75,7 @@ def test_flat_is_a_radius_of_the_film():
 def test_figures_of_a_film_in_line_say_so():
     for settings, said in ((POSED, 1), (replace(Settings(), f_number=8.0, focus_distance=1500.0), 0)):
         asked = query(settings)
-        assert sum("in line" in each for each in asked.remarks(asked.grid(8))) == said
+        assert sum("a flat, centred film" in each for each in asked.remarks(asked.grid(8))) == said
 
 
 def test_a_lens_with_cylinders_has_a_film_out_of_line_too():

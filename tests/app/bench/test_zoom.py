@@ -190,7 +190,7 @@ def test_the_zoom_of_an_edited_lens_without_a_growing_focal_length_turns_by_its_
 
     drive(gui, test, size=(270, 440))
     assert seen["shown"].zoom == pytest.approx(1.0, abs=0.02)
-    assert readings(seen["shown"]).nearest_focus is None and seen["dials"] == ["Focus distance"]    # it throws no image
+    assert readings(seen["shown"]).nearest_focus is None and seen["dials"] == ["Focus distance"]    # it forms no image
     with pytest.raises(lb.LensError, match="does not grow"):
         asked_zoom(design(bent), ("focal length", 20.0))
 

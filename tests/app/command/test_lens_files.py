@@ -128,7 +128,7 @@ def test_trace_refuses_what_is_no_wavelength_also_of_glasses_of_one_index(tmp_pa
 
 
 @pytest.mark.parametrize(("lens", "wavelength", "told"), [
-    (LENS, "0.5", "the dispersion of this lens's glasses is not known: all wavelengths take the same paths"),
+    (LENS, "0.5", "no dispersion data for this lens: all wavelengths take the same paths"),
     (LENS, "0.5875618", ""), ("lenshh-cooke-triplet-50", "0.5", "")])
 def test_trace_says_where_a_wavelength_changes_nothing(tmp_path, capsys, lens, wavelength, told):
     (tmp_path / "rays.csv").write_text(RAYS)

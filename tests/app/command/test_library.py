@@ -51,7 +51,7 @@ def test_no_match_is_said(capsys):
 
 @pytest.mark.parametrize(("options", "reason"), [
     (["--kind", "makro"], "did you mean macro"), (["--maker", "nobody at all"], "there are"),
-    (["--focal", "90-80"], "smaller"), (["--focal", "-"], "no range"), (["--faster", "fast"], "positive number"),
+    (["--focal", "90-80"], "smaller"), (["--focal", "-"], "not a range"), (["--faster", "fast"], "positive number"),
     (["--format", "vhs"], "full frame"), (["--zoom", "--prime"], "not allowed with"), (["--sort", "price"], "choose")])
 def test_a_filter_that_cannot_be_met_is_an_error_of_one_line(capsys, options, reason):
     assert main(["lenses", *options]) == 2

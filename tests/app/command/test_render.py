@@ -90,7 +90,7 @@ def test_the_noise_that_was_reached_is_printed(tmp_path, capsys):
     figures = json.loads(capsys.readouterr().out)
     assert figures["noise_reached"] and figures["noise"] <= 0.05 and figures["samples"] < 64
     assert main([*words, "--until-noise", "0.001%", "--samples", "16"]) == 0
-    assert "not yet what was wanted" in capsys.readouterr().out
+    assert "above the noise asked for" in capsys.readouterr().out
 
 
 def _heeds(process: int, number: int) -> bool:

@@ -47,11 +47,11 @@ def test_the_name_of_a_lens_takes_the_picture_of_the_command():
 
 
 @pytest.mark.parametrize("make, kind, message", [
-    (lambda: lb.render(3, "still-life"), TypeError, "int is no camera"),
-    (lambda: lb.render(None, "still-life"), TypeError, "NoneType is no camera"),
+    (lambda: lb.render(3, "still-life"), TypeError, "int is not a camera"),
+    (lambda: lb.render(None, "still-life"), TypeError, "NoneType is not a camera"),
     (lambda: lb.render(lenses.load("pbrt-dgauss-50mm"), "room"), TypeError, "LensCamera.lens, lb.Film"),
-    (lambda: lb.render(CAMERA, 5), TypeError, "int is no scene"),
-    (lambda: lb.render("pbrt-dgauss-50mm", lb.Scene()), TypeError, "where the camera is"),
+    (lambda: lb.render(CAMERA, 5), TypeError, "int is not a scene"),
+    (lambda: lb.render("pbrt-dgauss-50mm", lb.Scene()), TypeError, "does not place the camera"),
     (lambda: lb.render("no-such-lens", "room"), lenses.LensFileError, "no library lens"),
     (lambda: lb.render(CAMERA, "no-such-scene"), ValueError, "no built-in scene"),
     (lambda: lb.render(CAMERA, "room", 0), ValueError, "at least 1"),

@@ -41,7 +41,7 @@ def test_off_is_the_picture_of_the_d_line_and_on_that_of_all_wavelengths():
 def test_the_read_out_says_what_is_used_and_why(tmp_path):
     assert (said(NAMED).value, said(replace(NAMED, dispersion="off")).value) == ("24 wavelengths", "d line")
     assert "turned off" in said(replace(NAMED, dispersion="off")).meaning
-    assert said(NAMELESS).value == "d line" and "no dispersion is known" in said(NAMELESS).meaning
+    assert said(NAMELESS).value == "d line" and "no dispersion data" in said(NAMELESS).meaning
     assert "ideal" in said(replace(NAMED, lens_model="thin")).meaning
     assert said(replace(NAMED, camera="perspective")).value == NONE
     assert "no library lens" in said(replace(NAMED, lens="nothing")).meaning
@@ -72,7 +72,7 @@ def test_on_the_command_line(viewed, capsys, tmp_path):  # noqa: F811
     assert settings_of(viewed, NAMED.lens, "--dispersion", "on").dispersion == "on"
     assert main(["render", NAMELESS.lens, "--dispersion", "on", "--size", "8x8", "-o", str(tmp_path / "a.png")]) == 2
     error = capsys.readouterr().err
-    assert "no dispersion is known" in error and error.count("\n") == 1 and not (tmp_path / "a.png").exists()
+    assert "no dispersion data" in error and error.count("\n") == 1 and not (tmp_path / "a.png").exists()
 
 
 @pytest.mark.slow

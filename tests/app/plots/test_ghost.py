@@ -82,7 +82,7 @@ def test_axes_hold_both_and_other_surfaces_or_no_figure_are_said():
         assert whole.y.low <= one.y.low and whole.y.high >= one.y.high
     bars = with_ghost(seidel_figure(B, 16), seidel_figure(triplet, 16), "triplet").rows[0][0].layers
     assert all(layer.x.size == 1 for layer in bars if isinstance(layer, Bars) and layer.ghost)
-    assert "no such figure: afocal" in with_ghost(b, None, "A", "afocal").remarks[-1]
+    assert "no such plot: afocal" in with_ghost(b, None, "A", "afocal").remarks[-1]
 
 
 def test_rays_that_a_lit_surface_ends_are_marked_in_fans_and_spots():
@@ -184,7 +184,7 @@ def test_a_ray_of_a_lens_that_opens_no_further_says_why_it_is_not_followed():
     """The figures are of the open lens, and there is no picture."""
     settings = replace(Settings(), lens="carl-zeiss-tessar-100-f45", f_number=2.8)
     ray = pointed_ray(settings, 16, (0, query(settings).conditions().primary_wavelength, 0.0, 0.1))
-    assert ray.raster is None and "opens no further" in ray.end
+    assert ray.raster is None and "maximum aperture" in ray.end
     with pytest.raises(lb.LensError):
         camera(settings)
 

@@ -153,7 +153,7 @@ def test_the_true_reason_is_passed_on(folder):
     with pytest.raises(SceneFileError, match=r"depth map 'b.exr': it has the channels 'depth', and neither Z nor Y"):
         load(folder, PHOTO + 'depth = "b.exr"\n')
     (folder / "c.exr").write_bytes((folder / "b.exr").read_bytes()[:200])
-    with pytest.raises(SceneFileError, match=r"depth map 'c.exr': it is no whole OpenEXR file"):
+    with pytest.raises(SceneFileError, match=r"depth map 'c.exr': it is not a complete OpenEXR file"):
         load(folder, PHOTO + 'depth = "c.exr"\n')
     OpenEXR.File({}, {"Z": np.full((8, 12), np.nan, np.float32)}).write(str(folder / "d.exr"))
     with pytest.raises(SceneFileError, match=r"depth map 'd.exr': none of its pixels holds a distance"):

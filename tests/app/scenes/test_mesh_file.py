@@ -122,7 +122,7 @@ def glb(tree):
 
 BROKEN = {
     "none.obj": (None, "no such file"),
-    "words.obj": (b"these are words\n", "the line 'these are words' is none of OBJ"),
+    "words.obj": (b"these are words\n", "the line 'these are words' is not OBJ"),
     "empty.obj": (b"", "no triangles|damaged"),
     "cut.ply": (b"ply\nformat binary_little_endian 1.0\nelement ver", "the line 'element ver'"),
     "zero.ply": (b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"

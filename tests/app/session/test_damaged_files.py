@@ -65,8 +65,8 @@ def replaced(old, new):
 
 
 DAMAGE = {
-    "an EXR whose text is no UTF-8": ("a.exr", replaced(b'"thin"', b'"th\xff\xfe"'), "no text"),
-    "an EXR whose attribute is an integer": ("a.exr", replaced(b"lensbench\0string", b"lensbench\0double"), "no text"),
+    "an EXR whose text is no UTF-8": ("a.exr", replaced(b'"thin"', b'"th\xff\xfe"'), "not text"),
+    "an EXR whose attribute is an integer": ("a.exr", replaced(b"lensbench\0string", b"lensbench\0double"), "not text"),
     "an EXR whose attribute is endless": (
         "a.exr", replaced(b"lensbench\0string\0", b"lensbench\0string\0\xff\xff\xff\x7f"), "breaks off"),
     "a PPM with a list as settings": ("a.ppm", lambda whole: with_settings(whole, b"[[1, 2]]", {}), "braces"),
@@ -76,9 +76,9 @@ DAMAGE = {
                                "damaged"),
     "a PPM with an infinite focal length": (
         "a.ppm", lambda whole: with_settings(whole, b'{"version": 1, "focal_length": 1e999}', {}), "from 0.001 mm"),
-    "a TOML with 5000 digits": ("a.toml", lambda whole: whole + b"\nx = " + b"9" * 5000, "no TOML"),
+    "a TOML with 5000 digits": ("a.toml", lambda whole: whole + b"\nx = " + b"9" * 5000, "not TOML"),
     "a TOML with 10⁵ digits in hex": ("a.toml", replaced(b"seed = 0", b"seed = 0x" + b"f" * 100_000), "seed"),
-    "a TOML with nested brackets": ("a.toml", lambda whole: whole + b"\nx = " + b"[" * 100_000, "no TOML"),
+    "a TOML with nested brackets": ("a.toml", lambda whole: whole + b"\nx = " + b"[" * 100_000, "not TOML"),
     "a TOML of 2 MB": ("a.toml", lambda whole: whole + b"#" * (2 << 20), "larger than 1 MB"),
     "a TOML with a long word": ("a.toml", replaced(b'"still-life"', b'["' + b"y" * 100_000 + b'"]'), "…"),
     "a TOML with a terminal escape": ("a.toml", replaced(b"seed", b'"\\u001b[2J\\n"'), r"\\x1b\[2J\\n"),
@@ -128,7 +128,7 @@ RECORDINGS = {
     "no reach": (changed(reach=np.array(0.0)), "reach"),
     "an array more": (changed(gill=np.array(0.5)), "'gill'"),
     "moments of another shape": (changed(moments=np.zeros((2, 1), np.float16)), "not those"),
-    "settings of numbers": (changed(settings=np.zeros(3)), "no text"),
+    "settings of numbers": (changed(settings=np.zeros(3)), "not text"),
 }
 
 

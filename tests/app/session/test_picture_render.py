@@ -148,7 +148,7 @@ def test_kept_samples_of_a_file_that_has_changed_since_are_refused(tmp_path, cha
         scene.write_text(scene.read_text().replace("-1m", "-2m"))
     else:
         Image.new("L", (8, 8), 100).save(texture if changed == "texture" else stop)
-    with pytest.raises(ExportError, match="samples of a former lens or scene file"):
+    with pytest.raises(ExportError, match="samples of an earlier lens or scene file"):
         export_render(settings, path, resume=True)
 
 

@@ -54,7 +54,7 @@ def test_a_lens_beside_the_settings_is_found_from_anywhere(tmp_path):
     ("version = 1\nposition = [1, 2]", ":2: position:"), ("version = 1\nlense = 'x'", ":2: lense:"),
     ("version = 1\nsamples = true", "whole number"), ("version = 1\npixels_x = 1e3", "whole number"),
     ("version = 1\nlens_model = 'zoom'", "auto, trace"), (f"version = {VERSION + 1}", "update lensbench"),
-    ("version = 1\nfov = ", "no TOML: "), ("[version]\na = 1", ":1: version:|no `version`"),
+    ("version = 1\nfov = ", "not TOML: "), ("[version]\na = 1", ":1: version:|no `version`"),
     ("version = 1\npixels_x = 20000\npixels_y = 20000", "million are possible"),
 ])
 def test_what_cannot_be_is_named_by_file_line_and_key(tmp_path, text, said):
@@ -66,7 +66,7 @@ def test_what_cannot_be_is_named_by_file_line_and_key(tmp_path, text, said):
 
 def test_a_file_that_is_no_text_or_not_there_is_said(tmp_path):
     (tmp_path / "a.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(SettingsError, match="no text"):
+    with pytest.raises(SettingsError, match="not UTF-8 text"):
         load_settings(tmp_path / "a.toml")
     with pytest.raises(SettingsError, match="No such file"):
         load_settings(tmp_path / "b.toml")

@@ -50,7 +50,7 @@ def test_beyond_the_hyperfocal_distance_the_far_limit_is_infinite():
 def test_a_field_that_is_never_sharp_is_named_and_has_no_limits():
     found = depth(4.0, 2000.0)[2]
     assert found.least[-1] > found.limit and np.isnan(found.near[-1]) and np.isnan(found.far[-1])
-    assert any("softer than the limit" in str(each) for each in found.findings)
+    assert any("blurs more than the limit" in str(each) for each in found.findings)
 
 
 def curved_field():
@@ -110,7 +110,7 @@ def test_the_limits_of_a_squared_blur_that_is_a_parabola_are_its_own(vertex):
 def test_impossible_limits_and_fields_are_refused():
     angles = lb.analysis.conditions(LENS, None, [0.0], field_kind=lb.FieldKind.ANGLE)
     away = lb.film_distance(LENS, inf)
-    with pytest.raises(lb.LensError, match="places of the film"):
+    with pytest.raises(lb.LensError, match="positions on the film"):
         lb.analysis.field_depth(LENS, away, angles, 0.03)
     with pytest.raises(lb.LensError, match="positive"):
         lb.analysis.field_depth(LENS, away, lb.analysis.conditions(LENS, lb.Film(), 2), 0.0)

@@ -272,5 +272,5 @@ def test_each_position_of_a_zoom_lens_out_of_line_has_the_light_of_its_trace(zoo
 def test_the_model_choice_traces_and_says_why():
     choice = lb.choose_model(lb.LensCamera(BENT, replace(FILM, pixels_x=36, pixels_y=24), 2000.0, 5.6, "auto",
                                            film_pose=POSED), lb.load_scene("still-life"))
-    assert choice.model == "trace" and "the lens has a surface out of line" in choice.reason
+    assert choice.model == "trace" and "the lens has a tilted or decentred surface" in choice.reason
     assert "the film is tilted, shifted or curved" in choice.reason

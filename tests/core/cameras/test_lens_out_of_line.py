@@ -79,7 +79,7 @@ def test_the_foremost_point_of_a_tilted_dome_is_on_its_glass():
 
 def test_other_models_and_dark_films_are_refused():
     for model in ("polynomial", "thick", "thin", "pinhole"):
-        with pytest.raises(lb.CameraError, match="this one has a surface out of line: choose the full trace"):
+        with pytest.raises(lb.CameraError, match="this one has a tilted or decentred surface: choose the full trace"):
             lb.LensCamera(BENT, FILM, 2000.0, model=model)
     with pytest.raises(lb.CameraError, match="no light reaches the film's centre"):
         lb.LensCamera(posed(TRIPLET, 2, 3, decentre_x=40.0), FILM, 2000.0)

@@ -236,7 +236,7 @@ def test_a_lens_moved_aside_as_a_whole_draws_the_same_grid():
     ideal, real = lb.distortion_grid(lens, away, film, 5, steps=2)
     assert real.shape == (9, 13, 2) and np.abs(real - ideal).max() > 0.3
     np.testing.assert_allclose(lb.distortion_grid(aside, away, film, 5, steps=2)[1], real, atol=2e-3)
-    with pytest.raises(lb.LensError, match="out of line is compared"):
+    with pytest.raises(lb.LensError, match="decentred surface is compared"):
         lb.distortion_grid(aside, away, film, projection="equidistant")
 
 

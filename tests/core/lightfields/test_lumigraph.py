@@ -147,7 +147,7 @@ def test_invalid_arguments_are_refused():
         lb.capture_lumigraph(pinhole(film=lb.Film(36.0, 24.0, 12, 8)), STILL, (2, 2), samples=1,
                              progress=lambda share: False)
     for pose in (lb.FilmPose(rise=10.0), lb.FilmPose(tilt=0.1), lb.FilmPose(radius=-90.0)):
-        with pytest.raises(lb.LightFieldError, match="flat film in line"):
+        with pytest.raises(lb.LightFieldError, match="flat, centred film"):
             lb.capture_lumigraph(lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, 1200.0, film_pose=pose), STILL)
     made = waving(1200.0)
     for surface, says in ((np.ones((3, 4)), "160 × 240"), (-1.0, "positive"), ("here", "recorded")):

@@ -105,7 +105,7 @@ def test_a_model_of_two_numbers_ends_where_it_is_no_longer_a_glass():
     for wavelength in (0.3649, 1.0141):
         with pytest.raises(GlassError, match=r"index 1\.62 is known from 0\.365 to 1\.014 µm"):
             glass.index(wavelength)
-    assert Glass(1.62).index(5.0) == 1.62               # no dispersion is known of it at all
+    assert Glass(1.62).index(5.0) == 1.62               # no dispersion data of it at all
 
 
 def test_a_lens_at_a_wavelength_beyond_a_glass_is_an_error_wherever_it_is_asked_for():

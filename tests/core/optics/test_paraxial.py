@@ -128,7 +128,7 @@ def test_stopping_down_gives_the_f_number_asked_for(name, f_number):
 
 @pytest.mark.parametrize("f_number", [0.0, -2.0, nan, inf, 1.4, 2.02])
 def test_an_f_number_that_cannot_be_is_refused(f_number):
-    with pytest.raises(lb.LensError, match="f-number|opens no further than f/2.03"):
+    with pytest.raises(lb.LensError, match="f-number|maximum aperture of this lens is f/2.03"):
         lb.stopped_down(lens("dgauss"), f_number)
 
 
@@ -136,10 +136,10 @@ def test_the_engraved_f_number_means_wide_open():
     engraved = replace(lens("dgauss"), stated_f_number=2.0)
     assert lb.stopped_down(engraved, 2.0) == engraved
     assert lb.stopped_down(engraved, lb.first_order(engraved).f_number) == engraved
-    with pytest.raises(lb.LensError, match="opens no further"):
+    with pytest.raises(lb.LensError, match="maximum aperture"):
         lb.stopped_down(engraved, 1.99)
     nonsense = replace(engraved, stated_f_number=1.2)
-    with pytest.raises(lb.LensError, match="opens no further"):
+    with pytest.raises(lb.LensError, match="maximum aperture"):
         lb.stopped_down(nonsense, 1.2)
 
 

@@ -330,7 +330,7 @@ def test_wavelengths_in_nanometres_and_negative_weights_are_refused(wavelengths,
 
 def test_glasses_without_dispersion_are_said_for_one_wavelength_and_among_others():
     flint = lb.Surface(1.0, 5.0, lb.Glass(1.62, 36.0), curvature=0.0)
-    for stack, lines, text in ((hyperbolic(), [0.248], "the dispersion of this lens's glasses is not known"),
+    for stack, lines, text in ((hyperbolic(), [0.248], "no dispersion data for this lens"),
                                (hyperbolic(), [lb.D_LINE], None),
                                (lb.Lens((flint, *hyperbolic().surfaces), 0), None, "the dispersion of 1 of 2 glasses")):
         said = [str(each) for each in lb.analysis.conditions(stack, wavelengths=lines).findings
