@@ -92,7 +92,8 @@ def test_bad_skies_are_one_clear_line(tmp_path, values):
     (tmp_path / "words.hdr").write_text("no picture")
     for name, reason in {"nan.exr": "no pixel that is positive", "negative.exr": "no pixel that is positive",
                          "one.exr": "smaller than 2",
-                         "one.hdr": "smaller than 2", "square.exr": "twice as wide", "half.exr": "not a complete OpenEXR",
+                         "one.hdr": "smaller than 2", "square.exr": "twice as wide",
+                         "half.exr": "not a complete OpenEXR",
                          "depth.exr": "channels 'Z', and neither R", "words.hdr": "no picture of the kinds",
                          "../a.hdr": "there is no such",
                          "none.hdr": "no such file"}.items():
