@@ -12,7 +12,7 @@ from imgui_bundle import ImVec2, imgui, implot
 from numpy.typing import NDArray
 
 from lensbench.app.drawing import theme
-from lensbench.core.text import significant, true_minus
+from lensbench.core.text import RAISED, significant, true_minus
 
 TOLERANCE = 0.05        # pixels that a point may lie off the line between its neighbours
 ROUNDS = 5
@@ -232,4 +232,12 @@ def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list
         first = ceil(np.log10(low) - 1e-9)
         values = [10.0**e for e in decades if e >= first and (e - first) % every == 0] if every > 1 else \
             [m * 10.0**e for e in decades for m in (1.0, 2.0, 5.0)]
-    return values, [significant(value) for value in values]
+    return values, [_short(value) for value in values]
+
+
+def _short(value: float) -> str:
+    """The number at a tick: beyond 10⁻⁵ to 10⁵ with a power of ten, 10⁻⁹ or 3×10⁵."""
+    if 0.99e-5 < value < 0.99e5:
+        return significant(value)
+    mantissa, power = f"{value:.0e}".split("e")
+    return f"{mantissa}×10{str(int(power)).translate(RAISED)}".removeprefix("1×")

@@ -25,8 +25,9 @@ ARMS = {"cross": 0.25, "plus": 0.0}     # turn of the first arm, × π; of CORNE
 GHOST = 0.5                     # opacity of the figure A
 SPACING = 3.0                   # pixels between the points of a curve that words keep clear of
 TRIED = 40                      # positions along a curve for its words, at most
-AWAY = (0.0, 4.0, 9.0, 17.0)    # pixels from a mark to its words: the first that is free
-SIDES = ("right", "left", "right above", "right below", "left above", "left below", "above", "below")
+AWAY = (9.0, 13.0, 18.0, 26.0)  # pixels from a mark to its words: the first that is free
+Boxes = dict[str, tuple[float, float, float, float]]    # words: left, top, right and bottom, pixels
+SIDES = ("right", "left", "right above", "right below", "above", "below", "left above", "left below")
 
 
 def colour_of(tint: Tint) -> theme.Colour:
@@ -46,8 +47,8 @@ def ink(tint: Tint) -> theme.Colour:
 
 
 def draw_layers(draw: imgui.ImDrawList, shown: PlotMap, layers: Sequence[Any], title: str = "",
-                column: float | None = None) -> None:
-    """All patches, curves, marks, bars and labels of a plot, and its title in the corner.
+                column: float | None = None) -> Boxes:
+    """Draw all patches, curves, marks, bars and labels of a plot, and its title in the corner; where words stand.
 
     column: of a line in pixels that is drawn above them, which words keep clear of.
     """
@@ -78,6 +79,7 @@ def draw_layers(draw: imgui.ImDrawList, shown: PlotMap, layers: Sequence[Any], t
         pixel = theme.scale()
         text(draw, ImVec2(shown.left + 4.0 * pixel, shown.top + 2.0 * pixel), theme.colours().text,
              theme.shortened(title, shown.right - shown.left - 6.0 * pixel), plate=True)
+    return words.boxes
 
 
 def _draw_patch(draw: imgui.ImDrawList, shown: PlotMap, patch: Patch) -> None:
@@ -172,7 +174,8 @@ class Words:
 
     def __init__(self, shown: PlotMap, layers: Iterable[Any], column: float | None = None):
         self._shown, self._pad = shown, 2.0 * theme.scale()
-        self.taken: list[tuple[float, float, float, float]] = []       # boxes: left, top, right, bottom
+        self.boxes: Boxes = {}                                          # of the words that were written
+        self.taken: list[tuple[float, float, float, float]] = []       # and of all else that they must not touch
         self._above: list[tuple[float, float, float]] = []             # labels above their places: left, right, top
         lines = [np.zeros((0, 2))]
         layers = list(layers)
@@ -181,7 +184,7 @@ class Words:
                 layer.x.size == 2 and layer.x[0] == layer.x[1])]           # words may hide a bit of an upright line
             for layer in layers:
                 if isinstance(layer, Points) and layer.size >= SIZED:
-                    half = 1.5 * layer.size * theme.scale()
+                    half = (layer.size + 2.5) * theme.scale()
                     self.taken += [(x - half, y - half, x + half, y + half)
                                    for x, y in shown.pixels(layer.x, layer.y).tolist()]
         if column is not None:
@@ -208,34 +211,38 @@ class Words:
         self._write(draw, label.text, label.tint, ImVec2(x, y))
 
     def about(self, draw: imgui.ImDrawList, label: Label) -> None:
-        """Words about a mark: on their own side of it, else on the first that is free."""
+        """Words about a mark: on their own side of it, else on the first that is free; lines may run below them."""
+        shown, pixel = self._shown, theme.scale()
         at, size = self._shown.at(label.x, label.y), imgui.calc_text_size(label.text)
         sides = (label.side, *(side for side in SIDES if side != label.side))
-        gap = 4.5 * self._pad
+        corners = ((*_corner(side, at, size, away * pixel, away * pixel), side) for away in AWAY for side in sides)
         self._first_free(draw, label.text, label.tint, (
-            _corner(side, at, size, gap + away * theme.scale(), gap + away * theme.scale())
-            for away in AWAY for side in sides))
+            (min(max(x, shown.left + pixel), shown.right - size.x - pixel) if side in ("above", "below") else x, y)
+            for x, y, side in corners), clear=False)
 
     def along(self, draw: imgui.ImDrawList, curve: Curve) -> None:
         """The tag of a curve, from its end backwards: above it, below it, or next to it."""
-        shown, size = self._shown, imgui.calc_text_size(curve.tag)
+        shown = self._shown
+        words = theme.shortened(curve.tag, shown.right - shown.left - 8.0 * self._pad)
+        size = imgui.calc_text_size(words)
         points = _dense(_pixels(shown, curve))
         inside = (points >= (shown.left - 1.0, shown.top - 1.0)).all(1) & (points <= (shown.right, shown.bottom)).all(1)
         points = points[inside][::-1]
         every = max(int(6.0 / SPACING), -(-len(points) // TRIED))
-        self._first_free(draw, curve.tag, curve.tint, (
+        self._first_free(draw, words, curve.tint, (
             _corner(side, ImVec2(x, y), size, pad, 0.5 * self._pad) for x, y in points[::every].tolist()
             for side, pad in (("left above", 0.0), ("left below", 0.0), ("right", 2.0 * self._pad),
                               ("left", 2.0 * self._pad))))
 
     def _first_free(self, draw: imgui.ImDrawList, words: str, tint: Tint,
-                    corners: Iterator[tuple[float, float]]) -> None:
+                    corners: Iterator[tuple[float, float]], clear: bool = True) -> None:
+        """Write words at the first corner where they touch nothing; clear: of lines, too."""
         size = imgui.calc_text_size(words)
-        found = next((corner for corner in corners if self._is_free(*corner, size)), None)
+        found = next((corner for corner in corners if self._is_free(*corner, size, clear)), None)
         if found is not None:
             self._write(draw, words, tint, ImVec2(*found))
 
-    def _is_free(self, x: float, y: float, size: ImVec2) -> bool:
+    def _is_free(self, x: float, y: float, size: ImVec2, clear: bool) -> bool:
         """Whether a text with this corner lies in the plot and touches nothing."""
         shown, pixel = self._shown, 0.5 * self._pad
         right, bottom = x + size.x, y + size.y
@@ -244,11 +251,12 @@ class Words:
         if any(x < r + pixel and right > l - pixel and y < b and bottom > t for l, t, r, b in self.taken):
             return False
         low, high = (x - pixel, y + 2.0 * pixel), (right + pixel, bottom - pixel)
-        return not ((self._lines > low) & (self._lines < high)).all(1).any()
+        return not clear or not ((self._lines > low) & (self._lines < high)).all(1).any()
 
     def _write(self, draw: imgui.ImDrawList, words: str, tint: Tint, corner: ImVec2) -> None:
         size = imgui.calc_text_size(words)
-        self.taken.append((corner.x, corner.y, corner.x + size.x, corner.y + size.y))
+        box = self.boxes[words] = corner.x, corner.y, corner.x + size.x, corner.y + size.y
+        self.taken.append(box)
         text(draw, corner, ink(tint), words, plate=True)
 
 

@@ -10,9 +10,9 @@ from imgui_bundle import ImVec2, imgui, implot
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, log_ticks, pieces, text
 from lensbench.app.drawing.plot_layers import (
-    Pictures, colour_of, draw_cursor, draw_layers, draw_map, draw_mark, draw_points, tooltip
+    Boxes, Pictures, colour_of, draw_cursor, draw_layers, draw_map, draw_mark, draw_points, tooltip
 )
-from lensbench.app.drawing.recorded import Calls, FrameMemo, Recorder, record, repeat
+from lensbench.app.drawing.recorded import Calls, FrameMemo, Recorder, repeat
 from lensbench.app.plots.plot import SIZED, Axis, Curve, Figure, Map, Plot, Points, told, unit_of
 
 NARROW = 8.5                    # em: a plot of this width has no room for the label of its y axis
@@ -32,6 +32,7 @@ class Drawn:
     told: str = ""                                          # the numbers under the cursor
     fitted: dict[str, tuple] = field(default_factory=dict)  # the limits that each plot was fitted to
     shown: dict[str, PlotMap] = field(default_factory=dict)     # each plot as drawn last
+    words: dict[str, Boxes] = field(default_factory=dict)   # and where its words stand
     grabbed: float = 0.0                                    # pixels from the mouse to the line that it drags
 
     def forget(self) -> None:
@@ -178,8 +179,9 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None =
         elif isinstance(layer, Points) and layer.size < SIZED:
             draw_points(layer)
     implot.push_plot_clip_rect()
-    repeat(state.memo.of((name, plot, shown, surfaces, column, theme.look()), lambda: record(
-        lambda into: draw_layers(into, shown, layers, plot.title, column))), draw)
+    calls, state.words[name] = state.memo.of((name, plot, shown, surfaces, column, theme.look()),
+                                             lambda: _recorded(shown, layers, plot.title, column))
+    repeat(calls, draw)
     draw_layers(draw, shown, over)
     if grip is not None and column is not None:
         _draw_grip(draw, shown, grip, column)
@@ -200,6 +202,13 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None =
     if at is not None and state.told and not imgui.is_mouse_down(imgui.MouseButton_.left):
         tooltip(plot, state.told)
     return at
+
+
+def _recorded(shown: PlotMap, layers: list, title: str, column: float | None) -> tuple[Calls, Boxes]:
+    """The calls that draw the layers, and where their words stand."""
+    recorder: Any = Recorder()
+    words = draw_layers(recorder, shown, layers, title, column)
+    return recorder.calls, words
 
 
 def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:

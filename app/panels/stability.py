@@ -4,24 +4,26 @@ Errors are on the vertical axis. Both axes are logarithmic unless the sweep is l
 the right. Single precision is dashed; methods that the program relies on are thick; a cross marks a failure.
 """
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
 
 import numpy as np
-from imgui_bundle import ImVec2, imgui, implot
+from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph, picked
-from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, pieces, text
+from lensbench.app.drawing.plot_axes import TINY, pieces, text
+from lensbench.app.drawing.plot_layers import colour_of
+from lensbench.app.drawing.plot_painter import Drawn, draw_plot
 from lensbench.app.panels.snapshots import task_progress
+from lensbench.app.plots.plot import DASHED, DOTTED, SOLID, Axis, Curve, Plot, Points
 from lensbench.app.studies.stability.plots import FAMILIES, method_name, method_names, plotted_errors
-from lensbench.app.studies.stability.sweep import Curve, Sweep, quantity_text
+from lensbench.app.studies.stability.sweep import Curve as SweepCurve, Sweep, quantity_text
 from lensbench.app.workers.study_workers import Key, StabilityWorker
-from lensbench.core.text import significant
 
-DASH = (5.0, 3.0)               # dashes and gaps of single-precision curves, pixels
 LIST = 25.0                     # em: width of the column beside the plot
-LAST_POWER = 300.0              # of ten, on an axis: a number holds it
+LARGEST = 1e290                 # end of an axis: a number holds also what the wheel shows beyond
+MARGIN = 0.03                   # of the horizontal axis, beyond the values
 
 
 @dataclass
@@ -31,7 +33,7 @@ class StabilityState:
     family: str = next(iter(FAMILIES))
     title: str = next(iter(next(iter(FAMILIES.values()))))
     method: str = ""            # selected in the list; the plot shows where it fails
-    fitted_to: tuple = ()
+    drawn: Drawn = field(default_factory=Drawn)
 
 
 def stability_panel(worker: StabilityWorker, state: StabilityState) -> None:
@@ -59,7 +61,7 @@ def stability_panel(worker: StabilityWorker, state: StabilityState) -> None:
     imgui.end_child()
     if sweep is not None:
         imgui.set_cursor_screen_pos(corner)
-        _plot(sweep, plot_size, state)
+        draw_plot("Stability plot", sweep_plot(sweep, state.method), plot_size, state.drawn)
     imgui.pop_font()
 
 
@@ -90,14 +92,14 @@ def _waiting(worker: StabilityWorker, key: Key) -> None:
         task_progress(worker.task)
 
 
-def tints(sweep: Sweep) -> dict[str, theme.Colour]:
-    """Colour of each method, by its name without the precision."""
-    return dict(zip(method_names(sweep), theme.tints(), strict=False))
+def _tints(sweep: Sweep) -> dict[str, str]:
+    """Tint of each method, by its name without the precision."""
+    return {name: f"chart{i}" for i, name in enumerate(method_names(sweep))}
 
 
 def _methods(sweep: Sweep, state: StabilityState) -> None:
     """One row a method: line style, name and where it fails; a click selects the method."""
-    colour, tinted, draw = theme.colours(), tints(sweep), imgui.get_window_draw_list()
+    colour, tinted, draw = theme.colours(), _tints(sweep), imgui.get_window_draw_list()
     pixel, line = theme.scale(), imgui.get_text_line_height_with_spacing()
     for curve in sweep.curves:
         at, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
@@ -106,7 +108,10 @@ def _methods(sweep: Sweep, state: StabilityState) -> None:
         if imgui.is_item_hovered():
             _method_tooltip(sweep, curve)
         middle = at.y + 0.5 * imgui.get_text_line_height()
-        _stroke(draw, np.array([[at.x, middle], [at.x + 22.0 * pixel, middle]]), curve, tinted[method_name(curve)])
+        for piece in pieces(np.array([[at.x, middle], [at.x + 22.0 * pixel, middle]]),
+                            *(length * pixel for length in _dash(curve))):
+            draw.add_polyline(piece, theme.packed(colour_of(tinted[method_name(curve)])),
+                              (2.0 if curve.own else 1.0) * pixel, imgui.ImDrawFlags_.none)
         safe, fails, _ = sweep.words(curve)
         word = "holds" if fails == "never" else f"fails at {fails}"
         wide = imgui.calc_text_size(word).x
@@ -117,7 +122,7 @@ def _methods(sweep: Sweep, state: StabilityState) -> None:
     paragraph(sweep.note)
 
 
-def _method_tooltip(sweep: Sweep, curve: Curve) -> None:
+def _method_tooltip(sweep: Sweep, curve: SweepCurve) -> None:
     """Tooltip: how far a method is safe, and what it returns beyond."""
     verdict = sweep.verdict(curve)
     safe, fails, returns = sweep.words(curve)
@@ -135,108 +140,55 @@ def _method_tooltip(sweep: Sweep, curve: Curve) -> None:
     imgui.end_tooltip()
 
 
-def _stroke(draw: imgui.ImDrawList, points: np.ndarray, curve: Curve, tint: theme.Colour, strong: bool = False) -> None:
-    pixel = theme.scale()
-    weight = (2.0 if curve.own else 1.0) + (1.0 if strong else 0.0)
-    on, off = (DASH[0] * pixel, DASH[1] * pixel) if curve.name.endswith("float32") else (0.0, 0.0)
-    for piece in pieces(points, on, off):
-        draw.add_polyline(piece, theme.packed(tint), weight * pixel, imgui.ImDrawFlags_.none)
+def _dash(curve: SweepCurve) -> tuple[float, float]:
+    return DASHED if curve.name.endswith("float32") else SOLID
 
 
 # The plot
 
 
-def _across(sweep: Sweep, values) -> np.ndarray:
-    """Positions of values on the horizontal axis of the plot, the hard end on the right."""
-    place = np.asarray(values, float) if sweep.linear else np.log10(values)
-    return place if sweep.rising else -place
-
-
-def _plot(sweep: Sweep, size: ImVec2, state: StabilityState) -> None:
-    x, y = implot.ImAxis_.x1, implot.ImAxis_.y1
-    shown = [np.log10(plotted_errors(sweep, curve)) for curve in sweep.curves]
-    ends = np.concatenate([*shown, [math.log10(sweep.limit)]])
-    low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
-    places = _across(sweep, sweep.values)
-    margin = 0.03 * (places[-1] - places[0])
-    if not implot.begin_plot(f"Stability plot###{state.family} {sweep.title}", size, PLOT_FLAGS):
-        return
-    implot.setup_axis(x, f"{sweep.axis} ({sweep.unit})" if sweep.unit else sweep.axis, AXIS_FLAGS)
-    implot.setup_axis(y, f"{sweep.measure} off by ({sweep.measure_unit})" if sweep.measure_unit
-                      else f"{sweep.measure} off by", AXIS_FLAGS)
-    once = implot.Cond_.once if state.fitted_to == (size.x, size.y) else implot.Cond_.always
-    state.fitted_to = (size.x, size.y)
-    implot.setup_axis_limits(x, float(places[0] - margin), float(places[-1] + margin), once)
-    implot.setup_axis_limits(y, low - 0.4, high + 0.4, once)
-    _ticks(x, float(places[0]), float(places[-1]), size.x - theme.em(5.0), theme.em(3.4), sweep)
-    _ticks(y, low, high, size.y - theme.em(3.0), theme.em(1.5))
-    plot, draw = PlotMap.current(log=False), implot.get_plot_draw_list()
-    implot.push_plot_clip_rect()
-    _draw(sweep, shown, places, plot, draw, state.method)
-    implot.pop_plot_clip_rect()
-    if implot.is_plot_hovered():
-        if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
-            state.fitted_to = ()
-        _tell_at(sweep, places, plot)
-    implot.end_plot()
-
-
-def _ticks(axis: int, first: float, last: float, pixels: float, room: float, sweep: Sweep | None = None) -> None:
-    """Whole powers of ten, as many as have room; of a linear sweep whole steps of 1, 2 or 5."""
-    linear, falling = sweep is not None and sweep.linear, sweep is not None and not sweep.rising
-    least = (last - first) * room / max(pixels, 1.0)
-    step = max(1.0, math.ceil(least))
-    if linear:
-        power = 10.0 ** math.floor(math.log10(least))
-        step = next(power * m for m in (1.0, 2.0, 5.0, 10.0) if power * m >= least)
-    begin = math.floor(first / step) - 2
-    marks = [step * k for k in range(begin, math.ceil(last / step) + 3) if linear or abs(step * k) < LAST_POWER]
-    values = [-mark if falling else mark for mark in marks]
-    labels = [significant(value) if linear else quantity_text(10.0**value, "") for value in values]
-    implot.setup_axis_ticks(axis, marks, labels, False)
-
-
-def _draw(sweep: Sweep, shown: list[np.ndarray], places: np.ndarray, plot: PlotMap, draw: imgui.ImDrawList,
-          method: str) -> None:
-    colour, tinted, pixel = theme.colours(), tints(sweep), theme.scale()
-    level = plot.at(0.0, math.log10(sweep.limit)).y
-    dashed_line(draw, ImVec2(plot.left, level), ImVec2(plot.right, level), theme.packed(colour.dim), 1.5, 3.0)
-    limit = f"limit {quantity_text(sweep.limit, sweep.measure_unit)}"
-    text(draw, ImVec2(plot.left + 4.0 * pixel, level - imgui.get_text_line_height() - 1.0), colour.dim, limit,
-         plate=True)
-    for curve, errors in zip(sweep.curves, shown, strict=True):
-        _stroke(draw, plot.pixels(places, errors), curve, tinted[method_name(curve)], curve.name == method)
-    for curve, errors in zip(sweep.curves, shown, strict=True):
+@lru_cache(maxsize=4)
+def sweep_plot(sweep: Sweep, method: str) -> Plot:
+    """The errors of all methods, the hard end on the right. method: the one that shows where it fails; "" for none."""
+    shown = [plotted_errors(sweep, curve) for curve in sweep.curves]
+    errors = np.concatenate([*shown, [sweep.limit]])
+    low, high = 0.4 * float(np.nanmin(errors)), min(2.5 * float(np.nanmax(errors)), LARGEST)
+    tints = _tints(sweep)
+    layers: list = [Curve.straight(_ends(sweep), (sweep.limit,) * 2, dash=DOTTED,
+                                   tag=f"limit {quantity_text(sweep.limit, sweep.measure_unit)}")]
+    for curve, y in zip(sweep.curves, shown, strict=True):
+        layers.append(Curve(curve.name, sweep.values, y, tints[method_name(curve)], _dash(curve),
+                            (2.0 if curve.own else 1.0) + (1.0 if curve.name == method else 0.0)))
+    for curve, y in zip(sweep.curves, shown, strict=True):
         at = sweep.failure(curve)
-        if at is None:
-            continue
-        point = plot.at(float(places[at]), float(errors[at]) if np.isfinite(errors[at]) else math.log10(sweep.limit))
-        arm, tint = 4.5 * pixel, theme.packed(tinted[method_name(curve)])
-        for up in (-1.0, 1.0):
-            draw.add_line(ImVec2(point.x - arm, point.y - up * arm), ImVec2(point.x + arm, point.y + up * arm), tint,
-                          2.0 * pixel)
-        if curve.name == method:
-            _write(sweep, curve, point, plot, draw)
+        if at is not None:
+            x = float(sweep.values[at])
+            layers.append(Points("", np.array([x]), np.array([y[at] if np.isfinite(y[at]) else sweep.limit]),
+                                 tints[method_name(curve)], "cross", size=4.5))
+            if curve.name == method:                    # what is returned there
+                _, fails, returns = sweep.words(curve)
+                layers.append(Curve.straight((x, x), (low, high), "strong", DASHED, tag=f"{fails}: {returns}"))
+    return Plot(Axis(_label(sweep.axis, sweep.unit), *_ends(sweep), not sweep.linear, falling=not sweep.rising),
+                Axis(_label(f"{sweep.measure} off by", sweep.measure_unit), low, high, True), tuple(layers),
+                words=partial(_words, sweep))
 
 
-def _write(sweep: Sweep, curve: Curve, point: ImVec2, plot: PlotMap, draw: imgui.ImDrawList) -> None:
-    """At the point of failure of the chosen method: what is returned there."""
-    colour, pixel = theme.colours(), theme.scale()
-    dashed_line(draw, ImVec2(point.x, plot.top), ImVec2(point.x, plot.bottom), theme.packed(colour.faint))
-    _, fails, returns = sweep.words(curve)
-    words = theme.shortened(f"{fails}: {returns}", plot.right - plot.left - 8.0 * pixel)
-    wide = imgui.calc_text_size(words).x
-    x = min(max(point.x + 8.0 * pixel, plot.left + 4.0 * pixel), plot.right - wide - 4.0 * pixel)
-    text(draw, ImVec2(x, plot.top + 3.0 * pixel), colour.strong, words, plate=True)
+def _label(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if unit else name
 
 
-def _tell_at(sweep: Sweep, places: np.ndarray, plot: PlotMap) -> None:
-    """The errors of all methods at the value nearest to the mouse."""
-    at = int(np.argmin(np.abs(places - plot.x_at(imgui.get_mouse_pos().x))))
-    if not imgui.begin_tooltip():
-        return
-    imgui.text_unformatted(f"{sweep.axis} {quantity_text(float(sweep.values[at]), sweep.unit)}")
-    for curve, right in ((curve, sweep.right(curve)[at]) for curve in sweep.curves):
-        word = curve.returned[at] or quantity_text(float(curve.errors[at]), sweep.measure_unit)
-        (imgui.text_disabled if right else imgui.text_unformatted)(f"{curve.name}: {word}")
-    imgui.end_tooltip()
+def _ends(sweep: Sweep) -> tuple[float, float]:
+    """The ends of the horizontal axis, a little beyond the values."""
+    low, high = float(sweep.values.min()), float(sweep.values.max())
+    if sweep.linear:
+        return low - MARGIN * (high - low), high + MARGIN * (high - low)
+    return low * (low / high) ** MARGIN, high * (high / low) ** MARGIN
+
+
+def _words(sweep: Sweep, x: float, _: float) -> str:
+    """The errors of all methods at the value nearest to a place."""
+    away = sweep.values - x if sweep.linear else np.log(sweep.values / max(x, TINY))
+    at = int(np.argmin(np.abs(away)))
+    lines = [f"{sweep.axis} {quantity_text(float(sweep.values[at]), sweep.unit)}"]
+    return "\n".join(lines + [f"{curve.name}   " + (
+        curve.returned[at] or quantity_text(float(curve.errors[at]), sweep.measure_unit)) for curve in sweep.curves])

@@ -49,3 +49,15 @@ def test_a_narrow_axis_has_two_figures(span):
 def test_a_low_logarithmic_axis_has_two_figures(span):
     values, _ = log_ticks(*span, 30.0, 18.0)
     assert sum(span[0] <= value <= span[1] for value in values) >= 2
+
+
+@pytest.mark.parametrize("pixels", [-20.0, 1.0, 3.0, 400.0])
+def test_a_logarithmic_axis_of_any_length_has_numbers(pixels):
+    values, labels = log_ticks(1e-15, 1e3, pixels, 45.0)
+    assert len(values) == len(labels) > 0 and np.isfinite(values).all()
+
+
+def test_a_falling_axis_has_its_highest_value_at_the_left():
+    plot = PlotMap(0.0, 0.0, 100.0, 100.0, 2.0, 0.0, 0.0, 1.0, True, False)        # x from 100 down to 1
+    assert plot.pixels([100.0, 10.0, 1.0], [0.0] * 3)[:, 0].tolist() == [0.0, 50.0, 100.0]
+    assert plot.x_at(50.0) == pytest.approx(10.0)

@@ -2,13 +2,12 @@
 
 from dataclasses import replace
 from time import monotonic, sleep
-from types import SimpleNamespace
 
 import pytest
 from imgui_bundle import ImVec2
 
 from lensbench.app.bench.camera_kinds import camera
-from lensbench.app.panels.models import ModelsState, _free, _model, _present, models_panel
+from lensbench.app.panels.models import ModelsState, _model, _present, models_panel
 from lensbench.app.settings.setting import SettingsError
 from lensbench.app.settings.settings import Settings
 from lensbench.app.studies.charts.curves import Mark
@@ -112,18 +111,6 @@ def test_the_panel_lives_in_any_window_and_any_state(size):
             assert panel.settings == state
 
     drive(panel.show, test, size)
-
-
-def test_a_name_without_room_beside_its_mark_is_left_out():
-    """It was written at the right border, as if it named what lies there."""
-    plot, found = SimpleNamespace(left=0.0, right=600.0, top=0.0, bottom=80.0), {}
-
-    def show() -> None:
-        found["crowded"] = _free(plot, ImVec2(50.0, 40.0), "thin lens", [(0.0, 0.0, 300.0, 80.0)])
-        found["border"] = _free(plot, ImVec2(590.0, 40.0), "thin lens", [(0.0, 30.0, 600.0, 50.0)])
-
-    drive(show, lambda ctx: ctx.yield_(2), (640, 100))
-    assert found["crowded"] is None and found["border"].x > 500.0
 
 
 def test_a_measurement_that_is_cancelled_leaves_the_settings_alone_until_they_change():

@@ -7,7 +7,7 @@ from imgui_bundle import ImVec2, imgui, implot
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.plot_painter import Drawn, draw_figure
 from lensbench.app.plots.aperture_plots import axial_figure
-from lensbench.app.plots.plot import Axis, Figure, Map, Plot, Table
+from lensbench.app.plots.plot import Axis, Figure, Label, Map, Plot, Points, Table
 from lensbench.app.plots.query import query
 from lensbench.app.settings.settings import Settings
 from tests.app.stand import drive
@@ -51,3 +51,16 @@ def test_a_title_stands_above_a_map_and_hides_none_of_it(size):
     (left, right), (low, high) = (shown.x0, shown.x1), (shown.y0, shown.y1)
     assert left <= -1.0 and right >= 1.0 and low <= -1.0
     assert (high - 1.0) / (high - low) * size[1] > line
+
+
+def test_words_about_a_mark_touch_no_other_words_and_none_without_room_are_written():
+    """A name was once written at the right border, as if it named what lies there."""
+    names = [f"mark {i}" for i in range(30)]
+    x, y = np.full(30, 0.5), np.linspace(0.1, 0.9, 30)
+    layers = (Points("", x, y, size=4.5), *(Label(0.5, at, name, free=True) for at, name in zip(y, names, strict=True)))
+    state, _ = drawn(Figure("", ((Plot(Axis("x", 0.0, 1.0), Axis("y", 0.0, 1.0), layers),),)), (300.0, 110.0))
+    boxes, shown = list(state.words["figure 0 0"].values()), state.shown["figure 0 0"]
+    assert 2 < len(boxes) < 30
+    for i, (left, top, right, bottom) in enumerate(boxes):
+        assert shown.left <= left and right <= shown.right and shown.top <= top and bottom <= shown.bottom
+        assert all(right <= l or left >= r or bottom <= t or top >= b for l, t, r, b in boxes[:i])
