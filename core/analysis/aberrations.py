@@ -220,29 +220,11 @@ def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) 
 
 def coddington(lens: Lens, points: np.ndarray, directions: np.ndarray, wavelength: float = D_LINE,
                vergences: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Tangential and sagittal foci along n rays of the meridian y–z, by Coddington's equations.
+    """Tangential and sagittal foci along n rays of the meridian y–z, by Coddington's equations: z (n,) each, mm.
 
-    Parameters
-    ----------
-    lens
-        Rotationally symmetric lens.
-    points
-        (n, surfaces, 3) points of each ray on the surfaces, mm, lens frame.
-    directions
-        (n, 3) unit directions in the scene.
-    wavelength
-        µm.
-    vergences
-        (n,) index over distance to the object point, 1/mm, negative for a real object; 0 at infinity.
-
-    Returns
-    -------
-    tuple of ndarray
-        z (n,) of the tangential and of the sagittal foci, mm, lens frame; inf where the rays leave parallel.
-
-    References
-    ----------
-    Welford, "Aberrations of Optical Systems", ch. 9.
+    points: (n, surfaces, 3) on the surfaces, mm; directions: (n, 3) unit vectors in the scene, both lens frame.
+    vergences: (n,) index over distance to the object point, 1/mm, negative for a real object. inf where the rays leave
+    parallel.
     """
     n, direction = lens.indices(wavelength), directions
     tangential = sagittal = np.broadcast_to(np.asarray(vergences, float), len(directions))
@@ -303,9 +285,9 @@ def _end(fate: int, surface: int, order: int, first: int, last: int) -> str:
 def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | str:
     """The point of the axis (z, mm) that the chief ray of an angle crosses in the scene, and its angle at the stop.
 
-    Rays leave the middle of the stop for the scene, ever steeper, until one leaves the lens beyond the wanted
-    angle; the root lies between the last two. The field ends where these rays end, or where the angle at which they
-    leave the lens decreases again: then the result is the reason, in words.
+    Rays leave the middle of the stop for the scene, ever steeper, until one leaves the lens beyond the wanted angle;
+    the root lies between the last two. Where these rays end, or their angle decreases again, the result is the reason,
+    in words.
     """
     stop = lens.stop_index
     table, start, n = surface_table(lens, wavelength).part(0, stop), lens.vertices[stop], lens.indices(wavelength)

@@ -1,11 +1,7 @@
 """Curves on the axis: longitudinal aberration against pupil height, chromatic focal shift against wavelength.
 
-Lengths in mm. Foci are measured from the film, positive behind it.
-
-Rays of one meridian from the axis point of the object: all that an analysis on the axis needs of a round pupil.
-
-Lengths in mm. The beam of a lens of rotational symmetry is symmetrical about the axis. So one fan from the axis to the
-rim of the stop gives the whole beam, and its inner part gives the beam of a smaller stop.
+Lengths in mm. Foci are measured from the film, positive behind it. One fan of rays of a meridian, from the axis to the
+edge of the stop, gives the whole beam of a rotationally symmetric lens; its inner part that of a smaller stop.
 """
 
 from dataclasses import dataclass, replace
@@ -36,21 +32,10 @@ GAUSS = 20              # points along x and along y in the common part of two s
 class AxialRays:
     """Rays of one meridian above the axis in C wavelengths and at K heights, from `axial_rays`.
 
-    Parameters
-    ----------
-    conditions
-        With the field on the axis alone.
-    heights
-        (K,) heights in the stop over its radius, from 0 at even steps; of rays that would meet the middle of the film
-        in the primary wavelength.
-    entries
-        (K,) distance of the rays from the axis in the entrance pupil, mm.
-    reach
-        Object point → entrance pupil, mm; inf for an object at infinity.
-    rows
-        (C, 9, K) rows of LANDED in `field_beams`.
-    victim
-        (C, K) index of the surface that ends the ray, −1 for a ray that passes, −2 for one that is not traced.
+    conditions: with the field on the axis alone. heights: (K,) in the stop over its radius, from 0 at even steps, of
+    rays towards the middle of the film in the primary wavelength. entries: (K,) distance from the axis in the entrance
+    pupil, mm. reach: object point → entrance pupil, mm. rows: (C, 9, K), as LANDED of `field_beams`. victim: (C, K)
+    index of the surface that blocks a ray, −1 for a ray that passes, −2 for one that is not traced.
     """
 
     conditions: Conditions
@@ -89,11 +74,11 @@ class AxialRays:
 
 @dataclass(frozen=True, eq=False)
 class RadialBeam:
-    """The beam of a round pupil in one wavelength (µm), at NODES heights from the axis to the rim.
+    """The beam of a round pupil in one wavelength (µm), at NODES heights from the axis to the edge.
 
-    pupil, opd, offset, slope: (n,) as in RayGrid, the offset and the slope along the pupil coordinate. light: (n,)
-    light within this height: the square of the beam's radius; for a near object, in proportion to what a Lambertian
-    point sends into it. root: (n,) square root of the derivative of the light by the squared pupil coordinate.
+    pupil, opd, offset, slope: (n,) as in RayGrid, along the pupil coordinate. light: (n,) within this height: the
+    square of the beam's radius, or what a near Lambertian point sends into it. root: (n,) square root of the derivative
+    of the light by the squared pupil coordinate.
     """
 
     wavelength: float
@@ -161,10 +146,7 @@ def _gauss() -> tuple[np.ndarray, np.ndarray]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _inner_part(rows, squares, square, out):
-    """Rows (m, n) at even places (m, k) between their indices, from 0 to where rising squares (n,) reach `square`.
-
-    By cubics through four neighbours. The place of the end is interpolated among the square roots, which rise evenly.
-    """
+    """Rows (m, n) at even positions (m, k) from 0 to where rising squares (n,) reach `square`, by cubics."""
     first = min(max(np.searchsorted(squares, square) - 2, 0), squares.size - 4)
     end = 0.0
     for k in range(4):
@@ -188,11 +170,11 @@ def _inner_part(rows, squares, square, out):
 
 @njit(fastmath=FAST, cache=True, nogil=True, error_model="numpy")
 def _radial_transfer(pupil, w, slope, root, half, node, weight, first, step, out):
-    """Integral (K,) over the common part of a round pupil and itself, half × 2 apart, for places of the film.
+    """Integral (K,) over the common part of a round pupil and itself, half × 2 apart, for K film positions.
 
     pupil: (n,) radii, rising. w, slope, root: (n,) path difference in wavelengths, its change by the radius, and the
-    square root of the light. node, weight: of Gauss's rule on 0 … 1. first, step: place of the film, in wavelengths.
-    The common part is symmetrical about both axes: its quarter counts four times.
+    square root of the light. node, weight: of Gauss's rule on 0 … 1. first, step: of the film, in wavelengths. A
+    quarter of the common part counts four times.
     """
     n, q = pupil.size, node.size
     edge = pupil[n - 1]

@@ -1,21 +1,13 @@
 """The sunstar: the rays that the blades of the stop draw about a small bright light, by diffraction.
 
-Lengths in mm. Far from the light its diffraction pattern is that of the edges of the open pupil: each straight edge
-sends a ray of light to either side, across itself. Opposite edges of an even number of blades share their rays, so that
-n blades draw n rays if n is even, 2 n if it is odd. Blades that are rounded spread their rays; a round stop has none.
-
-The open pupil is a polygon in direction cosines from the film point; its Fourier transform is a sum over the edges.
-Aberrations count little so far out and are left out. Light of many wavelengths is added, so that the fringes of single
-ones vanish as in the picture.
+Lengths in mm. Each straight edge of the open pupil sends a ray of light to either side, across itself. Opposite edges
+of an even number of blades share their rays: n blades draw n rays if n is even, 2 n if it is odd. Rounded blades spread
+their rays; a round stop has none. The pupil is a polygon in direction cosines from the film point; its Fourier
+transform is a sum over the edges. Aberrations are neglected. Many wavelengths are added.
 
 References
 ----------
 Lee and Mittra, IEEE Trans. Antennas Propag. 31 (1983): the Fourier transform of a polygon.
-
-Pictures of a Siemens star through copies of a lens: what their spread of contrast looks like on the film.
-
-The star is folded with the spots of a copy's rays, as sharp as these are; diffraction is left out. Its lines run from
-about 10 cycles / mm at its edge to 60 near its middle on 36 × 24 mm; on a film of half the size they are twice as fine.
 """
 
 from dataclasses import dataclass
@@ -144,9 +136,8 @@ def open_pupil(lens: Lens, film_distance: float, film_xy) -> np.ndarray:
 
 
 def _simplified(outline: np.ndarray) -> np.ndarray:
-    """A closed outline (m, 3) without the points that lie on a line between others, to FLAT of its size.
-
-    Ramer's and Douglas and Peucker's method: the farthest point from a chord is kept, and divides it.
+    """A closed outline (m, 3) without the points between others on a line, to FLAT of its size: Ramer, Douglas and
+    Peucker.
     """
     closed = np.concatenate([outline, outline[:1]])[:, :2]
     tolerance = FLAT * float(np.ptp(closed, axis=0).max())
@@ -166,9 +157,8 @@ def _simplified(outline: np.ndarray) -> np.ndarray:
 
 
 def _with_corners(outline: np.ndarray) -> np.ndarray:
-    """A closed outline (m, 2) whose corners between long edges are whole.
-
-    Its points lie at given azimuths, so that a short edge cuts each corner off, and one point lies within an edge.
+    """A closed outline (m, 2) whose corners between long edges are whole: its points at given azimuths cut each corner
+    off.
     """
     edges, before = np.roll(outline, -1, 0) - outline, outline - np.roll(outline, 1, 0)
     outline = outline[np.abs(_cross(before, edges)) > STRAIGHT * np.hypot(*edges.T) * np.hypot(*before.T)]
@@ -192,8 +182,8 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def add_pattern(outline, radii, azimuths, lines, out):
     """Add |∫ exp(2πi q·p / λ) dp|² / λ² over a polygon (m, 2), at radii × azimuths, of all wavelengths (mm).
 
-    By Green's theorem the integral over the area is a sum over the edges: for an edge from a to b with k = 2π q / λ,
-    (k × (b − a)) / |k|² · exp(i k·(a + b)/2) · sinc(k·(b − a)/2), up to a phase of all.
+    By Green's theorem a sum over the edges from a to b, with k = 2π q / λ, up to a phase of all: (k × (b − a)) / |k|² ·
+    exp(i k·(a + b)/2) · sinc(k·(b − a)/2).
     """
     edges = outline.shape[0]
     for j in range(azimuths.size):

@@ -1,17 +1,12 @@
-"""Depth of field of a real lens over the field: how near and how far an object is sharp at each place of the film.
+"""Depth of field of a real lens over the field: how near and how far an object is sharp at each point of the film.
 
-Lengths in mm. Blur is the diameter 2√2 × the rms radius of the spot of all wavelengths about its centroid: that of a
-disk of even light with this rms radius, as in `real_circle_of_confusion`. A lens that draws softer than the limit at
-a place of the film is sharp there at no distance.
+Lengths in mm. Blur is the diameter 2√2 × the rms radius of the spot of all wavelengths about its centroid, as in
+`real_circle_of_confusion`. It is traced at even steps of the reciprocal of the object distance, in which it falls and
+rises nearly straight; between them its square is a parabola. A lens that draws softer than the limit is sharp nowhere.
 
-The blur is traced at places of even spacing in the reciprocal of the object distance, in which it falls and rises
-nearly straight; between them its square is a parabola.
-
-What is in focus on film points of a lens without rotational symmetry, by traced beams.
-
-Camera frame, mm. A beam has its focus where it looks narrowest from the place at which it leaves the lens, in mean
-squares: between both foci of an astigmatic beam. Foci are given by their nearness, 1/mm, which passes through 0 where
-they go beyond infinity.
+Beams of film points, for a lens without rotational symmetry, are in the camera frame. A beam has its focus where it is
+narrowest, in mean squares, as seen from where it leaves the lens: between both foci of an astigmatic beam. Foci are
+given by their nearness, 1/mm, which passes through 0 where they go beyond infinity.
 """
 
 from dataclasses import dataclass, replace
@@ -41,11 +36,11 @@ LEAST = 3                       # rays that have a focus
 
 @dataclass(frozen=True, eq=False)
 class Beams:
-    """Beams of film points: where each leaves the lens (n, 3), its unit direction (n, 3), nearness (n,) of its focus.
+    """Beams of film points: where each leaves the lens (n, 3), its unit direction (n, 3), nearness (n,) of its focus
+    along it.
 
-    The nearness is one over the distance along the beam. across (n, 3, 3): mean squares and products of how far its
-    rays leave the lens beside its middle (mm²); mixed (n, 3, 3): those of these places, by rows, and the slopes of the
-    rays against it, by columns (mm); slopes (n, 3, 3): those of the slopes. NaN without light.
+    across (n, 3, 3): mean squares and products of the rays' distances from the middle as they leave (mm²); mixed: of
+    these, by rows, and the slopes of the rays against it, by columns (mm); slopes: of the slopes. NaN without light.
     """
 
     starts: np.ndarray
@@ -103,8 +98,7 @@ def beams(lens: Lens, film_distance: float, film: np.ndarray, whole: bool = Fals
 def focused_plane(lens: Lens, film_distance: float, film: np.ndarray) -> np.ndarray | None:
     """Plane (4,) with normal · p + last number = 0 that is in focus on the plane of film points (n, 3).
 
-    It is fitted to the foci in homogeneous coordinates, in which it may lie at infinity or behind the lens. None where
-    a film point sees no ray through the middle of the stop.
+    Fitted to the foci in homogeneous coordinates, where it may lie at infinity. None where a film point sees no ray.
     """
     foci = beams(lens, film_distance, film).foci
     if not np.isfinite(foci).all():

@@ -1,9 +1,9 @@
 """Distortion: the real image radius against that of an ideal projection.
 
-The chief ray of a film point, through the middle of the stop, is traced from the film to the
-plane on which the film is focused (or to infinity), and the ideal image of the point that it meets is compared with
-the film point: f tan θ at infinity, otherwise the paraxial magnification. A fisheye can be measured against the
-fisheye projection that it follows best. Lengths in mm, angles in radians.
+The chief ray of a film point, through the middle of the stop, is traced from the film to the plane in focus (or to
+infinity), and the ideal image of the point that it meets is compared with the film point: f tan θ at infinity,
+otherwise the paraxial magnification. A fisheye can be measured against the projection that it follows best. Lengths in
+mm, angles in radians.
 """
 
 import math

@@ -140,8 +140,8 @@ def through_focus(rays: RayGrid, frequency: float, shifts: np.ndarray) -> np.nda
 def _through_focus(pupils, grid, frequency, lines, shifts, mirrored, otf):
     """OTF (C, 2, K) of the pupil functions (2, C, 4, N + 2 PAD, N) of one field; NaN stays where no light falls.
 
-    grid: (2, N) pupil coordinates. lines: (C,) wavelengths, mm. mirrored: whether the columns of the sagittal axis,
-    even in number, are symmetrical: the sum runs over one half.
+    grid: (2, N) pupil coordinates. lines: (C,) wavelengths, mm. mirrored: whether one half of an even number of
+    sagittal columns stands for both.
     """
     real, imaginary = np.empty(shifts.size), np.empty(shifts.size)
     for c in range(lines.size):
@@ -157,10 +157,10 @@ def _through_focus(pupils, grid, frequency, lines, shifts, mirrored, otf):
 
 @njit(fastmath=FAST, cache=True, nogil=True, error_model="numpy")
 def _along(pupil, along, across, first_row, first_column, frequency, line, shifts, real, imaginary):
-    """OTF (K,) of a pupil function (4, N + 2 PAD, N) at one frequency, for places of the film at even steps (K,).
+    """OTF (K,) of a pupil function (4, N + 2 PAD, N) at one frequency, for film positions at even steps (K,).
 
     along, across: (N,) pupil coordinates of its rows and columns. first_row, first_column: where the sum begins. line:
-    wavelength, mm. Every cell's phasor turns by the same angle from place to place.
+    wavelength, mm. Every cell's phasor turns by the same angle from position to position.
     """
     part_of = pupil[:, :, first_column:]
     w, slope, cover, root = part_of[0], part_of[1], part_of[2], part_of[3]

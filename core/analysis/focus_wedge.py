@@ -1,11 +1,10 @@
-"""The plane of sharp focus of a lens or a film out of line, its wedge of depth of field, and their lines.
+"""The plane of sharp focus of a tilted lens or film, its wedge of depth of field, and their lines.
 
 Camera frame, mm. To first order a lens images planes into planes: that of the film into the plane of sharp focus. Both
-meet in the Scheimpflug line, seen through the principal planes. Films parallel to this one, of any distance, have
-planes in focus that meet in the hinge line, where the front focal plane meets the plane through the front principal
-point that is parallel to the film. (Merklinger, Focusing the View Camera, 1996, ch. 3 and appendix.) Behind a lens
-without rotational symmetry the planes are those of narrow traced beams, and meet in the hinge line. A film at the least
-blur of real rays counts as that of the paraxial image: its plane crosses the axis where the camera is focused.
+meet in the Scheimpflug line, seen through the principal planes. Films parallel to this one have planes in focus that
+meet in the hinge line, where the front focal plane meets the plane through the front principal point parallel to the
+film. (Merklinger, Focusing the View Camera, 1996, ch. 3 and appendix.) Behind a lens without rotational symmetry the
+planes are those of narrow traced beams. A film at the least blur of real rays counts as that of the paraxial image.
 """
 
 import math
@@ -53,10 +52,10 @@ class Plane:
         return np.asarray(points, float) @ self.normal - self.offset
 
     def crossing(self, section: str) -> tuple[np.ndarray, np.ndarray]:
-        """Where the plane crosses the section "yz" (x = 0) or "xz" (y = 0) of the axis.
+        """Where the plane crosses the section "yz" (x = 0) or "xz" (y = 0): a point (2,) and a unit direction (2,), mm,
+        or NaN.
 
-        Returns a point (2,) and a unit direction (2,), each the coordinate across the axis and z, in mm. NaN where
-        the plane does not cross it.
+        Each is the coordinate across the axis and z.
         """
         axis = {"yz": 1, "xz": 0}[section]
         normal = np.array([self.normal[axis], self.normal[2]])

@@ -1,14 +1,12 @@
-"""Ghosts: images of a light that two surfaces of a lens reflect onto the film, ranked.
+"""Ghosts of a light, by pairs of surfaces and ranked; and the light budget of one ray, all its reflections followed.
 
-Lengths in mm. The estimate is paraxial: a ray matrix with two mirrors gives the place of focus, the size on the film
-and, by the surface that limits the beam, the light of each pair. The traced figures follow rays from a light of any
-field through the pair with all rims, blades and the reflectances of every surface.
+Lengths in mm. The estimate is paraxial: a ray matrix with two mirrors gives the focus, the size on the film and, by the
+surface that limits the beam, the light of each pair. The traced figures follow rays from a light of any field through
+the pair with all clear apertures, blades and reflectances.
 
-The light budget of a lens: where the light of one ray ends, all its reflections followed.
-
-At every surface a ray divides into a reflected and a refracted one. Light that leaves towards the film after 0
-reflections makes the picture, after 2, 4, … the ghosts; after an odd number it leaves towards the scene. The parts of
-a budget add up to 1. Glass absorbs nothing. Light counts as unpolarised at every surface.
+In a budget a ray divides at every surface. Light that leaves towards the film after 0 reflections makes the picture,
+after 2, 4, … the ghosts; after an odd number it leaves towards the scene. The parts add up to 1: glass absorbs nothing,
+and light counts as unpolarised at every surface.
 """
 
 import math
@@ -254,10 +252,10 @@ def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelen
 
 
 def entering_light(lens: Lens, front_z: float, light: np.ndarray) -> float:
-    """Light through the front rim (mm² across the beam, at the distance of the first vertex), as of the rays of a grid.
+    """Light through the front clear aperture (mm² across the beam, at the distance of the first vertex).
 
-    The area of the rim as a distant light sees it; for a near one, its solid angle times (distance of the vertex)².
-    light: as of `light_place`; front_z: of the first vertex (mm, camera frame).
+    Its area as a distant light sees it, or a near one's solid angle times (distance of the vertex)². light: of
+    `light_place`; front_z: of the first vertex (mm, camera frame).
     """
     surface, near = lens.surfaces[0], bool(light[3])
     towards = light[:3] - np.array([0.0, 0.0, front_z * near])
@@ -314,9 +312,8 @@ def paraxial_ghost(lens: Lens, film_distance: float, pair: Pair, wavelength: flo
                    coating: str | Coating = "uncoated") -> tuple[float, float, float]:
     """Film → focus, diameter on the film (mm) and share of the direct light, of a distant light on the axis.
 
-    A parallel beam of height 1 has the heights y at the surfaces met; the one where y / semi-diameter is greatest
-    limits the beam. A mirror of curvature c in a medium n has the power −2 n c for light towards the film, 2 n c
-    against it.
+    The surface with the greatest height over semi-diameter limits the beam. A mirror of curvature c in a medium n has
+    the power −2 n c for light towards the film, 2 n c against it.
     """
     height, slope, limit = _marginal(lens, pair, wavelength)
     _, _, direct_limit = _marginal(lens, DIRECT, wavelength)

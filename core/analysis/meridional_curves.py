@@ -136,10 +136,8 @@ def field_curves(lens: Lens, film_distance: float, conditions: Conditions, point
 
 def _ideal(lens: Lens, film_distance: float, conditions: Conditions, angles: np.ndarray,
            sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) ideal heights: of the paraxial chief ray on this film, and in proportion to the angle.
-
-    On a film at the paraxial focus of a far object they are f tan θ and f θ; a film elsewhere has another scale, which
-    is no distortion.
+    """(n,) ideal heights: of the paraxial chief ray on this film, f tan θ at the rear focus, and in proportion to the
+    angle.
     """
     fo, distance = first_order(lens, conditions.primary_wavelength), conditions.object_distance
     pupil = fo.entrance_pupil.z

@@ -139,20 +139,17 @@ def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = TOLERAN
 
 
 def resolved(camera: Camera, scene: Scene) -> Camera:
-    """The camera to render a scene with: of a LensCamera with the model "auto" the one with the chosen model.
-
-    Any other camera is returned as it is.
-    """
+    """The camera to render a scene with: a LensCamera of the model "auto" gets the chosen one."""
     if isinstance(camera, LensCamera) and camera.model == "auto":
         return choose_model(camera, scene).applied(camera)
     return camera
 
 
 def ray_times(cameras: list[LensCamera]) -> tuple[float, ...]:
-    """Time per ray of each camera, ns: float32, one thread, from raster and pupil to the camera frame.
+    """Time per ray of each camera, ns: float32, one thread, from raster and pupil to the camera frame, without the
+    samples.
 
-    The time of the samples alone is subtracted. On a busy machine a cheap camera may seem to take less: its time is
-    RESOLVED of that with its samples at the least.
+    On a busy machine a cheap camera may seem to take less: its time is at least RESOLVED of that with its samples.
     """
     film = cameras[0].film
     before = sampling_steps(film.pixels_x, film.pixels_y, lit=False)

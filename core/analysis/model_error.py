@@ -1,10 +1,9 @@
 """Model error: the difference of a camera model from the traced lens, in the picture.
 
-A point of the scene is imaged as a blur. A model can displace its middle, change its width along and across the
-radius, and its brightness. For some film radii and scene distances, rays of the model and of the lens through the
-solved exit-pupil regions (Gauss–Legendre nodes along the radius of a region, even steps around it) are compared where
-they meet the scene; the lens's own derivative with respect to the film point converts the difference into pixels
-of the film. Where pictures are traced in colours, ideal models are compared with red and blue light too.
+A point of the scene is imaged as a blur. A model can displace its middle, change its width along and across the radius,
+and its brightness. For some film radii and scene distances, rays of the model and of the lens through the solved
+exit-pupil regions are compared where they meet the scene; the lens's own derivative by the film point converts the
+difference into pixels. Where pictures are traced in colours, ideal models are compared with red and blue light too.
 """
 
 import math
@@ -66,10 +65,7 @@ class Moments(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModelErrors:
-    """The errors of camera models against the traced lens.
-
-    camera: a LensCamera of any model; depths: nearest and farthest of the scene, mm from the film along the axis.
-    """
+    """The errors of models of a LensCamera against the traced lens; depths: nearest and farthest, mm from the film."""
 
     camera: LensCamera
     depths: tuple[float, float]
@@ -226,10 +222,7 @@ class ModelErrors:
 
     @cached_property
     def _scales(self) -> tuple[np.ndarray, np.ndarray]:
-        """Film and scene: mm along the radius per change of direction (2, depths, fields), change per mm across.
-
-        Along from the derivative along the radius, across from the rotation about the axis.
-        """
+        """Film and scene: mm along the radius per change of direction (2, depths, fields), change per mm across."""
         x, _, z = self._seen(self._true_lines[:6, -self._film.size:], 3)
         along = np.stack([x[..., 1] - x[..., 2], z[..., 1] - z[..., 2]]) / (2.0 * self._step)
         square, radii = (along**2).sum(0), self._radii
@@ -296,9 +289,8 @@ class ModelErrors:
         return Rung(model, degree, worst_px, worst_stops, said)
 
     def _stretched(self, shift: np.ndarray) -> np.ndarray:
-        """(depths, fields) log2 of image area, lens over model, from the shift of the middles (mm).
-
-        Along the radius from the change of the shift between fields, around the axis from the shift over the radius.
+        """(depths, fields) log2 of image area, lens over model, from the shift of the middles (mm) along and around the
+        radius.
         """
         r = self._radii
         along = np.gradient(shift, r, axis=1, edge_order=2)

@@ -1,13 +1,9 @@
 """Onion rings: what a ripple on a surface, left by the tool that cut or moulded it, does to the rays of a grid.
 
-Lengths in mm. A ripple is a wave h/2 · (cos(2π r / p) − 1) in the sag of the surface, of period p and height h from
-trough to crest. Heights of nanometres bend rays so little that the first order is exact: W changes by (n′ N′ − n N) ×
-the ripple where a ray meets the surface, N and N′ its direction cosines along the axis before and behind it; the ray
-lands where the slope of that change in the pupil takes it.
-
-References
-----------
-Welford, "Aberrations of Optical Systems", ch. 7: a ray lands at the slope of W, here of its change.
+Lengths in mm. A ripple is a wave h/2 · (cos(2π r / p) − 1) in the sag, of period p and height h from trough to crest.
+To first order, exact for nanometres, W changes by (n′ N′ − n N) × the ripple where a ray meets the surface, N and N′
+its direction cosines along the axis before and behind it; the ray lands at the slope of that change in the pupil
+(Welford, "Aberrations of Optical Systems", ch. 7).
 """
 
 from dataclasses import replace

@@ -1,13 +1,11 @@
 """Point spread functions of a ray grid: by diffraction near focus, by rays far from it; line spread, encircled energy.
 
 Lengths in mm. The samples of a field lie on a square grid about the centroid of its light, along the sagittal (columns)
-and the tangential (rows) axis. Values are densities: their sum times the area of a sample is the part of the light that
-the window holds.
+and the tangential (rows) axis. Values are densities of the light.
 
-The diffraction pattern is the Fourier transform of the pupil function at the wanted samples (by Bluestein's algorithm),
-so that all wavelengths share them. The pupil's grid must resolve the wavefront: where rays land farther from the
-centre than half of λ / (spacing of the grid), the pattern would fold over itself. There the density of the rays takes
-its place; between the two limits both are blended, and the result says in which shares.
+The diffraction pattern is the Fourier transform of the pupil function at the wanted samples (by Bluestein's algorithm).
+Where rays land farther from the centre than half of λ / (spacing of the pupil's grid), it would fold over itself: there
+the density of the rays replaces it; between the two limits both are blended.
 
 References
 ----------
@@ -165,11 +163,7 @@ def _findings(share: np.ndarray, method: str) -> tuple[Finding, ...]:
 
 def _pattern(pupil: np.ndarray, rays: RayGrid, f: int, line: float, centre: np.ndarray, pitch: float,
              samples: int) -> np.ndarray:
-    """Diffraction pattern (M, M) of a pupil (4, N, N) of `pupil_functions`.
-
-    The pattern of a sampled pupil repeats itself with the period λ / step. One period holds all light; the window may
-    be wider than that, and is dark beyond it.
-    """
+    """Diffraction pattern (M, M) of a pupil (4, N, N) of `pupil_functions`: one period λ / step, dark beyond it."""
     w, _, cover, root = pupil
     n = w.shape[-1]
     step_s, step_t = rays.steps[f]
@@ -186,9 +180,8 @@ def _pattern(pupil: np.ndarray, rays: RayGrid, f: int, line: float, centre: np.n
 
 
 def _zoom(rows: np.ndarray, beta: float, samples: int) -> np.ndarray:
-    """Σ_n rows[:, n] exp(2πi β m n) for M samples m about 0, but for a phase that depends on m alone.
-
-    Bluestein's algorithm: 2 m n = m² + n² − (m − n)² makes the sum a convolution, by transforms of a convenient length.
+    """Σ_n rows[:, n] exp(2πi β m n) for M samples m about 0, but for a phase that depends on m alone: Bluestein's
+    algorithm.
     """
     count = rows.shape[-1]
     chirp, turn, length = _chirp(count, samples, beta)
@@ -227,27 +220,9 @@ def _wave(w, amplitude, out):
 
 def ray_density(rays: RayGrid, field: int, colour: int, shift: float, centre: np.ndarray, pitch: float,
                 samples: int) -> np.ndarray:
-    """Density of the light of one field and wavelength by rays alone, as the picture of a point has it.
+    """Density (M, M) of the light of one field and colour by rays alone, float32: part of the light per mm².
 
-    Parameters
-    ----------
-    rays
-        The ray grid.
-    field, colour
-        Indices of the field and the wavelength.
-    shift
-        Of the film along +z, mm.
-    centre
-        (2,) middle of the samples, sagittal and tangential, mm from the reference point.
-    pitch
-        Spacing of the samples, mm.
-    samples
-        M.
-
-    Returns
-    -------
-    ndarray
-        (M, M) float32, part of the light per mm²; rows tangential, columns sagittal, both rising.
+    centre: (2,) middle of the samples, mm from the reference point; rows tangential, columns sagittal, both rising.
     """
     s, t = (rays.light[a, field, colour] + shift * rays.light[2 + a, field, colour] - centre[a] for a in (0, 1))
     out = np.zeros((samples, samples))
@@ -259,9 +234,8 @@ def ray_density(rays: RayGrid, field: int, colour: int, shift: float, centre: np
 def _add_to_cells(s, t, weight, out):
     """Add the light of cells to samples (M, M): each cell as PER_SAMPLE² rays a sample or more, up to FINEST².
 
-    The rays of a cell are a Fibonacci lattice: the rows and columns of a square one beat with those of the samples, and
-    the picture would show a grid. s, t: (N, N) landing points in samples from the middle; between cells they are
-    interpolated linearly from slopes.
+    s, t: (N, N) landing points in samples from the middle, linear between cells. The rays of a cell are a Fibonacci
+    lattice: a square one would beat with the samples.
     """
     rows, columns = s.shape
     samples = out.shape[0]

@@ -1,12 +1,7 @@
 """The glass in front of a sensor, and the error of an adapter: a lens on a camera that it was not made for.
 
-A plane plate of thickness t and index n in the converging light moves the image by t (1 − 1/n) away from the lens,
-which focusing undoes, and adds spherical aberration, astigmatism and colour, which it does not. Both depend on the
-angles of the light alone, not on the place of the plate.
-
-References
-----------
-Smith, "Modern Optical Engineering", ch. 7: the plane parallel plate.
+A plane plate of thickness t and index n moves the image by t (1 − 1/n) away from the lens, which focusing undoes, and
+adds spherical aberration, astigmatism and colour, wherever it stands (Smith, "Modern Optical Engineering", ch. 7).
 """
 
 from dataclasses import replace

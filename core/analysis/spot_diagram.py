@@ -1,11 +1,8 @@
 """Spots and fans: where the rays of an object point meet the film, and across the whole stop.
 
-Lengths in mm. Film coordinates are those of the ray grid: sagittal and tangential, from the reference point of the
-field. A shift of the film is positive along +z, away from the lens.
-
-Lengths in mm; frame, axes and sign of the path difference are those of the ray grid. A fan crosses the pupil on the
-chief ray. Its rays are named by their height in the stop over the stop's radius, from −1 to 1, so that the part that
-other rims end is seen as such.
+Lengths in mm; coordinates, axes and sign of the path difference are those of the ray grid, from the reference point of
+the field. A shift of the film is positive along +z. A fan crosses the pupil on the chief ray; its rays are named by
+their height in the stop over its radius, −1 to 1, so that a plot shows what clear apertures block.
 """
 
 from dataclasses import dataclass
@@ -184,10 +181,7 @@ def light_shares(rays: RayGrid) -> np.ndarray:
 
 
 def _moments(rays: RayGrid) -> tuple[np.ndarray, np.ndarray]:
-    """Means over the light, (F, C, 2, 2): of offset and slope; and (F, C, 3, 2): of their squares and product.
-
-    The last axis is sagittal, tangential; NaN where no light falls.
-    """
+    """Means over the light, of offset and slope (F, C, 2, 2), and of their squares and product (F, C, 3, 2), or NaN."""
     weight = rays.weight
     total = weight.sum((2, 3))
     share = weight / np.where(total > 0.0, total, np.nan)[:, :, None, None]
@@ -310,10 +304,10 @@ def ray_fans(rays: RayGrid, points: int = 65) -> Fans:
 
 
 def pupil_by_height(beams: FieldBeams, axis: int, heights: np.ndarray) -> np.ndarray:
-    """(F, K) pupil coordinates along an axis of rays from the reference points that meet the stop at these heights.
+    """(F, K) pupil coordinates along an axis of rays from the reference points that meet the stop at heights (K,), or
+    NaN.
 
-    heights: (K,) over the stop's radius. The other coordinate is that of the chief ray. NaN where the stop has no such
-    height.
+    Heights are over the stop's radius. The other coordinate is that of the chief ray.
     """
     slope = beams.stop_slopes[:, :, axis]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -330,9 +324,8 @@ def pupil_by_height(beams: FieldBeams, axis: int, heights: np.ndarray) -> np.nda
 
 
 def _rising(at: np.ndarray) -> slice:
-    """The part about the middle of an odd number of heights (n,) in which they only rise, or only fall.
-
-    Beyond, rays outside the rim cross those within: their heights would be taken for others.
+    """The part about the middle of an odd number of heights (n,) in which they only rise, or only fall: beyond, rays
+    cross.
     """
     steps, middle = np.diff(at), len(at) // 2
     same = steps[middle] * steps > 0.0

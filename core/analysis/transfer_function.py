@@ -1,14 +1,12 @@
 """Optical transfer function and MTF of a ray grid: by diffraction, by rays alone, and the limit of a perfect lens.
 
-Frequencies in cycles/mm on the film (line pairs a mm). The *tangential* frequency runs away from the film's centre, the
-*sagittal* one across it, as makers print them: sagittal lines point to the centre.
+Frequencies in cycles/mm on the film. The *tangential* frequency runs away from the film's centre, the *sagittal* one
+across it, as makers print them: sagittal lines point to the centre.
 
-The diffraction OTF is the autocorrelation of the pupil function. The pupil is shifted by λν in its coordinates,
-usually a part of a cell; between the points of the grid W follows from its values and slopes (Hermite's cubic), the
-slopes being the landing points of the rays. So the sum is exact for any frequency, and passes into that of the rays
-alone where the shift is small against the structure of W: no separate blend of both is needed. It fails only where
-neighbouring rays land more than half a period apart, which a finding says, and within a cell of the cutoff, where a
-strip of both rims is narrower than the cell.
+The diffraction OTF is the autocorrelation of the pupil function, shifted by λν, usually a part of a cell; between the
+points of the grid W follows from its values and slopes (Hermite's cubic), the slopes being the landing points of the
+rays. So the sum passes into that of the rays alone where the shift is small against the structure of W. It fails only
+where neighbouring rays land more than half a period apart, which a finding reports, and within a cell of the cutoff.
 
 References
 ----------
@@ -189,8 +187,8 @@ def _gaps(offset, slope, shift, victim, axis, out):
 def pupil_functions(rays: RayGrid, shift: float = 0.0) -> np.ndarray:
     """(2, F, C, 4, N + 2 PAD, N) pupil functions of a ray grid for a film shifted along +z (mm), without NaN.
 
-    First axis: for shifts along the sagittal and the tangential axis, which its rows run along. Fourth axis: W in
-    wavelengths, its change per cell along the rows, the open part of the cell, the square root of its light.
+    First axis: for shifts along the sagittal and the tangential axis, along its rows. Fourth axis: W in wavelengths,
+    its change per cell along the rows, the open part of the cell, the square root of its light.
     """
     n = rays.opd.shape[-1]
     chief_z = np.sqrt(1.0 - (rays.chief_pupil**2).sum(1))
@@ -212,8 +210,8 @@ def pupil_functions(rays: RayGrid, shift: float = 0.0) -> np.ndarray:
 def _pupil_function(opd, offset_s, offset_t, grid, steps, coverage, root, chief_z, waves, shift, along_s, along_t):
     """The functions of one field (C, 4, N + 2 PAD, N) for shifts along either axis, from its rays (C, N, N).
 
-    grid: (2, N) pupil coordinates. steps: (2,) their spacing. root: (N, N) square root of the light. chief_z: direction
-    cosine of the chief ray along the axis. waves: (C,) wavelengths a mm. Unknown cells continue a neighbour's slope.
+    grid: (2, N) pupil coordinates; steps: (2,) their spacing; root: (N, N) square root of the light; chief_z: of the
+    chief ray; waves: (C,) wavelengths a mm. Unknown cells continue a neighbour's slope.
     """
     colours, rows, columns = opd.shape
     w, slope_s, slope_t = np.empty((rows, columns)), np.empty((rows, columns)), np.empty((rows, columns))
@@ -260,7 +258,7 @@ def _transfer(pupils, steps, lines, nu, otf, limit):
 def autocorrelate(pupil, shifts, real, imaginary, ideal):
     """Autocorrelation of a pupil function (4, N + 2 PAD, N) at shifts (K,) in cells along its rows, over its light.
 
-    pupil: of `pupil_functions`. real, imaginary and ideal (K,) receive the OTF, and the MTF without W.
+    Into real and imaginary (K,) the OTF, into ideal (K,) the MTF without W.
     """
     w, slope, cover, root = pupil[0], pupil[1], pupil[2], pupil[3]
     rows, columns = w.shape

@@ -1,14 +1,11 @@
 """Vignetting: the part of a beam that passes the clear apertures, and falloff of light over the film.
 
-Lengths in mm, angles in radians, lens frame. A ray is named by its height across the beam: its place on the plane
-through the first vertex perpendicular to the direction of the field. So a beam has heights at every
-field angle, 90° and beyond included; `Vignetting.on_plane` converts them into heights on a plane z = constant, such as
-that of the first vertex or of the entrance pupil.
+Lengths in mm, angles in radians, lens frame. A ray is named by its height across the beam: its position on the plane
+through the first vertex perpendicular to the direction of the field, so that heights exist at 90° and beyond.
 
-The irradiance of a film point under a scene of radiance 1 is E = (1/z²) ∫ cos⁴θ dA over its
-exit-pupil region, on the plane of the last vertex at the distance z: the mean of cos⁴θ over the
-region times the region's area. The mean falls off as for any opening (natural falloff); the area shows
-what rims cut off, and what pupil aberrations add or take (vignetting). mm; both sides in air.
+The irradiance of a film point under a scene of radiance 1 is E = (1/z²) ∫ cos⁴θ dA over its exit-pupil region, at the
+distance z: the mean of cos⁴θ (natural falloff) times the region's area, which shows what clear apertures cut off, and
+what pupil aberrations add or take. Both sides in air.
 """
 
 from dataclasses import dataclass

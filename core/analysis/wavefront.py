@@ -1,22 +1,14 @@
 """The wavefront in the exit pupil: maps, Zernike coefficients, rms and Strehl ratio.
 
 Lengths in mm; frame and sign are those of the ray grid. The Zernike disk of a field has the middle of the open pupil's
-extents and half the longer of them as its radius, in the primary wavelength. A pupil that rims cut is fitted over its
-open part alone, so its coefficients depend on how many there are.
+extents and half the longer of them as its radius, in the primary wavelength. A vignetted pupil is fitted over its open
+part, so its coefficients depend on their number. Zernike coordinates x (sagittal) and y (tangential) are in radii of
+the disk, the azimuth from +x towards +y. All are of unit rms over the disk, as Noll has them; fringe polynomials are
+scaled to 1 at its edge.
 
 References
 ----------
-V. N. Mahajan, "Strehl ratio for primary aberrations", J. Opt. Soc. Am. 72 (1982), for the approximation.
-
-Zernike polynomials on the unit disk: indices, names and values.
-
-Coordinates x (sagittal) and y (tangential) in radii of the disk; the azimuth runs from +x towards +y. All are of unit
-rms over the disk, as Noll has them. Fringe polynomials are named by the same order and azimuth, and are scaled to 1 at
-the rim of the disk.
-
-References
-----------
-R. J. Noll, "Zernike polynomials and atmospheric turbulence", J. Opt. Soc. Am. 66 (1976).
+V. N. Mahajan, J. Opt. Soc. Am. 72 (1982), for the Strehl ratio; R. J. Noll, J. Opt. Soc. Am. 66 (1976).
 """
 
 from dataclasses import dataclass
@@ -276,8 +268,7 @@ def wavefronts(rays: RayGrid, terms: int = TERMS) -> Wavefront:
 def _within_cells(rays: RayGrid) -> tuple[np.ndarray, np.ndarray]:
     """Points (2, F, N, N) from the middles of cells in pupil coordinates: for sums over the pupil, and for extremes.
 
-    In a cell at a rim the former lies halfway to the centroid of its open part, as in `RayGrid.light`, and the latter
-    on the rim; both in the primary wavelength.
+    In a vignetted cell halfway to the centroid of its open part, as in `RayGrid.light`, and on the edge.
     """
     centre, part = (each[..., rays.conditions.primary, :, :] for each in (rays.open_centre, rays.coverage))
     size, steps = np.abs(centre).max(0), rays.steps.T[:, :, None, None]
@@ -305,7 +296,7 @@ def open_extents(rays: RayGrid) -> np.ndarray:
 def _fit(basis, w, share, out):
     """Coefficients of W (n,) by the basis (k, n) into out (k,): the normal equations, by Cholesky's factors.
 
-    Not by BLAS, whose threads take longer to wake than these small products take.
+    BLAS would take longer to wake its threads.
     """
     k, n = basis.shape
     normal, weighted = np.empty((k, k)), np.empty(n)
@@ -338,12 +329,11 @@ def _fit(basis, w, share, out):
 @njit(fastmath=FAST, error_model="numpy", cache=True, nogil=True)
 def _field(basis, opd, offset_s, offset_t, half, edge, tilt, cover, light, rows, columns, waves, enough, noll, residual,
            rms, range_, strehl):
-    """Figures of one field in each wavelength, into the last five arguments: (C, k), and (C,) each.
+    """Results of one field in each wavelength, into the last five arguments: (C, k), and (C,) each.
 
-    basis: (k, n) polynomials in the cells rows, columns (n,) that are open in some wavelength, half (2, n) from their
-    middles in pupil coordinates. opd, offset_s, offset_t, cover, light: (C, N, N). edge: (2, n) where W may be extreme;
-    tilt: slope of the second and third polynomial along the pupil's axes. waves: (C,) radians a mm of path.
-    enough: open cells that the fit of all polynomials needs.
+    basis: (k, n) polynomials in the open cells rows, columns (n,), half (2, n) from their middles. opd, offset_s,
+    offset_t, cover, light: (C, N, N). edge: (2, n) where W may be extreme; tilt: slope of the second and third
+    polynomial. waves: (C,) radians a mm of path. enough: open cells that the fit of all polynomials needs.
     """
     k, n = basis.shape
     w, part, flat, found = np.empty(n), np.empty(n), np.empty(n), np.empty(k)

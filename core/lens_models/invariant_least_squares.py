@@ -1,8 +1,7 @@
 """Least-squares fit and evaluation of rotation-invariant vector fields: polynomials of three invariants.
 
-A field is F u + G v along the film and H along the axis, with polynomials F, G and H of a = u·u, b = v·v and c = u·v.
-The product of two monomials is a monomial, so every entry of the normal equations is one of the few moments
-Σ w aⁱ bʲ cᵏ.
+A field is F u + G v along the film and H along the axis, with polynomials F, G and H of a = u·u, b = v·v and c = u·v. A
+product of monomials is a monomial, so the normal equations consist of the few moments Σ w aⁱ bʲ cᵏ.
 """
 
 import math
@@ -26,8 +25,8 @@ def monomial_index(i, j, k, n):
 def _moments(abc, weights, fields, n, low):
     """Moments (2 n + 2)³ up to the degree 2 n + 1, and the right sides (3, terms) of both fields.
 
-    abc: (3, rays); weights: (rays,); fields: (6, rays), the components along u, v and z of a field of degree n, then of
-    one of degree low.
+    abc: (3, rays); weights: (rays,); fields: (6, rays), along u, v and z of a field of degree n, then of one of degree
+    low.
     """
     rays, top = weights.size, 2 * n + 2
     moments = np.zeros((top, top, top))
@@ -63,10 +62,7 @@ def _moments(abc, weights, fields, n, low):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _solve_normal_equations(moments, right, n):
-    """Polynomials (3, terms) along u, v and z that solve the normal equations of degree n.
-
-    Those along u and v are coupled. Cholesky's method, with pivots kept above RIDGE against rounding.
-    """
+    """Polynomials (3, terms) along u, v and z that solve the normal equations of degree n, those of u and v coupled."""
     # Exponents of every monomial
     k = right.shape[1]
     of_a, of_b, of_c = np.empty(k, np.int64), np.empty(k, np.int64), np.empty(k, np.int64)
@@ -122,8 +118,7 @@ def fit_vector_fields(abc: np.ndarray, weights: np.ndarray, fields: np.ndarray, 
                       low: int) -> tuple[np.ndarray, np.ndarray]:
     """Polynomials (3, terms) of degree n of one vector field, and (3, terms) of degree low ≤ n of another.
 
-    abc: (3, rays) invariants u², v·v and u·v, for u along the film's x. weights: (rays,). fields: (6, rays), for each
-    field its component times u, its scalar product with v, and its component along z.
+    abc: (3, rays) invariants, for u along the film's x; weights: (rays,); fields: (6, rays) as for `_moments`.
     """
     moments, high_right, low_right = _moments(abc, weights, fields, n, low)
     return _solve_normal_equations(moments, high_right, n), _solve_normal_equations(moments, low_right, low)

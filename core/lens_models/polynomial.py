@@ -1,19 +1,11 @@
 """Polynomial optics: a lens as a polynomial from a film point and a direction there to the ray in front of the lens.
 
-By rotational symmetry the ray depends on the film point u and the aim v, both scaled to at most 1, through the
-invariants a = u·u, b = v·v and c = u·v. Its direction is (F u + G v, H), and its point nearest to the entrance pupil is
-(P u + Q v, R), with six polynomials of a, b and c. With F, G and H of total degree n, the map has degree 2 n + 1 in the
-film point and aim. The aim is the point where the ray meets the plane of the rear vertex, minus the linear drift of the
-pupil regions' centres across the film. All three components of the direction are fitted, so a field beyond 90° is no
-special case. Positions need fewer digits than directions, since distance does not magnify them: their degree is lower.
-
-The least-squares fit runs over the solved exit-pupil regions, by the normal equations of `invariant_least_squares`.
-Camera frame, mm. (Hullin, Hanika and Heidrich 2012, Polynomial optics, for the idea.)
-
-The stage of a fitted lens: from an aimed ray at the film to the ray in front of the lens by six polynomials.
-
-Each is a polynomial of the invariants a, b and c of `polynomial`, summed up by Horner's rule. One kernel serves all
-degrees. Camera frame, mm.
+By rotational symmetry the ray depends on the film point u and the aim v, both scaled to at most 1, through a = u·u, b =
+v·v and c = u·v. Its direction is (F u + G v, H), and its point nearest to the entrance pupil is (P u + Q v, R), with
+six polynomials of a, b and c: of degree n for directions, lower for positions, which distance does not magnify. The aim
+is the point where the ray meets the plane of the rear vertex, minus the drift of the pupil regions' centres across the
+film. All three components of the direction are fitted, so a field beyond 90° is no special case. The fit runs over the
+solved exit-pupil regions. Camera frame, mm. (Hullin, Hanika and Heidrich 2012, Polynomial optics, for the idea.)
 """
 
 import math
@@ -67,9 +59,8 @@ def _of_two(q, k, b, c, n, real):
 
 @stage
 def polynomial(lanes, p, ints, key):
-    """Replace the ray at the film by the ray in front of the lens.
-
-    p: DISTANCE_SHARE and so on. ints: DIRECTION_DEGREE, POSITION_DEGREE.
+    """Replace the ray at the film by the ray in front of the lens. p: DISTANCE_SHARE …, ints: DIRECTION_DEGREE,
+    POSITION_DEGREE.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -133,12 +124,11 @@ SPREAD = (0.7548776662466927, 0.5698402909980532)       # whose multiples fill a
 OFF = 0.05                  # of the length of a fitted direction from 1; two steps of Newton's method leave 3e-5
 DRIFT_POINTS = 17           # film points at which the drift of the regions' centres is measured
 
+
 @dataclass(frozen=True, eq=False)
 class Polynomial:
-    """Fitted lens.
-
-    degree: in film point and aim. numbers: parameters of the stage. rms, worst: error in mm on the film, on rays that
-    did not serve the fit, for objects at the distance given to the fit.
+    """Fitted lens: degree in film point and aim, parameters of the stage, and its rms and worst error in mm on the
+    film.
     """
 
     degree: int
@@ -149,28 +139,11 @@ class Polynomial:
     @classmethod
     def fit(cls, lens: Lens, film_distance: float, table: PupilTable, degree: int = 9, wavelength: float = D_LINE,
             distance: float = math.inf) -> "Polynomial":
-        """Fit a lens for the film points and exit-pupil regions of a table.
+        """Fit a lens for the film points and exit-pupil regions of a table, not widened.
 
-        Parameters
-        ----------
-        lens : Lens
-            The lens, stopped down and focused.
-        film_distance : float
-            Distance (mm) from the last vertex to the film.
-        table : PupilTable
-            Regions of the lens, not widened.
-        degree : int
-            Degree in film point and aim, one of DEGREES.
-        wavelength : float
-            Wavelength of the light (µm).
-        distance : float
-            Distance (mm) from the film to the objects for which the errors are measured.
-
-        Raises
-        ------
-        LensError
-            Another degree, a lens without rotational symmetry, regions of several pieces, too little light for a fit,
-            or directions that are far from unit vectors.
+        film_distance: last vertex → film (mm). degree: one of DEGREES. wavelength: µm. distance: film → objects (mm)
+        for which the errors are measured. LensError for another degree, a lens without rotational symmetry, regions of
+        several pieces, too little light, or directions that are far from unit vectors.
         """
         if degree not in DEGREES:
             raise LensError(f"polynomial degree {degree}: choose one of {', '.join(map(str, DEGREES))}")
@@ -220,10 +193,10 @@ class Polynomial:
 
 @cache
 def _sample_places(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Places (3, rays) of the rays: shares of the film's radius, of a region's, and along its rim; and weights (fits,).
+    """Positions (3, rays) of the rays: shares of the film's radius, of a region's, and along its rim; and weights
+    (fits,).
 
-    The first rays, which serve the fit, crowd towards the edges of field and pupil, with weights by their share of the
-    light; the last HELD_OUT lie between them and measure the error.
+    Those of the fit crowd towards the edges of field and pupil; the last HELD_OUT measure the error.
     """
     grid = np.meshgrid(np.sin(np.linspace(0.0, 0.5 * math.pi, 2 * n + 3)),
                        np.sin(0.5 * math.pi * np.arange(1, n + 2) / (n + 1)),
@@ -237,10 +210,10 @@ def _sample_places(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _aim_rays(outline, course, offsets, radius, end, scale, radii, reach, turn):
-    """Film points x (n,), rear points (2, n), and the drift of the regions' centres, in mm.
+    """Film points x (n,), rear points (2, n), and the drift of the regions' centres, in mm per mm of film.
 
     radii: (n,) shares of the film's radius; reach: from a region's centre (0) to its rim (1); turn: along the upper
-    half of the rim, 0 … 1; outline … scale: those of the table. drift: mm per mm of film, by a straight line.
+    half of the rim, 0 … 1; outline … scale: those of the table.
     """
     sectors = outline.shape[1] - 1
     film, aim = radii * radius, np.empty((2, radii.size))
@@ -286,7 +259,7 @@ def _fit_data(film, aim, lines, shares, radius, drift, eye, nearness):
     """Data of the fit: invariants (3, n) of all rays, weights (fits,) and fields (6, fits) of the first ones.
 
     Also v (2, n), its reach (mm), and the number of rays that serve the fit. Moves the points of lines (7, n) to those
-    nearest to the eye, relative to it, and sets the clearance of rays that do not arrive to infinity.
+    nearest to the eye, relative to it; the clearance of rays that do not arrive becomes infinite.
     """
     rays, fits = film.size, shares.size
     v, abc, weights, fields = np.empty((2, rays)), np.empty((3, rays)), np.zeros(fits), np.zeros((6, fits))
@@ -338,10 +311,8 @@ def _errors(film, lines, v, radius, there, here, nearness, first):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _holds(film, radius, v, there, here, nearness):
-    """Whether the fitted directions are unit vectors but for OFF, which the stage normalises.
-
-    film (n,), v (2, n): film points and aims; there, here: as for `_errors`, of all rays. A fit that oscillates between
-    its rays, or whose equations are singular, gives vectors of any length, or nan.
+    """Whether the fitted directions are unit vectors but for OFF, which the stage normalises; arguments as for
+    `_errors`.
     """
     for r in range(film.size):
         u, vx, vy = film[r] / radius, v[0, r], v[1, r]
@@ -354,9 +325,8 @@ def _holds(film, radius, v, there, here, nearness):
 
 
 def _film_scale(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float:
-    """Size of the paraxial image: mm of film per radian of an object's position seen from the centre.
-
-    nearness: 1 / distance of the object (1/mm).
+    """Size of the paraxial image: mm of film per radian of an object seen from the centre; nearness: 1 / its distance
+    (1/mm).
     """
     efl = lens.front_index * fo.efl
     return abs(efl / (1.0 + nearness * (fo.front_principal - centre - efl)))

@@ -1,9 +1,7 @@
-"""Capture of a light field: a picture through every cell of the pupil, by the stages that take pictures.
+"""Capture of a light field: a picture and a coverage through every cell of the pupil, by the stages that take pictures.
 
-A view is sharper than a picture: its samples fill only a part of each pixel. Refocusing adds views whose pixels
-are offset against each other, which fills the pixels again; two averages could not be separated any more.
-
-Recorder: pictures taken strip by strip, together with their coverage, the share of light that arrives.
+A view is sharper than a picture: its samples fill only a part of each pixel. Refocusing adds views whose pixels are
+offset against each other, which fills the pixels again; two averages could not be separated any more.
 """
 
 import math
@@ -67,8 +65,8 @@ class Recorder:
         """Mean light and mean weight of a strip: float32 (4, h, width), the weight last.
 
         left: raster x of its left edge; aim: the stages from raster X, Y and U0, U1 to the ray, for a wavelength (µm);
-        fill: side of the sampled part of each pixel, in pixels; offset: its place (2,) from the pixel's middle, right
-        and down; first, number: the samples; moment: index and number of the equal parts of the exposure.
+        fill: side of the sampled part of each pixel, in pixels; offset: (2,) from the pixel's middle, right and down;
+        first, number: the samples; moment: index and number of the equal parts of the exposure.
         """
         h = self.camera.film.pixels_y
         blocks = -(-self.width * h // B)
@@ -118,9 +116,10 @@ class Recorder:
 
 def in_parallel(work: Callable[[Item, Callable[[], bool]], None], items: Sequence[Item],
                 progress: Callable[[float], bool], name: str, threads: int | None = None) -> None:
-    """Work on all items in threads. LightFieldError "the NAME was cancelled" when `progress` answers False.
+    """Work on all items in threads; LightFieldError "the NAME was cancelled" when `progress` (share done) returns
+    False.
 
-    work: takes an item, and a function that says whether to stop early; progress: takes the share that is done.
+    work: takes an item, and a function that returns whether to stop early.
     """
     done, cancelled = count(1), threading.Event()
 

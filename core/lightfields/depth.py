@@ -1,11 +1,9 @@
 """Depth from a light field, and the picture in which everything is in focus.
 
-The view at the place a of the pupil sees a point at the distance d shifted by σ(d) a from where the pupil's middle
-sees the point. Where the views, each shifted back by σ a, agree, σ is that of the point's distance: for each of many σ
-the variance of the shifted views is summed over a window about each pixel, and the least of the sums, interpolated by
-a parabola, gives the depth. How far the least sum lies below the others gives the confidence: where nothing
-changes from pixel to pixel, views agree at any σ. The picture in focus everywhere is the sum of the views with the σ
-of each pixel's own depth.
+The view at the point a of the pupil sees a point at the distance d shifted by σ(d) a from where the pupil's middle sees
+it. For each of many σ the variance of the views, shifted back by σ a, is summed over a window about each pixel; the
+least of the sums, interpolated by a parabola, gives the depth, and how far it lies below the others the confidence. The
+picture in focus everywhere is the sum of the views with the σ of each pixel's own depth.
 
 References
 ----------

@@ -1,13 +1,12 @@
 """Light fields: a picture through every part of the pupil, taken once, focused afterwards.
 
-A ray is named by two planes: (s, t), where it meets the film, in raster pixels, and (u, v), where
-it comes through the pupil, in radii of the paraxial exit pupil. A grid of square cells, the same for
-every film point, covers the pupil; each cell has a picture of its own, a *view*. A real lens passes
-only parts of some cells: the *coverage* is the share of a cell's light that arrives, times cos⁴θ, measured
+A ray is named by two points: (s, t), where it meets the film, in raster pixels, and (u, v), where it comes through the
+pupil, in radii of the paraxial exit pupil. A grid of square cells, the same for every film point, covers the pupil;
+each cell has a picture of its own, a *view*. The *coverage* is the share of a cell's light that arrives, times cos⁴θ,
 for every pixel.
 
-Refocusing is shift-and-add: to first order the ray that meets the new film at x and the pupil at a meets
-the old film at k x + σ a (from the two cameras' Gaussian maps), so every view is shifted by σ a, and all are added.
+Refocusing is shift-and-add: to first order the ray that meets the new film at x and the pupil at a meets the old film
+at k x + σ a (from the two cameras' Gaussian maps), so every view is shifted by σ a, and all are added.
 
 References
 ----------
@@ -495,9 +494,9 @@ def widened(camera: Camera, margin: tuple[int, int], finer: int = FINER) -> Came
 
 
 def needed_margin(camera: Camera, views: tuple[int, int], reach: float) -> tuple[int, int]:
-    """Pixels at each side, across and down, beside a camera's film that refocusing within the clear range reads.
+    """Pixels at each side, across and down, outside a camera's film that refocusing within the clear range reads.
 
-    At the most 1 / WIDEST of the film's pixels: what is farther is not recorded.
+    At most 1 / WIDEST of the film's pixels.
     """
     one = np.ones((views[1], views[0], 1, 1), np.float32)
     field, film = LightField(camera, reach, one[:, :, None], one), camera.film
@@ -521,10 +520,10 @@ def centre_coverage(coverage: np.ndarray) -> np.ndarray:
 
 
 def axis_coverage(camera: Camera, coverage: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Coverages (…) on the axis, from those (…, h, w) of the film.
+    """Coverages (…) on the axis, from those (…, h, w) of the film: means near its centre, times the ratio of their
+    cos⁴θ.
 
-    They are the means near the film's centre, times the cos⁴θ of the axis over that of the centre where a window puts
-    it beside the axis. places: (…, n, 2) where light comes through the pupil, in its radii.
+    A window may put the centre off the axis. places: (…, n, 2) where light comes through the pupil, in its radii.
     """
     near = centre_coverage(coverage)
     if camera.window is None:

@@ -1,11 +1,10 @@
 """Lumigraphs: pictures by an array of pinholes in one plane, from which novel views are put together.
 
-The pinholes lie on the plane (u, v), in mm, x to the right and y up; each of them sees the same window of
-the plane (s, t) before them, its grid of pixels shifted by a part of a pixel. A ray is known by its crossings with
-both planes. What a novel view sees along it is interpolated linearly between the four nearest pinholes, and in each by
-cubics between its pixels: linear interpolation would blur. Where the surface is at a depth z, and (s, t) at D, the
-pinhole at u sees it not at s but at s + (u₀ − u)(D/z − 1), by similar triangles: with known depths, neighbours agree,
-and nothing is seen double.
+The pinholes lie on the plane (u, v), in mm, x to the right and y up; each sees the same window of the plane (s, t)
+before them, its grid of pixels shifted by a part of a pixel. A novel view interpolates linearly between the four
+nearest pinholes, and by cubics between the pixels of each. Where the surface is at a depth z, and (s, t) at D, the
+pinhole at u sees it at s + (u₀ − u)(D/z − 1), by similar triangles: with known depths, neighbours agree, and nothing is
+seen double.
 
 References
 ----------
@@ -160,9 +159,8 @@ class Lumigraph:
         return NovelView(picture, covered)
 
     def _falloff(self, camera: Camera, lines: np.ndarray | None) -> np.ndarray:
-        """(h, w) float32 cos⁴θ of a camera's pixels over that with which the array recorded their rays.
-
-        lines: of `_lines`.
+        """(h, w) float32 cos⁴θ of a camera's pixels over that with which the array recorded their rays; lines: of
+        `_lines`.
         """
         h, w = camera.film.pixels_y, camera.film.pixels_x
         x, y = np.arange(w) + 0.5, np.arange(h)[:, None] + 0.5
@@ -188,9 +186,8 @@ class Lumigraph:
         return min(max(round(pixel(camera) / pixel(self.camera)), 1), MOST_RAYS)
 
     def _lines(self, camera: Camera) -> np.ndarray | None:
-        """(6, 3) origins and directions in the array's frame of rays that are linear in the raster's x, y and 1.
-
-        None for a camera whose rays are not.
+        """(6, 3) origins and directions, in the array's frame, of rays linear in the raster's x, y and 1; None if they
+        are not.
         """
         lens = camera.gaussian
         if camera.moves or camera.has_port or camera.follows_rays or not camera.film_pose.is_upright:

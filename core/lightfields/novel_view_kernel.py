@@ -1,13 +1,8 @@
-"""The kernel of novel views: what a ray sees by an array of pinholes.
+"""The kernel of novel views: what a ray sees by an array of pinholes; see `lumigraph`.
 
 A ray is named by (u, v), where it crosses the plane of the pinholes, and (s, t), where it crosses the plane before
-them whose window all pinholes see; mm. Nearness is the distance of the plane (s, t) over the depth of a thing. Each
-texel of a pinhole holds four half floats: three colours and 1 / depth.
-
-References
-----------
-Levoy and Hanrahan, "Light field rendering", 1996. Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph", 1996: the
-correction by depth.
+them; mm. Nearness is the distance of the plane (s, t) over the depth of a thing. Each texel of a pinhole holds four
+half floats: three colours and 1 / depth.
 """
 
 import math
@@ -65,10 +60,10 @@ class Surface(NamedTuple):
 def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, covered, first, last):
     """Set the rows first … last − 1 of a picture (h, w, 3) and of the pixels that were recorded (h, w).
 
-    lines: (6, 3) origin and direction of the rays in the array's frame, linear in the raster's x, y and 1; where
-    `given` (n, 6) is not empty, it holds the rays instead. many: rays per pixel, across and down. texels: half floats,
-    pinhole after pinhole. by: the pinholes whose pixels the surface describes; own: whether these are the array's own,
-    so that a pinhole from which the surface is hidden is left out.
+    lines: (6, 3) origin and direction of the rays in the array's frame, linear in the raster's x, y and 1, unless
+    `given` (n, 6) holds the rays. many: rays per pixel, across and down. texels: half floats, pinhole after pinhole.
+    by: the pinholes whose pixels the surface describes; own: whether these are the array's own, which may not see the
+    surface.
     """
     # All arrays are unpacked here: taken from the tuples in the loops, they would be reference-counted for every ray
     views, pixels, geometry, offsets = pinholes
@@ -117,8 +112,8 @@ def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, cov
 def _meet_surface(u, v, s, t, high, low, jump, views, pixels, geometry, offsets, known, stride, start, unit):
     """Nearness where a ray meets the surface seen by the pinhole nearest to the ray; without a hit, the last one seen.
 
-    March along the ray from near (high) to far (low), in steps that move its image by 1 / STEPS_PER_PIXEL of a pixel:
-    the ray meets the surface where it gets behind it, but not where the surface jumps before it at once.
+    March from near (high) to far (low), in steps that move the image by 1 / STEPS_PER_PIXEL of a pixel: a hit is where
+    the ray gets behind the surface, but not where the surface jumps before it at once.
     """
     w, h = pixels
 
@@ -159,10 +154,10 @@ def _catmull_rom(f):
 
 @njit(inline="always")
 def _blend(u, v, s, t, q, views, pixels, geometry, offsets, texels, hidden, unit, part):
-    """Set `part` to the colour over EXPONENT_SCALE that the four pinholes about a ray see; False beside the array.
+    """Set `part` to the colour over EXPONENT_SCALE that the four pinholes about a ray see; False outside the array.
 
-    Linear between pinholes, cubic between pixels. First only the pinholes and pixels count that see the surface, no
-    more than hidden × unit before or behind nearness q; where none does, all.
+    Linear between pinholes, cubic between pixels. First only the pinholes and pixels count that see the surface, within
+    hidden × unit of nearness q; where none does, all.
     """
     w, h = pixels
     a, b = (u - geometry[FIRST_X]) / geometry[SPACING], (v - geometry[FIRST_Y]) / geometry[SPACING]
@@ -221,7 +216,7 @@ def _blend(u, v, s, t, q, views, pixels, geometry, offsets, texels, hidden, unit
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 def _sum_near_texels(texels, line, w, h, x0, y0, down, across, at, within):
-    """Σ down · across · texel over EXPONENT_SCALE, of 4 × 4 texels from x0, y0 that lie near the surface; their weight.
+    """Σ down · across · texel over EXPONENT_SCALE of 4 × 4 texels from x0, y0 near the surface, and their weight.
 
     line: index of the picture's first row. The last texel repeats beyond the picture's edge.
     """

@@ -1,12 +1,10 @@
 """The plenoptic camera: microlenses on the plane of the film, and behind each a small picture of the lens's pupil.
 
-The film of a camera becomes the plane of the microlenses, one for each of its pixels: square ideal lenses without
-gaps. The sensor lies behind them at their focal length f, so that all light that comes to a microlens at one slope
-meets one point: by the place a in the pupil, light comes to the microlens at c with the slope c s + a t, and meets the
-sensor at c (1 − f s) − f t a. The pictures behind the microlenses are wider apart than the microlenses by the factor
-1 − f s, and a sensor pixel is this distance over the number of pixels. With the microlenses' f-number matched to the
-lens's, each picture of the pupil touches its neighbours; a faster lens makes them overlap, a slower lens leaves
-pixels dark.
+The microlenses, one for each pixel of a camera's film, are square ideal lenses without gaps; the sensor lies behind
+them at their focal length f. From the point a in the pupil, light comes to the microlens at c with the slope c s + a t,
+and meets the sensor at c (1 − f s) − f t a. The pictures behind the microlenses are wider apart by the factor 1 − f s,
+and a sensor pixel is this distance over the number of pixels. With a matched f-number, pictures of the pupil just
+touch; a faster lens makes them overlap, a slower lens leaves pixels dark.
 
 References
 ----------
@@ -251,7 +249,7 @@ def _disk_in_square(radius: float) -> float:
 def through_microlens(lanes, p, ints, key):
     """From the point X, Y of the sensor (mm) through U0, U1 of a microlens to the film point and U0, U1 of the pupil.
 
-    A microlens beyond the film passes nothing: U0 becomes BEYOND. p: PER_SPREAD … PER_SLOPE_PUPIL.
+    U0 becomes BEYOND for a microlens outside the film. p: PER_SPREAD … PER_SLOPE_PUPIL.
     """
     real = lanes.dtype.type
     row = rows(lanes)

@@ -53,8 +53,7 @@ def lit_cell(reach: float, views: tuple[int, int], place: tuple[int, int]) -> Ce
 def pupil_reach(camera: Camera) -> float:
     """The largest radius from which light comes to any film point, in radii of the paraxial exit pupil.
 
-    LightFieldError for a camera without an aperture or a focus, and for an ideal lens whose film points share no bladed
-    pupil.
+    LightFieldError for a camera without an aperture or a focus, or whose film points share no bladed pupil.
     """
     lens = camera.gaussian
     require_film_in_line(camera)

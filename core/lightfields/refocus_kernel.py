@@ -1,9 +1,8 @@
 """The kernel of refocusing: adding views, each read between its pixels at a shift and a slightly other scale.
 
-The pixel grids of the views are offset against each other by many parts of a pixel, so that samples fill the pixels of
-the sum as they fill those of a picture. The fine detail that linear reading and the shift within a cell of the pupil
-take is known, and one short filter restores it. (Scaling the sum in place of the views costs two decibels: the sum is
-sampled already, and its edges are finer than its pixels.)
+The pixel grids of the views are offset against each other, so that samples fill the pixels of the sum. One short filter
+restores the fine detail that linear reading and the shift within a cell of the pupil take. (Scaling the sum instead of
+the views costs two decibels.)
 """
 
 import math
@@ -27,10 +26,9 @@ def shift_and_add(light: np.ndarray, used: np.ndarray, starts: np.ndarray, scale
     """Sum of shifted views: float32 (h, w, 3), gain · Σ weight · view(start + scale · pixel), of filled pixels.
 
     light: (views down, views across, 3, h, w), float32, or half floats that are never negative; used: (n, 2) row and
-    column of the views; starts: (n, 2) across and down, pixels; step: (2,) pixels across and down by which the rays of
-    one view spread; fill: side of the part of a pixel that a view's samples fill. Where a view ends, the sum of the
-    others counts for all; a pixel that none of them reaches is 0. The filter goes no farther beyond the range of its
-    neighbours than by the factor HIGHEST_GAIN, so that light stays light.
+    column of the views; starts: (n, 2) across and down, pixels; step: (2,) pixels by which the rays of one view spread;
+    fill: side of the part of a pixel that a view's samples fill. Where a view ends, the others count for all; a pixel
+    that none reaches is 0. The filter stays within HIGHEST_GAIN of its neighbours' range.
     """
     h, w = light.shape[3:]
     bits, weights = as_bits(light), weights.astype(np.float32)
@@ -85,7 +83,8 @@ def _reached(start, scale, size):
 
 
 def spectral_gain(f: np.ndarray, step: float, fill: float) -> np.ndarray:
-    """Gain at frequencies f (cycles per pixel) that turns views at their exact places into a picture of filled pixels.
+    """Gain at frequencies f (cycles per pixel) that turns views at their exact positions into a picture of filled
+    pixels.
 
     step: pixels by which the rays of one view spread; fill: side of the part of a pixel that its samples fill.
     """
@@ -93,9 +92,8 @@ def spectral_gain(f: np.ndarray, step: float, fill: float) -> np.ndarray:
 
 
 def _sharpening(part: np.ndarray, weights: np.ndarray, step: float, fill: float) -> np.ndarray:
-    """The filter (2 TAPS + 1,) that turns views read at these parts of a pixel (n,) into a picture of filled pixels.
-
-    Its gain is HIGHEST_GAIN at the most; (1,) where there is nothing to restore.
+    """The filter (2 TAPS + 1,) that turns views read at these parts of a pixel (n,) into a picture of filled pixels, or
+    (1,).
     """
     f = np.fft.rfftfreq(8 * TAPS)
     turns = np.exp(-2j * math.pi * f[:, None] * part)
@@ -112,10 +110,7 @@ def _sharpening(part: np.ndarray, weights: np.ndarray, step: float, fill: float)
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
 def _add(light, used, starts, scale, weights, sums, first, last):
-    """Add all views to the rows first … last − 1 of the sums (3, h, w).
-
-    The next view is prefetched: views lie too far apart in memory for the processor to foresee it.
-    """
+    """Add all views to the rows first … last − 1 of the sums (3, h, w), the next view prefetched."""
     h, w = light.shape[3], light.shape[4]
     line, parts, runs = np.zeros(w + 1, np.float32), np.zeros(w, np.float32), np.zeros((w + 1, 2), np.int64)
     one, ahead = np.float32(1), CACHE_LINE // light.itemsize
@@ -160,9 +155,10 @@ def _add(light, used, starts, scale, weights, sums, first, last):
 
 @njit(inline="always")
 def _runs(start, scale, parts, runs):
-    """Weights (w,) of the second of two pixels at start + scale · i, and runs of i with the same whole shift.
+    """Weights (w,) of the second of two pixels at start + scale · i, and runs of i with the same whole shift; their
+    number.
 
-    A run is its first i and its shift in pixels; the end of what the view holds follows. Returns the number of runs.
+    A run is its first i and its shift in pixels; the end of what the view holds follows.
     """
     w, number = parts.size, 0
     first, end = _reached(start, scale, w)
@@ -211,9 +207,8 @@ def _sharpen(sums, across, down, gain, out, first, last):
 
 
 def rescaled(picture: np.ndarray, scale: float, middle) -> np.ndarray:
-    """The picture (3, h, w) whose pixel x is at scale · (x − middle) + middle of another, by Lanczos's kernel.
-
-    middle: (2,) across and down, raster pixels.
+    """The picture (3, h, w) whose pixel x is at scale · (x − middle) + middle of another, by Lanczos's kernel; middle:
+    (2,).
     """
     for axis, centre in zip((2, 1), middle, strict=True):
         size = picture.shape[axis]

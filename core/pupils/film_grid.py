@@ -1,12 +1,10 @@
 """Film grid: exit-pupil regions of film points over a quadrant of the film, for `PupilGrid` to interpolate.
 
 Film coordinates u and v are x and y over half the film's width and height. The nodes lie on rings about the film's
-centre and on columns, which fan out from there at even shares v / (u + v). The last ring lies where the light ends, or
-at the film's corner; towards an end of the light the rings crowd, for a region shrinks there as a square root. A
-polynomial, the course, first takes up the motion of the regions' centres, for the region of a small stop moves by many
-times its size. A lens with two planes of symmetry needs one quadrant of the film; a lens with surfaces out of line
-needs four, as does a film out of line, each of which is the first quadrant of the mirrored lens and film. Lens frame,
-mm.
+centre and on columns at even shares v / (u + v). The last ring lies where the light ends, or at the film's corner;
+towards an end of the light the rings crowd, for a region shrinks there as a square root. A polynomial, the course,
+first takes up the motion of the regions' centres. A lens with two planes of symmetry needs one quadrant; a tilted or
+decentred lens or film needs four, each the first quadrant of the mirrored lens and film. Lens frame, mm.
 """
 
 import math
@@ -36,12 +34,11 @@ SPREAD = 1.003                  # sampled region over the true one where they ar
 class Nodes(NamedTuple):
     """RINGS × COLUMNS film points in each of q quadrants, one or four, the region of each cut into SECTORS triangles.
 
-    Everything is given as mirrored into the quadrant x ≥ 0, y ≥ 0. edge: (q, EDGE_POINTS) distance √(u² + v²) of the
-    last ring at even shares v / (u + v); no light falls beyond it. Ring k lies where 1 − √(1 − crowding · √(u² + v²) /
-    edge) is k / (RINGS − 1) of its value at the edge. course: (2, TERMS or GENERAL_TERMS) coefficients of
-    `course_terms` for x and y of the centres (mm), to which `centres` (q, RINGS, COLUMNS, 2) in mm is added. outline:
-    (q, RINGS, COLUMNS, SECTORS + 1, 2) corners in mm from there, counter-clockwise from the one in +x, at equal areas;
-    0 where there is no light.
+    All as mirrored into the quadrant x ≥ 0, y ≥ 0. edge: (q, EDGE_POINTS) distance √(u² + v²) of the last ring at even
+    shares v / (u + v). Ring k lies where 1 − √(1 − crowding · √(u² + v²) / edge) is k / (RINGS − 1) of its value at the
+    edge. course: (2, TERMS or GENERAL_TERMS) coefficients of `course_terms` for the centres (mm), to which `centres`
+    (q, RINGS, COLUMNS, 2) is added. outline: (q, RINGS, COLUMNS, SECTORS + 1, 2) corners in mm from there,
+    counter-clockwise from +x, at equal areas; 0 without light.
     """
 
     edge: np.ndarray
@@ -101,9 +98,8 @@ def _placement(pose: FilmPose, lowest: float) -> Placement:
 
 
 def _cut(centres: np.ndarray, rims: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Centres and outlines of the nodes of a quadrant, from those of the grid twice as fine.
-
-    A node that is dark, or would grow too much, takes the outline of its neighbours.
+    """Centres and outlines of the nodes of a quadrant, from a grid twice as fine; dark ones take their neighbours'
+    outline.
     """
     at, outline = centres[::2, ::2].copy(), rims[::2, ::2].copy()
     _adopt_neighbours(centres, rims, np.asarray(~outline.any((2, 3))), at, outline)
@@ -121,8 +117,7 @@ def course_at(course: np.ndarray, of_film: tuple[np.ndarray, np.ndarray]) -> np.
 def course_terms(film: np.ndarray, general: bool) -> tuple[np.ndarray, np.ndarray]:
     """Terms (n, terms) of the course along x and y at film points (n, 2).
 
-    For two planes of symmetry they are u, or v, times powers of u² and v² up to 3; in general all u^i v^j with
-    i + j ≤ DEGREE, by rising i, then j.
+    For two planes of symmetry u, or v, times powers of u² and v² up to 3; in general all u^i v^j with i + j ≤ DEGREE.
     """
     u, v = film.T
     if general:
@@ -154,9 +149,8 @@ def _hull(points: np.ndarray) -> np.ndarray:
 
 @cache
 def _hull_directions() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of POINTS even directions and four times as many normals: 1 / cosine between them, 0 where they are not facing.
-
-    Also the directions (POINTS, 2) and the normals (2, 4 POINTS).
+    """Of POINTS even directions and four times as many normals: 1 / cosine between them, or 0, and both (POINTS, 2),
+    (2, …).
     """
     turn = 2.0 * math.pi * np.arange(POINTS) / POINTS
     normals = 2.0 * math.pi * np.arange(4 * POINTS) / (4 * POINTS)
@@ -183,8 +177,8 @@ def _growth(centres: np.ndarray, rims: np.ndarray, at: np.ndarray, corners: np.n
 def _needed_growth(polygons, rims, offsets):
     """Factors (rings, columns, SECTORS + 1), at least 1, for the corners of polygons that are to hold rims.
 
-    polygons: (rings, columns, SECTORS + 1, 2) about 0; rims: (rings, columns, points, 2) about offsets (rings, columns,
-    2), all 0 where there is no light.
+    polygons: (rings, columns, SECTORS + 1, 2) about 0; rims: (rings, columns, points, 2) about offsets, 0 without
+    light.
     """
     rings, columns, points, _ = rims.shape
     corners = polygons.shape[2]

@@ -1,19 +1,9 @@
 """Sampler on a film grid: exit-pupil regions behind a lens without rotational symmetry, for a camera to sample.
 
-A lens with a cylinder or toroid has two planes of symmetry, so one quadrant of the film serves for all four; a lens
-with surfaces out of line, or any lens before a film out of line, has four of its own, mirrored into the first. The
-sampler interpolates the regions between the
-nodes of `film_grid`, which are a hair larger than the true ones, so that no light is lost; the trace blocks the rest.
-The weight holds the area of the sampled triangle. Lens frame, mm.
-
-Film-grid lookup: the triangle of a pupil sample in the exit-pupil region of a film point, by the nodes around it.
-
-A part of the stages that aim from a film in line and from one out of line. Lens frame, mm.
-
-Film grids by wavelength: exit-pupil regions for pictures behind a lens without rotational symmetry.
-
-The regions move with the refractive indices, which are nearly a parabola in 1 / λ². Three wavelengths are solved, and
-the grid of any other is interpolated between theirs.
+The sampler interpolates the regions between the nodes of `film_grid`, which are a hair larger than the true ones, so
+that no light is lost; the trace blocks the rest. The weight holds the area of the sampled triangle. One stage aims from
+an upright film, one from a posed film. Regions move with the refractive indices, nearly a parabola in 1 / λ²: three
+wavelengths are solved, and the grid of any other is interpolated. Lens frame, mm.
 """
 
 import math
@@ -56,8 +46,7 @@ TURN, CORNER_AX, CORNER_AY, CORNER_BX, CORNER_BY, CENTRE_X, CENTRE_Y = A3, A6, A
 def find_triangle(lanes, p, ints):
     """Find the triangle of each pupil sample, as mirrored into the first quadrant: rows TURN to CENTRE_Y.
 
-    Adds up the corners and the centres of the four nodes around the film point X, Y. WEIGHT: 0 beyond the last ring,
-    else 1.
+    WEIGHT: 0 beyond the last ring, else 1.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -86,7 +75,7 @@ def find_triangle(lanes, p, ints):
 def _find_cell(lanes, p, ints):
     """Find the grid cell of each film point.
 
-    A0: the node below it; A1, A2: how far it lies towards the next column and ring; A3: triangle, and place in it.
+    A0: the node below it; A1, A2: how far it lies towards the next column and ring; A3: triangle, and position in it.
     WEIGHT: 0 beyond the last ring, else 1. A6 to A9 become 0; A10, A11: the course at the film point.
     """
     real = lanes.dtype.type
@@ -178,9 +167,8 @@ def _general_course(lanes, p):
 
 @dataclass(frozen=True, eq=False)
 class PupilGrid:
-    """Exit-pupil regions over a film of half_width and half_height, film_distance behind the last vertex (mm).
-
-    pose: of the film; film points are those of its own frame.
+    """Exit-pupil regions over a film of half_width and half_height, film_distance behind the last vertex (mm), in its
+    pose.
     """
 
     film_distance: float
@@ -208,10 +196,10 @@ class PupilGrid:
                    Nodes(edge, first.nodes.crowding, course, centres, outline), first.pose)
 
     def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
-        """Area (n,) in mm² over which the samples of film points (n, 2) are spread, from their density at rear points.
+        """Area (n,) in mm² over which the samples of film points (n, 2) are spread, from their density at rear points
+        (n, 2) mm.
 
-        That is the area of the triangle at the rear point (n, 2) mm times the number of triangles; 0 where no sample
-        goes.
+        That of the triangle there times the number of triangles; 0 where no sample goes.
         """
         nodes = self.nodes
         # Corners of each film point's triangles, and its rear point, both from the region's centre
@@ -248,8 +236,8 @@ class PupilGrid:
     def step(self, normaliser: float) -> Step:
         """Step that aims from the film into the region; WEIGHT becomes cos⁴θ · area / normaliser.
 
-        From a film out of line cos³θ · cos φ · area · (distances)² / normaliser: θ is measured from the axis, φ from
-        the film's normal; the ray then starts at z = 0.
+        From a posed film cos³θ · cos φ · area · (distances)² / normaliser, φ from the film's normal; the ray starts at
+        z = 0.
         """
         nodes = self.nodes
         tables = (nodes.course, nodes.edge, nodes.outline, nodes.centres)
@@ -268,10 +256,9 @@ class PupilGrid:
 
 @stage
 def aim_in_quadrant(lanes, p, ints, key):
-    """Aim from a film point X, Y (mm, Z = 0) into its exit-pupil region: L, M, N and WEIGHT. p: see FILM_DISTANCE.
+    """Aim from a film point X, Y (mm, Z = 0) into its exit-pupil region: L, M, N and WEIGHT.
 
-    ints: see QUADRANTS. The film point is mirrored into the first quadrant, its region interpolated between four nodes,
-    and the ray mirrored back.
+    p: see FILM_DISTANCE, ints: see QUADRANTS. By way of the first quadrant.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -306,7 +293,7 @@ def aim_in_quadrant(lanes, p, ints, key):
 
 @stage
 def aim_from_posed_grid(lanes, p, ints, key):
-    """Aim from a point X, Y of a film out of line into its exit-pupil region: the ray at z = 0, and WEIGHT.
+    """Aim from a point X, Y of a posed film into its exit-pupil region: the ray at z = 0, and WEIGHT.
 
     p and ints as in `aim_in_quadrant`, then the pose.
     """
@@ -380,9 +367,8 @@ class SpectralPupilGrid:
         return len({grid.nodes.crowding for grid in self._solved}) == 1
 
     def at(self, wavelength: float) -> PupilGrid:
-        """Grid at a wavelength (µm).
-
-        Outside the range of pictures, and where the light ends at some wavelengths only, it is solved by itself.
+        """Grid at a wavelength (µm), solved by itself outside the range of pictures and where only some wavelengths
+        have light.
         """
         if wavelength == D_LINE:
             return self._at_d_line

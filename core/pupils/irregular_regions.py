@@ -1,9 +1,8 @@
 """Irregular exit-pupil regions: those that are not star-shaped, and the convex outline around each.
 
-Seen from a point inside, a region is star-shaped, except at the edge of the light of some lenses, where a hole opens in
-it, a piece comes off, or it bends round, and where a steep asphere lets light through beside a rim. A camera then
-samples the convex outline around all of it: every ray is traced, so the dark part costs samples but no light. Lens
-frame, mm.
+At the edge of the light of some lenses a hole opens in a region, a piece comes off, or it bends round; a steep asphere
+may pass light beyond an edge. A camera then samples the convex outline around all of it: every ray is traced, so the
+dark part costs samples but no light. Lens frame, mm.
 """
 
 import math
@@ -26,10 +25,7 @@ LOOKS = 10                      # at a region, to find the box of its light
 
 
 class _Grids(NamedTuple):
-    """Numbers of rays across and up: of the search for irregular regions, of a look at one, of its measurement.
-
-    enough: number of rays that must contradict a rim.
-    """
+    """Numbers of rays across and up of search, look and measurement; enough: rays that contradict a rim."""
 
     search: tuple[int, int]
     enough: int
@@ -62,8 +58,7 @@ def irregular_regions(lens: Lens, film_distance: float, radii: np.ndarray, centr
                       by: ClearanceTracer) -> dict[int, IrregularRegion]:
     """Those regions of film radii (n,) that the rims (n, points, 2) of `solve_rims` do not describe, by index.
 
-    Also those that pass light where `solve_rims` found none: narrow ones, and those beside the meridian. A grid of rays
-    over the lit part of the rear plane measures them; on its lines the edges are interpolated.
+    Also narrow ones, and those off the meridian, where `solve_rims` found no light.
     """
     left, right = rear_interval(lens, film_distance, radii)
     top = rear_interval(lens, film_distance, np.zeros(len(radii)))[1]
@@ -78,10 +73,8 @@ def enclose_irregular_regions(film_distance: float, radii: np.ndarray, centres: 
                               by: ClearanceTracer) -> tuple[np.ndarray, np.ndarray, bool]:
     """Centres (n,) and rims (n, m, 2) of `solve_rims` for rising radii, with outlines around irregular regions.
 
-    Also returns whether more than DARK of an outline is without light.
-
-    The outlines of such a radius and of its neighbours hold the regions of each other, so that interpolation between
-    the radii loses no light. So do those of two radii between which the width jumps.
+    Also whether more than DARK of an outline is without light. The outlines of such a radius and its neighbours, and of
+    radii between which the width jumps, hold the regions of each other, so that interpolation loses no light.
     """
     boxes = _search_boxes(centres, rims, NEIGHBOURS)
     found = _found(film_distance, radii, centres, rims, by, boxes, ENCLOSE)
@@ -158,9 +151,8 @@ def _joined(*boxes: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _search_boxes(centres, rims, neighbours):
-    """Boxes (n, 3), low and high x and high y, in which light can lie beside the rims of a radius and its neighbours.
-
-    NaN where none of them has light.
+    """Boxes (n, 3), low and high x and high y, in which light can lie near the rims of a radius and its neighbours, or
+    NaN.
     """
     n = centres.size
     boxes = np.full((n, 3), math.nan)
@@ -196,9 +188,8 @@ def _boxes_on_meridian(lens: Lens, film_distance: float, radii: np.ndarray, by: 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _contradictions(x, y, lit, centres, rims):
-    """Number (n,) of points x (n, columns), y (n, rows) whose light (n, rows, columns) contradicts the rims.
-
-    Light outside the rim does, and the absence of light inside, farther than MARGIN chords from it.
+    """Number (n,) of points x (n, columns), y (n, rows) whose light (n, rows, columns) contradicts the rims by MARGIN
+    chords.
     """
     n, m = rims.shape[:2]
     found = np.zeros(n, np.int64)

@@ -1,16 +1,12 @@
-"""Outline of the exit-pupil region, for any film points and lenses of any symmetry.
+"""Outline of the exit-pupil region for any film point and lens, by ray aiming, and the end of the light on the film.
 
-As in `rim_solver`, but without an axis of symmetry: the search for the centre covers both directions of the plane, and
-the rim is solved all the way around. Lens frame, mm, float64.
-
-Ray aiming: rays from any film point, through lenses of any symmetry, at places where light passes.
+As in `rim_solver`, but without an axis of symmetry: the search covers both directions, and the rim is solved all
+around.
 
 A ray is given by its film point (n, 3), camera frame, and its rear point (n, 2), where it crosses the plane of the last
-vertex, mm. It passes where its clearance is at most 1: the greatest share of a rim's radius at which it meets a
-surface. The map from the rear point to the point on the stop is smooth, and Newton's method inverts it: this finds
-stops of any size. A scan of the stop then finds what other rims leave open. Float64.
-
-Image circle: the end of the light on the film, for lenses of any symmetry. Lengths in mm, lens frame, float64.
+vertex, mm. It passes where its clearance is at most 1. The map from the rear point to the stop is smooth, and Newton's
+method inverts it: this finds stops of any size. A scan of the stop then finds what other clear apertures leave open.
+Lens frame, float64.
 """
 
 import math
@@ -45,7 +41,7 @@ COARSE = 0.05           # error of a clearance in a scan, × its cell in stop ra
 def _scan(film_x, film_y, film_z, at, window, distance, enough, tracer):
     """Move the rear points `at` (n, 2) to the least clearance within at ± window · (±1, ±1); overwrites window.
 
-    The first scans tell apart places whose clearances differ so much that float32 is exact enough.
+    The first scans, which tell apart very different clearances, are traced in float32.
     """
     n, cells = film_x.size, SCAN * SCAN
     from_x, from_y, from_z = np.empty(n * cells), np.empty(n * cells), np.empty(n * cells)
@@ -80,7 +76,7 @@ def _scan(film_x, film_y, film_z, at, window, distance, enough, tracer):
 
 @dataclass(frozen=True, eq=False)
 class Aim:
-    """Rays of one lens at one wavelength (µm), with the film in line at film_distance (mm) behind the last vertex."""
+    """Rays of one lens at one wavelength (µm), with the upright film at film_distance (mm) behind the last vertex."""
 
     lens: Lens
     film_distance: float
@@ -132,8 +128,8 @@ class Aim:
     def stop_centres(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rear points (n, 2) of the rays to the stop's centre, and the stop's images (n, 2, 2): mm per stop radius.
 
-        Newton's method starts from `start` (n, 2). Where it fails or ends beyond a rim, it continues the ray of
-        the axis in LEGS steps. Without such a ray, the result is the nearest point found.
+        Newton's method starts from `start` (n, 2), and where it fails continues the ray of the axis in LEGS steps.
+        Without such a ray, the result is the nearest point found.
         """
         at, off, image = self._newton(film, start)
         far = np.flatnonzero(~((off < CENTRED) & (self.clearances(film, at) < 1.0)))
@@ -155,9 +151,9 @@ class Aim:
 
     def scan(self, film: np.ndarray, centre: np.ndarray, window: np.ndarray,
                 enough: float) -> tuple[np.ndarray, np.ndarray]:
-        """Rear points (n, 2) of least clearance within centre ± window · (±1, ±1), and that clearance (n,).
+        """Rear points (n, 2) of least clearance within centre ± window (n, 2, 2) · (±1, ±1), and that clearance (n,).
 
-        window: (n, 2, 2). Scans ever more finely about the best point, until its clearance is below `enough`.
+        Scans ever more finely about the best point, until its clearance is below `enough`.
         """
         at, level = centre.copy(), np.full(len(film), np.inf)
         scanned = np.flatnonzero(np.isfinite(window).all((1, 2)))
@@ -178,9 +174,8 @@ class Aim:
         return centres
 
     def _newton(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rear points near the stop's centre, their distance from it (stop radii), and the stop's images.
-
-        Newton's method from `start` (n, 2); a step that does not reduce the distance is cut to a quarter.
+        """Rear points near the stop's centre by Newton's method, their distance from it (stop radii), and the stop's
+        images.
         """
         at, advance = start.copy(), np.zeros_like(start)
         off, image = np.full(len(film), np.inf), np.full((len(film), 2, 2), np.nan)
@@ -253,9 +248,8 @@ def edge_of_light(aim: Aim, directions: np.ndarray, furthest: float,
 
     # The least clearance is 1 at the end of the light: false position, Illinois form
     def level(multiple: np.ndarray, near: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Least clearance − 1 of the rays of film points at these multiples, and the stop's centres (n, 2) seen there.
-
-        near: rear points near those centres, None where none are known.
+        """Least clearance − 1 for film points at these multiples, and the stop's centres (n, 2), from `near` where
+        known.
         """
         film = place(multiple[:, None] * directions[which])
         centre, window = (aim.stop_centres(film, aim.paraxial_centres(film)) if near is None else
@@ -285,9 +279,8 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
                    wavelength: float = D_LINE, place: Placement = UPRIGHT.points) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n, 2), and points (n, points, 2) of each rim from its centre, counter-clockwise from +x, in mm.
 
-    The centre is the centroid; the points are evenly spaced along the rim to about a tenth, and 0 for a film point
-    whose region is empty. film_points: (n, 2) mm; tolerance: of the rims (mm); wavelength: µm; place: as in
-    `edge_of_light`.
+    The centre is the centroid; the points are evenly spaced to about a tenth, and 0 for an empty region. film_points:
+    (n, 2) mm; tolerance: of the rims (mm); wavelength: µm; place: as in `edge_of_light`.
     """
     film = place(np.asarray(film_points, float))
     film_x, film_y, film_z = np.ascontiguousarray(film.T)

@@ -1,10 +1,8 @@
-"""Sampler behind a film out of line: exit-pupil regions of film points at other distances from the lens.
+"""Sampler behind a tilted, shifted or curved film: exit-pupil regions of film points at other distances from the lens.
 
-The lens is rotationally symmetric, so that a film point sees its light through a region that depends on two numbers:
-its distance from the axis, and its distance along the axis. A few radial tables (`PupilTable`), each for one film
-distance, cover the film; the sampler interpolates between the two beside a film point. It compares them at radii of one
-direction from the exit pupil, between which regions hardly change. Lens frame, mm; z = 0 is the plane of the film that
-is in line.
+Behind a rotationally symmetric lens, regions depend on the film point's distance from the axis and along it. A few
+radial tables (`PupilTable`), each for one film distance, cover the film; the sampler interpolates between the two next
+to a film point, at radii of one direction from the exit pupil. Lens frame, mm; z = 0 is the plane of the upright film.
 """
 
 import math
@@ -38,10 +36,10 @@ SLICE_Z, INVERSE_END, RING_SCALE, DARK_BEYOND, COURSE, FIELDS = 0, 1, 2, 3, 4, 7
 
 @dataclass(frozen=True, eq=False)
 class PosedPupil:
-    """Exit-pupil regions of the points of a film out of line.
+    """Exit-pupil regions of the points of a posed film.
 
-    film_distance: last vertex → z = 0 (mm). pose: of the film. places: z (slices,) of the tables (mm), evenly spaced.
-    tables: their regions. narrowing: 1 / (distance of the exit pupil from z = 0), 1/mm.
+    film_distance: last vertex → z = 0 (mm). places: z (slices,) of the tables (mm), evenly spaced. narrowing: 1 /
+    (distance of the exit pupil from z = 0), 1/mm.
     """
 
     film_distance: float
@@ -53,9 +51,10 @@ class PosedPupil:
     @classmethod
     def of(cls, table: Callable[[float, float], PupilTable], film_distance: float, exit_pupil: float, pose: FilmPose,
            extent: np.ndarray) -> "PosedPupil":
-        """Tables for a film with these points (n, 3), camera frame (mm), its extent.
+        """Tables (made of a film distance and radius, mm) for a film with these points (n, 3), camera frame (mm), its
+        extent.
 
-        table: of a film distance and a film radius (mm). exit_pupil: its distance (mm) before z = 0, or inf.
+        exit_pupil: its distance (mm) before z = 0, or inf.
         """
         low, high = float(extent[:, 2].min()), float(extent[:, 2].max())
         count = min(2 + math.ceil((high - low) / (FINENESS * (film_distance + low))), MOST_SLICES)
@@ -75,7 +74,7 @@ class PosedPupil:
     def step(self, normaliser: float) -> Step:
         """Step that aims from the posed film; WEIGHT becomes cos³θ · cos φ · area · (distances)² / normaliser.
 
-        θ is measured from the axis, φ from the film's normal; the ray then starts at z = 0.
+        θ is measured from the axis, φ from the film's normal; the ray starts at z = 0.
         """
         (size, cells), count = self._grid, len(self.tables)
         p = np.empty(OF_SLICES + count * (FIELDS + RINGS + RINGS * RING_CORNERS))
@@ -102,9 +101,8 @@ class PosedPupil:
         return size, np.round((outlines / size + 1.0) * (0.5 * CELLS))
 
     def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
-        """Area (n,) in mm² over which samples are spread, at rear points (n, 2), for film points (n, 2) of its frame.
-
-        As `PupilTable.sampled_area`.
+        """Area (n,) in mm² over which samples are spread, at rear points (n, 2), for film points (n, 2): see
+        `PupilTable`.
         """
         at = self.pose.points(film_xy)
         r = np.hypot(at[:, 0], at[:, 1])
@@ -168,8 +166,7 @@ def aim_from_posed_film(lanes, p, ints, key):
 @stage(part=True)
 def _place_film_point(lanes, p):
     """X, Y, Z: the film point. LOWER: the slice before it, PART: its share of the way to the next. TURN: the sector.
-
-    The sums of the slices, WEIGHT among them, become 0.
+    Sums: 0.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -192,9 +189,8 @@ def _place_film_point(lanes, p):
 
 @stage(part=True)
 def _add_slice(lanes, p, ints, side):
-    """Add a slice, the one before the film point (side 0) or behind it (1), by its share.
-
-    To the corners of the triangle, MIDDLE and WEIGHT: the share itself, 0 where the slice is dark.
+    """Add the slice before the film point (side 0) or behind it (1) to corners, MIDDLE and WEIGHT by its share, 0 if
+    dark.
     """
     real = lanes.dtype.type
     row = rows(lanes)

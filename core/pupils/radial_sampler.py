@@ -1,9 +1,7 @@
 """Radial sampler: the exit-pupil regions of many film radii, cut into triangles of equal area for a camera to sample.
 
-For lenses with rotational symmetry: regions rotate with the film point, and are symmetric about the meridian, so the
+For rotationally symmetric lenses: regions rotate with the film point, and are symmetric about the meridian, so the
 table holds the upper halves of the regions of film points (+r, 0). Lens frame, mm.
-
-Division of exit-pupil regions into sectors of equal area.
 """
 
 import math
@@ -75,14 +73,12 @@ OFFSETS = CORNERS + RINGS * RING_CORNERS
 class PupilTable:
     """Exit-pupil regions of RINGS film radii, each cut into 2 SECTORS triangles of equal area.
 
-    Ring k lies where 1 − √(1 − r / end) is k / (RINGS − 1) of its value on the last ring: the rings crowd towards the
-    film radius `end` where the light ends, for a region shrinks there as a square root.
-
-    film_distance: last vertex → film (mm). radius: film radius of the last ring (mm). end: mm. dark_beyond: film radius
-    (mm) beyond which no light falls. outline: (RINGS, SECTORS + 1, 2) corners in the upper half, in mm from the
-    region's centre. The centre lies at x = (c₀ + c₁ t + c₂ t²) r + offset, t = (r / end)², with the numbers c of the
-    `course` and the `offsets` (RINGS,) in mm. The course is 0 unless the regions of a small stop move by much of their
-    size from ring to ring. irregular: whether the outline around some region has dark parts; see `irregular_regions`.
+    Ring k lies where 1 − √(1 − r / end) is k / (RINGS − 1) of its value on the last ring: rings crowd towards the film
+    radius `end` where the light ends, for a region shrinks there as a square root. film_distance, radius (of the last
+    ring), end, dark_beyond (no light falls): mm. outline: (RINGS, SECTORS + 1, 2) corners in the upper half, in mm from
+    the region's centre at x = (c₀ + c₁ t + c₂ t²) r + offset, t = (r / end)², c the `course`, which is 0 unless the
+    regions of a small stop move by much of their size. irregular: whether some outline has dark parts; see
+    `irregular_regions`.
     """
 
     film_distance: float
@@ -97,7 +93,7 @@ class PupilTable:
     @classmethod
     def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE,
            widened: bool = True) -> "PupilTable":
-        """Table for film radii 0 … film_radius (mm), or to the radius where the light ends; wavelength in µm.
+        """Table for film radii 0 … film_radius (mm), or to the end of the light; wavelength in µm.
 
         widened: larger than the regions by SPREAD, for a camera that traces its samples; otherwise of equal area.
         """
@@ -131,9 +127,8 @@ class PupilTable:
 
     @property
     def coarseness(self) -> float:
-        """Largest error along the meridian of regions between two rings, in their half widths.
-
-        Up to NEARLY of the radius where the light ends.
+        """Largest error along the meridian of regions between two rings, in their half widths, up to NEARLY of the
+        light's end.
         """
         return _coarseness(_ring_radii(self.radius, self.end), self.dark_beyond, self.offsets, self.outline)
 
@@ -143,10 +138,10 @@ class PupilTable:
         return (RINGS - 1) / (1.0 - math.sqrt(1.0 - self.radius / self.end))
 
     def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
-        """Area (n,) in mm² over which the samples of film points (n, 2) are spread, from their density at rear points.
+        """Area (n,) in mm² over which the samples of film points (n, 2) are spread, from their density at rear points
+        (n, 2) mm.
 
-        That is the area of the triangle at the rear point (n, 2) mm times the number of triangles; 0 for film points
-        beyond dark_beyond.
+        That of the triangle there times the number of triangles; 0 beyond dark_beyond.
         """
         # Corners of each film point's triangles, and its rear point, both from the region's centre
         r = np.hypot(film_xy[:, 0], film_xy[:, 1])
@@ -220,8 +215,7 @@ def _course(radii: np.ndarray, end: float, dark: float, centres: np.ndarray,
             rims: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Course of the regions' centres across the film, 0 if they need none, and the offsets (RINGS,) from it.
 
-    The course is the least-squares fit to the centres in units of the regions' half widths. Dark rings repeat the
-    offset of the last lit one.
+    A least-squares fit in units of the regions' half widths. Dark rings repeat the offset of the last lit one.
     """
     half = 0.5 * (rims[:, 0, 0] - rims[:, -1, 0])
     lit = half > 0.0
@@ -252,10 +246,7 @@ def _coarseness(radii: np.ndarray, dark: float, offsets: np.ndarray, rims: np.nd
 
 
 def _widened(offsets: np.ndarray, rims: np.ndarray) -> np.ndarray:
-    """Rims enlarged by SPREAD, and drawn out along the meridian by the error of linear interpolation between rings.
-
-    That error matters where the stop is so small that a region moves by many times its own size from ring to ring.
-    """
+    """Rims enlarged by SPREAD, and drawn out along the meridian by the error of linear interpolation between rings."""
     off, ends = np.zeros(len(offsets)), offsets[:, None] + rims[:, [0, -1], 0]
     off[1:-1] = np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0       # error of a chord of a parabola
     off = np.maximum(np.maximum(off, np.roll(off, 1)), np.roll(off, -1))
@@ -288,8 +279,7 @@ def _filled(rims):
 def aim_radial(lanes, p, ints, key):
     """Aim from a film point X, Y (mm, Z = 0) into its exit-pupil region: L, M, N and WEIGHT. p: see FILM_DISTANCE.
 
-    WEIGHT holds the exact area of the sampled triangle, so that neither the interpolation between rings nor the grid of
-    the corners leaves an error, or a ring, in the picture.
+    WEIGHT holds the exact area of the sampled triangle, so that interpolation and grid leave no error in the picture.
     """
     real = lanes.dtype.type
     row = rows(lanes)

@@ -211,8 +211,7 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
 def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
     """∫ cos⁴θ dA (mm²) over the region that the axis point of the film sees through the stop's blades or its picture.
 
-    On the axis a ray keeps its azimuth: along each azimuth, the region ends at the height whose ray meets the stop
-    where the blades begin.
+    On the axis a ray keeps its azimuth: along each, the region ends where the ray meets the blades in the stop.
     """
     if not lens.is_rotationally_symmetric:
         if lens.stop_image is not None:

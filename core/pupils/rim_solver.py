@@ -1,8 +1,7 @@
 """Rim of the exit-pupil region of a rotationally symmetric lens, for film points (+r, 0).
 
-The region is a set of points on the plane of the last vertex. Seen from a point inside it is star-shaped, so one
-distance per direction describes it; only its upper half is solved, the lower is the mirror image. A point is inside
-where the clearance of its ray, the greatest share of a rim's radius at which the ray meets a surface, is at most 1. The
+The region lies on the plane of the last vertex. Seen from a point inside it is star-shaped: one distance per direction
+describes it, and the lower half is the mirror image. A point is inside where the clearance of its ray is at most 1; the
 solver follows this smooth function to the rim. Lens frame, mm; float64 but for the first scans.
 """
 
@@ -33,8 +32,8 @@ ROUGH, ROUGH_POINTS = 0.004, 17         # tolerance of the rough rims (× the st
 def _centres(radii, distance, low, high, guess, centre, level, tracer):
     """Find points inside the regions: centre (radii,) on the meridian, and level (radii,), its clearance.
 
-    Scans the meridian from low to high (radii,), then ever more finely about the point of least clearance, until that
-    point passes, or about the guess (radii,) where no ray comes through. Overwrites low and high.
+    Scans from low to high (radii,), which it overwrites, then ever more finely about the point of least clearance,
+    until it passes, or about the guess (radii,) where no ray comes through.
     """
     n = radii.size
     level[:] = math.inf
@@ -67,9 +66,8 @@ def rim_distances(film_x, film_y, film_z, centre_x, centre_y, level, cosine, sin
                   rim, tracer, accuracy):
     """Distances rim (film points, directions) from each centre to the rim of its region.
 
-    film_x, film_y, film_z, centre_x, centre_y, level: (film points,), the latter the clearance at the centre. cosine,
-    sine, guess: (film points, directions). A bracketed secant, Illinois form, solves clearance − 1 = 0; this function
-    is nearly linear up to STEEP, which replaces larger values and those of rays that do not arrive.
+    film_x … level: (film points,), the latter the clearance at the centre. cosine, sine, guess: (film points,
+    directions). A bracketed secant, Illinois form, solves clearance − 1 = 0, values beyond STEEP replaced by it.
     """
     m = cosine.shape[1]
     size = film_x.size * m
@@ -128,8 +126,7 @@ def find_interior_points(radii: np.ndarray, distance: float, low: np.ndarray, hi
            tracer: ClearanceTracer) -> tuple[np.ndarray, np.ndarray]:
     """Points (centre, 0) well inside the regions of film radii, and their clearances; ≥ 1 where none was found.
 
-    low, high: ends of the search on the meridian; guess: centre of the paraxial exit pupil there. A dark film radius
-    nearer to the axis than a lit one is searched more finely.
+    low, high: ends of the search on the meridian; guess: centre of the paraxial exit pupil there.
     """
     centre, level = np.empty(len(radii)), np.empty(len(radii))
     _centres(radii, distance, low.copy(), high.copy(), guess, centre, level, tracer)
@@ -143,9 +140,8 @@ def find_interior_points(radii: np.ndarray, distance: float, low: np.ndarray, hi
 
 def _found_elsewhere(radius: float, distance: float, low: float, high: float,
                      tracer: ClearanceTracer) -> tuple[float, float]:
-    """Centre and clearance for one film radius, searched about every local minimum of a finer scan.
-
-    Where the image of the stop folds over, a coarse scan may follow the wrong minimum.
+    """Centre and clearance for one film radius, about every local minimum of a finer scan: images of the stop may fold
+    over.
     """
     zero, width = np.zeros(FINE), (high - low) / FINE
     px, out = low + width * (np.arange(FINE) + 0.5), np.empty(FINE)
@@ -178,9 +174,8 @@ def _centroids(centre, rough, cosine, sine):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _directions(moved, rough, turn_x, turn_y, least, cosine, sine, guess):
-    """Write cosine, sine and guess (n, m): points evenly spaced along rough rims, seen from new centres.
-
-    moved: (n,) mm by which the new centres lie in +x of the old; least: smallest guess (mm).
+    """Write cosine, sine and guess (n, m): points evenly spaced along rough rims, seen from centres `moved` (n,) mm in
+    +x.
     """
     n, m = cosine.shape
     last = turn_x.size - 1
@@ -205,18 +200,16 @@ def _directions(moved, rough, turn_x, turn_y, least, cosine, sine, guess):
 
 def rear_interval(lens: Lens, film_distance: float, heights: np.ndarray,
                   upright: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Interval in x, (n,) and (n,) mm, on the plane of the last vertex in which film points see the last surface.
+    """Interval in x, (n,) and (n,) mm, on the plane of the last vertex in which film points at x (n,) see the last
+    surface.
 
-    heights: x (n,) of the film points in mm; upright: along y instead. Widened by REACH, within the solver's limit.
+    upright: along y instead. Widened by REACH, within the solver's limit.
     """
     return project_rear_rim(np.ascontiguousarray(heights), *rear_rim(lens, film_distance, upright))
 
 
 def rear_rim(lens: Lens, film_distance: float, upright: bool = False) -> tuple[np.ndarray, np.ndarray, float]:
-    """Heights (mm) on the last surface, the film distance over their distance to the film, and the search limit (mm).
-
-    Seen at a steep angle, a rim in front of or behind the plane of the vertex projects far from its own height.
-    """
+    """Heights (mm) on the last surface, film distance over their distance to the film, and the search limit (mm)."""
     surface = lens.surfaces[-1]
     a = surface.semi_diameter
     rim = np.linspace(-a, a, HEIGHTS)
@@ -243,10 +236,9 @@ def solve_rims(lens: Lens, film_distance: float, film_radii, points: int, tolera
           within: tuple[Any, Any] | None = None, by: ClearanceTracer | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n,) on the meridian, and points (n, points, 2) of the upper half of each rim from its centre, in mm.
 
-    The points run from the farthest in +x to that in −x, evenly spaced to about a twentieth; all are 0 for a film
-    radius whose region is empty. tolerance: of the rims (mm). within: ends of the search on the meridian (mm), for all
-    radii or for each; by default wherever regions can be. by: tracer of this lens, if one exists already. LensError for
-    a lens without rotational symmetry.
+    From the farthest in +x to that in −x, evenly spaced to about a twentieth; 0 for an empty region. tolerance: of the
+    rims (mm). within: ends of the search on the meridian (mm); by: tracer of this lens, if one exists already.
+    LensError for a lens without rotational symmetry.
     """
     if not lens.is_rotationally_symmetric:
         raise LensError(f"a lens with {lens.asymmetry} has no exit pupil by film radius: "
@@ -291,10 +283,7 @@ def _half_turn() -> tuple[np.ndarray, np.ndarray]:
 
 
 def region_scale(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
-    """Rough upper bound (mm) of the regions' size: the last surface, the stop, or the width of the cone of light.
-
-    The cone has no bound for a lens without an f-number, afocal (inf) or telecentric towards the scene (0).
-    """
+    """Rough upper bound (mm) of the regions' size: the last surface, the stop, or the width of the cone of light."""
     f_number = first_order(lens, wavelength).f_number
     cone = 0.5 / f_number if 0.0 < f_number < math.inf else math.inf
     return REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter, film_distance * cone)
