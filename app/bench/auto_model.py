@@ -63,10 +63,7 @@ def record(choice: "Choice") -> dict[str, Any]:
 
 
 def choice_summary(choice: "Choice", speeds: tuple[float, float] | None) -> list[str]:
-    """Short texts: the choice, its error, the time that it saves, and why the next simpler model was refused.
-
-    speeds: time of a ray (ns) by this model and by the full trace.
-    """
+    """The choice, its error, the time saved, why not a simpler model. speeds: ns a ray by it and in full."""
     words = [f"Auto: {choice.name}"]
     if choice.model != "trace":
         words.append(f"off by {significant(choice.error_px, 2)} px")

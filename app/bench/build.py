@@ -82,10 +82,7 @@ class Setup:
 
     @property
     def principal_offset(self) -> float:
-        """Distance (mm) from the film to the front principal plane.
-
-        An object at s from that plane is at s + principal_offset from the film, where engraved distances begin.
-        """
+        """From the front principal plane to the film (mm), where engraved distances begin."""
         return self.film_z - self.first_order.front_principal
 
 
@@ -96,10 +93,7 @@ def _load(lens: str, stamp: Stamp) -> lb.Lens:
 
 @lru_cache(maxsize=64)
 def document_of_text(text: str, name: str) -> "LensDocument":
-    """The document of an edited lens from the text of the settings; name: of the lens that was edited, or its file.
-
-    LensFileError or OSError for a text that is no document.
-    """
+    """The document of an edited lens's text; name: of the original lens, or its file. LensFileError or OSError."""
     from lensbench.lenses.editing.document_text import from_text
 
     return from_text(text, folder=Path(name).parent if Path(name).suffix else None)
@@ -247,10 +241,7 @@ def _focus(lens: lb.Lens, settings: Settings) -> tuple[float, FocusPosition]:
 
 
 def _at_nearest(lens: lb.Lens, wanted: float) -> tuple[lb.Lens, float, float]:
-    """The lens at its nearest focus, with its film distance and that focus.
-
-    Some film distance, and the wanted focus, for a lens that cannot focus.
-    """
+    """The lens at its nearest focus, its film distance, that focus; some film distance where it cannot focus at all."""
     try:
         nearest = lb.nearest_focus(lens)
         lens = lb.focused(lens, nearest)
@@ -340,10 +331,7 @@ def medium(settings: Settings) -> lb.Medium | None:
 
 
 def stop_picture(path: str) -> lb.StopImage:
-    """The picture of a file, read once for each change of it.
-
-    SettingsError where it cannot be read, is larger than MOST_PIXELS, or passes no light.
-    """
+    """The picture of a file, read once for each change; SettingsError if unreadable, too large or dark."""
     return _read_picture(path, file_stamp(path))
 
 

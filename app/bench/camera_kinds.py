@@ -244,10 +244,7 @@ MAKERS = {
 
 
 def camera(settings: Settings) -> lb.Camera:
-    """The camera of these settings.
-
-    SettingsError, LensError or CameraError for impossible settings, such as a focus nearer than the nearest.
-    """
+    """The camera of these settings; SettingsError, LensError or CameraError where they are impossible."""
     return MAKERS[settings.camera].camera(settings)
 
 

@@ -21,10 +21,7 @@ class Coating(NamedTuple):
 
 
 def coating(settings: Settings, lens: lb.Lens) -> Coating:
-    """The coating of these settings; by default that of the year of the lens, and single-layer where none is known.
-
-    Surfaces that carry a coating of their own keep it.
-    """
+    """The coating: as set, else by the year, single-layer if unknown. Surfaces keep a coating of their own."""
     found = _assumed(settings, lens)
     own = sum(surface.coating is not None for surface in lens.surfaces)
     return found if not own else found._replace(why=f"{found.why}; {own} of {len(lens.surfaces)} surfaces have a "

@@ -71,10 +71,7 @@ def _widest_f_number(settings: Settings) -> float:
 
 
 def _nearest_focus(settings: Settings) -> float:
-    """The nearest focus distance (mm); 0 where there is none.
-
-    Of a lens without its other read-outs, so that the picture of another lens need not wait for them.
-    """
+    """The nearest focus distance (mm), 0 for none; without all other read-outs, which a new picture need not await."""
     if not settings.has_lens:
         return readings(settings).nearest_focus or 0.0
     lens = design(settings)
@@ -152,10 +149,7 @@ def _unzoomed(settings: Settings) -> Settings:
 
 
 def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) -> Settings:
-    """The settings with a field of view: the camera's own, or a crop of the film.
-
-    A lens that zooms does so first; only a view narrower than at its longest end crops the film.
-    """
+    """The settings with a field of view: the camera's own, or by the zoom and, where it ends, by a crop of the film."""
     if (with_view := MAKERS[settings.camera].with_view) is not None:
         return with_view(settings, fov)
     if not keep_zoom and _zooms_by_length(settings):

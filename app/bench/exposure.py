@@ -139,10 +139,7 @@ def with_mode(settings: Settings, mode: str) -> Settings:
 
 
 def meter_stops(settings: Settings, image: NDArray[np.float32]) -> float | None:
-    """Stops by which a linear picture (h, w, 3) is brighter than its meter would have it; None without an f-number.
-
-    The exposure dial counts.
-    """
+    """Stops by which a picture (h, w, 3) is brighter than meter and exposure dial want; None without f-number."""
     if applied_exposure(replace(settings, exposing="triangle"), image[:1, :1]).triangle is None:
         return None
     gain = applied_exposure(settings, image).gain

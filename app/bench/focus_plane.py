@@ -91,10 +91,7 @@ class InSection:
 
 
 def in_section(settings: Settings, above: bool = False) -> InSection | None:
-    """Film, plane of sharp focus, wedge, hinge and Scheimpflug line in the section; None where all is centred.
-
-    above: in the section x–z, and not in y–z.
-    """
+    """What the section y–z shows, or x–z where `above`; None where film and lens are centred."""
     if not settings.has_lens or settings.film_pose.is_upright and not lens_leans(settings):
         return None
     return _in_section(settings.optics, file_stamp(settings.lens), above)

@@ -194,10 +194,7 @@ class _Place(NamedTuple):
 
 
 def _place(settings: Settings) -> _Place | None:
-    """The place for the camera's direction; None for a lens that cannot focus.
-
-    LensFileError or OSError if the lens cannot be read.
-    """
+    """The place for the camera's direction; None for a lens that cannot focus. LensFileError, OSError."""
     try:
         lens = design(settings)
         fo, seen = lb.first_order(lens), lb.nearest_focus(lens)
@@ -229,10 +226,7 @@ def _framed(fo: lb.FirstOrder, length: float, magnification: float) -> float:
 
 
 def _free(scene: str, point: np.ndarray, back: np.ndarray, own: float) -> float:
-    """Distance (mm) that a camera can stand back from a point without something between them; inf for any.
-
-    own: how far (mm) what lies there reaches.
-    """
+    """Free distance (mm) back from a point, inf for any; own: how far (mm) what stands at the point reaches."""
     try:
         return max(_wall(cached_scene(scene), tuple(point), tuple(back), own) - ROOM, NEAREST)
     except (SceneFileError, OSError):
@@ -270,10 +264,7 @@ TRIALS = (
 
 @resumable
 def tried(settings: Settings, trial: Trial) -> Settings:
-    """The settings of a trial, with the pixels and the samples of the present ones.
-
-    LensFileError, LensError or OSError if its lens cannot be read.
-    """
+    """The settings of a trial, with the pixels and the samples of these. LensFileError, LensError, OSError."""
     plain = replace(Settings(), scene=trial.scene, samples=settings.samples, pixels_x=settings.pixels_x,
                     pixels_y=settings.pixels_y)
     return constrained(replace(with_lens(plain, trial.lens), f_number=trial.f_number, blades=trial.blades))

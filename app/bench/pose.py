@@ -23,10 +23,7 @@ def pivot_distance(settings: Settings) -> float:
 
 
 def orbited(settings: Settings, left: float, up: float) -> Settings:
-    """The camera turned about the pivot by angles to its left and up (radians): the scene seems to turn right and down.
-
-    It stops above the floor.
-    """
+    """The camera turned about the pivot to its left and up (radians), above the floor: the scene seems to turn back."""
     settings = at_keyframe(settings)
     turned = _turned(settings, left, up)
     if not _is_above_floor(settings) or _is_above_floor(turned):
@@ -95,10 +92,7 @@ def _moved(settings: Settings, position: np.ndarray) -> Settings:
 
 
 def _height(settings: Settings, position: np.ndarray) -> tuple[float, np.ndarray]:
-    """Height (mm) of a place over the floor, which is visible from above alone, and the floor's unit normal (3,).
-
-    Infinite where there is no floor.
-    """
+    """Height (mm) of a point over the floor, inf without one, and the floor's unit normal (3,)."""
     try:
         floor = cached_scene(settings.scene).floor
     except (SceneFileError, OSError):           # the worker reports it

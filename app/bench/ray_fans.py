@@ -78,10 +78,7 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
 
 
 def lit_radius(lens_setup: Setup, out_to: float | None = None) -> float:
-    """Radius (mm) of the film that the lens lights: to the corner, or that of a smaller image circle.
-
-    out_to: in place of the corner of a film about the axis (mm).
-    """
+    """Radius (mm) of the film that the lens lights, up to `out_to` (mm), by default the film's corner."""
     return _lit_radius(lens_setup.lens, lens_setup.film_distance,
                        0.5 * lens_setup.film.diagonal if out_to is None else out_to)
 
@@ -135,10 +132,7 @@ def _traced(lens: lb.Lens, film_distance: float, names: list[str], heights: list
     beginning = np.minimum(0.98 * along, 4.0 * film_z + 20.0 * lens.surfaces[0].semi_diameter)
 
     def shot(which: np.ndarray, offsets: np.ndarray, record: bool = False) -> lb.Trace:
-        """Rays of fans (k,) that cross the chief ray's front point at offsets (k, n), mm; begun well before the lens.
-
-        The trace has k · n rays.
-        """
+        """Rays (k · n) of fans (k,), from before the lens, past the chief ray at its front at offsets (k, n), mm."""
         shrink, front = (1.0 - beginning / along)[which, None, None], fronts[which, None]
         across = offsets[..., None] * aside[which, None]
         starts = front + (beginning[:, None] * towards_scene)[which, None] + shrink * across

@@ -35,10 +35,7 @@ def nearest_in_focus(lens: lb.Lens, settings: Settings) -> float:
 
 
 def true_focus(lens: lb.Lens, seen: float, settings: Settings, method: str = "paraxial") -> float:
-    """The distance (mm) beyond the window of what a lens is focused on that it sees at a distance.
-
-    method: of focusing, as of `lb.focused`, whose errors this raises.
-    """
+    """The true distance (mm) of what a lens sees at a distance through its window; errors as of `lb.focused`."""
     if port_index(settings) == 1.0 or not math.isfinite(seen):
         return seen
     there = lb.focused(lens, seen, method)

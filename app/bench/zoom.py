@@ -84,10 +84,7 @@ def focal_length(lens: lb.Lens, zoom: float) -> float:
 
 
 def is_engraved(lens: lb.Lens) -> bool:
-    """Whether focal lengths name the places of a zoom: positive and finite at its stations, longer at the last one.
-
-    An edited lens may diverge at a part of its travel.
-    """
+    """Whether focal lengths name zoom positions: positive, finite, growing. An edited lens may diverge half-way."""
     assert lens.positions is not None
     lengths = [focal_length(lens, place) for place in lens.positions.zoom_stations]
     return 0.0 < min(lengths) and max(lengths) < inf and lengths[0] < lengths[-1]

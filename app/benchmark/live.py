@@ -151,10 +151,7 @@ PLOTS_REST = 5                        # frames between two moves of the dial
 
 
 def first_pictures() -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Seconds from a move of the focus to the end of the first pass, and to its picture on the screen.
-
-    With all plots of the layout, and without.
-    """
+    """Seconds from a move of the focus to the first pass, and to its picture on screen, with all plots and without."""
     found: tuple[list[tuple[float, float]], list[tuple[float, float]]] = ([], [])
     plots: list[hello_imgui.DockableWindow] = []
     rest, moves, turn = [SETTLE], [0], [0]

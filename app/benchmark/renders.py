@@ -27,10 +27,7 @@ PIXEL = 0.004               # mm
 
 
 def polynomials() -> Iterator[tuple[str, float, str]]:
-    """Fitted polynomials against the full trace, and the time of the fit.
-
-    512 rays in the first-level cache, one thread, float32.
-    """
+    """Fitted polynomials against the full trace, and the fit: 512 rays in the first-level cache, float32."""
     for name in NAMES:
         lens, distance = lenses.load(name), 1200.0
         film_distance = lb.film_distance(lens, distance)

@@ -1,6 +1,5 @@
-"""The command `lensbench tolerances LENS`: what each error of manufacture costs, and the spread of a production run.
-
-The command `lensbench improve LENS`: least squares on radii, thicknesses or single numbers of a lens.
+"""The commands of a designer: `lensbench improve LENS`, by least squares on radii, thicknesses or single numbers; and
+`lensbench tolerances LENS`, what errors of manufacture cost, and the spread of a production run.
 """
 
 import argparse
@@ -50,10 +49,7 @@ def add_improve_options(parser: argparse.ArgumentParser) -> None:
 
 
 def improve(arguments: argparse.Namespace) -> int:
-    """Improve a lens, print the spot of each step and the changed numbers, and write the lens.
-
-    Ctrl-C ends it; the best lens so far is kept.
-    """
+    """Improve a lens, print each step and the changed numbers, and write it; Ctrl-C keeps the best lens so far."""
     from lensbench.app.bench.lens_choice import image_circle
     from lensbench.app.command.output import stop_signals
     from lensbench.app.session.edited_lens import document_named, improved

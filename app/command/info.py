@@ -119,10 +119,7 @@ def _mm(length: float) -> str:
 
 
 def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, Any]:
-    """The figures of `lensbench info`: lengths in mm, angles in degrees.
-
-    film_size: width and height for field of view and intrinsics.
-    """
+    """What `lensbench info` prints, in mm and degrees. film_size: for field of view and intrinsics."""
     import lensbench as lb
     from lensbench.lenses.tables.paraxial import at_reference
 

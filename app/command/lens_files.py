@@ -1,10 +1,8 @@
-"""The commands about lens files: `lensbench convert A B`, and `lensbench trace LENS --rays rays.csv`.
+"""The commands about files of other programs: `convert A B`, `export` of a camera, `trace LENS --rays rays.csv`.
 
-Rays are read and written as tables: x, y, z (mm, lens frame: the first vertex is the origin, light travels
-along +z) and the direction l, m, n, of any length when read and a unit vector when written. Each number is
-written with enough digits to read it back to the last bit.
-
-The command `lensbench export`: the camera of a picture in the words of another renderer.
+Rays are read and written as tables: x, y, z (mm, lens frame: the first vertex is the origin, light travels along +z)
+and the direction l, m, n, of any length when read and a unit vector when written. Each number is written with enough
+digits to read it back to the last bit.
 """
 
 import argparse

@@ -22,10 +22,7 @@ WIDTH = 30                      # of the progress bar, in characters
 
 @contextmanager
 def progress() -> Iterator[Callable[[float], bool]]:
-    """A progress bar on the last line of the terminal, none elsewhere.
-
-    It is called with the completed fraction, and returns True: the work continues.
-    """
+    """A progress bar on the terminal's last line: called with the finished part, it returns True, to go on."""
     began = perf_counter()
 
     def show(fraction: float) -> bool:

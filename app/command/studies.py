@@ -1,8 +1,5 @@
-"""The command `lensbench stability`: a table of where each method fails, as text or JSON, and plots with an index.
-
-The command `lensbench bench`: figures of the program's speed on this machine, as a table or JSON.
-
-The command `lensbench chart`: the speed of methods against their accuracy, measured on this machine.
+"""The commands that measure the program: `chart` its methods' speed and accuracy, `stability` where each method fails,
+`bench` its speed on this machine.
 """
 
 import argparse

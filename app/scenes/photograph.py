@@ -1,12 +1,10 @@
-"""Photographs with a depth map: two files, or a phone's one.
+"""Photographs with a depth map: two files, or a phone's one, in JPEG or HEIC.
 
-pillow-heif is an optional part (`pip install lensbench[heic]`), imported when the first such file is read. It turns the
-picture and its map upright. References: ITU-T H.265, annex G.14.2.3, depth representation information; Apple,
-AVDepthData: disparities are in 1/m.
-
-A large map travels in extended XMP: base64 text, cut into segments of the JPEG, each with its offset. A property is an
-attribute or, in long hand, an element. The XML may declare no types and entities, so that nothing in it is expanded.
-References: Google, Depthmap metadata; Adobe, XMP specification part 1, 7.4 and 7.9.2.2; part 3, 1.1.3.1.
+pillow-heif is an optional part (`pip install lensbench[heic]`), imported when the first HEIC file is read. It turns the
+picture and its map upright. In a JPEG, a large map travels in extended XMP: base64 text in segments, each with its
+offset. A property is an attribute or, in long hand, an element. The XML may declare no types and entities, so that
+nothing in it is expanded. References: ITU-T H.265, annex G.14.2.3, depth representation information; Apple,
+AVDepthData (disparities in 1/m); Google, Depthmap metadata; Adobe, XMP part 1, 7.4 and 7.9.2.2; part 3, 1.1.3.1.
 """
 
 import base64

@@ -1,10 +1,8 @@
 """Pictures of the sky for scene files: Radiance .hdr and OpenEXR of all directions, or a plain picture.
 
-Pictures in the format of Radiance (.hdr, .pic): three mantissas and a common exponent, 8 bits each.
-
-A text header ends with an empty line; then "-Y height +X width", and rows of pixels. A row begins with 2, 2 and its
-length in two bytes, and holds the four components one after the other in runs; or it is plain (G. Ward, "Real
-pixels", Graphics Gems II, 1991).
+Radiance (.hdr, .pic) has three mantissas and a common exponent, 8 bits each. A text header ends with an empty line;
+then "-Y height +X width", and rows of pixels. A row begins with 2, 2 and its length in two bytes, and holds the four
+components one after the other in runs; or it is plain (G. Ward, "Real pixels", Graphics Gems II, 1991).
 """
 
 import re

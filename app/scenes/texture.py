@@ -1,7 +1,4 @@
-"""Textures of scene files: pictures beside the file or below its folder, as linear light.
-
-Where files that a scene file names may lie: beside it or below.
-"""
+"""Textures of scene files, as linear light; and where files that a scene names may lie: next to it or below."""
 
 import math
 from collections.abc import Iterable
@@ -71,10 +68,7 @@ class Textures:
 
 
 def image_of(picture: Any, most_texels: int = TEXTURE_TEXELS) -> lb.Image:
-    """A decoded picture of Pillow as linear light, averaged down to TEXTURE_SIDE and most_texels at most.
-
-    PictureFileError for one of less than 2 × 2 pixels.
-    """
+    """A picture of Pillow as linear light, averaged down to TEXTURE_SIDE and most_texels; PictureFileError if tiny."""
     from PIL import Image as Picture
 
     width, height = picture.size

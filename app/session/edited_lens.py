@@ -52,10 +52,7 @@ def original(settings: Settings) -> LensDocument:
 
 
 def document_of(settings: Settings) -> LensDocument:
-    """The document of the present lens, at the size that the settings give it.
-
-    LensFileError, LensError or OSError where there is no lens.
-    """
+    """The document of the lens, at the size that the settings give it; LensFileError, LensError or OSError."""
     document = _read(settings.edited, settings.lens) if settings.edited else original(settings)
     if settings.focal_length is not None:
         lens = prescription(settings)

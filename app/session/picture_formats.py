@@ -1,18 +1,13 @@
-"""Picture formats: OpenEXR headers and bands, portable pixmaps, and the clipboard.
+"""Picture formats: OpenEXR headers and bands, portable pixmaps; and the clipboard.
 
-Read here and not by the library: a text that is no UTF-8 is an error of Python there, and a stranger's file meets no
-code but this. A header is a list of attributes, each a name and a type, both ended by a zero byte, a length (int32, low
-byte first) and the value; an empty name ends the list. Behind it stands a table of the places of the chunks of rows
-(technical introduction to OpenEXR, "OpenEXR file layout").
+The OpenEXR library takes whole pictures only, and a header's text that is no UTF-8 is an error of Python there. A file
+is a list of attributes, each a name and a type, both ended by a zero byte, a length (int32, low byte first) and the
+value; an empty name ends the list. Then come a table of the positions of the chunks, and the chunks: LINES lines, of
+each all of B, then all of G, then all of R. Their bytes, those at even positions first, are compressed as differences
+from one to the next, and stored as they are where that is not shorter (OpenEXR file layout; `ImfZip.cpp`).
 
-The library takes whole pictures only. A file is a header of attributes (`exr_header`), a table of the places of its
-chunks, and the chunks: LINES lines, of each line all of B, then all of G, then all of R. The bytes of a chunk, those at
-even places first, are compressed as differences from one to the next, and stored as they are where that is not shorter
-(OpenEXR file layout; `ImfZip.cpp`).
-
-A PPM's rows run from the top; numbers of more than 8 bits have their high byte first. A PFM's
-rows run from the bottom; a negative scale means that the low byte is first. The header
-of a PPM may have comments, one of which carries the settings; that of a PFM has none.
+A PPM's rows run from the top; numbers of more than 8 bits have their high byte first; a comment of the header carries
+the settings. A PFM's rows run from the bottom, and a negative scale means that the low byte is first.
 """
 
 import os
@@ -114,10 +109,7 @@ LEVEL = 2                               # of zlib: higher ones gain half a perce
 
 
 def write_exr(file: BinaryIO, shape: tuple[int, int], bands: Iterable[np.ndarray], texts: Mapping[str, str]) -> None:
-    """Write linear light: a picture (h, w) as bands (lines, w, 3) from the top down, with texts by name.
-
-    Every band but the last has a multiple of LINES lines.
-    """
+    """Write linear bands (lines, w, 3) of a picture (h, w), multiples of LINES from the top, and texts by name."""
     file.write(_header(shape, texts))
     table, places, y = file.tell(), [], 0
     file.write(bytes(8 * -(-shape[0] // LINES)))

@@ -150,10 +150,7 @@ class _StoppedError(Exception):
 
 
 class _Render:
-    """The render of some settings: the model is chosen, nothing is traced yet.
-
-    whole: whether all lines are held until the end, and not a band at a time.
-    """
+    """The render of some settings, before any ray; whole: all lines are held until the end, and not a band."""
 
     def __init__(self, settings: Settings, whole: bool):
         self.settings = settings
@@ -262,10 +259,7 @@ def export_render(settings: Settings, path: str | Path, bits: int = 8,
 def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
            cancelled: Callable[[], bool] = _never, threads: int | None = None, noise: float | None = None,
            ) -> tuple[np.ndarray, Rendered] | None:
-    """Render all samples of the settings, as `export_render`, to an image: float32 (h, w, 3), linear.
-
-    None after a cancellation.
-    """
+    """All samples as a linear image (h, w, 3), float32; None after a cancellation. Arguments as of `export_render`."""
     meter = None if noise is None else Noise(settings, noise)
     made = _Render(settings, whole=True)
     try:

@@ -1,23 +1,16 @@
-"""Lumigraphs on disk: numpy's .npz, as light fields are.
+"""Light fields and lumigraphs on disk: numpy's .npz, an archive of plain arrays that every scientific program reads.
 
-Arrays: `pictures` (down, across, 3, h, w) and `nearness` (down, across, h, w) as recorded, `spacing` and `distance` in
-mm, and `settings`, the JSON text of exported pictures, from which the middle pinhole is built.
+Of a light field, `light` (views down, views across, 3, h, w) and `coverage` (down, across, h, w) as recorded, with
+finer pixels and a margin about the picture (`LightField.wide`) or, without these, with the picture's own; `reach`,
+`fill`, and with separate moments of the exposure `moments` (n, down, across, 3, h, w). Of a plenoptic camera `raw`, the
+raw picture (h, w, 3), `white`, its white picture (h, w), `behind`, the number of pixels behind each microlens, and
+`microlenses`, their f-number. Of a lumigraph `pictures` (down, across, 3, h, w) and `nearness` (down, across, h, w) as
+recorded, `spacing` and `distance` in mm. All hold `settings`, the JSON text of exported pictures, from which the camera
+is built, and are not compressed: noise does not shrink, and reading is as fast as the disk.
 
-Arrays with settings in .npz, as used by the files of light fields and of lumigraphs.
-
-An archive of npy members, as `np.savez` writes it, and a member `checksum`: the SHA-256 of the names, lengths and
-CRC-32 of all others. Everything is checked before memory is reserved: the number of members, their
-lengths, the header of each array and its shape beside the settings; then the content, as it is read. Archives of
-other programs may lack a `checksum`; their members are checked by their own CRC-32 alone.
-
-Light fields on disk: numpy's .npz, an archive of plain arrays that every scientific program reads.
-
-Arrays: `light` (views down, views across, 3, h, w) and `coverage` (down, across, h, w) as recorded, with finer pixels
-and a margin about the picture (`LightField.wide`) or, without these, with the picture's own; `reach`, `fill`, and
-`settings`, the JSON text of exported pictures, from which the camera is built. With separate moments of the exposure
-also `moments` (n, views down, views across, 3, h, w). A plenoptic camera has instead `raw`, the raw picture (h, w, 3),
-`white`, its white picture (h, w), `behind`, the number of pixels behind each microlens, and `microlenses`, their
-f-number. Not compressed: noise does not shrink, and reading is as fast as the disk.
+`checksum` is the SHA-256 of the names, lengths and CRC-32 of all other members; archives of other programs may lack it.
+Everything is checked before memory is reserved: the number of members, their lengths, the header of each array and its
+shape against the settings; then the content, as it is read.
 """
 
 import hashlib

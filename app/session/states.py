@@ -56,10 +56,7 @@ def save_settings(path: str | Path, settings: Settings) -> None:
 
 
 def load_settings(path: str | Path) -> Settings:
-    """Read settings, or those of an exported picture; SettingsError with the file, the line and the key at fault.
-
-    ExportError for a picture without settings.
-    """
+    """Settings of a file or an exported picture; SettingsError with file, line and key, ExportError of a picture."""
     path = Path(path)
     if path.suffix.lower() in PICTURES:
         return read_settings(path)

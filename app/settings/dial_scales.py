@@ -110,10 +110,7 @@ def decades(low: float, high: float, series: tuple[float, ...]) -> list[float]:
 
 
 def figures_that_fit(scale: Scale, width: float, widths: tuple[float, ...], gap: float) -> tuple[Figure, ...]:
-    """Figures at the smallest stride at which none touch on a dial of this width; `widths` are those of the texts.
-
-    The stride counts from the anchor, which is always kept.
-    """
+    """Figures at the least stride from the anchor at which none touch on a dial `width` wide."""
     positions = [scale.to_unit(value) * width for value, _ in scale.figures]
     for stride in range(1, len(positions) + 1):
         chosen = range(scale.anchor % stride, len(positions), stride) if positions else range(0)
@@ -143,10 +140,7 @@ STOPS = 5               # of exposure, to either side
 
 @lru_cache(maxsize=64)
 def focus_scale(nearest: float, reset: float | None = None) -> Scale:
-    """Distances (mm) from the nearest that the lens can focus to infinity: u = (d − n)/(d − n + k).
-
-    k is 1.2 m, or four times the nearest distance if that is larger.
-    """
+    """From the nearest distance n (mm) to ∞: u = (d − n)/(d − n + k), k = 4 n, at least 1.2 m."""
     n = max(nearest, 1.0)
     k = max(1200.0, 4.0 * n)
 

@@ -1,9 +1,8 @@
 """Declaration of one setting: words, unit, range, choices, command-line option, and what a change restarts.
 
 `setting(…)` makes a field of the dataclass Settings whose metadata holds a Spec. The checks, the command line and the
-lists of fields that restart nothing read the Spec; nothing else repeats it.
-
-Values of settings in the text of their dials: lengths in mm or m, angles in degrees, times in s or ms.
+lists of fields that restart nothing read the Spec; nothing else repeats it. At the end, values in the text of their
+dials: lengths in mm or m, angles in degrees, times in s or ms.
 """
 
 import math
@@ -110,10 +109,7 @@ def words(of: Field) -> str:
 
 
 def check(of: Field, value: Any, form: Callable[[float], str] | None = None) -> None:
-    """SettingsError where a value is none that the field may have; the message gives the range.
-
-    form: writes the numbers of the message, in place of the Spec.
-    """
+    """SettingsError, with the range, for a value that the field may not have; form: writes the message's numbers."""
     about = spec(of)
     form = form or about.shown
     if value is None:

@@ -170,10 +170,7 @@ class AnalysisWorker:
         return [name for name, (job, _) in self._wanted.items() if not self._is_done(name, job, refined=False)]
 
     def _next(self) -> tuple[str, Job, bool] | None:
-        """The most urgent figure: a coarse one that is missing, or a refined one whose job has been still.
-
-        Its panel, its job, and whether it is refined.
-        """
+        """The most urgent plot's panel, job and whether refined: a missing coarse one, else one that is still."""
         now = monotonic()
         for name in self._missing():
             return name, self._wanted[name][0], False

@@ -54,10 +54,7 @@ PARTS = {"optics": "lens", "pupils": "lens", "lens_models": "lens", "analysis": 
 
 
 def missing_kernels(settings: Settings) -> list[tuple[Any, Any]]:
-    """Kernels and signatures that the first picture of the settings needs and that are compiled nowhere yet.
-
-    ValueError or OSError for a lens or a scene that cannot be read.
-    """
+    """Kernels and signatures of the first picture that are compiled nowhere; ValueError, OSError."""
     return [(kernel, signature) for kernel, signature in dict.fromkeys(_wanted(settings))
             if not is_compiled(kernel, signature)]
 

@@ -1,12 +1,9 @@
-"""What the first samples of a picture take over from the picture before, while a dial is dragged.
+"""What a picture takes over from the one before while a dial is dragged, and the light that it gets from its lamps.
 
 The light layer of the picture before shows small lights until those of the new picture are traced, and its samples hide
-the noise of the new ones. A picture that is complete contains neither.
-
-The light that pictures get from their lamps, traced beside their passes on a thread of low priority.
-
-The user waits for first pictures, and for the panels that follow them: lights pause meanwhile. Those of settings that
-have gone by are traced to their end, for the next ones: a drag need not rest for them.
+the noise of the new ones. A picture that is complete contains neither. Lights are traced next to the passes, on a
+thread of low priority. They pause while the user waits for a first picture and the panels that follow it; those of
+settings that have gone by are traced to their end, for the next ones: a drag need not rest for them.
 """
 
 import math
@@ -81,10 +78,7 @@ class PictureBefore:
 
     def keep(self, settings: Settings, rendering: Any, mixed: Any, image: NDArray[np.float32],
              depth: NDArray[np.float32] | None) -> None:
-        """Keep the picture that is shown now, without its light layer.
-
-        mixed: the picture with old samples in it; None where `image` has none.
-        """
+        """Keep the shown picture without its light layer; mixed: with old samples, None where `image` has none."""
         from lensbench.core.rendering.temporal_reuse import Reusable
 
         self._seen = None

@@ -61,10 +61,7 @@ class RenderWorker:
     # The window's side
 
     def restart(self, settings: Settings) -> int:
-        """Render these settings from now on.
-
-        Where only the number of samples differs, the picture goes on. Returns the generation.
-        """
+        """Render these settings from now on, or go on where only their samples differ. Returns the generation."""
         with self._change:
             is_new = settings.picture != self._settings.picture
             self._settings, self._target = settings, settings.samples
@@ -385,10 +382,7 @@ class RenderWorker:
         return update
 
     def _finished(self, work: Future, wanted: Callable[[], bool]) -> bool:
-        """Wait for work while it is wanted: its threads, of low priority, may be slow to stop.
-
-        Work that is no longer wanted and has not begun is cancelled.
-        """
+        """Wait for work while it is wanted, for its threads may be slow to stop; cancel it if it has not begun."""
         def tell(_: Future) -> None:
             with self._change:
                 self._change.notify_all()

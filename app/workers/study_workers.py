@@ -122,10 +122,7 @@ class ImprovementWorker:
 
     def start(self, document: LensDocument, cells: Sequence[tuple[int, str]], image_height: float | None,
               hold_back_focus: bool = False, glasses: bool = False, aim: str = "spot") -> None:
-        """Begin; an improvement that is running ends.
-
-        image_height: as for `goal_of`. glasses: whether they may change too.
-        """
+        """Begin; a running one ends. image_height: as for `goal_of`. glasses: whether they may change too."""
         self.stop()
         self.first = self.last = self._newest = None
         self.number, self.aim, self.ended = 0, aim, ""

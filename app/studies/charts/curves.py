@@ -1,9 +1,4 @@
-"""Panels of curves, such as error against samples or seconds: values, sheet, table and JSON.
-
-Values of a chart: marks with cost and error, and the Pareto front.
-
-Figures of charts as a text table and as JSON data.
-"""
+"""Charts as values: marks with cost and error and their Pareto front, panels of curves; as sheet, table and JSON."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -173,10 +168,7 @@ class Panel:
 
 
 def draw_panels(panels: list[Panel], path: Path, title: str, measured: str = "") -> None:
-    """Write panels into one file, with one legend; ExportError where it cannot be written.
-
-    measured: place and date of the measurement, printed on the sheet.
-    """
+    """Write panels with one legend into a file; ExportError. measured: place and date, printed on the sheet."""
     across = 2 if len(panels) == 4 else min(len(panels), ACROSS)
     rows, larger = math.ceil(len(panels) / across), 1.5 if len(panels) == 1 else 1.0
     named = {curve.name: curve for panel in panels for curve in panel.curves}

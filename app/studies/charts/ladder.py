@@ -2,11 +2,10 @@
 
 The steps run from the film point X, Y and the pupil sample U0, U1 to the ray in front of the lens; camera frame, mm.
 
-A lens model as a table of rays with linear interpolation, for comparison: polynomials are faster and more accurate.
-
-The table has film radii, and places on the plane of the last vertex: along the meridian, relative to the middle of the
+Among them is a table of rays with linear interpolation, for comparison: polynomials are faster and more accurate. The
+table has film radii, and points on the plane of the last vertex: along the meridian, relative to the middle of the
 pupil region at that radius, and across it (one half, by symmetry). Each entry is the direction in which objects in
-focus are seen, and the point of the ray nearest to the entrance pupil. Camera frame, mm.
+focus are seen, and the point of the ray nearest to the entrance pupil.
 """
 
 import math

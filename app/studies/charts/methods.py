@@ -1,18 +1,18 @@
 """Charts of methods: focusing, exit-pupil regions, whole pictures and refocused light fields.
 
-The blur of an axis point is 2√2 × rms over the whole bundle. The excess is that on the film found by the method, less
-that on the best film; root mean square over objects at 0.5 m, 2 m and 10 m.
+*Focusing*. The blur of an axis point is 2√2 × rms over the whole bundle. Its excess is that on the film found by the
+method, less that on the best film; root mean square over objects at 0.5 m, 2 m and 10 m.
 
-The cost includes all work before the first ray of a film: 64 boxes or 64 solved regions. Light is lost where a region
-is too small; samples are blocked where it is too large. Both errors are root mean squares over film points from the
-centre to 0.95 of the image circle.
+*Pupils*. The cost includes all work before the first ray of a film: 64 boxes or 64 solved regions. Light is lost where
+a region is too small; samples are blocked where it is too large. Both errors are root mean squares over film points
+from the centre to 0.95 of the image circle.
 
-Every model renders a picture of 180 × 120 pixels on all cores; the time includes set-up. After 1, 2, 4, … samples the
-picture is compared with a converged one by the full trace. The error is the root mean square of linear light, clipped
-to [0, 1], in percent of white. The curve of a model with a systematic error becomes level.
+*Pictures* of 180 × 120 pixels on all cores; the time includes set-up. After 1, 2, 4, … samples the picture is compared
+with a converged one by the full trace. The error is the root mean square of linear light, clipped to [0, 1], in percent
+of white. The curve of a model with a systematic error becomes level.
 
-For even blur, neighbouring views lie at most a pixel apart (`LightField.clear_range`). The chart marks this range, and
-draws dots beyond it.
+*Light fields*. For even blur, neighbouring views lie at most a pixel apart (`LightField.clear_range`). The chart marks
+this range, and draws dots beyond it.
 """
 
 import math
@@ -87,9 +87,7 @@ def _all(method: Callable[[lb.Lens, float], float | str], lens: lb.Lens, distanc
 
 
 def _excess(found: float | str, lens: lb.Lens, at: float, least: float) -> float:
-    """Excess blur (µm) on the film that a method found for an object at a distance (mm), over that of the rms radius
-    `least` (mm); inf if it found no film distance.
-    """
+    """Blur (µm) on a found film beyond that of the best one, of rms radius `least` (mm); inf where none was found."""
     if isinstance(found, str) or not math.isfinite(found):
         return math.inf
     return max(2e3 * math.sqrt(2.0) * (rms_radius(lens, found, at) - least), 0.0)
@@ -104,10 +102,7 @@ TIME = "Time for all film points (ms)"
 
 
 def pupil_panels(key: str, camera: lb.LensCamera, progress: Callable[[float], bool] = lambda _: True) -> list[Panel]:
-    """Two panels of one lens over time: light error and blocked samples, in percent.
-
-    progress: receives the finished share; StoppedError where it returns False.
-    """
+    """Panels of light error and blocked samples (%) over time; StoppedError if `progress` returns False."""
     lens, away, half = camera.lens, camera.film_distance, 0.5 * camera.film.diagonal
     reach = min(half, PupilTable.of(lens, away, half).dark_beyond)
     places = [Place(lens, away, (part * reach, 0.0), half) for part in FIELDS]

@@ -1,6 +1,6 @@
-"""Charts of pupils, focusing, pictures and samplers: from the arguments of the command to panels of curves.
+"""Charts of pupils, focusing, pictures and samplers from the arguments of the command: lenses before films, and panels.
 
-Lenses to chart, each in front of a film: from the arguments of the command, or one of each kind. Lengths in mm.
+Lengths in mm.
 """
 
 import argparse

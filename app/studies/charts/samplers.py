@@ -1,12 +1,10 @@
-"""Samplers for comparison with the default net.
+"""Samplers for comparison with the default net, and their gain: how many samples of white noise give the same error.
 
 All take the key (pixel, sample, dimension, seed) of the default sampler and fill the same rows. Sources: Roberts 2018
 (additive recurrence of the generalised golden ratio); Cools, Kuo and Nuyens 2006 (generating vector of the lattice
 sequence); Cranley and Patterson 1976 (a random shift for each pixel).
 
-Gain of a sampler: how many samples of white noise give the same error.
-
-Pictures of 180 × 120 pixels; patterns are evaluated at points, because a filter would hide the sampler. The error is
+Pictures have 180 × 120 pixels; patterns are evaluated at points, because a filter would hide the sampler. The error is
 the mean square against a converged picture, with light above 4 clipped to 4, over pictures of three seeds.
 """
 
@@ -178,10 +176,7 @@ def gains(found: dict[str, dict[int, float]]) -> dict[str, dict[int, float]]:
 
 
 def sampling_panels(names: list[str], progress: Callable[[float], bool] = lambda _: True) -> list[Panel]:
-    """The panel of each named scene (all of `scenes` if none is named).
-
-    progress: receives the finished share; False cancels.
-    """
+    """The panel of each named scene, or of all; progress: receives the finished share, False cancels."""
     costs = {name: time.each(BLOCKS * B).least for name, time in time_in_turn(
         {name: streamed(placing, {}) for name, placing in samplers(FILM).items()}, 0.05).items()}
     wanted = {name: what for name, what in scenes().items() if not names or name in names}

@@ -1,9 +1,7 @@
-"""Film distance for an object distance: closed form, least blur of the bundle, and methods of other programs.
+"""Film distance for an object distance: closed form, least blur of the bundle, and methods of pbrt and textbooks.
 
-Focusing methods of pbrt and of textbooks, for comparison with the program's methods.
-
-Object distances are measured from the film, film distances from the last vertex (mm). Each method computes in the
-precision `real`.
+Object distances are measured from the film, film distances from the last vertex (mm). Each rival method computes in
+the precision `real`.
 """
 
 import math
@@ -24,10 +22,7 @@ HALVINGS = 20
 
 
 def school_formula(lens: lb.Lens, distance: float, real: type) -> float:
-    """Film distance by the textbook formula: half of (sum of the conjugates less √(sum² − 4 f · sum)).
-
-    It subtracts two large numbers. NaN nearer than four focal lengths.
-    """
+    """Half of (sum of the conjugates less √(sum² − 4 f · sum)), a difference of large numbers; NaN nearer than 4 f."""
     fo = first_order(lens)
     front, rear = real(fo.front_principal), real(lens.length + fo.rear_principal)
     efl, apart = real(fo.efl), real(distance) - (rear - front)

@@ -1,11 +1,7 @@
-"""Ray-surface intersection: the program's methods, pbrt's quadratic and textbook forms.
+"""Ray-surface intersection: the program's methods against pbrt's quadratic and textbook forms.
 
-In single and double precision; the exact hits have sixty digits.
-
-Ray-surface intersections of textbooks and of pbrt, for comparison with the program's methods.
-
-Each takes origins and unit directions (n, 3) in float32 or float64, light towards +z, vertex at the origin, and returns
-hits (n, 3) in the same precision; NaN where it finds none.
+Each rival takes origins and unit directions (n, 3) in float32 or float64, light towards +z, vertex at the origin, and
+returns hits (n, 3) in the same precision; NaN where it finds none. The exact hits have sixty digits.
 """
 
 import math
@@ -167,10 +163,7 @@ def worst(found: Found, truth: np.ndarray, meant: np.ndarray) -> float | str:
 
 def measured(surfaces: Sequence[lb.Surface], rays: Sequence[Rays], methods: dict[str, Method], own: dict[str, Method],
              truth: Exact = hits_of_a_conic, switch: str = "") -> tuple[Curve, ...]:
-    """Curves of all methods in both precisions; the rays are rounded to the precision first.
-
-    switch: what the program does where its own methods are not safe.
-    """
+    """Curves of all methods in both precisions, to which rays are rounded first; switch: of the program's own."""
     results: dict[str, list[float | str]] = {}
     with exactly():
         for surface, ray in with_progress(list(zip(surfaces, rays, strict=True))):
@@ -318,10 +311,7 @@ def _newton(origins, directions, surface):
 
 
 def asphere() -> Sweep:
-    """Slope of the r^10 term of an asphere at its rim, 15 mm from the axis.
-
-    The rays are as oblique as that slope allows.
-    """
+    """Slope of the r^10 term of an asphere 15 mm off the axis; the rays are as oblique as that slope allows."""
     values = np.logspace(-2.0, 1.0, 25)
     surfaces = [replace(GLASS, semi_diameter=15.0, aspheric=((10, slope / (10.0 * 15.0**9)),)) for slope in values]
     tilts = np.arctan(0.85 / (values + 0.35))           # no ray meets the surface twice

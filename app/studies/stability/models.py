@@ -1,6 +1,5 @@
-"""Errors of each camera model in the picture against the traced lens, as `lb.choose_model` measures them.
-
-Maps of the simplest camera model that is accurate enough, for every lens over its field and its stops.
+"""Errors of each camera model against the traced lens, as `lb.choose_model` measures them; and maps of the simplest
+model that is accurate enough, for every lens over its field and its stops.
 """
 
 import math
@@ -46,10 +45,7 @@ def judge(lens: lb.Lens, half_diagonal: float, f_number: float | None, focus: fl
 
 
 def circle(lens: lb.Lens) -> float:
-    """Half diagonal (mm) of the film on which a lens is examined.
-
-    Nine tenths of its image circle, at most full frame.
-    """
+    """Half diagonal (mm) of the film that is examined: nine tenths of the image circle, at most full frame."""
     camera = lb.LensCamera(lens, film(21.6), FOCUS)
     return min(21.6, 0.9 * camera.pupil.dark_beyond)        # type: ignore[union-attr]
 
@@ -69,10 +65,7 @@ def name(model: str, degree: int) -> str:
 
 
 def angle(camera: lb.LensCamera, radius: float) -> float:
-    """Field angle (degrees) of a film point at a radius (mm).
-
-    It is the angle of the ray through the middle of the exit-pupil region.
-    """
+    """Angle (degrees) of the ray from a film radius (mm) through the middle of its exit-pupil region."""
     width, pixels = camera.film.width, camera.film.pixels_x
     rays = camera.generate_rays([[pixels * (0.5 - radius / width), 0.5 * camera.film.pixels_y]], [[0.5, 0.5]])
     return math.degrees(math.acos(-float(rays.directions[0, 2])))

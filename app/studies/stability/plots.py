@@ -1,9 +1,4 @@
-"""Stability sweeps as files: one plot for each sweep, and an index.
-
-Known failures of other systems, and what this program does instead.
-
-All families of methods, in the order in which they are shown.
-"""
+"""All families of stability sweeps, their plots and index, and known failures of other systems."""
 
 import re
 import tomllib

@@ -136,10 +136,7 @@ def paraxial_disk(place: Place) -> Aim:
 
 
 def box(place: Place, samples: int) -> Aim:
-    """The method of pbrt: bounding box of the rays that pass, of `samples` rays.
-
-    They run from the film radii of a bucket to a square on the rear plane.
-    """
+    """As pbrt: the box of those of `samples` rays from a bucket of film radii that pass."""
     random = np.random.default_rng(7)
     radius, width = math.hypot(*place.film), place.reach / BUCKETS
     bucket = min(int(radius / width), BUCKETS - 1)

@@ -1,8 +1,6 @@
-"""Refraction out of glass, up to the critical angle and beyond it.
+"""Refraction out of glass, up to the critical angle and beyond it; and arithmetic with sixty digits, the reference.
 
-Arithmetic with sixty digits: the reference of the stability sweeps.
-
-Arrays of `decimal` numbers, on which numpy's arithmetic works, within `exactly()`.
+Exact numbers are arrays of `decimal` numbers, on which numpy's arithmetic works, within `exactly()`.
 """
 
 import math
@@ -55,10 +53,7 @@ PI = Decimal("3.1415926535897932384626433832795028841971693993751058209749445923
 
 
 def sine_cosine(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sine and cosine of exact angles (radians) of up to a few turns.
-
-    Taylor series of an eighth of the angle, doubled three times.
-    """
+    """Sine and cosine of exact angles (radians, a few turns): Taylor series of an eighth, doubled three times."""
     x = angles / 8
     sine, cosine, term = x * 0, x * 0, x * 0 + 1
     for k in range(0, 60, 2):
@@ -120,9 +115,7 @@ def by_the_angle(directions: np.ndarray) -> Found:
 
 
 def by_the_cosine(directions: np.ndarray) -> Found:
-    """The method of pbrt's Refract: sin² from the cosine, then the refracted cosine; False beyond the critical
-    angle.
-    """
+    """Refract of pbrt: sin² from the cosine, then the refracted cosine; False beyond the critical angle."""
     real = directions.dtype.type
     index, cosine = real(INDEX), directions[:, 2]
     sine2 = index * index * np.maximum(real(0), real(1) - cosine * cosine)

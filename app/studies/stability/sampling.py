@@ -149,10 +149,7 @@ def _pupil_uv(turn: np.ndarray, share: np.ndarray) -> np.ndarray:
 
 
 def _slopes(camera: lb.LensCamera, raster: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """Reference differentials (n, 3): change of direction a pixel to the right, through the same rear point.
-
-    Traced by the scalar tracer without rims.
-    """
+    """Reference differentials (n, 3) by the scalar tracer without rims: change a pixel, through the same rear point."""
     lens, end = camera.lens, camera.lens.length + camera.film_distance
     rays = camera.generate_rays(raster, uv)
     back = lb.trace(lens, rays.origins + [0.0, 0.0, end], -rays.directions, clip=False, forward=True)
