@@ -124,9 +124,8 @@ class Spoiler(Hand):
         """A random edit of the lens, and its name."""
         from lensbench.app.session.edited_lens import document_of
         from lensbench.lenses.editing.cells import with_glass, with_radius, with_value
-        from lensbench.lenses.editing.poses import with_pose
-        from lensbench.lenses.editing.stop import with_stop
-        from lensbench.lenses.editing.structure import deleted, scaled
+        from lensbench.lenses.editing.elements import with_pose
+        from lensbench.lenses.editing.structure import deleted, scaled, with_stop
 
         random, choose, lens = self.random, self.random.choice, document_of(settings).lens
         count = len(lens.surfaces)

@@ -86,8 +86,8 @@ def convert(arguments: argparse.Namespace) -> int:
     from lensbench.core.optics.lens_surface import LensError
     from lensbench.lenses.editing.document import EditError, LensDocument
     from lensbench.lenses.editing.document_text import lost_edits
+    from lensbench.lenses.editing.elements import reversed_lens
     from lensbench.lenses.editing.structure import scaled
-    from lensbench.lenses.tables.reversal import reversed_lens
     from lensbench.lenses.tables.stations import at_one_position
 
     source, target = arguments.source, Path(arguments.target)

@@ -18,8 +18,7 @@ from lensbench.core.optics.surface_numbers import CURVATURE, SEMI_DIAMETER, THIC
 from lensbench.core.text import fixed, true_minus
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import EditError, LensDocument, words
-from lensbench.lenses.editing.elements import element_at
-from lensbench.lenses.editing.poses import body_at, with_pose
+from lensbench.lenses.editing.elements import body_at, element_at, with_pose
 from lensbench.lenses.tables.paraxial import index_of
 
 BESIDE = 2.5                    # × the reach: from the rims of a body to the handles of its place

@@ -17,9 +17,8 @@ from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import significant
 from lensbench.lenses.checks.aspheres import vanishing_terms
 from lensbench.lenses.checks.causes import cause_findings, symptom_findings
-from lensbench.lenses.checks.fabrication import fabrication_findings
 from lensbench.lenses.checks.figures import digit_findings
-from lensbench.lenses.checks.geometry import geometry_findings
+from lensbench.lenses.checks.geometry import fabrication_findings, geometry_findings
 from lensbench.lenses.checks.glasses import glass_findings
 from lensbench.lenses.checks.near_object import near_findings
 from lensbench.lenses.checks.positions import position_findings

@@ -14,9 +14,9 @@ from lensbench.core.optics.surface_numbers import THICKNESS, with_surfaces
 from lensbench.core.text import significant
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import EditError, LensDocument, varies
+from lensbench.lenses.editing.elements import reversed_surfaces
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import inserted
-from lensbench.lenses.tables.reversal import reversed_surfaces
 
 CROWN = Glass(1.5168, 64.17, "N-BK7")
 FILTER = 2.0                    # mm: thickness of a filter

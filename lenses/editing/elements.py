@@ -1,19 +1,24 @@
-"""Edits of elements and groups: turn round, cement, separate. Lengths in mm; surfaces are numbered from 0."""
+"""Edits of elements and groups, and of the lens as a whole: reverse, cement, separate, decentre and tilt.
 
+Lengths in mm, angles in radians; surfaces are numbered from 0.
+"""
+
+from collections.abc import Sequence
 from dataclasses import replace
 
 from lensbench.core.optics.finding import Kind, note
 from lensbench.core.optics.glass import AIR, Glass
-from lensbench.core.optics.lens_surface import Surface
+from lensbench.core.optics.lens_surface import LensError, PoseError, Surface, SurfacePose
 from lensbench.core.optics.prescription import Lens, medium_before
-from lensbench.core.optics.surface_numbers import CONIC, SEMI_DIAMETER, THICKNESS, with_surfaces
+from lensbench.core.optics.surface_numbers import CONIC, POSE, SEMI_DIAMETER, THICKNESS, with_surfaces
+from lensbench.core.optics.system import SystemData
 from lensbench.core.text import significant
-from lensbench.lenses.editing.document import EditError, LensDocument, Pickup
-from lensbench.lenses.editing.order import check_fixed, check_range, pose_behind, reordered, surface_at
+from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, words
 from lensbench.lenses.editing.solves import settled
-from lensbench.lenses.editing.stop import with_stop
-from lensbench.lenses.editing.structure import inserted
-from lensbench.lenses.tables.reversal import reversed_surfaces
+from lensbench.lenses.editing.structure import (
+    check_fixed, check_range, inserted, pose_behind, reordered, surface_at, with_stop
+)
+from lensbench.lenses.tables.axes import body
 
 AIR_GAP = 0.1           # mm: of a cemented surface that is separated
 
@@ -119,3 +124,59 @@ def air_spaced(document: LensDocument, surface: int, gap: float = AIR_GAP) -> Le
 
 def _named(glass: Glass) -> str:
     return "air" if glass.n_d == 1.0 else glass.name or f"glass of index {significant(glass.n_d)}"
+
+
+def with_pose(document: LensDocument, first: int, last: int, quantity: str, value: float) -> LensDocument:
+    """The document with one number of the pose of the surfaces from `first` to `last` changed.
+
+    They are one body from now on, which pivots about the vertex of surface `first` and has the other numbers of that
+    surface. quantity: one of POSE (mm, radians), as of `lb.SurfacePose`; a pose whose numbers are all 0 is none.
+    EditError for another quantity or range, and a number that no pose has.
+    """
+    if quantity not in POSE:
+        raise EditError(f"quantity {quantity!r}: choose one of {', '.join(POSE)}")
+    if not 0 <= first <= last < len(document.surfaces):
+        raise EditError(f"surfaces {first} to {last}: they are numbered from 0 to {len(document.surfaces) - 1}")
+    try:
+        before = document.surfaces[first].pose or SurfacePose()
+        numbers = {name: getattr(before, name) for name in POSE} | {quantity: value}
+        made = [(i, replace(document.surfaces[i], pose=SurfacePose(**numbers, pivot=i - first)))
+                for i in range(first, last + 1)]
+        changed = replace(document, lens=with_surfaces(document.lens, made))
+    except (PoseError, LensError) as error:
+        raise EditError(f"surface {first}: {words(quantity)}: {error}") from None
+    return document if changed.lens == document.lens else settled(changed)
+
+
+def body_at(lens: Lens, surface: int) -> tuple[int, int]:
+    """First and last surface of the body of a decentred or tilted surface, else of its element."""
+    return body(lens, surface) or element_at(lens, surface)
+
+
+def reversed_surfaces(surfaces: Sequence[Surface], thickness: float = 0.0, glass: Glass = AIR) -> tuple[Surface, ...]:
+    """Surfaces turned round as one body, in reverse order; thickness and glass: of the gap behind the last of them."""
+    gaps = [(s.thickness, s.glass) for s in surfaces[:-1]][::-1] + [(thickness, glass)]
+    return tuple(surface.reversed(*gap) for surface, gap in zip(reversed(surfaces), gaps, strict=True))
+
+
+def reversed_lens(lens: Lens) -> Lens:
+    """The lens turned by half a turn about y: surfaces in reverse order, curvatures and aspheric terms negated.
+
+    Its back focus is unknown (0). Only the present zoom and focus position is kept, of the system data only the
+    wavelengths, and of the stated figures only the focal length; findings report this.
+    LensError if the medium behind the lens is not air.
+    """
+    if lens.surfaces[-1].glass.n_d != 1.0:
+        raise LensError("a lens with another medium than air behind it cannot be turned round: the medium in front of "
+                        "a lens is air")
+    surfaces = reversed_surfaces(lens.surfaces)
+    lost = [] if lens.positions is None else [
+        note(Kind.POSITION, "its zoom and focus positions are left out: it is turned round in the present one")]
+    system = SystemData(wavelengths=lens.system.wavelengths, primary=lens.system.primary)
+    if system != lens.system:
+        lost.append(note(Kind.LEFT_OUT, "the aperture, the fields and the object distance that it was designed for are "
+                                        "left out: they belong to its other end"))
+    if lens.stated_f_number is not None:
+        lost.append(note(Kind.LEFT_OUT, "the stated f-number is left out: it belongs to its other end"))
+    return replace(lens.iris_turned, surfaces=surfaces, stop_index=len(surfaces) - 1 - lens.stop_index, positions=None,
+                   stated_f_number=None, system=system, findings=(*lens.findings, *lost))

@@ -18,9 +18,9 @@ from lensbench.core.text import excerpt, significant
 from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.file_error import LensFileError, RowError, number
 from lensbench.lenses.glass import media
+from lensbench.lenses.tables.aperture import estimate_rims
 from lensbench.lenses.tables.design import MOST_SURFACES, Design, Row
 from lensbench.lenses.tables.paraxial import focal_length
-from lensbench.lenses.tables.rims import estimate_rims
 from lensbench.lenses.tables.rows import curvature
 from lensbench.lenses.tables.text import plain_number
 

@@ -14,22 +14,34 @@ qualifier names another surface (THI S3 2.5), or several (CIR S1..3 8). Without 
 user: the reader tries radii and curvatures and takes the reading whose image lies at
 the image surface of the file. A zoom lens has a value for each position (ZOO 3, then
 ZOO THI S4 14.1 14.1 12.5; THI S4 Z2 14.1 is the value of one position, TIT Z2 'tele'
-its name). Mirrors and gratings are refused, and tilts that do not return (`codev_tilts`).
+its name). Mirrors and gratings are refused, and tilts that do not return (`codev_surfaces`).
+
+    EPD 10                      entrance-pupil diameter; FNO f-number of the image, NAO, NA numerical aperture of the
+                                object and of the image; for a near object FNO is the f-number at work
+    WL 656.3 587.6 486.1        wavelengths (nm); WTW their weights, REF the number of the primary one
+    YAN 0 10 14                 fields by angle; YOB by object height, YIM and YRI by paraxial and real image height; X…
+    WTF 1 1 1                   their weights
+    VUY 0 0.1 0.2               share of the pupil cut off at +y; VLY at −y, VUX at +x, VLX at −x
 """
 
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from decimal import Decimal
+from math import isfinite
 
 from lensbench.core.optics.finding import Kind, Severity, note
 from lensbench.core.optics.prescription import Lens
+from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind, SystemData
 from lensbench.lenses.file_error import LensFileError, RowError, located, not_understood
-from lensbench.lenses.formats import codev_system
 from lensbench.lenses.formats.codev_surfaces import HARMLESS, Surfaces
-from lensbench.lenses.formats.codev_system import SYSTEM
 from lensbench.lenses.tables import stations as configurations
+from lensbench.lenses.tables.aperture import f_number_kind
 from lensbench.lenses.tables.design import Design
 from lensbench.lenses.tables.stations import Solve
-from lensbench.lenses.tables.text import check_lines, file_number, first_number, first_word, is_number, plain_number
+from lensbench.lenses.tables.text import (
+    EXACT, check_lines, exact, file_number, first_number, first_word, is_number, plain_number
+)
 
 UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
 MERCURY = 760.0         # mm, of one atmosphere
@@ -109,7 +121,7 @@ class _Sequence:
         if not design.rows:
             raise LensFileError(self.path, None, "there are no surfaces (SO, S, SI): this is no CODE V lens")
         self.surfaces.complete()
-        codev_system.read(design, self.system)
+        read_system(design, self.system)
         design.state_air(self.air["TEM"], self.air["PRE"] / MERCURY)
         if not any(row.is_stop for row in design.rows) and len(design.rows) > 1:
             design.rows[1].is_stop = True
@@ -189,7 +201,7 @@ class _Sequence:
         if key in ("TIT", "TITLE"):
             self.zoom.names[k] = " ".join(values).strip("'\" ")
             return
-        if key in codev_system.APERTURES:
+        if key in APERTURES:
             self.zoom.put("aperture", 0, k, first_number(values))
         index = self.surfaces.qualified(where[0]) if where else len(self.design.rows) - 1
         kept = index is not None and 0 <= index < len(self.design.rows) and values and is_number(values[0])
@@ -197,7 +209,7 @@ class _Sequence:
             self.zoom.put("gap", index or 0, k, first_number(values, infinite=True))
         elif key == "CIR" and kept and self.design.rows[index or 0].is_stop:
             self.zoom.put("stop", index or 0, k, first_number(values))
-        elif key not in HARMLESS and key not in codev_system.APERTURES:
+        elif key not in HARMLESS and key not in APERTURES:
             self.zoom.differs(" ".join([key, *where]), " ".join(values))
         if k == 1:
             self.command(line, [key, *where, *values])
@@ -207,3 +219,57 @@ def _plain(word: str, key: str) -> str:
     """A number in Python's notation, with the digits of the file. RowError: no number."""
     file_number(word, key)
     return plain_number(word)
+
+
+APERTURES = {"EPD": ApertureKind.PUPIL_DIAMETER, "FNO": ApertureKind.F_NUMBER, "NAO": ApertureKind.OBJECT_NA,
+             "NA": ApertureKind.IMAGE_NA}
+FIELDS = {"AN": FieldKind.ANGLE, "OB": FieldKind.OBJECT_HEIGHT, "IM": FieldKind.IMAGE_HEIGHT,
+          "RI": FieldKind.REAL_IMAGE_HEIGHT}
+VIGNETTING = ("VUX", "VLX", "VUY", "VLY")
+SYSTEM = frozenset((*APERTURES, *(axis + name for axis in "XY" for name in FIELDS), *VIGNETTING, "WL", "WTW", "REF",
+                    "WTF"))
+
+
+def read_system(design: Design, values: Mapping[str, Sequence[str]]) -> None:
+    """Give the design, whose rows are complete, the system data of a file: numbers in text, by command."""
+    for key, kind in APERTURES.items():
+        if values.get(key):
+            design.state_aperture(f_number_kind(design.rows[0].thickness) if key == "FNO" else kind,
+                                  float(values[key][0]))
+    lengths = [float(Decimal(word).scaleb(-3, EXACT)) for word in values.get("WL", ())]
+    weights = [float(word) for word in values.get("WTW", ())]
+    reference = float((values.get("REF") or ["1"])[0])
+    if lengths:
+        design.state_wavelengths([(w, weights[i] if i < len(weights) else 1.0) for i, w in enumerate(lengths)],
+                                 int(max(min(reference, 1e6), 0.0)) - 1)
+    name = next((name for name in FIELDS if values.get(f"X{name}") or values.get(f"Y{name}")), None)
+    if name is None:
+        return
+    columns = [[float(word) for word in values.get(key, ())] for key in (f"X{name}", f"Y{name}", "WTF", *VIGNETTING)]
+    points = []
+    for i in range(max(len(columns[0]), len(columns[1]))):
+        x, y, weight, *cuts = [column[i] if i < len(column) else float(k == 2) for k, column in enumerate(columns)]
+        points += design.field_point(x, y, weight, (cuts[0], cuts[1], cuts[2], cuts[3]))
+    design.state_fields(FIELDS[name], points)
+
+
+def aperture_key(kind: ApertureKind) -> str:
+    """Command of an aperture."""
+    if kind is ApertureKind.WORKING_F_NUMBER:
+        return "FNO"
+    return next(key for key, own in APERTURES.items() if own is kind)
+
+
+def system_lines(system: SystemData, aperture: Aperture | None) -> list[str]:
+    """Lines of the system data; the aperture is of a kind that the format holds, its first value is written."""
+    waves = [str(EXACT.normalize(exact(w.micrometres).scaleb(3, EXACT))) for w in system.wavelengths]
+    written = [f"WL {' '.join(waves)}", f"WTW {' '.join(repr(w.weight) for w in system.wavelengths)}",
+               f"REF {system.primary + 1}"]
+    if aperture is not None and isfinite(aperture.values[0]):
+        written.append(f"{aperture_key(aperture.kind)} {aperture.values[0]!r}")
+    name = next(name for name, kind in FIELDS.items() if kind is system.field_kind)
+    columns = {f"X{name}": [p.x for p in system.fields], f"Y{name}": [p.y for p in system.fields],
+               "WTF": [p.weight for p in system.fields]}
+    if any(any(point.vignetting) for point in system.fields):
+        columns |= {key: [point.vignetting[i] for point in system.fields] for i, key in enumerate(VIGNETTING)}
+    return written + [" ".join([key, *map(repr, column)]) for key, column in columns.items()]

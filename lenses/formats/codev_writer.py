@@ -12,8 +12,8 @@ from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.glass import C_LINE, D_LINE, F_LINE, Glass
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.system import Aperture
-from lensbench.lenses.formats import codev_surfaces as codev_tilts, codev_system
-from lensbench.lenses.formats.codev_surfaces import TERMS
+from lensbench.lenses.formats.codev import APERTURES, aperture_key, system_lines
+from lensbench.lenses.formats.codev_surfaces import KEYS, TERMS
 from lensbench.lenses.glass import catalogue, media
 from lensbench.lenses.tables import stations as configurations
 from lensbench.lenses.tables.axes import angles
@@ -40,11 +40,11 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     private = _private_glasses(lens)
     kept = replace(lens, surfaces=tuple(replace(s, aspheric=tuple((power, a) for power, a in s.aspheric if power > 2))
                                         for s in lens.surfaces))        # without the r² terms, which bend the rays
-    system = written_system(kept, stations, with_working_f_number(codev_system.APERTURES.values()))
+    system = written_system(kept, stations, with_working_f_number(APERTURES.values()))
     remarks += system.findings
     distance = system.data.object_distances[0]
     lines = ["RDM N; LEN", *([f"TITLE '{blank}{title}'"] if title else []), "DIM M",
-             *codev_system.lines(system.data, system.aperture), *_private_lines(private), *_model_lines(lens, private),
+             *system_lines(system.data, system.aperture), *_private_lines(private), *_model_lines(lens, private),
              f"SO 0.0 {'0.1e14' if isinf(distance) else repr(distance)}"]
     by_numbers: list[int] = []
     for i, s in enumerate(lens.surfaces):
@@ -66,7 +66,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         if (frame := lens.frames[i]) is not None:
             moved, (a, b, c) = lens.vertex(i) - [0.0, 0.0, lens.vertices[i]], angles(frame.rotation)
             values = [*moved.tolist(), -degrees(a), -degrees(b), degrees(c)]
-            lines += [*(f"  {key} {value!r}" for key, value in zip(codev_tilts.KEYS, values, strict=True)), "  DAR"]
+            lines += [*(f"  {key} {value!r}" for key, value in zip(KEYS, values, strict=True)), "  DAR"]
         letters = {power: letter for letter, power in TERMS.items()}
         if s.aspheric:
             lines += ["  ASP", f"  K {s.conic!r}"]
@@ -98,7 +98,7 @@ def _zoom_lines(lens: Lens, stations: list[Station], aperture: Aperture | None) 
     for quantity, surface, values in configurations.rows(lens, stations, 1e13, aperture):
         name = f"ZOO {'CIR' if quantity == 'stop' else 'THI'} S{surface or 'O'}"
         if quantity == "aperture" and aperture is not None:
-            name = f"ZOO {codev_system.aperture_key(aperture.kind)}"
+            name = f"ZOO {aperture_key(aperture.kind)}"
         lines.append(_cut(name, [repr(value) for value in values]))
     return lines
 

@@ -20,10 +20,9 @@ from lensbench.core.optics.system import (
 from lensbench.core.text import significant
 from lensbench.lenses.file_error import LensFileError, RowError, located
 from lensbench.lenses.tables import shapes
-from lensbench.lenses.tables.aperture import axial_ray, with_stated_aperture
+from lensbench.lenses.tables.aperture import axial_ray, estimate_rims, with_stated_aperture
 from lensbench.lenses.tables.axes import START, AxesError, Break, alike, in_one_line
 from lensbench.lenses.tables.paraxial import FAR, focal_length, reference_wavelength
-from lensbench.lenses.tables.rims import estimate_rims
 from lensbench.lenses.tables.row_solves import RowSolve, doubts
 from lensbench.lenses.tables.rows import check_sizes, stop_of
 from lensbench.lenses.tables.stations import Solve, Station, solved, with_stations

@@ -14,8 +14,8 @@ from lensbench.core.optics.lens_surface import LensError, Surface
 from lensbench.core.optics.system import ApertureKind, FieldKind, SystemData
 from lensbench.core.text import significant
 from lensbench.lenses.file_error import RowError
+from lensbench.lenses.tables.aperture import marginal_heights
 from lensbench.lenses.tables.paraxial import FAR, index_of, ray
-from lensbench.lenses.tables.rims import marginal_heights
 
 SAME = 1e-3             # share of a value: programs differ by their glass data
 RAYS = ("axial slope", "chief slope", "axial height", "chief height")

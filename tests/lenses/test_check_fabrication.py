@@ -10,8 +10,7 @@ from lensbench import Glass, Lens, Surface, lenses
 from lensbench.app.session.edited_lens import original
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.finding import Kind, Severity
-from lensbench.lenses.checks.fabrication import CENTRE, EDGE, LEAST_EDGE, STEEPEST
-from lensbench.lenses.checks.geometry import has_estimated_rims
+from lensbench.lenses.checks.geometry import CENTRE, EDGE, LEAST_EDGE, STEEPEST, has_estimated_rims
 
 CROWN = Glass(1.5168, 64.17)
 

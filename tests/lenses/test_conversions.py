@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench import Glass, Lens, Surface, lenses
 from lensbench.core.optics.lens_surface import Shape, SurfacePose
 from lensbench.lenses import FORMATS, READERS, WRITERS, Kind, Severity
-from lensbench.lenses.editing.poses import body_at
+from lensbench.lenses.editing.elements import body_at
 from lensbench.lenses.file_error import RowError
 from lensbench.lenses.glass import catalogue, media
 from lensbench.lenses.glass.media import code

@@ -15,7 +15,7 @@ from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.surface_numbers import value_of
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import EditError, LensDocument
-from lensbench.lenses.editing.poses import with_pose
+from lensbench.lenses.editing.elements import with_pose
 
 DRAG_THRESHOLD = 3.0            # pixels at a scale of 1
 FINE = 0.1                      # of the mouse's movement, with Shift

@@ -21,9 +21,8 @@ from lensbench.core.optics.surface_numbers import POSE
 from lensbench.core.text import significant, true_minus
 from lensbench.lenses.editing import attachments
 from lensbench.lenses.editing.document import EditError, LensDocument
-from lensbench.lenses.editing.elements import element_at
+from lensbench.lenses.editing.elements import body_at, element_at
 from lensbench.lenses.editing.pasted_table import pasted
-from lensbench.lenses.editing.poses import body_at
 from lensbench.lenses.editing.structure import inserted
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.library.search import searched

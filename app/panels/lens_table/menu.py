@@ -16,7 +16,7 @@ from lensbench.app.session.notices import Request
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.surface_numbers import value_of
 from lensbench.core.text import significant
-from lensbench.lenses.editing import attachments, elements, stop, structure
+from lensbench.lenses.editing import attachments, elements, structure
 from lensbench.lenses.editing.cells import with_rule, without_rule
 from lensbench.lenses.editing.document import SOLVES, TARGETS, LensDocument, Pickup, Solve, words
 
@@ -55,10 +55,10 @@ def row_edits(document: LensDocument, first: int, last: int) -> list[tuple[str, 
         (fa.ICON_FA_LINK_SLASH, "Separate", "", "Divide a cemented surface by a thin gap of air",
          (lambda d: elements.air_spaced(d, first)) if inside else None),
         (fa.ICON_FA_CIRCLE_STOP, "Stop here", "", "Make this surface the stop",
-         (lambda d: stop.with_stop(d, first)) if one and first != lens.stop_index else None),
+         (lambda d: structure.with_stop(d, first)) if one and first != lens.stop_index else None),
         (fa.ICON_FA_CIRCLE_HALF_STROKE, "Stop in the gap", "", "A plane stop in the middle of the gap behind the "
          "surface, as wide as the beam there: the f-number stays",
-         (lambda d: stop.with_stop_in_gap(d, first, 0.5 * d.surfaces[first].thickness))
+         (lambda d: structure.with_stop_in_gap(d, first, 0.5 * d.surfaces[first].thickness))
          if one and first + 1 < count and lens.surfaces[first].thickness > 0.0 else None),
     ]
 

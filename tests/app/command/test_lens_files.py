@@ -13,7 +13,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.lens_files import read_rays
 from lensbench.app.command.main import main
-from lensbench.lenses.tables.reversal import reversed_lens
+from lensbench.lenses.editing.elements import reversed_lens
 
 LENS = "pbrt-dgauss-50mm"
 RAYS = "x,y,z,l,m,n\n0,0,-10,0,0,1\n0,5,-10,0,0.02,2\n0,15,-10,0,0,1\n"

@@ -11,7 +11,7 @@ from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.session.edited_lens import edited
 from lensbench.app.settings.settings import Settings
 from lensbench.lenses.editing.cells import with_radius
-from lensbench.lenses.editing.poses import with_pose
+from lensbench.lenses.editing.elements import with_pose
 from tests.app.stand import drive
 
 

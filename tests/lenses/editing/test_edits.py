@@ -9,7 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench import AIR, Glass, Surface, lenses
 from lensbench.core.optics.finding import Kind
-from lensbench.lenses.editing import cells, elements, stop, structure
+from lensbench.lenses.editing import cells, elements, structure
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
 from lensbench.lenses.editing.document_text import from_text, lost_edits, to_text
 from lensbench.lenses.editing.faults import faults
@@ -58,7 +58,7 @@ def test_a_number_changes_alone(quantity, value, name):
     lambda: structure.scaled(TRIPLET, 1e12), lambda: elements.flipped(TRIPLET, 0, 0),
     lambda: elements.cemented(TRIPLET, 0), lambda: elements.air_spaced(TRIPLET, 1),
     lambda: structure.split(TRIPLET, 0, 1.5), lambda: structure.moved(TRIPLET, 0, 1, 9),
-    lambda: stop.with_stop(TRIPLET, 6), lambda: stop.with_stop_in_gap(TRIPLET, 1, 7.0),
+    lambda: structure.with_stop(TRIPLET, 6), lambda: structure.with_stop_in_gap(TRIPLET, 1, 7.0),
     lambda: structure.inserted(TRIPLET, 0, [Surface(1.0, 1e12, curvature=0.0)])])
 def test_what_no_surface_can_have_is_refused(wrong):
     with pytest.raises(EditError) as told:
@@ -167,13 +167,13 @@ def test_a_cemented_surface_is_separated_and_cemented_again():
 def test_the_stop_goes_anywhere_and_the_f_number_stays():
     f_number = lb.first_order(TRIPLET.lens).f_number
     for gap, part in ((0, 0.0), (1, 0.5), (3, 0.25), (4, 1.0)):
-        there = stop.with_stop_in_gap(TRIPLET, gap, part * TRIPLET.surfaces[gap].thickness)
+        there = structure.with_stop_in_gap(TRIPLET, gap, part * TRIPLET.surfaces[gap].thickness)
         assert there.lens.stop_index == gap + 1 and len(there.surfaces) == 7
         assert lb.first_order(there.lens).f_number == pytest.approx(f_number, rel=1e-12)
         assert oracle.efl(there.lens) == pytest.approx(oracle.efl(TRIPLET.lens), rel=1e-14)
     # A stop that was a plane of its own is taken away where it was
-    once = stop.with_stop_in_gap(TRIPLET, 1, 3.0)
-    again = stop.with_stop_in_gap(once, 4, 1.0)
+    once = structure.with_stop_in_gap(TRIPLET, 1, 3.0)
+    again = structure.with_stop_in_gap(once, 4, 1.0)
     assert len(again.surfaces) == 7 and again.lens.stop_index == 4
     gone = structure.deleted(TRIPLET, [3])
     assert gone.lens.stop_index == 3 and [f.kind for f in gone.findings] == [Kind.MOVED_STOP]
@@ -253,7 +253,7 @@ def test_planes_before_a_lens_leave_its_object_where_it_is():
 def test_a_stop_in_a_gap_lets_the_same_beam_pass_also_from_water(index):
     document = LensDocument(replace(TRIPLET.lens, front_index=index))
     for surface in (1, 3):
-        moved = stop.with_stop_in_gap(document, surface, 0.3 * document.surfaces[surface].thickness)
+        moved = structure.with_stop_in_gap(document, surface, 0.3 * document.surfaces[surface].thickness)
         assert lb.first_order(moved.lens).f_number == pytest.approx(lb.first_order(document.lens).f_number, rel=1e-12)
 
 

@@ -9,7 +9,7 @@ from lensbench import lenses
 from lensbench.lenses.editing import elements, structure
 from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.editing.document_text import from_text, to_text
-from lensbench.lenses.editing.poses import body_at, with_pose
+from lensbench.lenses.editing.elements import body_at, with_pose
 
 START = LensDocument(lenses.load("lenshh-cooke-triplet-50"))
 BENT = with_pose(with_pose(START, 2, 3, "decentre_y", 0.5), 2, 3, "tilt_x", 0.02)

@@ -10,8 +10,7 @@ from lensbench.core.optics.finding import Kind
 from lensbench.lenses.editing.cells import with_rule, with_value, without_rule
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
 from lensbench.lenses.editing.elements import air_spaced, cemented, flipped
-from lensbench.lenses.editing.stop import with_stop, with_stop_in_gap
-from lensbench.lenses.editing.structure import deleted, inserted_plane, scaled, split
+from lensbench.lenses.editing.structure import deleted, inserted_plane, scaled, split, with_stop, with_stop_in_gap
 from tests.lenses.editing import oracle
 
 TRIPLET = LensDocument(lenses.load("lenshh-cooke-triplet-50"))

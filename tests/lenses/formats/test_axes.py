@@ -9,7 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.lenses import READERS, WRITERS
-from lensbench.lenses.editing.poses import body_at
+from lensbench.lenses.editing.elements import body_at
 
 HEAD = "MODE SEQ\nUNIT {unit}\nENPD 4\nSURF 0\n  TYPE STANDARD\n  DISZ INFINITY\n"
 GLASS = "  GLAS ___BLANK 1 0 1.5 60 0 0 0 0 0 0\n"

@@ -10,8 +10,7 @@ import lensbench as lb
 from lensbench import AIR, Glass, Lens, Surface, lenses
 from lensbench.core.optics.system import Aperture, ApertureKind, FieldPoint, SystemData, Wavelength
 from lensbench.lenses.editing.document import LensDocument
-from lensbench.lenses.editing.elements import flipped
-from lensbench.lenses.tables.reversal import reversed_lens
+from lensbench.lenses.editing.elements import flipped, reversed_lens
 
 ODD = Lens((Surface(6.0, 12.0, Glass(1.62, 60.0), -0.7, ((3, 2e-5), (4, -1e-6)), curvature=0.02),
             Surface(2.0, 12.0, Glass(1.7, 30.0), curvature=-0.015),

@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings, strategies as st
 import lensbench as lb
 from lensbench import Glass, Lens, Positions, Surface, lenses
 from lensbench.lenses import Kind
-from lensbench.lenses.tables.reversal import reversed_lens
+from lensbench.lenses.editing.elements import reversed_lens
 from lensbench.lenses.tables.stations import Station, focus_fractions, stations_of, with_stations, zoom_fractions
 from tests.lenses.samples import DATA, loaded
 
