@@ -25,6 +25,7 @@ from lensbench.app.settings import text_values
 from lensbench.app.settings.settings import Settings
 
 README = Path(__file__).parents[3] / "README.md"
+COMMANDS = README.parent / "docs" / "commands.md"
 LENS = "pbrt-dgauss-50mm"
 
 
@@ -447,19 +448,19 @@ def test_a_failure_of_the_program_ends_with_1_and_one_line(monkeypatch, capsys):
         main(["lenses"])
 
 
-def blocks(language):
-    return re.findall(rf"```{language}\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+def blocks(page, language):
+    return re.findall(rf"```{language}\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
 
 
 @pytest.mark.slow
 def test_the_example_of_the_readme_runs_as_it_stands(capsys):
-    (example,) = blocks("python")
+    (example,) = blocks(README, "python")
     exec(compile(example, str(README), "exec"), {})
     assert re.match(r".*: [\d.]+ mm, f/[\d.]+\n", capsys.readouterr().out)
 
 
 @pytest.mark.slow
-def test_the_commands_of_the_readme_are_understood(viewed, rendered, monkeypatch, tmp_path, capsys):
+def test_the_commands_of_the_pages_are_understood(viewed, rendered, monkeypatch, tmp_path, capsys):
     import numpy as np
 
     from lensbench.app.studies.stability import plots
@@ -468,8 +469,9 @@ def test_the_commands_of_the_readme_are_understood(viewed, rendered, monkeypatch
     # Each sweep has tests of its own; all of them take a minute
     monkeypatch.setattr(plots, "FAMILIES", {"Refraction": plots.FAMILIES["Refraction"]})
     save_picture("out.png", np.zeros((4, 6, 3), np.float32), Settings())
-    lines = [line.partition("#")[0] for block in blocks("sh") for line in block.splitlines()]
-    assert len(lines) >= 6
+    lines = [line.partition("#")[0] for page in (README, COMMANDS)
+             for block in blocks(page, "sh") for line in block.splitlines()]
+    assert len(lines) >= 25
     for line in lines:
         assert main(shlex.split(line)[1:]) == 0, line
         assert "has no effect" not in capsys.readouterr().err, line
