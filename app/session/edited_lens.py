@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import document_of_text, prescription
+from lensbench.app.bench.build import document_of_text, prescription, published
 from lensbench.app.scenes.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.finding import Finding, Kind
@@ -119,12 +119,14 @@ def edit_mark(settings: Settings) -> str:
 
 
 def save_document(settings: Settings, path: Path) -> tuple[Settings, tuple[Finding, ...]]:
-    """Save the edited lens of the settings to a file, whose suffix is the format.
+    """Save the lens of the settings, with its comments, solves and pickups, to a file, whose suffix is the format.
 
-    An old file stays until the new one is complete. Returns the settings with the file as their lens, without edits
-    where the file holds all of them; and what the format could not hold. LensFileError or ExportError where the file
-    cannot be written.
+    An old file stays until the new one is complete. Returns the settings, for an edited lens with the file as their
+    lens, without edits where the file holds all of them; and what the format could not hold. A lens without edits is
+    saved scaled and zoomed. LensFileError or ExportError where the file cannot be written.
     """
+    if not settings.edited:
+        return settings, lenses.save(replace(document_of(settings), lens=published(settings)), path)
     document, moved = document_of(replace(settings, zoom=0.0)), tuple[Finding, ...]()
     with suppress(ValueError, OSError):                 # the file of the lens is gone
         document, moved = kept_in_focus(original(settings).lens, document)

@@ -13,7 +13,7 @@ from pathlib import Path
 from imgui_bundle import hello_imgui
 
 from lensbench import lenses
-from lensbench.app.bench.build import published, stop_picture, with_readable_stop
+from lensbench.app.bench.build import stop_picture, with_readable_stop
 from lensbench.app.bench.constraints import constrained
 from lensbench.app.bench.lens_choice import with_lens, with_scene
 from lensbench.app.panels.controls.controls import lens_title
@@ -196,16 +196,13 @@ class Files:
     def save_lens(self, path: Path) -> None:
         """Save the lens in the format of the suffix; messages name what the format cannot hold.
 
-        A published lens is saved scaled and zoomed. Of an edited one the document is saved, and the file becomes the
-        lens; where the format cannot hold all of it, the edits stay marked as unsaved.
+        The file of an edited lens becomes the lens; where the format cannot hold all of it, the edits stay marked as
+        unsaved.
         """
         state = self._state
         say, present = state.view.say, state.history.present
         try:
-            if present.edited:
-                saved, remarks = save_document(present, path)
-            else:
-                saved, remarks = present, lenses.save(published(present), path)
+            saved, remarks = save_document(present, path)
         except (ValueError, OSError) as error:
             say(str(error))
             return

@@ -91,6 +91,16 @@ def test_an_edited_lens_keeps_what_its_reader_assumed_and_its_saving_says_so(tmp
     assert "coc was taken as" in str(remarks[-1]) and "phone.json" in str(remarks[-1])
 
 
+def test_a_lens_without_edits_is_saved_with_its_solves(tmp_path):
+    lenses.save(document_of(edited(TRIPLET, lambda d: with_rule(d, Solve(5, "efl", 50.0)))[0]), tmp_path / "mine.toml")
+    unedited = replace(TRIPLET, lens=str(tmp_path / "mine.toml"))
+    assert save_document(unedited, tmp_path / "copy.toml") == (unedited, ())
+    assert lenses.load_document(tmp_path / "copy.toml") == lenses.load_document(tmp_path / "mine.toml")
+    twice = replace(unedited, focal_length=100.0)
+    assert save_document(twice, tmp_path / "twice.toml") == (twice, ())
+    assert lenses.load_document(tmp_path / "twice.toml").solves[0].target == pytest.approx(100.0, rel=1e-3)
+
+
 @pytest.mark.parametrize("text, radius", [("22,5", 22.5), ("-1e3", -1000.0), ("−7.5 mm", -7.5), ("inf", 0.0),
                                           ("0", 0.0), ("plane", 0.0), ("∞", 0.0)])
 def test_radii_are_read_as_people_type_them(text, radius):
