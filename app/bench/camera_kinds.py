@@ -1,8 +1,7 @@
 """Camera kinds: the maker of each, its read-outs and its field of view.
 
 A new kind of camera is one row of MAKERS here and one of `camera_facts`. A maker turns Settings into a camera of the
-core; a read-out function into Readings. `…_view` returns the field of view (radians) and the focal length (mm) that it
-is seen with; `…_with_view` the settings that have another field of view. Lengths in mm.
+core; a read-out function into Readings. Lengths in mm.
 """
 
 import math
@@ -94,16 +93,6 @@ def focused_lens(settings: Settings) -> tuple[float, float]:
     return focused, (settings.f_number or math.inf) * focused / efl
 
 
-def perspective_view(settings: Settings) -> tuple[float, float]:
-    """The field of view along its own axis, and the focal length."""
-    return settings.fov, perspective_focal_length(settings)
-
-
-def perspective_with_view(settings: Settings, fov: float) -> Settings:
-    """Another field of view along its own axis."""
-    return replace(settings, fov=fov)
-
-
 # Orthographic
 
 
@@ -114,7 +103,6 @@ def orthographic(settings: Settings) -> lb.OrthographicCamera:
                                  **place_and_shutter(settings))
 
 
-@lru_cache(maxsize=64)
 def orthographic_readings(settings: Settings) -> Readings:
     """The magnification, the same at every distance."""
     return Readings(magnification=settings.film_width / settings.scene_width, limit=blur_limit(settings),
@@ -141,16 +129,6 @@ def fisheye_readings(settings: Settings) -> Readings:
                     fov_diagonal=diagonal, reason="An ideal fisheye sees from a point: it has no lens to focus")
 
 
-def fisheye_view(settings: Settings) -> tuple[float, float]:
-    """The field of view of the image circle, and the focal length."""
-    return settings.fisheye_fov, fisheye(settings).focal_length
-
-
-def fisheye_with_view(settings: Settings, fov: float) -> Settings:
-    """Another field of view of the image circle."""
-    return replace(settings, fisheye_fov=fov)
-
-
 # Panorama
 
 
@@ -159,7 +137,6 @@ def environment(settings: Settings) -> lb.EnvironmentCamera:
     return lb.EnvironmentCamera(settings.film, settings.layout, **place_and_shutter(settings))
 
 
-@lru_cache(maxsize=64)
 def environment_readings(settings: Settings) -> Readings:
     """The whole sphere."""
     return Readings(fov_horizontal=2.0 * math.pi, fov_vertical=math.pi,
@@ -196,12 +173,6 @@ def finite_pinhole_view(settings: Settings) -> tuple[float, float]:
     return 2.0 * math.atan(0.5 * shorter * settings.crop / settings.hole_distance), settings.hole_distance
 
 
-def finite_pinhole_with_view(settings: Settings, fov: float) -> Settings:
-    """Another distance from the hole to the film."""
-    shorter = min(settings.film.width, settings.film.height)
-    return replace(settings, hole_distance=0.5 * shorter / math.tan(0.5 * fov))
-
-
 # Bare sensor
 
 
@@ -232,13 +203,18 @@ class CameraMaker:
 
 MAKERS = {
     "lens": CameraMaker(lens_camera, lens_readings),
-    "perspective": CameraMaker(perspective, perspective_readings, perspective_view,
-                               perspective_with_view),
+    "perspective": CameraMaker(
+        perspective, perspective_readings, lambda settings: (settings.fov, perspective_focal_length(settings)),
+        lambda settings, fov: replace(settings, fov=fov)),
     "orthographic": CameraMaker(orthographic, orthographic_readings),
-    "fisheye": CameraMaker(fisheye, fisheye_readings, fisheye_view, fisheye_with_view),
+    "fisheye": CameraMaker(
+        fisheye, fisheye_readings, lambda settings: (settings.fisheye_fov, fisheye(settings).focal_length),
+        lambda settings, fov: replace(settings, fisheye_fov=fov)),
     "environment": CameraMaker(environment, environment_readings),
-    "finite-pinhole": CameraMaker(finite_pinhole, finite_pinhole_readings, finite_pinhole_view,
-                                  finite_pinhole_with_view),
+    "finite-pinhole": CameraMaker(
+        finite_pinhole, finite_pinhole_readings, finite_pinhole_view,
+        lambda settings, fov: replace(settings, hole_distance=0.5 * min(
+            settings.film.width, settings.film.height) / math.tan(0.5 * fov))),
     "bare-sensor": CameraMaker(bare_sensor, bare_sensor_readings),
 }
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 from lensbench.app.settings.text_values import (
     format_angle, format_distance, format_duration, format_electrons, format_exposure, format_f_number,
@@ -17,14 +18,26 @@ from lensbench.app.settings.text_values import (
 from lensbench.core.text import fixed, significant, true_minus
 
 FIGURE_GAP = 0.08                                # of u: least distance of two figures
+DIGITS = tuple(float(i) for i in range(1, 10))
 Figure = tuple[float, str]
+
+
+class Warp(NamedTuple):
+    """What makes a scale: the position is linear in `to` of the value, and `back` is its inverse."""
+
+    to: Callable[[float], float]
+    back: Callable[[float], float]
+
+
+EVEN = Warp(float, float)
+LOGARITHMIC = Warp(math.log, math.exp)
+ROOT = Warp(math.sqrt, lambda w: w * w)
 
 
 @dataclass(frozen=True)
 class Scale:
     """One engraved scale from `low` (u = 0) to `high` (u = 1; infinity is allowed, and a value below `low`).
 
-    warp makes the scale: u is linear in warp(value), and unwarp is its inverse.
     figures: values with their text; figure number `anchor` is engraved on the shortest dial too. minor: values of
     the short ticks. snaps: values that click and wheel go to; empty for a continuous scale. reset: value that a
     double click restores. amber: drawn in amber, for focus.
@@ -32,8 +45,7 @@ class Scale:
 
     low: float
     high: float
-    warp: Callable[[float], float]
-    unwarp: Callable[[float], float]
+    warp: Warp
     format: Callable[[float], str]
     read: Callable[[str], float]
     figures: tuple[Figure, ...]
@@ -47,10 +59,10 @@ class Scale:
         """Position of a value, from 0 to 1; a value beyond an end has the position of that end."""
         if math.isnan(value):
             return 0.0
-        low, high = self.warp(self.low), self.warp(self.high)
+        low, high = self.warp.to(self.low), self.warp.to(self.high)
         if high == low:
             return 0.0
-        return min(max((self.warp(self._clamped(value)) - low) / (high - low), 0.0), 1.0)
+        return min(max((self.warp.to(self._clamped(value)) - low) / (high - low), 0.0), 1.0)
 
     def _clamped(self, value: float) -> float:
         return min(max(value, min(self.low, self.high)), max(self.low, self.high))
@@ -61,8 +73,8 @@ class Scale:
             return self.low
         if u >= 1.0:
             return self.high
-        low, high = self.warp(self.low), self.warp(self.high)
-        return self._clamped(self.unwarp(low + u * (high - low)))
+        low, high = self.warp.to(self.low), self.warp.to(self.high)
+        return self._clamped(self.warp.back(low + u * (high - low)))
 
     def snapped(self, value: float) -> float:
         """Nearest snap along the dial, or the value itself on a continuous scale."""
@@ -138,25 +150,39 @@ LONGEST_READOUT = 0.2
 STOPS = 5               # of exposure, to either side
 
 
+def _by_decades(low: float, high: float, form: Callable[[float], str], read: Callable[[str], float],
+                series: tuple[float, ...], reset: float, unit: float = 1.0, suffix: str = "") -> Scale:
+    """A logarithmic scale with figures, in a unit, at a series in each decade, and ticks at all digits."""
+    figures = tuple((value, significant(value / unit) + suffix) for value in decades(low, high, series))
+    return Scale(low, high, LOGARITHMIC, form, read, figures, tuple(decades(low, high, DIGITS)), reset=reset)
+
+
+def _evenly(high: float, form: Callable[[float], str], read: Callable[[str], float], step: float,
+            reset: float | None, unit: float = 1.0) -> Scale:
+    """An even scale from 0 with figures at steps of a unit, and ticks at fifths of a step."""
+    figures, ticks = int(high / unit / step + 1e-9) + 1, int(5.0 * high / unit / step + 1e-9) + 1
+    return Scale(0.0, high, EVEN, form, read, tuple((unit * (i * step), significant(i * step)) for i in range(figures)),
+                 tuple(unit * (i * step / 5.0) for i in range(ticks)), reset=reset)
+
+
+def _round_step(high: float, most: float) -> float:
+    """The least of 1, 2, 5 × 10ⁿ that divides `high` into at most so many parts."""
+    return next(s * 10.0**e for e in range(-6, 5) for s in (1.0, 2.0, 5.0) if high / (s * 10.0**e) <= most)
+
+
 @lru_cache(maxsize=64)
 def focus_scale(nearest: float, reset: float | None = None) -> Scale:
     """From the nearest distance n (mm) to ∞: u = (d − n)/(d − n + k), k = 4 n, at least 1.2 m."""
     n = max(nearest, 1.0)
     k = max(1200.0, 4.0 * n)
 
-    def warp(distance: float) -> float:
-        return -k / (distance - n + k)
-
-    def unwarp(w: float) -> float:
-        return n - k - k / w if w < 0.0 else math.inf
-
-    bare = Scale(n, math.inf, warp, unwarp, format_distance, read_distance, ())
+    warp = Warp(lambda distance: -k / (distance - n + k), lambda w: n - k - k / w if w < 0.0 else math.inf)
+    bare = Scale(n, math.inf, warp, format_distance, read_distance, ())
     series = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
     figures = spaced([(d, significant(d / 1000)) for d in (*decades(n, 40.0 * k, series), math.inf)], bare.to_unit)
     minor = decades(n, 40.0 * k, (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5,
                                    5.0, 6.0, 7.0, 8.0, 9.0))
-    return Scale(n, math.inf, warp, unwarp, format_distance, read_distance, figures, tuple(minor),
-                 reset=reset, anchor=len(figures) - 1, amber=True)
+    return replace(bare, figures=figures, minor=tuple(minor), reset=reset, anchor=len(figures) - 1, amber=True)
 
 
 @lru_cache(maxsize=64)
@@ -164,13 +190,12 @@ def aperture_scale(widest: float, reset: float | None = None) -> Scale:
     """From the widest f-number that the lens can open to six stops above (f/22 at least), snapping to third stops."""
     high = next((n for n in WHOLE_STOPS if n >= max(21.9, 7.8 * widest)), F_NUMBERS[-1])
     high = max(high, 2.0 * widest)
-    bare = Scale(widest, high, math.log, math.exp, format_f_number, read_f_number, ())
+    bare = Scale(widest, high, LOGARITHMIC, format_f_number, read_f_number, ())
     snaps = tuple(n for n in F_NUMBERS if widest * 1.02 < n <= high)
     figures = [(n, significant(n)) for n in WHOLE_STOPS if widest * 0.99 <= n <= high]
     if not figures or bare.to_unit(figures[0][0]) > FIGURE_GAP:
         figures.insert(0, (widest, format_f_number(widest).removeprefix("f/")))
-    return Scale(widest, high, math.log, math.exp, format_f_number, read_f_number, tuple(figures),
-                 snaps, (widest, *snaps), reset)
+    return replace(bare, figures=tuple(figures), minor=snaps, snaps=(widest, *snaps), reset=reset)
 
 
 @lru_cache(maxsize=8)
@@ -186,7 +211,7 @@ def exposure_scale() -> Scale:
     whole = range(-STOPS, STOPS + 1)
     thirds = tuple(i / 3.0 for i in range(3 * whole.start, 3 * whole.stop - 2))
     figures = tuple((float(i), format_exposure(i).removesuffix(" EV")) for i in whole)
-    return Scale(-float(STOPS), float(STOPS), float, float, format_exposure, read_exposure, figures, thirds, thirds,
+    return Scale(-float(STOPS), float(STOPS), EVEN, format_exposure, read_exposure, figures, thirds, thirds,
                  reset=0.0, anchor=len(figures) // 2)
 
 
@@ -194,13 +219,13 @@ def exposure_scale() -> Scale:
 def fov_scale(narrowest: float, widest: float, reset: float | None = None) -> Scale:
     """Angles of view (radians) on a logarithmic dial."""
     low, high = math.degrees(narrowest), math.degrees(widest)
-    bare = Scale(narrowest, widest, math.log, math.exp, format_angle, read_angle, ())
+    bare = Scale(narrowest, widest, LOGARITHMIC, format_angle, read_angle, ())
     series = decades(low, high, (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 9.0))
     figures = spaced([(math.radians(d), significant(d)) for d in (*series, 120.0, 180.0) if low <= d <= high],
                      bare.to_unit)
     minor = tuple(math.radians(d) for d in decades(low, high, tuple(1.0 + 0.25 * i for i in range(4))
                                                     + tuple(2.0 + 0.5 * i for i in range(16))))
-    return Scale(narrowest, widest, math.log, math.exp, format_angle, read_angle, figures, minor, reset=reset)
+    return replace(bare, figures=figures, minor=minor, reset=reset)
 
 
 @lru_cache(maxsize=64)
@@ -209,7 +234,7 @@ def focal_length_scale(low: float = 8.0, high: float = 800.0, reset: float | Non
     snaps = tuple(float(f) for f in FOCAL_LENGTHS if low <= f <= high)
     figures = tuple((f, significant(f)) for f in snaps)
     minor = tuple(decades(low, high, (1.0, 1.2, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0, 8.0, 9.0)))
-    return Scale(low, high, math.log, math.exp, format_length, read_length, figures, minor, snaps, reset)
+    return Scale(low, high, LOGARITHMIC, format_length, read_length, figures, minor, snaps, reset)
 
 
 @lru_cache(maxsize=64)
@@ -219,7 +244,7 @@ def zoom_scale(engraved: tuple[float, ...]) -> Scale:
     engraved: focal lengths of its stations, two or more, ascending; figures between them fill the gaps.
     """
     low, high = engraved[0], engraved[-1]
-    bare = Scale(low, high, math.log, math.exp, format_length, read_length, ())
+    bare = Scale(low, high, LOGARITHMIC, format_length, read_length, ())
 
     def figure(length: float) -> Figure:
         return length, fixed(length, 0) if length >= 9.995 else fixed(length, 1).removesuffix(".0")
@@ -230,39 +255,34 @@ def zoom_scale(engraved: tuple[float, ...]) -> Scale:
             figures.append(figure(between))
     series = (*(1.0 + 0.1 * i for i in range(10)), *(2.0 + 0.5 * i for i in range(16)))
     minor = tuple(decades(low, high, series))
-    return Scale(low, high, math.log, math.exp, format_length, read_length, tuple(sorted(figures)), minor, reset=low)
+    return replace(bare, figures=tuple(sorted(figures)), minor=minor, reset=low)
 
 
 @lru_cache(maxsize=16)
 def radius_scale(high: float, reset: float | None = None) -> Scale:
     """Radii on the film (mm) from the axis to `high`."""
-    step = next(s * 10.0**e for e in range(-3, 5) for s in (1.0, 2.0, 5.0) if high / (s * 10.0**e) <= 7.0)
-    figures = tuple((i * step, significant(i * step)) for i in range(int(high / step + 1e-9) + 1))
-    minor = tuple(i * step / 5.0 for i in range(int(5.0 * high / step + 1e-9) + 1))
-    return Scale(0.0, high, float, float, lambda r: f"{fixed(r, 1)} mm", read_length, figures, minor, reset=reset)
+    return _evenly(high, lambda r: f"{fixed(r, 1)} mm", read_length, _round_step(high, 7.0), reset)
 
 
 @lru_cache(maxsize=1)
 def iso_scale() -> Scale:
     """From ISO 25 to 102400, snapping to third stops."""
     figures = tuple((float(iso), f"{iso}" if iso < 1000 else f"{significant(iso / 1000, 3)}k") for iso in ISOS[0::3])
-    return Scale(ISOS[0], ISOS[-1], math.log, math.exp, format_iso, read_iso, figures, tuple(map(float, ISOS)),
+    return Scale(ISOS[0], ISOS[-1], LOGARITHMIC, format_iso, read_iso, figures, tuple(map(float, ISOS)),
                  tuple(map(float, ISOS)), 100.0, anchor=2)
 
 
 @lru_cache(maxsize=1)
 def full_well_scale() -> Scale:
     """Electrons on a logarithmic dial."""
-    figures = tuple((n, f"{significant(n / 1000)}k") for n in decades(500.0, 200_000.0, (1.0, 2.0, 5.0)))
-    return Scale(500.0, 200_000.0, math.log, math.exp, format_electrons, read_electrons, figures,
-                 tuple(decades(500.0, 200_000.0, tuple(float(i) for i in range(1, 10)))), reset=50_000.0)
+    return _by_decades(500.0, 200_000.0, format_electrons, read_electrons, (1.0, 2.0, 5.0), 50_000.0, 1000.0, "k")
 
 
 @lru_cache(maxsize=1)
 def read_noise_scale() -> Scale:
     """Electrons, on a square-root dial."""
     figures = tuple((float(n), f"{n}") for n in (0, 1, 3, 10, 20, 50))
-    return Scale(0.0, 50.0, math.sqrt, lambda w: w * w, format_electrons, read_electrons, figures,
+    return Scale(0.0, 50.0, ROOT, format_electrons, read_electrons, figures,
                  tuple(float(n) for n in (2, *range(4, 10), *range(12, 20, 2), 25, 30, 35, 40, 45)), reset=3.0)
 
 
@@ -271,9 +291,7 @@ def turn_scale(blades: int) -> Scale:
     """Rotation (radians) of an iris with this many blades, from one blade to the next."""
     whole = 360.0 / max(blades, 3)
     step = next(s for s in (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0) if whole / s <= 7.0)
-    figures = tuple((math.radians(i * step), significant(i * step)) for i in range(int(whole / step + 1e-9) + 1))
-    minor = tuple(math.radians(i * step / 5.0) for i in range(int(5.0 * whole / step + 1e-9) + 1))
-    return Scale(0.0, math.radians(whole), float, float, format_angle, read_angle, figures, minor, reset=0.0)
+    return _evenly(math.radians(whole), format_angle, read_angle, step, 0.0, math.radians(1.0))
 
 
 @lru_cache(maxsize=1)
@@ -307,29 +325,25 @@ def curvature_scale(least: float) -> Scale:
 
 def _about_zero(most: float, form: Callable[[float], str], read: Callable[[str], float],
                 figures: tuple[Figure, ...], minor: tuple[float, ...]) -> Scale:
-    def warp(value: float) -> float:
-        return math.copysign(math.sqrt(abs(value) / most), value)
-
-    def unwarp(w: float) -> float:
-        return math.copysign(most * w * w, w)
-
-    return Scale(-most, most, warp, unwarp, form, read, figures, minor, reset=0.0)
+    """A scale that is finer near 0, by the square root of the value."""
+    warp = Warp(lambda value: math.copysign(math.sqrt(abs(value) / most), value),
+                lambda w: math.copysign(most * w * w, w))
+    return Scale(-most, most, warp, form, read, figures, minor, reset=0.0)
 
 
 @lru_cache(maxsize=8)
 def hole_scale(best: float) -> Scale:
     """Diameters of a pinhole (mm) on a logarithmic dial; a double click restores the sharpest."""
-    figures = tuple((d, significant(d)) for d in decades(0.02, 10.0, (1.0, 2.0, 5.0)))
-    return Scale(0.02, 10.0, math.log, math.exp, format_hole, read_length, figures,
-                 tuple(decades(0.02, 10.0, tuple(float(i) for i in range(1, 10)))), reset=best)
+    return _by_decades(0.02, 10.0, format_hole, read_length, (1.0, 2.0, 5.0), best)
 
 
 @lru_cache(maxsize=2)
 def shutter_scale(reset: float | None = None) -> Scale:
     """From 30 s to 1/8000 s, snapping to third stops."""
     figures = tuple((s, f"{significant(s)}″" if s >= 0.3 else fixed(1.0 / s, 0)) for s in SHUTTERS[0::3])
-    return Scale(SHUTTERS[0], SHUTTERS[-1], lambda s: -math.log(s), lambda w: math.exp(-w), format_time, read_time,
-                 figures, SHUTTERS, SHUTTERS, reset, anchor=SHUTTERS[0::3].index(1.0))
+    warp = Warp(lambda s: -math.log(s), lambda w: math.exp(-w))
+    return Scale(SHUTTERS[0], SHUTTERS[-1], warp, format_time, read_time, figures, SHUTTERS, SHUTTERS, reset,
+                 anchor=SHUTTERS[0::3].index(1.0))
 
 
 @lru_cache(maxsize=1)
@@ -338,26 +352,21 @@ def readout_scale() -> Scale:
     figures = tuple((t / 1e3, f"{t}") for t in (0, 1, 5, 10, 20, 50, 100, 200))
     minor = tuple(t / 1e3 for t in (*range(2, 10), *range(12, 20, 2), *range(25, 50, 5), *range(60, 100, 10), *range(
         120, 200, 20)))
-    return Scale(0.0, LONGEST_READOUT, math.sqrt, lambda w: w * w, format_duration, read_time, figures, minor,
+    return Scale(0.0, LONGEST_READOUT, ROOT, format_duration, read_time, figures, minor,
                  reset=0.0)
 
 
 @lru_cache(maxsize=16)
 def moment_scale(duration: float) -> Scale:
     """The scrub bar of two keyframes: from the first to the second."""
-    step = next(s * 10.0**e for e in range(-6, 5) for s in (1.0, 2.0, 5.0) if duration / (s * 10.0**e) <= 5.001)
-    figures = tuple((i * step, significant(i * step)) for i in range(int(duration / step + 1e-9) + 1))
-    minor = tuple(i * step / 5.0 for i in range(int(5.0 * duration / step + 1e-9) + 1))
-    return Scale(0.0, duration, float, float, format_duration, read_time, figures, minor, reset=0.0)
+    return _evenly(duration, format_duration, read_time, _round_step(duration, 5.001), 0.0)
 
 
 @lru_cache(maxsize=1)
 def duration_scale() -> Scale:
     """From 10 ms to a minute, on a logarithmic dial."""
-    bare = Scale(0.01, 60.0, math.log, math.exp, format_duration, read_time, ())
-    figures = spaced([(s, significant(s)) for s in decades(0.01, 60.0, (1.0, 2.0, 5.0))], bare.to_unit)
-    return Scale(0.01, 60.0, math.log, math.exp, format_duration, read_time, figures,
-                 tuple(decades(0.01, 60.0, tuple(float(i) for i in range(1, 10)))), reset=1.0)
+    full = _by_decades(0.01, 60.0, format_duration, read_time, (1.0, 2.0, 5.0), 1.0)
+    return replace(full, figures=spaced(list(full.figures), full.to_unit))
 
 
 @lru_cache(maxsize=4)
@@ -365,14 +374,14 @@ def part_scale(most: float = 0.5, reset: float = 0.0) -> Scale:
     """From nothing to a part of 1, in percent."""
     tenths = tuple(i / 10.0 for i in range(int(10.0 * most + 1e-9) + 1))
     minor = tuple(i / 50.0 for i in range(int(50.0 * most + 1e-9) + 1))
-    return Scale(0.0, most, float, float, format_part, read_percent, tuple((t, fixed(100.0 * t, 0)) for t in tenths),
+    return Scale(0.0, most, EVEN, format_part, read_percent, tuple((t, fixed(100.0 * t, 0)) for t in tenths),
                  minor, reset=reset)
 
 
 @lru_cache(maxsize=1)
 def light_scale() -> Scale:
     """Radiances from 0 to 2."""
-    return Scale(0.0, 2.0, float, float, format_light, read_light,
+    return Scale(0.0, 2.0, EVEN, format_light, read_light,
                  tuple((i / 4.0, significant(i / 4.0)) for i in range(9)),
                  tuple(i / 20.0 for i in range(41)), reset=0.5)
 
@@ -380,18 +389,13 @@ def light_scale() -> Scale:
 @lru_cache(maxsize=4)
 def visibility_scale(high: float = 1e6) -> Scale:
     """Visibilities (mm; people read metres) on a logarithmic dial."""
-    figures = tuple((w, significant(w / 1000.0)) for w in decades(500.0, high, (1.0, 3.0)))
-    minor = tuple(decades(500.0, high, tuple(float(i) for i in range(1, 10))))
-    return Scale(500.0, high, math.log, math.exp, format_distance, read_distance, figures, minor, reset=10_000.0)
+    return _by_decades(500.0, high, format_distance, read_distance, (1.0, 3.0), 10_000.0, 1000.0)
 
 
 @lru_cache(maxsize=4)
 def width_scale(reset: float) -> Scale:
     """Widths of scene (mm; people read metres) on a logarithmic dial."""
-    low, high = 10.0, 100_000.0
-    figures = tuple((w, significant(w / 1000.0)) for w in decades(low, high, (1.0, 3.0)))
-    minor = tuple(decades(low, high, tuple(float(i) for i in range(1, 10))))
-    return Scale(low, high, math.log, math.exp, format_distance, read_distance, figures, minor, reset=reset)
+    return _by_decades(10.0, 100_000.0, format_distance, read_distance, (1.0, 3.0), reset, 1000.0)
 
 
 @lru_cache(maxsize=4)
@@ -399,7 +403,7 @@ def lens_radius_scale(high: float = 100.0, reset: float = 0.0) -> Scale:
     """Radii of an ideal lens (mm): a square-root dial that begins at a pinhole."""
     figures = tuple((float(r), f"{r}") for r in (0, 1, 5, 10, 20, 50, 100) if r <= high)
     minor = tuple(float(r) for r in (*range(1, 10), *range(10, 20, 2), *range(20, 50, 5), *range(50, 101, 10)))
-    return Scale(0.0, high, math.sqrt, lambda w: w * w, format_length, read_length, figures, minor, reset=reset)
+    return Scale(0.0, high, ROOT, format_length, read_length, figures, minor, reset=reset)
 
 
 @lru_cache(maxsize=4)
@@ -407,4 +411,4 @@ def fisheye_scale(widest: float) -> Scale:
     """Fields of view of a fisheye (radians), evenly along the dial."""
     figures = tuple((math.radians(d), f"{d}") for d in range(30, 360, 30) if math.radians(d) <= widest + 1e-9)
     minor = tuple(math.radians(d) for d in range(10, 360, 10) if math.radians(d) <= widest + 1e-9)
-    return Scale(math.radians(10.0), widest, float, float, format_angle, read_angle, figures, minor, reset=math.pi)
+    return Scale(math.radians(10.0), widest, EVEN, format_angle, read_angle, figures, minor, reset=math.pi)

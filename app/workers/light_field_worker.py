@@ -11,6 +11,7 @@ import zipfile
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -50,6 +51,7 @@ class FieldPicture(NamedTuple):
 
 
 Wanted = tuple[Recorded, Look, lb.Depth | None]
+Progress = Callable[[float], bool]
 
 
 class Compared(NamedTuple):
@@ -87,36 +89,33 @@ class LightFieldWorker:
 
     def record(self, settings: Settings, views: tuple[int, int], moments: int = 1) -> None:
         """Capture views through the lens, with the pixels and samples of the settings."""
-        def work(task: Task) -> Recorded:
-            checked = settings.checked()
-            camera, scene = prepare(checked)
-            field = lb.capture_light_field(camera, scene, views, checked.samples, checked.seed, progress=task.report,
-                                           moments=moments)
-            return Recording(field, checked)
-
-        self._begin("Recording", work, self._take_recording)
+        self._record("Recording", settings, lambda camera, scene, settings, progress: Recording(
+            lb.capture_light_field(camera, scene, views, settings.samples, settings.seed, progress=progress,
+                                   moments=moments), settings))
 
     def expose(self, settings: Settings, pixels: int, f_number: float | None) -> None:
         """Expose a plenoptic camera; the settings' pixels are its microlenses, of this f-number."""
-        def work(task: Task) -> Recorded:
-            checked = settings.checked()
-            camera, scene = prepare(checked)
-            raw = lb.PlenopticCamera(camera, pixels, f_number).expose(scene, checked.samples, checked.seed,
-                                                                      progress=task.report)
-            return Recording(raw.decoded(), checked, raw)
+        def work(camera: Any, scene: lb.Scene, settings: Settings, progress: Progress) -> Recording:
+            raw = lb.PlenopticCamera(camera, pixels, f_number).expose(scene, settings.samples, settings.seed,
+                                                                      progress=progress)
+            return Recording(raw.decoded(), settings, raw)
 
-        self._begin("Exposing", work, self._take_recording)
+        self._record("Exposing", settings, work)
 
     def record_array(self, settings: Settings, views: tuple[int, int], spacing: float) -> None:
         """Capture views by an array of pinholes, `spacing` mm apart."""
-        def work(task: Task) -> Recorded:
-            checked = settings.checked()
-            camera, scene = prepare(checked)
-            array = lb.capture_lumigraph(camera, scene, views, spacing, samples=checked.samples, seed=checked.seed,
-                                         progress=task.report)
-            return ArrayRecording(array, checked)
+        self._record("Recording", settings, lambda camera, scene, settings, progress: ArrayRecording(
+            lb.capture_lumigraph(camera, scene, views, spacing, samples=settings.samples, seed=settings.seed,
+                                 progress=progress), settings))
 
-        self._begin("Recording", work, self._take_recording)
+    def _record(self, description: str, settings: Settings,
+                work: Callable[[Any, lb.Scene, Settings, Progress], Recorded]) -> None:
+        """Record by the camera and the scene of the settings."""
+        def checked(task: Task) -> Recorded:
+            valid = settings.checked()
+            return work(*prepare(valid), valid, task.report)
+
+        self._begin(description, checked, self._take_recording)
 
     def open(self, path: Path) -> None:
         """Open a recording."""
@@ -126,7 +125,8 @@ class LightFieldWorker:
         """Save the recording."""
         recording = self.recording
         if recording is not None:
-            self._begin(f"Saving {path.name}", lambda task: _save(path, recording), self._take_saved)
+            self._begin(f"Saving {path.name}", lambda task: _save(path, recording),
+                        lambda name: self.messages.append((f"Light field saved as {name}", True)))
 
     def compare(self, field_picture: FieldPicture) -> None:
         """Render with the camera the same view as a picture of the light field."""
@@ -137,7 +137,7 @@ class LightFieldWorker:
         if isinstance(recording := self.recording, Recording):
             self._begin("Finding the depth",
                         lambda task: (recording, recording.find_depth(progress=task.report)),
-                        self._take_depth)
+                        partial(setattr, self, "depth"))
 
     def want(self, look: Look) -> None:
         """Show the recording with this look from now on."""
@@ -222,15 +222,9 @@ class LightFieldWorker:
         self.forget()
         self.recording, self.field_picture = recording, shown       # until there is one of the new recording
 
-    def _take_saved(self, name: str) -> None:
-        self.messages.append((f"Light field saved as {name}", True))
-
     def _take_compared(self, compared: Compared | None) -> None:
         if compared is not None:
             self.compared = compared
-
-    def _take_depth(self, depth: tuple[Recording, lb.Depth]) -> None:
-        self.depth = depth
 
     # Pictures of the recording
 

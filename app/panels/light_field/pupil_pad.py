@@ -201,8 +201,8 @@ def _forwards() -> scales.Scale:
     def format_offset(mm: float) -> str:
         return true_minus(f"{fixed(mm, 0, signed=True)} mm")
 
-    return scales.Scale(-AHEAD, AHEAD, _root, _cube, format_offset, text_values.read_length, figures_, minor,
-                       reset=0.0, anchor=3)
+    return scales.Scale(-AHEAD, AHEAD, scales.Warp(_root, _cube), format_offset, text_values.read_length, figures_,
+                        minor, reset=0.0, anchor=3)
 
 
 def _root(mm: float) -> float:
