@@ -33,7 +33,8 @@ from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.light_field_query import Recording
 from lensbench.app.session.export import MAX_TEXT, ExportError, replacing, settings_of
 from lensbench.app.settings.settings import Settings
-from lensbench.core.lightfields.light_field import FINER, WIDEST, of_wide, widened
+from lensbench.core.lightfields.capture import WIDEST, of_wide, widened
+from lensbench.core.lightfields.light_field import FINER
 from lensbench.core.text import MOST_CHARACTERS, cut, excerpt, significant
 from lensbench.lenses.file_error import open_regular
 

@@ -63,7 +63,7 @@ class LightBudget:
 
 
 def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coating: str | Coating = "uncoated",
-                 least: float = LEAST, clip: bool = True) -> LightBudget:
+                 least: float = LEAST) -> LightBudget:
     """The light budget of one ray.
 
     Parameters
@@ -78,8 +78,6 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
         Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any coating.
     least : float
         Part of the light below which a ray is not followed.
-    clip : bool
-        Whether rims, stop and blades end rays.
 
     Raises
     ------
@@ -87,7 +85,7 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
         For a direction that is no finite vector, and if more than 400,000 rays would have to be followed: choose a
         larger `least`.
     """
-    meetings, count = Meetings(lens, wavelength, coating, clip), len(lens.surfaces)
+    meetings, count = Meetings(lens, wavelength, coating), len(lens.surfaces)
     unit = np.asarray(direction, float)
     length = float(np.linalg.norm(unit))
     if not 0.0 < length < math.inf or not np.isfinite(np.asarray(origin, float)).all():

@@ -9,13 +9,14 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from itertools import count
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from lensbench.core.cameras.base import Camera
+from lensbench.core.imaging.coordinate_spaces import film_window
 from lensbench.core.imaging.film import Film
 from lensbench.core.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
 from lensbench.core.kernels.block import PIXEL, TIME, WEIGHT, B, Step, X, Y, lane_buffer, rows, stage
@@ -23,7 +24,7 @@ from lensbench.core.kernels.program import Program
 from lensbench.core.kernels.sampling import sampling_steps, unit_disk
 from lensbench.core.kernels.tile_order import strip_count
 from lensbench.core.lightfields.light_field import (
-    FINER, SPREAD, LightField, LightFieldError, axis_coverage, needed_margin, of_wide, spread_offsets, widened
+    FINER, SPREAD, LightField, LightFieldError, axis_coverage, spread_offsets
 )
 from lensbench.core.lightfields.pupil_cells import Cell, cell_steps, lit_cell, pupil_reach, sample_disk
 from lensbench.core.optics.glass import D_LINE
@@ -51,7 +52,6 @@ class Recorder:
 
     camera: Camera
     scene: Scene
-    shadows: bool
     seed: np.uint32
 
     @property
@@ -101,12 +101,12 @@ class Recorder:
         camera, scene = self.camera, self.scene
         timed = camera.moves or scene.moves
         clock = [camera.clock] if timed else []
-        after = scene.steps(self.shadows, camera.shutter_open, medium=camera.medium)
+        after = scene.steps(True, camera.shutter_open, medium=camera.medium)
         lines = [(D_LINE, [])] if place is None else [(row[place], [channel_step(name)])
                                                       for name, row in WAVELENGTHS.items()]
         made = []
         for wavelength, channel in lines:
-            to_lens = [*sampling_steps(self.width, camera.film.pixels_y, lit=self.shadows, timed=timed), *before,
+            to_lens = [*sampling_steps(self.width, camera.film.pixels_y, lit=True, timed=timed), *before,
                        *clock, *aim(wavelength), *camera.port]
             program = Program([*to_lens, Step(sum_weights, np.zeros(blocks * B)), *camera.carried, *after, *channel])
             first, last = program.code.ends[0, len(to_lens):len(to_lens) + 2]
@@ -171,6 +171,70 @@ HIGHEST = 60000.0       # radiance, at the most: half floats end at 65504
 FILL = 0.5              # side of the part of a pixel that the samples of a view fill
 PUPIL_POINTS = 256      # over which cos⁴θ is averaged where a window puts the film beside the axis
 MEMORY_SHARE = 0.9      # of the free memory that a capture may take
+WIDEST = 8              # 1 / part of the picture's side that a margin has at the most
+TAPS = 4                # recorded pixels outside what a refocused picture reads, for its filter
+
+
+def _binned(pixels: np.ndarray) -> np.ndarray:
+    """Means (…, h, w) of FINER × FINER pixels, float32."""
+    *rest, h, w = pixels.shape
+    parts = pixels.reshape(*rest, h // FINER, FINER, w // FINER, FINER)
+    return np.ascontiguousarray(parts.mean((-3, -1), dtype=np.float32))
+
+
+def of_wide(camera: Camera, wide: LightField) -> LightField:
+    """The light field of a camera from its recording with finer pixels and a margin, by the camera of `widened`."""
+    w, h = camera.film.pixels_x, camera.film.pixels_y
+    x, y = wide.light.shape[-1] // FINER - w, wide.light.shape[-2] // FINER - h
+    margin = x // 2, y // 2
+
+    def coarser(array: np.ndarray) -> np.ndarray:
+        out = np.empty((*array.shape[:-2], h + y, w + x), array.dtype)
+        for view in np.ndindex(array.shape[:2]):                # one by one: float32 copies are large
+            out[view] = _binned(array[view])
+        return out
+
+    def middle(array: np.ndarray) -> np.ndarray:
+        return array[..., margin[1]:margin[1] + h, margin[0]:margin[0] + w]
+
+    # Of a pixel, samples fill the middles of its parts: their spread is that of a filled square of this side
+    fill = math.sqrt(1.0 - (1.0 - wide.fill**2) / FINER**2)
+    margined = LightField(widened(camera, margin, 1), wide.reach, coarser(wide.light), coarser(wide.coverage), fill,
+                          wide.offsets / FINER,
+                          None if wide.moments is None else np.stack([coarser(light) for light in wide.moments]))
+    return replace(margined, camera=camera, light=middle(margined.light), coverage=middle(margined.coverage),
+                   moments=None if margined.moments is None else middle(margined.moments), wide=wide, margined=margined)
+
+
+def widened(camera: Camera, margin: tuple[int, int], finer: int = FINER) -> Camera:
+    """The camera with a margin of so many of its pixels at each side, across and down, and `finer` times the pixels."""
+    film, (mx, my) = camera.film, margin
+    w, h = film.pixels_x + 2 * mx, film.pixels_y + 2 * my
+    if "window" not in {field.name for field in fields(camera)}:
+        wide = Film(film.width * w / film.pixels_x, film.height * h / film.pixels_y, finer * w, finer * h)
+        return replace(camera, film=wide)                               # type: ignore[call-arg]
+    left, right, bottom, top = camera.window or film_window(film)
+    x, y = (right - left) * mx / film.pixels_x, (top - bottom) * my / film.pixels_y
+    return replace(camera, film=replace(film, pixels_x=finer * w, pixels_y=finer * h),      # type: ignore[call-arg]
+                   window=(left - x, right + x, bottom - y, top + y))
+
+
+def needed_margin(camera: Camera, views: tuple[int, int], reach: float) -> tuple[int, int]:
+    """Pixels at each side, across and down, outside a camera's film that refocusing within the clear range reads.
+
+    At most 1 / WIDEST of the film's pixels.
+    """
+    one = np.ones((views[1], views[0], 1, 1), np.float32)
+    field, film = LightField(camera, reach, one[:, :, None], one), camera.film
+    most = np.zeros(2)
+    for distance in field.clear_range:
+        scale, shear = field.shear(distance)
+        sides = np.maximum(field._middle, [film.pixels_x, film.pixels_y] - field._middle)
+        aside = np.abs(shear * field.places * field._pixels).max((0, 1))
+        most = np.maximum(most, (scale - 1.0) * sides + aside)
+    across, down = (min(math.ceil(need + TAPS / FINER), size // WIDEST)
+                    for need, size in zip(most, (film.pixels_x, film.pixels_y), strict=True))
+    return across, down
 
 
 def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.float16, moments: int = 1) -> int:
@@ -196,14 +260,14 @@ def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.floa
     return views[0] * views[1] * film.pixels_x * film.pixels_y * numbers * np.dtype(dtype).itemsize
 
 
-def recording_bytes(camera: Camera, views: tuple[int, int] = (9, 9), dtype=np.float16, moments: int = 1) -> int:
+def recording_bytes(camera: Camera, views: tuple[int, int] = (9, 9), moments: int = 1) -> int:
     """Size in memory of what `capture_light_field` records: views with a margin, and the same with finer pixels.
 
     Parameters
     ----------
     camera
         The camera.
-    views, dtype, moments
+    views, moments
         As for `capture_light_field`.
 
     Returns
@@ -217,11 +281,11 @@ def recording_bytes(camera: Camera, views: tuple[int, int] = (9, 9), dtype=np.fl
         For a camera without an aperture.
     """
     margin = needed_margin(camera, views, pupil_reach(camera))
-    return sum(light_field_bytes(widened(camera, margin, finer).film, views, dtype, moments) for finer in (1, FINER))
+    return sum(light_field_bytes(widened(camera, margin, finer).film, views, moments=moments) for finer in (1, FINER))
 
 
 def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), samples: int = 16,
-                        seed: int = 0, dtype=np.float16, shadows: bool = True, threads: int | None = None,
+                        seed: int = 0, threads: int | None = None,
                         progress: Callable[[float], bool] = lambda share: True, moments: int = 1) -> LightField:
     """A light field: a picture through every cell of a camera's pupil, to be refocused afterwards.
 
@@ -241,10 +305,6 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
         cuts takes fewer, so that the pupil is sampled evenly.
     seed
         Sampler seed.
-    dtype
-        np.float16, or np.float32 for twice the memory.
-    shadows
-        Whether light is hidden by objects.
     threads
         Number of threads; None: one for each core.
     progress
@@ -262,21 +322,21 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     ----------
     Ng, Levoy, Brédif, Duval, Horowitz and Hanrahan, "Light field photography with a hand-held plenoptic camera", 2005.
     """
-    across, down = checked_views(camera.film, views, samples, dtype, moments)
+    across, down = checked_views(camera.film, views, samples, np.float16, moments)
     if moments > 1 and not (camera.moves or scene.moves):
         raise LightFieldError(f"{moments} moments: nothing moves while the shutter is open, so that all are equal; "
                               "record one, or choose a longer time, a camera or a scene that moves")
     picture, samples = camera, math.ceil(samples / FINER**2)
     margin = needed_margin(camera, (across, down), pupil_reach(camera))
     camera = widened(camera, margin)
-    require_memory(recording_bytes(picture, (across, down), dtype, moments), picture.film, (across, down), moments)
+    require_memory(recording_bytes(picture, (across, down), moments), picture.film, (across, down), moments)
     reach = pupil_reach(camera)
     h, w = camera.film.pixels_y, camera.film.pixels_x
-    light = np.zeros((down, across, 3, h, w), dtype)
-    coverage = np.zeros((down, across, h, w), dtype)
-    apart = np.zeros((moments, *light.shape), dtype) if moments > 1 else None
+    light = np.zeros((down, across, 3, h, w), np.float16)
+    coverage = np.zeros((down, across, h, w), np.float16)
+    apart = np.zeros((moments, *light.shape), np.float16) if moments > 1 else None
     offsets = spread_offsets(across, down)
-    recorder = Recorder(camera, scene, shadows, np.uint32(seed & 0xFFFFFFFF))
+    recorder = Recorder(camera, scene, np.uint32(seed & 0xFFFFFFFF))
 
     def record(place: tuple[int, int], cancelled: Callable[[], bool]) -> None:
         j, i = place
@@ -340,7 +400,7 @@ def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], ra
     checked_views(camera.film, (1, 1), samples, np.float32)
     pupil_reach(camera)
     w, h = camera.film.pixels_x, camera.film.pixels_y
-    recorder = Recorder(camera, scene, True, np.uint32(seed & 0xFFFFFFFF))
+    recorder = Recorder(camera, scene, np.uint32(seed & 0xFFFFFFFF))
     part = Cell((place[0] - radius, place[1] - radius), (2.0 * radius, 2.0 * radius), 1.0)
     planes = np.zeros((4, h, w), np.float32)
 
@@ -367,8 +427,6 @@ def checked_views(film: Film, views: tuple[int, int], samples: int, dtype, momen
         raise LightFieldError(f"{samples} samples a pixel: at least 1 is needed")
     if moments < 1 or int(moments) != moments:
         raise LightFieldError(f"{moments} moments: a whole number of at least 1 is needed")
-    if np.dtype(dtype) not in (np.float16, np.float32):
-        raise LightFieldError("a light field is recorded in float16 or float32")
     require_memory(light_field_bytes(film, (across, down), dtype, moments), film, (across, down), moments)
     return across, down
 

@@ -15,15 +15,13 @@ shift-and-add. Ng, "Fourier slice photography", 2005: the slice of the spectrum.
 """
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.ideal_lens import Gaussian
-from lensbench.core.imaging.coordinate_spaces import film_window
-from lensbench.core.imaging.film import Film
 from lensbench.core.lightfields.refocus_kernel import reached, recorded_share, rescaled, shift_and_add, spectral_gain
 from lensbench.core.text import significant
 
@@ -31,8 +29,6 @@ SUBCELLS = 16           # across and down a cell, to find the share of the cell 
 CLEAR = 1.0             # pixels between neighbouring views, above which blur separates into dots
 SPREAD = np.array([0.7548776662466927, 0.5698402909980532])        # 1/ρ and 1/ρ², ρ³ = ρ + 1: multiples fill a square
 FINER = 2               # recorded pixels for one of the picture, across and down
-WIDEST = 8              # 1 / part of the picture's side that a margin has at the most
-TAPS = 4                # recorded pixels beside what a refocused picture reads, for its filter
 CENTRE_PART = 24        # the picture's sides over those of its centre, where coverage is averaged
 
 
@@ -447,68 +443,6 @@ def _middle_of(picture: np.ndarray, h: int, w: int) -> np.ndarray:
     """The middle (h, w, 3) of a picture with a margin."""
     y, x = (picture.shape[0] - h) // 2, (picture.shape[1] - w) // 2
     return np.ascontiguousarray(picture[y:y + h, x:x + w])
-
-
-def _binned(pixels: np.ndarray) -> np.ndarray:
-    """Means (…, h, w) of FINER × FINER pixels, float32."""
-    *rest, h, w = pixels.shape
-    parts = pixels.reshape(*rest, h // FINER, FINER, w // FINER, FINER)
-    return np.ascontiguousarray(parts.mean((-3, -1), dtype=np.float32))
-
-
-def of_wide(camera: Camera, wide: LightField) -> LightField:
-    """The light field of a camera from its recording with finer pixels and a margin, by the camera of `widened`."""
-    w, h = camera.film.pixels_x, camera.film.pixels_y
-    x, y = wide.light.shape[-1] // FINER - w, wide.light.shape[-2] // FINER - h
-    margin = x // 2, y // 2
-
-    def coarser(array: np.ndarray) -> np.ndarray:
-        out = np.empty((*array.shape[:-2], h + y, w + x), array.dtype)
-        for view in np.ndindex(array.shape[:2]):                # one by one: float32 copies are large
-            out[view] = _binned(array[view])
-        return out
-
-    def middle(array: np.ndarray) -> np.ndarray:
-        return array[..., margin[1]:margin[1] + h, margin[0]:margin[0] + w]
-
-    # Of a pixel, samples fill the middles of its parts: their spread is that of a filled square of this side
-    fill = math.sqrt(1.0 - (1.0 - wide.fill**2) / FINER**2)
-    margined = LightField(widened(camera, margin, 1), wide.reach, coarser(wide.light), coarser(wide.coverage), fill,
-                          wide.offsets / FINER,
-                          None if wide.moments is None else np.stack([coarser(light) for light in wide.moments]))
-    return replace(margined, camera=camera, light=middle(margined.light), coverage=middle(margined.coverage),
-                   moments=None if margined.moments is None else middle(margined.moments), wide=wide, margined=margined)
-
-
-def widened(camera: Camera, margin: tuple[int, int], finer: int = FINER) -> Camera:
-    """The camera with a margin of so many of its pixels at each side, across and down, and `finer` times the pixels."""
-    film, (mx, my) = camera.film, margin
-    w, h = film.pixels_x + 2 * mx, film.pixels_y + 2 * my
-    if "window" not in {field.name for field in fields(camera)}:
-        wide = Film(film.width * w / film.pixels_x, film.height * h / film.pixels_y, finer * w, finer * h)
-        return replace(camera, film=wide)                               # type: ignore[call-arg]
-    left, right, bottom, top = camera.window or film_window(film)
-    x, y = (right - left) * mx / film.pixels_x, (top - bottom) * my / film.pixels_y
-    return replace(camera, film=replace(film, pixels_x=finer * w, pixels_y=finer * h),      # type: ignore[call-arg]
-                   window=(left - x, right + x, bottom - y, top + y))
-
-
-def needed_margin(camera: Camera, views: tuple[int, int], reach: float) -> tuple[int, int]:
-    """Pixels at each side, across and down, outside a camera's film that refocusing within the clear range reads.
-
-    At most 1 / WIDEST of the film's pixels.
-    """
-    one = np.ones((views[1], views[0], 1, 1), np.float32)
-    field, film = LightField(camera, reach, one[:, :, None], one), camera.film
-    most = np.zeros(2)
-    for distance in field.clear_range:
-        scale, shear = field.shear(distance)
-        sides = np.maximum(field._middle, [film.pixels_x, film.pixels_y] - field._middle)
-        aside = np.abs(shear * field.places * field._pixels).max((0, 1))
-        most = np.maximum(most, (scale - 1.0) * sides + aside)
-    across, down = (min(math.ceil(need + TAPS / FINER), size // WIDEST)
-                    for need, size in zip(most, (film.pixels_x, film.pixels_y), strict=True))
-    return across, down
 
 
 def centre_coverage(coverage: np.ndarray) -> np.ndarray:

@@ -129,7 +129,7 @@ class PlenopticCamera:
         film = self.camera.film
         return film.pixels_x * self.pixels, film.pixels_y * self.pixels
 
-    def expose(self, scene: Scene, samples: int = 16, seed: int = 0, shadows: bool = True,
+    def expose(self, scene: Scene, samples: int = 16, seed: int = 0,
                progress: Callable[[float], bool] = lambda share: True) -> "RawPicture":
         """The raw picture of a scene.
 
@@ -141,8 +141,6 @@ class PlenopticCamera:
             Samples per sensor pixel and microlens whose light comes to it.
         seed
             Sampler seed.
-        shadows
-            Whether light is hidden by objects.
         progress
             Called with the share done, 0 to 1, from any thread; return False to cancel.
 
@@ -155,7 +153,7 @@ class PlenopticCamera:
         checked_views(camera.film, (k, k), samples, np.float32)
         w, h = self.sensor
         fine = replace(camera, film=replace(camera.film, pixels_x=w, pixels_y=h))       # type: ignore[call-arg]
-        recorder = Recorder(fine, scene, shadows, np.uint32(seed & 0xFFFFFFFF))
+        recorder = Recorder(fine, scene, np.uint32(seed & 0xFFFFFFFF))
         out = np.zeros((4, h, w), np.float32)
         # A picture reaches into those of so many neighbours, but for a seam: half a microlens over the pupil's radius
         over = max(math.ceil(0.5 * self.reach * self.fill - 0.5 - 1e-9), 0)
@@ -217,21 +215,16 @@ class RawPicture:
         k = self.camera.pixels
         return self.picture[down * k:(down + 1) * k, across * k:(across + 1) * k]
 
-    def decoded(self, dtype=np.float16) -> LightField:
+    def decoded(self) -> LightField:
         """The light field of the raw picture: a view for each pixel behind a microlens, a pixel for each microlens.
 
         Where pictures overlap, their light remains mixed.
-
-        Parameters
-        ----------
-        dtype
-            np.float16 or np.float32.
         """
         plenoptic, k = self.camera, self.camera.pixels
         w, h = plenoptic.sensor
         parts = np.concatenate([self.picture, self.white[..., None]], -1).reshape(h // k, k, w // k, k, 4)
         # Rows behind a microlens run down; the first row of a light field's views is the lowest
-        views = np.minimum(parts[:, ::-1].transpose(1, 3, 4, 0, 2), HIGHEST).astype(dtype)
+        views = np.minimum(parts[:, ::-1].transpose(1, 3, 4, 0, 2), HIGHEST).astype(np.float16)
         return LightField(plenoptic.camera, 1.0 / plenoptic.fill, np.ascontiguousarray(views[:, :, :3]),
                           np.ascontiguousarray(views[:, :, 3]), 1.0, np.zeros((k, k, 2)))
 
