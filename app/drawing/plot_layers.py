@@ -25,7 +25,7 @@ ARMS = {"cross": 0.25, "plus": 0.0}     # turn of the first arm, × π; of CORNE
 GHOST = 0.5                     # opacity of the figure A
 SPACING = 3.0                   # pixels between the points of a curve that words keep clear of
 TRIED = 40                      # positions along a curve for its words, at most
-AWAY = (9.0, 13.0, 18.0, 26.0)  # pixels from a mark to its words: the first that is free
+AWAY = (5.0, 9.0, 13.0, 18.0, 26.0)     # pixels from a mark to its words: the first that is free
 Boxes = dict[str, tuple[float, float, float, float]]    # words: left, top, right and bottom, pixels
 SIDES = ("right", "left", "right above", "right below", "above", "below", "left above", "left below")
 

@@ -6,10 +6,10 @@ last vertex.
 
 import math
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
-from imgui_bundle import ImVec2, imgui, implot
+from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.bench.build import Setup, setup
 from lensbench.app.bench.focus_plane import seen_from
@@ -17,19 +17,20 @@ from lensbench.app.bench.ray_fans import lit_radius
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import check_box, paragraph
 from lensbench.app.drawing.dial import dial
-from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, simplified, text
-from lensbench.app.drawing.recorded import FrameMemo, Recorded
-from lensbench.app.panels.lens_section.draw import round_length
+from lensbench.app.drawing.plot_painter import Drawn, draw_plot, drawn_map
 from lensbench.app.plots.exit_pupil import BoxSamples, Region, box_samples, region, turn
 from lensbench.app.plots.pixel_rays import Pointed, PointedRay, ray_through, rear_place
+from lensbench.app.plots.plot import DASHED, Axis, Curve, Label, Patch, Plot, Points
 from lensbench.app.settings.dial_scales import radius_scale
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_area
-from lensbench.core.text import fixed, significant, true_minus
+from lensbench.core.text import fixed, true_minus
 
 FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the illuminated film
 UPWARDS = "Film points up the picture, in the section y–z"
+NAME = "Exit pupil"
 MARGIN = 1.16                   # of the plot about what it shows
+STEPS = 8                       # of a plot's size, in which its limits change
 SMALL = 0.2                     # of all that could be shown: a smaller region fills the plot
 BOX = "bounding box (as pbrt)"
 DENSITY = 10.0                  # pixels between samples that are drawn
@@ -38,15 +39,10 @@ SAME = 0.004                    # of the lit radius: tolerance within which a fi
 
 @dataclass
 class PupilState:
-    """State of the panel between frames: limits and shape of its plot."""
+    """State of the panel between frames. box: the bounding box and its samples are drawn."""
 
-    fitted_to: tuple = ()
-    fit: bool = False
-    span: float = 20.0          # mm shown across
-    shape: tuple[int, int] = (1, 1)     # pixels
-    box: bool = False           # the bounding box and its samples are drawn
-    memo: FrameMemo = field(default_factory=FrameMemo)     # outlines and samples in pixels
-    drawing: Recorded = field(default_factory=Recorded)
+    box: bool = False
+    drawn: Drawn = field(default_factory=Drawn)
 
 
 def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, links: Pointed | None = None,
@@ -101,72 +97,16 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, 
     return film_radius
 
 
-def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,
-          lit: tuple[int, ...], crossed: np.ndarray | None, ghost: np.ndarray | None,
-          state: PupilState) -> np.ndarray | None:
-    """Draw the plot; returns the point (2,) under the mouse, upright, in mm, if there is one.
-
-    lit: indices of the surfaces whose blocked samples are marked. crossed: the point of the ray that the mouse points
-    at in any panel. ghost: outline (n, 2) of the region of A, or None.
-    """
-    corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
-    if size.y < 40.0:
-        return None
-    pointed = None
-    rear = lens_setup.lens.surfaces[-1].semi_diameter
-    shown = shown_box(rear, fields, seen, ghost)
-    key = (rear, lens_setup.lens.length, size.x, size.y, state.shape, coarse(shown, rear))
-    refit = state.fit or state.fitted_to != key
-    state.fitted_to, state.fit = key, False
-    roomy = size.x > theme.em(11) and size.y > theme.em(9)
-    theme.small()
-    if implot.begin_plot("Exit pupil plot", size, PLOT_FLAGS | implot.Flags_.equal):
-        implot.setup_axes("x (mm)" if roomy else "", "y (mm)" if roomy else "", AXIS_FLAGS, AXIS_FLAGS)
-        condition = implot.Cond_.always if refit else implot.Cond_.once
-        x0, x1, y0, y1 = _limits(shown, *state.shape)
-        implot.setup_axes_limits(x0, x1, y0, y1, condition)
-        if refit:
-            state.span = x1 - x0
-        for axis in (implot.ImAxis_.x1, implot.ImAxis_.y1):
-            implot.setup_axis_ticks(axis, *_ticks(state.span, rear), False)
-        plot = PlotMap.current(log=False)
-        state.span = plot.x1 - plot.x0
-        state.shape = (round(plot.right - plot.left), round(plot.bottom - plot.top))
-        draw = implot.get_plot_draw_list()
-        implot.push_plot_clip_rect()
-        state.drawing.draw(draw, (plot, rear, *fields, seen, samples, reach, lit, state.box),
-                           partial(_draw, plot=plot, rear=rear, fields=fields, seen=seen, samples=samples, reach=reach,
-                                   lit=lit, state=state))
-        if ghost is not None:
-            polyline(draw, plot.pixels(*ghost.T), theme.packed(theme.compared()), 1.5, closed=True)
-            text(draw, plot.at(*ghost[int(np.argmin(ghost[:, 0]))]), theme.compared(), "A ", right=True)
-        if crossed is not None:
-            draw.add_circle(plot.at(*crossed), 5.0 * theme.scale(), theme.packed(theme.pointed()), 0,
-                            2.0 * theme.scale())
-        implot.pop_plot_clip_rect()
-        if implot.is_plot_hovered():
-            state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
-            mouse = imgui.get_mouse_pos()
-            y = plot.y0 + (plot.bottom - mouse.y) / max(plot.bottom - plot.top, 1e-6) * (plot.y1 - plot.y0)
-            if not imgui.is_mouse_down(imgui.MouseButton_.left):
-                pointed = np.array([plot.x_at(mouse.x), y])
-        implot.end_plot()
-    imgui.pop_font()
-    imgui.set_cursor_screen_pos(corner)
-    imgui.dummy(size)
-    return pointed
-
-
-def _ghost(other: Settings | None, film_radius: float, azimuth: float) -> np.ndarray | None:
-    """Outline (n, 2) of the region of the settings A for the same film point, on the plane of its own last vertex."""
+def _ghost(other: Settings | None, film_radius: float, azimuth: float) -> Region | None:
+    """The region of the settings A for the same film point, on the plane of its own last vertex."""
     if other is None or not (other.has_lens and other.has_stop):
         return None
     try:
         built = setup(other)
-        outline = region(built.lens, built.film_distance, film_radius, azimuth).outline
+        of_a = region(built.lens, built.film_distance, film_radius, azimuth)
     except (ValueError, OSError):               # A has no region to compare with
         return None
-    return outline if len(outline) else None
+    return of_a if len(of_a.outline) else None
 
 
 def shown_box(rear: float, regions: list[Region], seen: Region,
@@ -189,131 +129,85 @@ def shown_box(rear: float, regions: list[Region], seen: Region,
     return x - half, y - half, x + half, y + half
 
 
-def coarse(box: tuple[float, float, float, float], rear: float) -> tuple[int, ...]:
-    """The box in steps of its own size, so that a plot is fitted again only after a notable change."""
-    step = 2.0 ** round(math.log2(max(box[2] - box[0], box[3] - box[1], 1e-9 * rear))) / 4.0
-    return tuple(round(edge / step) for edge in box)
-
-
-def _limits(box: tuple[float, float, float, float], width: int, height: int) -> tuple[float, float, float, float]:
-    """x0, x1, y0, y1 (mm) of the plot about this box, in the aspect ratio of the plot."""
+def _rested(box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """The box with a margin, in steps of its own size, so that a plot is fitted again only after a notable change."""
     x, y = 0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3])
-    mm = MARGIN * max((box[2] - box[0]) / max(width, 1), (box[3] - box[1]) / max(height, 1))       # per pixel
-    return x - 0.5 * width * mm, x + 0.5 * width * mm, y - 0.5 * height * mm, y + 0.5 * height * mm
+    half = 0.5 * MARGIN * max(box[2] - box[0], box[3] - box[1], 1e-9)
+    step = 2.0 ** round(math.log2(half)) / STEPS
+    x, y, half = round(x / step) * step, round(y / step) * step, math.ceil(half / step) * step
+    return x - half, y - half, x + half, y + half
 
 
-@lru_cache(maxsize=16)
-def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
-    """Round steps, about five across the plot, up to three times the rear rim."""
-    step = max(round_length(max(span, 1e-6) / 4.0), 0.002 * rear)
-    count = math.ceil(3.0 * rear / step)
-    values = [i * step for i in range(-count, count + 1)]
-    return values, [true_minus(significant(value)) for value in values]
+def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,
+          lit: tuple[int, ...], crossed: np.ndarray | None, ghost: Region | None,
+          state: PupilState) -> np.ndarray | None:
+    """Draw the plot; returns the point (2,) under the mouse, upright, in mm, if there is one.
+
+    lit: indices of the surfaces whose blocked samples are marked. crossed: the point of the ray that the mouse points
+    at in any panel. ghost: the region of A, or None.
+    """
+    size, rear = imgui.get_content_region_avail(), lens_setup.lens.surfaces[-1].semi_diameter
+    if size.y < 40.0:
+        return None
+    drawn = drawn_map(NAME, state.drawn)
+    dense = 0.0 if drawn is None else (drawn.right - drawn.left) / max(drawn.x1 - drawn.x0, 1e-9) / theme.scale()
+    count = 0
+    if seen.area > 0.0 and (state.box or lit):
+        x0, y0, x1, y1 = seen.box
+        count = min(int((x1 - x0) * (y1 - y0) * (dense / DENSITY) ** 2), len(samples.points))
+    plot = pupil_plot(rear, tuple(fields), seen, samples, reach, lit if count else (), count, ghost)
+    theme.small()
+    over = () if crossed is None else (Points("", crossed[:1], crossed[1:], "chart1", "ring", size=5.0),)
+    under = draw_plot(NAME, plot, size, state.drawn, over=over)
+    imgui.pop_font()
+    return None if under is None or imgui.is_mouse_down(imgui.MouseButton_.left) else np.array([under.x, under.y])
 
 
-def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Region], seen: Region,
-          samples: BoxSamples, reach: float, lit: tuple[int, ...], state: PupilState) -> None:
-    colour, pixel = theme.colours(), theme.scale()
-    state.memo.begin_frame()                            # one that is drawn anew
-    turn = np.linspace(0.0, 2.0 * math.pi, 97)[:-1]
-    polyline(draw, plot.pixels(rear * np.cos(turn), rear * np.sin(turn)), theme.packed(colour.faint), 1.0, closed=True)
-    at = plot.at(-0.71 * rear, -0.71 * rear)
-    name = imgui.calc_text_size("rear rim")
-    text(draw, ImVec2(max(at.x - name.x, plot.left + 3.0 * pixel), at.y + pixel), colour.dim, "rear rim")
+@lru_cache(maxsize=4)
+def pupil_plot(rear: float, fields: tuple[Region, ...], seen: Region, samples: BoxSamples, reach: float,
+               lit: tuple[int, ...], count: int, ghost: Region | None) -> Plot:
+    """The rear rim, the regions of the three fields, and the chosen one, filled, with the first `count` samples.
 
-    # The chosen region, filled, in the colour of its field if it is one of them
-    own = colour.strong
-    tints = ((colour.field0, colour.field0_text), (colour.field1, colour.field1_text),
-             (colour.field2, colour.field2_text))
-    for (_, part), pair in zip(FIELDS, tints, strict=True):
-        if abs(seen.film_radius - part * reach) <= SAME * reach:
-            own = pair[0]
+    The chosen region has the tint of its field if it is one of them. reach: of light on the film (mm).
+    """
+    turn = np.linspace(0.0, 2.0 * math.pi, 97)
+    layers: list = [Curve("", rear * np.cos(turn), rear * np.sin(turn), "faint", weight=1.0)]
+    own = next((f"field{i}" for i, (_, part) in enumerate(FIELDS) if abs(seen.film_radius - part * reach)
+                <= SAME * reach), "strong")
     if seen.area > 0.0:
-        outline = state.memo.of((seen, plot), lambda: _outline(seen, plot))
-        draw.add_convex_poly_filled(outline, theme.packed(own, 0.22))
-    drawn = []
-    for (name_, _), (tint, tint_text), one in zip(FIELDS, tints, fields, strict=True):
-        if one.area > 0.0:
-            its_outline = state.memo.of((one, plot), partial(_outline, one, plot))
-            draw.add_polyline(its_outline, theme.packed(tint), pixel, imgui.ImDrawFlags_.closed)
-            drawn.append((name_, one, tint_text))
+        layers.append(Patch(*seen.outline.T, own, 0.22))
+    for i, ((name, _), of) in enumerate(zip(FIELDS, fields, strict=True)):
+        if of.area > 0.0:
+            lowest, rightmost = np.argmin(of.outline[:, 1]), np.argmax(of.outline[:, 0])
+            x, y = of.outline[lowest if name == "axis" else rightmost]
+            layers += [_outline(of.outline, f"field{i}", 1.0),
+                       Label(x, y, name, f"field{i}", "below" if name == "axis" else "right", free=True)]
+    layers.append(Label(-0.71 * rear, -0.71 * rear, "rear rim", "dim", "left below", free=True))
     if seen.area > 0.0:
-        draw.add_polyline(outline, theme.packed(own), 2.0 * pixel, imgui.ImDrawFlags_.closed)
-        if state.box or lit:
-            _draw_samples(draw, plot, seen, samples, lit, state)
-    outlines = np.concatenate([plot.pixels(*one.outline.T) for _, one, _ in drawn]
-                              + [plot.pixels(rear * np.cos(turn), rear * np.sin(turn))])
-    taken: list[tuple[float, float, float, float]] = []
-    for name_, one, ink in drawn:
-        _name(draw, plot, name_, one, ink, outlines, taken)
+        layers.append(_outline(seen.outline, own, 2.0))
+    if count:
+        layers += _samples(seen, samples, count, lit)
+    if ghost is not None:
+        layers += [_outline(ghost.outline, "chart4", 1.5), Label(*ghost.outline[int(np.argmin(ghost.outline[:, 0]))],
+                                                                 "A", "chart4", "left", free=True)]
+    x0, y0, x1, y1 = _rested(shown_box(rear, fields, seen, None if ghost is None else ghost.outline))
+    return Plot(Axis("x (mm)", x0, x1), Axis("y (mm)", y0, y1), tuple(layers), equal=True)
 
 
-def _draw_samples(draw: imgui.ImDrawList, plot: PlotMap, seen: Region, samples: BoxSamples, lit: tuple[int, ...],
-                  state: PupilState) -> None:
+def _outline(outline: np.ndarray, tint: str, weight: float) -> Curve:
+    """A closed line through points (n, 2)."""
+    return Curve.through("", np.concatenate([outline, outline[:1]]), tint, weight=weight)
+
+
+def _samples(seen: Region, samples: BoxSamples, count: int, lit: tuple[int, ...]) -> list:
     """The bounding box of the region, which pbrt samples, and its samples: dots pass, crosses do not."""
-    colour, pixel = theme.colours(), theme.scale()
     x0, y0, x1, y1 = seen.box
-    a, b = plot.at(x0, y1), plot.at(x1, y0)
-    line = theme.packed(colour.text, 0.8)
-    for p, q in ((a, ImVec2(b.x, a.y)), (ImVec2(b.x, a.y), b), (b, ImVec2(a.x, b.y)), (ImVec2(a.x, b.y), a)):
-        dashed_line(draw, p, q, line, 4.0, 3.0)
-    shown = min(int(abs(b.x - a.x) * abs(b.y - a.y) / (DENSITY * pixel) ** 2), len(samples.points))
-    dots, crosses = state.memo.of((samples, shown, plot), lambda: _marks(samples, shown, plot, pixel))
-    dot, cross, marked = theme.packed(colour.strong, 0.75), theme.packed(colour.dead, 0.9), theme.packed(colour.warning)
-    for corners in dots:
-        draw.add_rect_filled(*corners, dot)
-    for surface, *ends in crosses:
-        draw.add_line(*ends, marked if surface in lit else cross, (2.0 if surface in lit else 1.0) * pixel)
-
-
-def _outline(field: Region, plot: PlotMap) -> list[ImVec2]:
-    """A region's outline, in pixels."""
-    return [ImVec2(x, y) for x, y in simplified(plot.pixels(*field.outline.T)).tolist()]
-
-
-def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tuple[list, list]:
-    """For the first samples: corners of dots for those that pass; for the others the surface that ends them and the
-    ends of the arms of their crosses.
-    """
-    points, radius, arm = plot.pixels(*samples.points[:shown].T).tolist(), 0.75 * pixel, 2.0 * pixel
-    dots, crosses = [], []
-    for (x, y), surface in zip(points, samples.blocked_by[:shown].tolist(), strict=True):
-        if surface < 0:
-            dots.append((ImVec2(x - radius, y - radius), ImVec2(x + radius, y + radius)))
-        else:
-            crosses += [(surface, ImVec2(x - arm, y - slope * arm), ImVec2(x + arm, y + slope * arm))
-                        for slope in (1.0, -1.0)]
-    return dots, crosses
-
-
-def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colour: theme.Colour,
-          outlines: np.ndarray, taken: list[tuple[float, float, float, float]]) -> None:
-    """The name beside its region, at the first place around it where it touches no outline and no other name.
-
-    outlines: points (n, 2) of all of them, pixels. taken: left, top, right and bottom of the names before; that of
-    this one is added.
-    """
-    pixel, size = theme.scale(), imgui.calc_text_size(name)
-    x0, y0, x1, y1 = field.box
-    widest = plot.at(x1, float(field.outline[int(np.argmax(field.outline[:, 0])), 1]))
-    below, above = plot.at(0.5 * (x0 + x1), y0), plot.at(0.5 * (x0 + x1), y1)
-    gap = 4.0 * pixel
-    places = [(widest.x + gap, widest.y + part * size.y) for part in (-0.5, -1.2, 0.2, -2.2, 1.2, 2.2, -3.2)]
-    places += [(below.x - 0.5 * size.x, below.y + 0.5 * gap), (above.x - 0.5 * size.x, above.y - size.y - 0.5 * gap)]
-    if name == "axis":
-        places = [places[-2], places[-1], *places[:-2]]
-
-    def clear(x: float, y: float) -> bool:
-        box = (x - pixel, y + pixel, x + size.x + pixel, y + size.y - pixel)
-        if box[0] < plot.left or box[2] > plot.right or box[1] < plot.top or box[3] > plot.bottom:
-            return False
-        if any(box[0] < r and box[2] > l and box[1] < b and box[3] > t for l, t, r, b in taken):
-            return False
-        return not ((outlines > box[:2]) & (outlines < box[2:])).all(axis=1).any()
-
-    x, y = next((place for place in places if clear(*place)), places[0])
-    taken.append((x, y, x + size.x, y + size.y))
-    text(draw, ImVec2(x, y), colour, name)
+    points, blocked_by = samples.points[:count], samples.blocked_by[:count]
+    marked = np.isin(blocked_by, lit)
+    return [Curve("", np.array([x0, x1, x1, x0, x0]), np.array([y0, y0, y1, y1, y0]), "text", DASHED, 1.0),
+            *(Points(tint, *points[chosen].T, tint, shape, size=size) for chosen, tint, shape, size in (
+                (blocked_by < 0, "strong", "square", 0.75), ((blocked_by >= 0) & ~marked, "dead", "cross", 2.0),
+                (marked, "warning", "cross", 2.5)))]
 
 
 def _words(seen: Region, samples: BoxSamples, pointer: str, lit: tuple[int, ...], traced: bool, reach: float) -> None:

@@ -108,7 +108,7 @@ def models_plot(chart: Chart, shown: str, present: str, fresh: bool) -> Plot:
         if mark.name == present:
             layers.append(Points("", *point, "strong", "ring", size=8.5))
     return Plot(Axis("Cost (ns a ray)", 0.6 * float(costs.min()), 2.2 * float(costs.max()), log=True),
-                Axis(label, 0.2 * FLOOR, top, log=True), tuple(layers), words=lambda x, y: "")
+                Axis(label, 0.2 * FLOOR, top, log=True), tuple(layers))
 
 
 def _marks(chart: Chart, shown: str) -> list[Mark]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from imgui_bundle import ImVec2
 
 import lensbench as lb
 from lensbench.app.bench.build import setup
@@ -108,7 +109,7 @@ def test_the_film_radius_is_turned_and_the_mouse_in_the_picture_does_not_change_
         ctx.yield_(3)
         box = ctx.item_info("**/Film radius").rect_full
         y = 0.5 * (box.min.y + box.max.y)
-        ctx.mouse_move_to_pos(exit_pupil.ImVec2(0.5 * (box.min.x + box.max.x), y))
+        ctx.mouse_move_to_pos(ImVec2(0.5 * (box.min.x + box.max.x), y))
         ctx.mouse_click(0)
         ctx.yield_(2)
         seen["half"] = panel.film_radius
@@ -116,7 +117,7 @@ def test_the_film_radius_is_turned_and_the_mouse_in_the_picture_does_not_change_
         ctx.yield_(3)
         seen["hovering"] = panel.film_radius
         for y in range(110, 330, 25):                   # what passes under the cursor
-            ctx.mouse_move_to_pos(exit_pupil.ImVec2(150.0, float(y)))
+            ctx.mouse_move_to_pos(ImVec2(150.0, float(y)))
             ctx.yield_()
 
     drive(panel.show, test, (300, 350))
