@@ -1,6 +1,4 @@
 """Parts that plots share: the map from plot coordinates to pixels, curves with dashes, ticks of logarithmic axes.
-
-Curves in pixels: their heights between two columns, so that labels avoid them, and fewer points to draw.
 """
 
 from dataclasses import dataclass
@@ -16,36 +14,6 @@ from lensbench.core.text import RAISED, significant, true_minus
 
 TOLERANCE = 0.05        # pixels that a point may lie off the line between its neighbours
 ROUNDS = 5
-
-
-class Paths:
-    """Curves that rise to the right in one common set of columns.
-
-    pixels: (k, n, 2), x and y of the n points of k curves; all curves have the same x, which never decreases.
-    """
-
-    def __init__(self, pixels: NDArray[np.float64]):
-        self.pixels = pixels
-        self._columns, self._rows = pixels[0, :, 0], pixels[..., 1]
-
-    def heights(self, left: float, right: float) -> list[tuple[float, float]]:
-        """The least and the greatest y of each curve between two columns, its ends continued."""
-        i, j = np.searchsorted(self._columns, (left, right), "right").tolist()
-        parts = np.concatenate([self._at(left, i), self._at(right, j), self._rows[:, i:j]], axis=1)
-        return list(zip(parts.min(axis=1).tolist(), parts.max(axis=1).tolist(), strict=True))
-
-    def _at(self, column: float, i: int) -> NDArray[np.float64]:
-        """Heights (k, 1) of the curves in a column that lies before point i."""
-        rows, columns = self._rows, self._columns
-        if i == 0 or i == len(columns):
-            return rows[:, :1] if i == 0 else rows[:, -1:]
-        t = (column - columns[i - 1]) / (columns[i] - columns[i - 1])
-        return (1.0 - t) * rows[:, i - 1:i] + t * rows[:, i:i + 1]
-
-
-def crosses(crossing: list[tuple[float, float]], top: float, bottom: float) -> bool:
-    """Whether one of these stretches of curves (least and greatest y) enters the rows between top and bottom."""
-    return any(low < bottom and high > top for low, high in crossing)
 
 
 def simplified(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -136,12 +104,10 @@ class PlotMap:
         x = self.x0 + (pixel - self.left) / max(self.right - self.left, 1e-6) * (self.x1 - self.x0)
         return float(10.0**x) if self.log else float(x)
 
-
-def polyline(draw: imgui.ImDrawList, points: np.ndarray, colour: int, weight: float, closed: bool = False) -> None:
-    """A curve through pixels (n, 2), with joins; NaN breaks it."""
-    flags = imgui.ImDrawFlags_.closed if closed else imgui.ImDrawFlags_.none
-    for piece in pieces(points):
-        draw.add_polyline(piece, colour, weight * theme.scale(), flags)
+    def y_at(self, pixel: float) -> float:
+        """The plot coordinate under a pixel's row."""
+        y = self.y0 + (self.bottom - pixel) / max(self.bottom - self.top, 1e-6) * (self.y1 - self.y0)
+        return float(10.0**y) if (self.log if self.log_y is None else self.log_y) else float(y)
 
 
 def pieces(points: np.ndarray, on: float = 0.0, off: float = 0.0) -> list[list[ImVec2]]:

@@ -65,7 +65,7 @@ def draw_layers(draw: imgui.ImDrawList, shown: PlotMap, layers: Sequence[Any], t
         elif isinstance(layer, Points) and layer.size >= SIZED:
             tint = theme.packed(colour_of(layer.tint), GHOST if layer.ghost else 1.0)
             for x, y in shown.pixels(layer.x, layer.y).tolist():
-                draw_mark(draw, layer.shape, ImVec2(x, y), layer.size * theme.scale(), tint)
+                draw_mark(draw, layer.shape, ImVec2(x, y), layer.size * theme.scale(), tint, layer.turn)
         elif isinstance(layer, Bars):
             _draw_bars(draw, shown, layer)
         elif isinstance(layer, Label) and not layer.free:
@@ -131,8 +131,8 @@ def within(shown: PlotMap, points: np.ndarray) -> np.ndarray:
     return points
 
 
-def draw_mark(draw: imgui.ImDrawList, shape: str, at: ImVec2, size: float, tint: int) -> None:
-    """A mark, `size` pixels from its middle to its border; shape: as of Points."""
+def draw_mark(draw: imgui.ImDrawList, shape: str, at: ImVec2, size: float, tint: int, clockwise: float = 0.0) -> None:
+    """A mark, `size` pixels from its middle to its border; shape and turn (radians): as of Points."""
     if shape == "ring":
         draw.add_circle(at, size, tint, 0, 2.0 * theme.scale())
     elif shape in ARMS:
@@ -143,7 +143,7 @@ def draw_mark(draw: imgui.ImDrawList, shape: str, at: ImVec2, size: float, tint:
     else:
         count, turn = CORNERS[shape]
         reach = size if shape == "circle" else 1.2 * size
-        corners = reach * np.exp(1j * np.pi * (turn + 2.0 * np.arange(count) / count))
+        corners = reach * np.exp(1j * (clockwise + np.pi * (turn + 2.0 * np.arange(count) / count)))
         draw.add_convex_poly_filled([ImVec2(at.x + corner.real, at.y + corner.imag) for corner in corners], tint)
 
 

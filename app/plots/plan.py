@@ -26,7 +26,7 @@ POINTS = 48                     # on a circle
 Points = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plan:
     """Points (…, 2) in metres; None for parts that the camera does not have."""
 
@@ -39,7 +39,7 @@ class Plan:
     distance: float                             # focus distance, mm
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Thing:
     """An outline (n, 2) in metres, seen from above, and whether it shines."""
 

@@ -65,8 +65,8 @@ class Curve:
 class Points:
     """Marks at x and y (n,), of one `shape` for each wavelength or field: "triangle", "square" or "diamond".
 
-    size: half of it, pixels; marks from SIZED on may also be a "circle", "ring", "hexagon", "cross" or "plus". rays,
-    ghost, surface: as of Curve.
+    size: half of it, pixels; marks from SIZED on may also be a "circle", "ring", "hexagon", "cross" or "plus", and are
+    turned clockwise by `turn` (radians). rays, ghost, surface: as of Curve.
     """
 
     name: str
@@ -78,6 +78,7 @@ class Points:
     ghost: bool = False
     surface: int | None = None
     size: float = DOT
+    turn: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

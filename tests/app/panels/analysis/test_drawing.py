@@ -7,7 +7,7 @@ from imgui_bundle import ImVec2, imgui, implot
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.plot_painter import Drawn, draw_figure
 from lensbench.app.plots.aperture_plots import axial_figure
-from lensbench.app.plots.plot import Axis, Figure, Label, Map, Plot, Points, Table
+from lensbench.app.plots.plot import Axis, Curve, Figure, Label, Map, Plot, Points, Table
 from lensbench.app.plots.query import query
 from lensbench.app.settings.settings import Settings
 from tests.app.stand import drive
@@ -64,3 +64,17 @@ def test_words_about_a_mark_touch_no_other_words_and_none_without_room_are_writt
     for i, (left, top, right, bottom) in enumerate(boxes):
         assert shown.left <= left and right <= shown.right and shown.top <= top and bottom <= shown.bottom
         assert all(right <= l or left >= r or bottom <= t or top >= b for l, t, r, b in boxes[:i])
+
+
+@pytest.mark.parametrize("turns", [1.0, 3.0, 12.0])
+def test_the_words_of_curves_touch_no_curve(turns):
+    x = np.linspace(0.0, 1.0, 400)
+    curves = [Curve("", x, 0.4 * np.sin(2.0 * np.pi * turns * x + i) + 0.5, tag=f"f/{i}") for i in range(5)]
+    state, _ = drawn(Figure("", ((Plot(Axis("x", 0.0, 1.0), Axis("y", 0.0, 1.0), tuple(curves)),),)), (500.0, 300.0))
+    shown, boxes = state.shown["figure 0 0"], state.words["figure 0 0"]
+    assert boxes or turns > 3.0                         # no room among many
+    for left, top, right, bottom in boxes.values():
+        for curve in curves:
+            points = shown.pixels(curve.x, curve.y)
+            inside = (points > (left, top + 2.0)) & (points < (right, bottom - 2.0))
+            assert not inside.all(1).any()
