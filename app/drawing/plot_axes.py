@@ -1,5 +1,4 @@
-"""Parts that plots share: the map from plot coordinates to pixels, curves with dashes, ticks of logarithmic axes.
-"""
+"""Parts that plots share: the map from plot coordinates to pixels, curves with dashes, ticks of axes."""
 
 from dataclasses import dataclass
 from functools import lru_cache

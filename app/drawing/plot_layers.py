@@ -83,7 +83,7 @@ def draw_layers(draw: imgui.ImDrawList, shown: PlotMap, layers: Sequence[Any], t
 
 
 def _draw_patch(draw: imgui.ImDrawList, shown: PlotMap, patch: Patch) -> None:
-    corners = shown.pixels(*within(shown, np.column_stack([patch.x, patch.y])).T)
+    corners = shown.pixels(*within(shown, patch.corners).T)
     if len(corners) > 2:
         draw.add_convex_poly_filled([ImVec2(x, y) for x, y in simplified(corners).tolist()],
                                     theme.packed(colour_of(patch.tint), patch.opacity))

@@ -77,7 +77,7 @@ def confusion_figure(settings: Settings, got: Readings, shown: Curves, of_a: Cur
     # Depth of field; lines across: limit, pixel, Airy disk; and the hyperfocal distance
     if got.near_limit is not None and got.far_limit is not None:
         near, far = got.near_limit / 1000.0, min(got.far_limit / 1000.0, FARTHEST)
-        layers.append(Patch(np.array([near, near, far, far]), np.array([0.0, FARTHEST, FARTHEST, 0.0]), "amber"))
+        layers.append(Patch(np.array([[near, 0.0], [near, FARTHEST], [far, FARTHEST], [far, 0.0]]), "amber"))
     if abs(math.log(max(limit, 1e-9) / pitch)) < 1e-6:
         tag = f"limit 1 px, {significant(limit, 3)} µm"
         layers.append(Curve.straight(across, (limit, limit), dash=DASHED, tag=tag))

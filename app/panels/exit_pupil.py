@@ -5,6 +5,7 @@ last vertex.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -109,7 +110,7 @@ def _ghost(other: Settings | None, film_radius: float, azimuth: float) -> Region
     return of_a if len(of_a.outline) else None
 
 
-def shown_box(rear: float, regions: list[Region], seen: Region,
+def shown_box(rear: float, regions: Sequence[Region], seen: Region,
               ghost: np.ndarray | None = None) -> tuple[float, float, float, float]:
     """x0, y0, x1, y1 (mm) about the regions and the rear rim; about the seen region, and that of A, where it is small.
 
@@ -175,7 +176,7 @@ def pupil_plot(rear: float, fields: tuple[Region, ...], seen: Region, samples: B
     own = next((f"field{i}" for i, (_, part) in enumerate(FIELDS) if abs(seen.film_radius - part * reach)
                 <= SAME * reach), "strong")
     if seen.area > 0.0:
-        layers.append(Patch(*seen.outline.T, own, 0.22))
+        layers.append(Patch(seen.outline, own, 0.22))
     for i, ((name, _), of) in enumerate(zip(FIELDS, fields, strict=True)):
         if of.area > 0.0:
             lowest, rightmost = np.argmin(of.outline[:, 1]), np.argmax(of.outline[:, 0])
@@ -188,8 +189,8 @@ def pupil_plot(rear: float, fields: tuple[Region, ...], seen: Region, samples: B
     if count:
         layers += _samples(seen, samples, count, lit)
     if ghost is not None:
-        layers += [_outline(ghost.outline, "chart4", 1.5), Label(*ghost.outline[int(np.argmin(ghost.outline[:, 0]))],
-                                                                 "A", "chart4", "left", free=True)]
+        x, y = ghost.outline[np.argmin(ghost.outline[:, 0])]
+        layers += [_outline(ghost.outline, "chart4", 1.5), Label(x, y, "A", "chart4", "left", free=True)]
     x0, y0, x1, y1 = _rested(shown_box(rear, fields, seen, None if ghost is None else ghost.outline))
     return Plot(Axis("x (mm)", x0, x1), Axis("y (mm)", y0, y1), tuple(layers), equal=True)
 
@@ -204,10 +205,11 @@ def _samples(seen: Region, samples: BoxSamples, count: int, lit: tuple[int, ...]
     x0, y0, x1, y1 = seen.box
     points, blocked_by = samples.points[:count], samples.blocked_by[:count]
     marked = np.isin(blocked_by, lit)
+    kinds = ((blocked_by < 0, "strong", "square", 0.75), ((blocked_by >= 0) & ~marked, "dead", "cross", 2.0),
+             (marked, "warning", "cross", 2.5))
     return [Curve("", np.array([x0, x1, x1, x0, x0]), np.array([y0, y0, y1, y1, y0]), "text", DASHED, 1.0),
-            *(Points(tint, *points[chosen].T, tint, shape, size=size) for chosen, tint, shape, size in (
-                (blocked_by < 0, "strong", "square", 0.75), ((blocked_by >= 0) & ~marked, "dead", "cross", 2.0),
-                (marked, "warning", "cross", 2.5)))]
+            *(Points(tint, points[chosen, 0], points[chosen, 1], tint, shape, size=size)
+              for chosen, tint, shape, size in kinds)]
 
 
 def _words(seen: Region, samples: BoxSamples, pointer: str, lit: tuple[int, ...], traced: bool, reach: float) -> None:

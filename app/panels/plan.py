@@ -77,20 +77,21 @@ def plan_plot(shown: Plan, around: tuple[Thing, ...], limits: tuple[float, float
     """Depth of field, objects, field of view, plane in focus, and the camera with its keyframes."""
     layers: list = []
     if shown.band is not None:
-        layers.append(Patch(*shown.band.T, "amber"))
+        layers.append(Patch(shown.band, "amber"))
     for thing in around:
         if not thing.shines:
-            layers.append(Patch(*thing.outline.T, "text", 0.10))
+            layers.append(Patch(thing.outline, "text", 0.10))
         layers.append(Curve.through("", np.concatenate([thing.outline, thing.outline[:1]]),
-                                    "dim" if thing.shines else "faint", weight=1.0))
+                                    "faint" if thing.shines else "dim", weight=1.0))
     layers += [Curve.through("", edge, "text", weight=1.2) for edge in (() if shown.view is None else shown.view)]
     if shown.focus is not None and shown.distance < FARTHEST:
         layers.append(Curve.through("", shown.focus, "amber", weight=2.0))
         right = shown.focus[int(np.argmax(shown.focus[:, 0]))]
-        layers.append(Label(*right, format_distance(shown.distance), "amber", free=True))
+        layers.append(Label(float(right[0]), float(right[1]), format_distance(shown.distance), "amber", free=True))
     if shown.ends is not None:
         ends = np.array(shown.ends)
-        layers += [Curve.through("", ends, "dim", DASHED, 1.0), Points("", *ends.T, "dim", "ring", size=3.5)]
+        layers += [Curve.through("", ends, "dim", DASHED, 1.0),
+                   Points("", ends[:, 0], ends[:, 1], "dim", "ring", size=3.5)]
     layers.append(_camera(shown))
     x0, x1, y0, y1 = limits
     return Plot(Axis("To the right (m)", x0, x1), Axis("Ahead (m)", y0, y1), tuple(layers), equal=True,
@@ -110,7 +111,8 @@ def _pointed(settings: Settings, state: PlanState, links: Pointed, depth: float)
 
     depth: how far (mm) rays to the sky are drawn.
     """
-    raster, layers = links.pixel(settings.film.pixels_x, settings.film.pixels_y), []
+    raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
+    layers: list = []
     state.pixel_rays = 0
     if raster is not None:
         try:

@@ -83,10 +83,9 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """A convex area with corners x and y (n,), filled with a tint of this opacity, below all lines."""
+    """A convex area with these corners (n, 2), filled with a tint of this opacity, below all lines."""
 
-    x: np.ndarray
-    y: np.ndarray
+    corners: np.ndarray
     tint: Tint = "strong"
     opacity: float = 0.16
 
