@@ -93,15 +93,21 @@ def near_the_focus() -> Sweep:
 # Depth of field
 
 
-def _far(focus: float) -> Fraction:
-    """Exact far limit s f² / (f² − N C (s − f)) of float arguments (mm)."""
+def _limit(focus: float, sign: int) -> Fraction:
+    """Exact near (sign 1) or far (−1) limit s f² / (f² ± N C (s − f)) of float arguments (mm)."""
     f, s = Fraction(FOCAL_LENGTH), Fraction(focus)
-    return s * f * f / (f * f - Fraction(F_NUMBER) * Fraction(BLUR) * (s - f))
+    return s * f * f / (f * f + sign * Fraction(F_NUMBER) * Fraction(BLUR) * (s - f))
 
 
-def _printed_far(real: type, focus: float) -> float:
+def _printed_limit(real: type, focus: float, sign: int) -> float:
     f, n, c, s = real(FOCAL_LENGTH), real(F_NUMBER), real(BLUR), real(focus)
-    return float(s * f * f / (f * f - n * c * (s - f)))
+    return float(s * f * f / (f * f + sign * n * c * (s - f)))
+
+
+def _printed_limits(sign: int, focus: Callable[[float], float]) -> dict[str, Callable[[float], float]]:
+    """The formula in both precisions, of a focus distance that follows from the swept value."""
+    return {f"as printed, {precision}": lambda value, real=real: _printed_limit(real, focus(value), sign)
+            for real, precision in PRECISIONS}
 
 
 def hyperfocal() -> Sweep:
@@ -109,12 +115,10 @@ def hyperfocal() -> Sweep:
     before = np.logspace(-0.3, -13.0, 43)
     whole = lb.hyperfocal(FOCAL_LENGTH, F_NUMBER, BLUR)         # a sum of powers of two: exact
     focus = {float(part): whole * (1.0 - float(part)) for part in before}
-    forms: dict[str, Callable[[float], float]] = {
-        "as printed, float32": lambda part: _printed_far(np.float32, focus[part]),
-        "as printed, float64": lambda part: _printed_far(np.float64, focus[part]),
-        OWN: lambda part: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus[part], BLUR)[1]}
+    forms = {**_printed_limits(-1, focus.__getitem__),
+             OWN: lambda part: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus[part], BLUR)[1]}
     return Sweep("Depth of field at the hyperfocal", "Focus before the hyperfocal", "of it", before, "Far limit", "%",
-                  0.1, THOUSANDTH, _rows(before.tolist(), forms, lambda part: _far(focus[part])),
+                  0.1, THOUSANDTH, _rows(before.tolist(), forms, lambda part: _limit(focus[part], -1)),
                   "The far limit goes to infinity there and is infinite beyond; a focus distance in float32 is too "
                   "coarse to give the far limit.")
 
@@ -122,21 +126,10 @@ def hyperfocal() -> Sweep:
 def far_focus() -> Sweep:
     """Near limit while the focus distance goes to infinity."""
     values = np.logspace(2.0, 100.0, 50)
-
-    def truth(focus: float) -> Fraction:
-        f, s = Fraction(FOCAL_LENGTH), Fraction(focus)
-        return s * f * f / (f * f + Fraction(F_NUMBER) * Fraction(BLUR) * (s - f))
-
-    def printed(real: type, focus: float) -> float:
-        f, n, c, s = real(FOCAL_LENGTH), real(F_NUMBER), real(BLUR), real(focus)
-        return float(s * f * f / (f * f + n * c * (s - f)))
-
-    forms: dict[str, Callable[[float], float]] = {
-        "as printed, float32": lambda focus: printed(np.float32, focus),
-        "as printed, float64": lambda focus: printed(np.float64, focus),
-        OWN: lambda focus: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus, BLUR)[0]}
+    forms = {**_printed_limits(1, float),
+             OWN: lambda focus: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus, BLUR)[0]}
     return Sweep("Depth of field of a far focus", "Focus", "mm", values, "Near limit", "%", 0.1, THOUSANDTH,
-                  _rows(values.tolist(), forms, truth),
+                  _rows(values.tolist(), forms, lambda focus: _limit(focus, 1)),
                   "As printed, the formula overflows, and at infinity it is NaN; divided by the distance it is valid "
                   "at infinity too.")
 

@@ -206,44 +206,36 @@ def _off(found: float | str, truth: float | Decimal) -> float | str:
     return float(abs(Decimal(found) - Decimal(truth)))
 
 
-def _rivals() -> dict[str, Focus]:
-    """The school formula, in both precisions."""
-    return {f"school formula, {precision}": partial(school_formula, real=real) for real, precision in PRECISIONS}
+def _conjugates(title: str, values: np.ndarray, rivals: dict[str, Focus], note: str) -> Sweep:
+    """Film distances of the closed form, the school formula and other rivals, against the exact ones."""
+    lens = lenses.load(LENS)
+    methods = {f"school formula, {precision}": partial(school_formula, real=real) for real, precision in PRECISIONS}
+    with exactly():
+        truth = [conjugate(lens, at) for at in values]
+        curves = [curve(name, [_off(focus(lens, at), film) for at, film in zip(values, truth, strict=True)],
+                        focus is closed_form)
+                  for name, focus in {**methods, **rivals, "closed form": closed_form}.items()]
+    expected = tuple("" if film.is_finite() else "FocusError" for film in truth)
+    return Sweep(title, "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT, WHY + " at f/1",
+                 tuple(curves), note, expected=expected if any(expected) else ())
 
 
 def far_focus() -> Sweep:
     """Object distances from a metre to ten kilometres and beyond."""
-    lens, values = lenses.load(LENS), np.logspace(3.0, 10.0, 29)
-    searches: dict[str, Focus] = {f"one ray, {precision}": partial(bracketing_search, real=real)
-                                  for real, precision in PRECISIONS}
-    with exactly():
-        truth = [conjugate(lens, at) for at in values]
-        curves = [curve(name, [_off(focus(lens, at), film) for at, film in zip(values, truth, strict=True)])
-                  for name, focus in {**_rivals(), **searches}.items()]
-        curves.append(curve("closed form", [_off(closed_form(lens, at), film)
-                                            for at, film in zip(values, truth, strict=True)], True))
-    return Sweep("Far focus", "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT,
-                  WHY + " at f/1", tuple(curves),
-                  "The extension of the lens is about f² over the distance. As a difference of conjugates it loses one"
-                  " digit with each digit of the distance; a single ray off the axis also has spherical aberration.")
+    return _conjugates(
+        "Far focus", np.logspace(3.0, 10.0, 29),
+        {f"one ray, {precision}": partial(bracketing_search, real=real) for real, precision in PRECISIONS},
+        "The extension of the lens is about f² over the distance. As a difference of conjugates it loses one"
+        " digit with each digit of the distance; a single ray off the axis also has spherical aberration.")
 
 
 def near_focus() -> Sweep:
     """Object distances down to magnification one; no film exists for nearer objects."""
-    lens = lenses.load(LENS)
-    values = np.concatenate([np.geomspace(1000.0, 99.0, 16), np.geomspace(98.0, 5.0, 13)])
-    with exactly():
-        truth = [conjugate(lens, at) for at in values]
-        expected = tuple("" if film.is_finite() else "FocusError" for film in truth)
-        methods: dict[str, Focus] = {**_rivals(), "one ray": one_ray}
-        curves = [curve(name, [_off(focus(lens, at), film) for at, film in zip(values, truth, strict=True)])
-                  for name, focus in methods.items()]
-        curves.append(curve("closed form", [_off(closed_form(lens, at), film)
-                                            for at, film in zip(values, truth, strict=True)], True))
-    return Sweep("Near focus", "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT,
-                  WHY + " at f/1", tuple(curves),
-                  "Object and image are nearest to each other at magnification −1. For nearer objects the formula "
-                  "takes the root of a negative number; the program reports its nearest distance.", expected=expected)
+    return _conjugates(
+        "Near focus", np.concatenate([np.geomspace(1000.0, 99.0, 16), np.geomspace(98.0, 5.0, 13)]),
+        {"one ray": one_ray},
+        "Object and image are nearest to each other at magnification −1. For nearer objects the formula "
+        "takes the root of a negative number; the program reports its nearest distance.")
 
 
 def _shares(lens: lb.Lens, values: np.ndarray) -> list[lb.Lens]:

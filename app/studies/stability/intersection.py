@@ -11,13 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.studies.stability.refraction import distance, exact, exactly, floats, root
-from lensbench.app.studies.stability.sweep import LOST, PRECISIONS, Curve, Sweep, curves_of, with_progress
-from lensbench.core.kernels.block import WEIGHT, L, M, N, X, Y, Z
-from lensbench.core.kernels.program import Program
-from lensbench.core.optics.block_trace import surface_steps
+from lensbench.app.studies.stability.refraction import by_blocks, by_scalars, distance, exact, exactly, floats, root
+from lensbench.app.studies.stability.sweep import PRECISIONS, Curve, Sweep, curves_of, with_progress
 from lensbench.core.optics.lens_surface import Surface
-from lensbench.core.optics.scalar_trace import surface_table, trace_rays
 
 
 def sphere_about_its_centre(origins: np.ndarray, directions: np.ndarray, c: float) -> np.ndarray:
@@ -124,22 +120,15 @@ def hits_of_a_conic(origins: np.ndarray, directions: np.ndarray, surface: lb.Sur
 
 
 def reference(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> Found:
-    """Hits by the scalar tracer, in the precision of the rays."""
-    n, real = len(origins), origins.dtype
-    points, after = np.empty((n, 3), real), np.empty((n, 3), real)
-    fate, reached = np.empty(n, np.int32), np.empty(n, np.int32)
-    table = surface_table(lb.Lens((surface,), stop_index=0), dtype=real)
-    trace_rays(table, False, origins, directions, points, after, fate, reached, None, 1)
-    return points, [lb.Fate(int(end)).name if end != lb.Fate.PASSED else "" for end in fate]
+    """Hits by the scalar tracer."""
+    points, _, fates = by_scalars(lb.Lens((surface,), stop_index=0), origins, directions)
+    return points, fates
 
 
 def block(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> Found:
     """Hits by the block tracer, with the surface in place of the film."""
-    rows = [X, Y, Z, L, M, N, WEIGHT]
-    out = Program(surface_steps(lb.Lens((surface,), stop_index=0), 0.0, towards="film"), origins.dtype.type).run(
-        dict(zip(rows, [*origins.T, *directions.T, np.ones(len(origins))], strict=True)), [X, Y, Z, WEIGHT],
-        len(origins))
-    return out[:3].T, ["" if weight > 0.0 else LOST for weight in out[3]]
+    points, _, fates = by_blocks(lb.Lens((surface,), stop_index=0), origins, directions)
+    return points, fates
 
 
 def rival(hits: np.ndarray) -> Found:

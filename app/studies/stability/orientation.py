@@ -7,7 +7,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.studies.stability.refraction import PI, exact, exactly, floats, root, sine_cosine
-from lensbench.app.studies.stability.sweep import PRECISIONS, Sweep, curve
+from lensbench.app.studies.stability.sweep import PRECISIONS, Sweep, curves_of
 from lensbench.core.imaging.transform import quaternion, rotation_matrix
 from lensbench.core.kernels.block import TIME, L, M, N, X, Y, Z
 from lensbench.core.kernels.program import Program
@@ -81,7 +81,7 @@ def _turned(title: str, axis: str, values: np.ndarray, angles: np.ndarray, note:
                 size = math.degrees(float(root(np.array((off * off).sum() / 2))))
                 results[name].append(size if np.isfinite(found).all() else "NaN")
     return Sweep(title, axis, "°", values, "Orientation half-way", "°", 1e-3, "a twentieth of a pixel at 50 mm",
-                  tuple(curve(name, given, own=name.startswith("part of")) for name, given in results.items()), note)
+                 curves_of(results, ("part of the turn",)), note)
 
 
 def half_a_turn() -> Sweep:
@@ -139,9 +139,8 @@ def pole() -> Sweep:
                     results.setdefault(f"{name}, {precision}", []).append(
                         1e6 * float(floats(root((off * off).sum(1))).max()))
     return Sweep("Poles of the panorama", "From straight up", "°", values, "Direction", "µrad", 77.0,
-                  f"a tenth of a pixel of {WIDE} around",
-                  tuple(curve(name, given, own=name.startswith("by the half")) for name, given in results.items()),
-                  "The error is the rounding of a float32 y next to the edge of the film; neither form adds to it.")
+                 f"a tenth of a pixel of {WIDE} around", curves_of(results, ("by the half angle",)),
+                 "The error is the rounding of a float32 y next to the edge of the film; neither form adds to it.")
 
 
 def back_from_the_pole() -> Sweep:
@@ -169,9 +168,8 @@ def back_from_the_pole() -> Sweep:
                 off[:, 0] *= sine_cosine(up)[0]         # a pixel's width up there
                 results[name].append(float(floats(root((off * off).sum(1))).max()))
     return Sweep("Back from the pole to the film", "From straight up", "°", values, "Place", "px", 0.1,
-                  "a tenth of a pixel", tuple(curve(name, given, own=name.startswith("arc tangent"))
-                                              for name, given in results.items()),
-                  "The cosine of a small angle is 1; in float32 the arc cosine is first nonzero at a thousand pixels.")
+                 "a tenth of a pixel", curves_of(results, ("arc tangent",)),
+                 "The cosine of a small angle is 1; in float32 the arc cosine is first nonzero at a thousand pixels.")
 
 
 SWEEPS: dict[str, Callable[[], Sweep]] = {

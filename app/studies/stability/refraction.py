@@ -85,22 +85,30 @@ def snell(directions: np.ndarray) -> np.ndarray:
     return np.concatenate([across, along[:, None]], 1)
 
 
-def reference(directions: np.ndarray) -> Found:
-    """Directions by the scalar tracer, in the precision of the input."""
-    n, real = len(directions), directions.dtype
+def by_scalars(lens: lb.Lens, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Last points, directions (n, 3) and fates by the scalar tracer without rims, in the precision of the rays."""
+    n, real = len(origins), origins.dtype
     points, after = np.empty((n, 3), real), np.empty((n, 3), real)
     fate, reached = np.empty(n, np.int32), np.empty(n, np.int32)
-    trace_rays(surface_table(WINDOW, dtype=real), False, -directions, directions, points, after, fate, reached, None, 1)
-    return after, [lb.Fate(int(end)).name if end != lb.Fate.PASSED else "" for end in fate]
+    trace_rays(surface_table(lens, dtype=real), False, origins, directions, points, after, fate, reached, None, 1)
+    return points, after, [lb.Fate(int(end)).name if end != lb.Fate.PASSED else "" for end in fate]
+
+
+def by_blocks(lens: lb.Lens, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """The same by the block tracer, whose directions have the length of the index."""
+    given = dict(zip([X, Y, Z, L, M, N, WEIGHT], [*origins.T, *directions.T, np.ones(len(origins))], strict=True))
+    out = Program(surface_steps(lens, 0.0, towards="film"), origins.dtype.type).run(given, list(given), len(origins))
+    return out[:3].T, out[3:6].T, ["" if weight > 0.0 else LOST for weight in out[6]]
+
+
+def reference(directions: np.ndarray) -> Found:
+    """Directions by the scalar tracer."""
+    return by_scalars(WINDOW, -directions, directions)[1:]
 
 
 def block(directions: np.ndarray) -> Found:
-    """Directions by the block tracer, which takes directions of length n."""
-    rows = [X, Y, Z, L, M, N, WEIGHT]
-    given = [*-directions.T, *(INDEX * directions).T, np.ones(len(directions))]
-    out = Program(surface_steps(WINDOW, 0.0, towards="film"), directions.dtype.type).run(
-        dict(zip(rows, given, strict=True)), [L, M, N, WEIGHT], len(directions))
-    return out[:3].T, ["" if weight > 0.0 else LOST for weight in out[3]]
+    """Directions by the block tracer."""
+    return by_blocks(WINDOW, -directions, INDEX * directions)[1:]
 
 
 def by_the_angle(directions: np.ndarray) -> Found:
