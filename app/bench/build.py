@@ -347,7 +347,7 @@ def with_readable_stop(settings: Settings, say: Callable[[str], object]) -> Sett
 
 
 def stop_picture_path(settings: Settings, text: str) -> str:
-    """The absolute path of a picture that was typed: relative to the folder of the lens file, else to the present one.
+    """The absolute path of a picture that was typed: relative to the folder of the lens file, else to the current one.
 
     SettingsError where neither folder has it; the message names them.
     """

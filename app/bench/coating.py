@@ -54,7 +54,7 @@ def flare(settings: Settings) -> "Flare | None":
 
 
 def missing_ghost(settings: Settings) -> str:
-    """Why the ghost that is shown alone does not exist in the present lens, in a sentence; "" where it does."""
+    """Why the ghost that is shown alone does not exist in the current lens, in a sentence; "" where it does."""
     if not (settings.ghosts and settings.ghost_pair and settings.has_lens):
         return ""
     from lensbench.app.bench.build import design

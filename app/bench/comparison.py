@@ -14,11 +14,11 @@ from lensbench.core.text import fixed, true_minus
 
 FIGURE = re.compile(r"(?P<sign>f/|T |ø )?(?P<value>[+−-]?\d+(?:\.\d+)?)(?P<unit>°)?")
 STOPS = ("f/", "T ")            # signs of figures whose difference is counted in stops
-DIGITS = 3                      # of a figure beside one with decimals: 2 is 2.00 there, without its zeros
+DIGITS = 3                      # of a number next to one with decimals: 2 is 2.00 there, without its zeros
 
 
 def difference(a: str, b: str) -> str:
-    """B less A of two texts of one figure; "" where one is no single number, or where both read alike.
+    """B less A of two texts of one figure; "" where one is no single number, or where both read the same.
 
     Of f-numbers and T-stops the difference is that of the light in stops, positive where B is brighter.
     """

@@ -201,8 +201,8 @@ def with_film(settings: Settings, width: float, height: float) -> Settings:
 def with_equivalent_film(settings: Settings, width: float, height: float) -> Settings:
     """The settings with another film, and the focal length and f-number that keep field of view and depth of field.
 
-    The aperture is as wide as the lens opens at most. A film out of line keeps what it shows and its plane of sharp
-    focus: what is `ratio` times as large as before lies ratio² times as deep behind the lens.
+    The aperture is as wide as the lens opens at most. A tilted or shifted film keeps what it shows and its plane of
+    sharp focus: what is `ratio` times as large as before lies ratio² times as deep behind the lens.
     """
     ratio = math.hypot(width, height) / math.hypot(settings.film_width, settings.film_height)
     got = readings(replace(settings, zoom=0.0))

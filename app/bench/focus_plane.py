@@ -237,7 +237,7 @@ def film_z(built: Setup) -> float:
 
 
 def focus_at(built: Setup, shift: float) -> float:
-    """The focus distance of a film that is shifted by so much along +z; the present one where there is none."""
+    """The focus distance of a film that is shifted by so much along +z; the current one where there is none."""
     try:
         whole, nearest = _whole(built.lens)
         now = lb.film_distance(whole, max(built.focus_distance, nearest))

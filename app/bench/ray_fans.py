@@ -260,7 +260,7 @@ def _passing_intervals(passes: Callable[[np.ndarray, np.ndarray], np.ndarray], w
 
 
 def _near_the_glass(lens: lb.Lens, path: np.ndarray) -> bool:
-    """Whether a dead ray is worth drawing: it meets the first surface within 1.2 semi-diameters."""
+    """Whether a blocked ray is worth drawing: it meets the first surface within 1.2 semi-diameters."""
     return len(path) > 2 or (len(path) == 2 and abs(path[1][1]) < 1.2 * lens.surfaces[0].semi_diameter)
 
 

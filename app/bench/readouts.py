@@ -39,7 +39,7 @@ class Readings:
     wavelength: of the focal lengths, the widest f-number, the pupils and the Airy disk (µm), the primary one of the
     design.
     f_number: in air, focused at infinity. widest_f_number: the same with the stop fully open. working_f_number: of the
-    cone of light on the film, at the present focus. reason: why the lens cannot follow the settings, or "".
+    cone of light on the film, at the current focus. reason: why the lens cannot follow the settings, or "".
     """
 
     efl: float | None = None

@@ -144,7 +144,7 @@ class Difference:
 
 
 def decibels(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
-    """Peak signal to noise of two linear pictures of one size, clipped to [0, 1], peak 1; infinite where alike."""
+    """Peak signal to noise of two linear pictures of one size, clipped to [0, 1], peak 1; infinite where equal."""
     error = float(np.mean(np.square(np.clip(a, 0.0, 1.0) - np.clip(b, 0.0, 1.0), dtype=np.float64)))
     return -10.0 * math.log10(error) if error else math.inf
 

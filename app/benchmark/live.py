@@ -1,6 +1,6 @@
 """Time of live answers: analyses, the pixel under the mouse, edits and open plots.
 
-Both take turns in one window, so that other load of the machine affects both alike.
+Both take turns in one window, so that other load of the machine affects both equally.
 """
 
 import math
@@ -96,7 +96,7 @@ SMALL = Settings(pixels_x=640, pixels_y=360, film_width=32.0, film_height=18.0, 
 
 
 class DrivenSession(Session):
-    """A session whose dials are moved by a script in place of the panel."""
+    """A session whose dials are moved by a script instead of the panel."""
 
     move: Callable[[Settings], Settings] | None = None
     moved = worked = 0.0
@@ -111,7 +111,7 @@ class DrivenSession(Session):
 
     @property
     def current(self) -> bool:
-        """Whether the picture on the screen belongs to the present settings."""
+        """Whether the picture on the screen belongs to the current settings."""
         update = self.presenter.update
         return update is not None and update.generation == self.worker.generation
 
@@ -180,7 +180,7 @@ def first_pictures() -> tuple[list[tuple[float, float]], list[tuple[float, float
 
 
 def beside_plots() -> Iterator[tuple[str, float, str]]:
-    """From a dial to the first picture beside the plots of the Designer layout, over that without plots."""
+    """From a dial to the first picture with the plots of the Designer layout, over that without plots."""
     beside, alone = (1e3 * np.median(each, 0) for each in first_pictures())
     for k, name in enumerate(("end of the first pass", "first picture on the screen")):
         yield f"dial to {name}, no plots, median", float(alone[k]), "ms"

@@ -56,7 +56,7 @@ class Answer(NamedTuple):
 
     seconds: float
     worked: float               # CPU seconds of all cores, without those of compilers
-    compiled: int               # kernels that the picture waited for, or that were compiled beside it
+    compiled: int               # kernels that the picture waited for, or that were compiled meanwhile
 
 
 def latencies(dial: str = "focus") -> list[Answer]:
@@ -222,7 +222,7 @@ def drag() -> Iterator[tuple[str, float, str]]:
 
 
 def window() -> Iterator[tuple[str, float, str]]:
-    """Frames of the window beside a render, and of light fields under a control that never rests."""
+    """Frames of the window during a render, and of light fields under a control that never rests."""
     frames = np.array(paces()) * 1e3
     yield "window frame beside two rendering threads, median", float(np.median(frames)), "ms"
     yield "window frame beside two rendering threads, p95", float(np.percentile(frames, 95)), "ms"

@@ -54,7 +54,7 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
              "(default: --white)")
     add("--white", choices=WHITES,
         help="weights of the wavelengths in white light: by their luminance in a picture (picture, by default), "
-             "photopic vision (photopic), as the lens file states them (lens), or F, d and C alike (fdc)")
+             "photopic vision (photopic), as the lens file states them (lens), or F, d and C equally (fdc)")
     add("--frequencies", type=option(_read_frequencies), metavar="LP/MM",
         help="one to four frequencies of the analysis “mtf” (10,20,30,40); the first is that of “mtf-map” (30)")
     add("--points", type=int, default=POINTS, metavar="N", help=f"points across the pupil ({POINTS})")

@@ -72,5 +72,5 @@ def dest(of: Field) -> str:
 
 
 def say(text: str) -> None:
-    """One line on stderr, beside what the command prints."""
+    """One line on stderr, besides what the command prints."""
     print(f"lensbench: {escaped(text)}", file=sys.stderr)

@@ -82,7 +82,7 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
 def settings_from(arguments: argparse.Namespace) -> Settings:
     """The Settings that the options describe, checked.
 
-    They start from a settings file, or from an exported picture given in place of the lens, else from the lens at its
+    They start from a settings file, or from an exported picture given instead of the lens, else from the lens at its
     best (see `lens_choice`), of which the options lock what they name; an aperture or a focus distance that they do
     not name is limited to the range of the lens. SettingsError,
     LensError, LensFileError, ExportError.

@@ -1,1 +1,1 @@
-"""What the library offers at a prompt and in notebooks: pictures that show themselves, names in place of objects."""
+"""What the library offers at a prompt and in notebooks: pictures that show themselves, names instead of objects."""

@@ -106,7 +106,7 @@ class _Gltf:
     # Numbers
 
     def uri(self, uri: str) -> bytes:
-        """The bytes of a data URI, or of a file beside the mesh."""
+        """The bytes of a data URI, or of a file next to the mesh."""
         if not uri.startswith("data:"):
             return self.file.beside(unquote(uri))
         head, comma, text = uri.partition(",")

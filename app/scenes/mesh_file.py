@@ -33,14 +33,14 @@ class Pose(NamedTuple):
 
     rotation: np.ndarray
     scale: float | None         # mm of a unit of the file; None: as the format says
-    size: float | None          # mm of the longest side of its box, in place of a scale
+    size: float | None          # mm of the longest side of its box, instead of a scale
     place: tuple[float, float, float]
 
 
 def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None, smooth: bool) -> list[lb.Mesh]:
     """The meshes of a file in the folder of the scene or below it, one for each look; SceneError in one line.
 
-    material: in place of those of the file. smooth: normals are the means of neighbouring triangles, unless the file
+    material: instead of those of the file. smooth: normals are the means of neighbouring triangles, unless the file
     has its own.
     """
     path = asset_path(name, folder, "mesh", MOST_BYTES)

@@ -1,4 +1,4 @@
-"""What the readers of mesh files share: files beside the mesh, parts of one look, polygons cut to triangles."""
+"""What the readers of mesh files share: files next to the mesh, parts of one look, polygons cut to triangles."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -201,7 +201,7 @@ def _typed(values: np.ndarray, kind: str) -> np.ndarray:
 
 
 def _stacked(element: Element, names: tuple[str, ...]) -> np.ndarray | None:
-    """The columns of these names beside each other; None where one is missing or holds lists."""
+    """The columns of these names side by side; None where one is missing or holds lists."""
     columns = [element[name] for name in names if name in element and (element[name].lengths == 1).all()]
     return np.stack([column.values for column in columns], 1) if len(columns) == len(names) else None
 

@@ -1,7 +1,7 @@
 """Scenes of users, from a TOML file: docs/scenes.md shows one.
 
 Lengths are mm, or text with a unit ("1.2 m"); angles are degrees; colours are linear numbers, or "#rrggbb" as in sRGB;
-speeds are mm/s, or text ("50 km/h"); rotations are degrees a second. A texture, mesh or sky is a file beside or
+speeds are mm/s, or text ("50 km/h"); rotations are degrees a second. A texture, mesh or sky is a file next to or
 below the scene file, never elsewhere.
 """
 

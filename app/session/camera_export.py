@@ -16,7 +16,7 @@ from lensbench import lenses
 from lensbench.core.text import significant
 
 PROGRAMS = {"pbrt": ".pbrt", "mitsuba": ".xml", "blender": ".py"}       # and the suffix of their files
-FAR = 1e6                       # m: in place of infinity
+FAR = 1e6                       # m: instead of infinity
 Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
 
@@ -173,5 +173,5 @@ def _blender(camera: lb.Camera, path: Path, remarks: list[str]) -> str:
 
 
 def _far(distance: float) -> float:
-    """A distance (mm) in metres; a great one in place of infinity."""
+    """A distance (mm) in metres; a great one instead of infinity."""
     return min(distance / 1000.0, FAR)

@@ -1,6 +1,6 @@
 """Pictures on disk: PNG and PPM tone-mapped, EXR and PFM in linear light, all but PFM with their settings.
 
-A picture is written to a temporary file beside its place, and replaces the old file
+A picture is written to a temporary file next to it, and replaces the old file
 when it is complete on the disk: the file is at any time either the old or the new one.
 
 PNG is written here, chunk by chunk: Pillow has no 16-bit RGB, and one writer serves
@@ -66,8 +66,8 @@ def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: 
                  choice: lb.Choice | None = None, described: bool = True) -> None:
     """Write a linear picture (h, w, 3): tone-mapped to .png or .ppm of 8 or 16 bits, or as floats to .exr or .pfm.
 
-    text: a PPM with numbers as text (P3). choice: of the automatic model, recorded beside the settings. described:
-    whether the settings are those of the picture, and are written beside it.
+    text: a PPM with numbers as text (P3). choice: of the automatic model, recorded with the settings. described:
+    whether the settings are those of the picture, and are written with it.
     ExportError for another suffix or depth, for text in another kind of file, and for errors of the disk; an older
     file is then unchanged.
     """
@@ -183,7 +183,7 @@ def checked_place(path: Path, text: bool = False) -> str:
 
 @contextmanager
 def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
-    """A temporary file beside `path`; at the end it replaces `path`, unless keep is false.
+    """A temporary file next to `path`; at the end it replaces `path`, unless keep is false.
 
     Of two writers of one file the later one wins: each has a temporary file of its own. Those that a
     process left when it was killed are removed from the folder first.

@@ -97,7 +97,7 @@ def glass_text(glass: Glass) -> str:
 
 
 def pose_text(surface: Surface) -> str:
-    """The place of a tilted or decentred surface: “0.3 0.5 mm  2° 0°”, its decentres, tilts and roll; "" in line."""
+    """The place of a tilted or decentred surface: “0.3 0.5 mm  2° 0°”, its decentres, tilts and roll; "" if centred."""
     pose, parts = surface.pose, []
     if pose is None:
         return ""

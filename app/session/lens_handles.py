@@ -21,9 +21,9 @@ from lensbench.lenses.editing.document import EditError, LensDocument, words
 from lensbench.lenses.editing.elements import body_at, element_at, with_pose
 from lensbench.lenses.tables.paraxial import index_of
 
-BESIDE = 2.5                    # × the reach: from the rims of a body to the handles of its place
+BESIDE = 2.5                    # × the reach: from the edges of a body to its handles
 APART = 1.5                     # × the reach: half the way from one of them to the other
-ROOM = 0.3                      # of a gap, that a handle beside it takes at most
+ROOM = 0.3                      # of a gap, that a handle next to it takes at most
 
 
 class HandleKind(StrEnum):
@@ -95,7 +95,7 @@ def handle_at(lens: lb.Lens, z: float, y: float, reach: float, selected: tuple[i
 
 
 def body_of(lens: lb.Lens, handle: Handle) -> tuple[int, int]:
-    """First and last surface of what a handle belongs to: its surfaces, or the body out of line around them."""
+    """First and last surface of what a handle belongs to: its surfaces, or the tilted or decentred body around them."""
     if handle.first == handle.last and lens.surfaces[handle.first].pose is not None:
         return body_at(lens, handle.first)
     return handle.first, handle.last
@@ -153,7 +153,7 @@ def _pose_quantity(handle: Handle) -> str:
 
 
 def label(document: LensDocument, handle: Handle) -> tuple[str, str]:
-    """What a handle does, and the present values of its numbers."""
+    """What a handle does, and the current values of its numbers."""
     i, j, surfaces = handle.first, handle.last, document.surfaces
 
     def gap(k: int) -> str:

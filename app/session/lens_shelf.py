@@ -171,7 +171,7 @@ def film_name(size: tuple[float, float]) -> str:
 
 @lru_cache(maxsize=4096)
 def short_title(card: Card) -> str:
-    """The title without focal length and f-number, which a card shows beside it."""
+    """The title without focal length and f-number, which a card shows next to it."""
     left = re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.–]+", " ", card.title)
     return re.sub(r"\s+(?=[\s,)])", "", left).strip(" ,") or card.title
 

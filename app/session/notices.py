@@ -64,7 +64,7 @@ class Notices:
     def follow(self, lens: str, step: int) -> None:
         """At the end of a frame, dismiss what is about another lens, or about a change that undo has taken back.
 
-        lens: the setting of the present lens. step: of the history.
+        lens: the setting of the current lens. step: of the history.
         """
         self.forget(lambda notice: notice.lens not in ("", lens) or notice.step > step)
         self._all = [replace(notice, step=step) if notice.change and not notice.step else notice

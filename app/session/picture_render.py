@@ -1,8 +1,9 @@
 """A picture rendered to a file: its samples, its noise, and what is kept so that a stopped render goes on.
 
-The kept samples are an .npz beside the picture, `kept_path`. It holds the sums of all samples so far and the last
+The kept samples are an .npz next to the picture, `kept_path`. It holds the sums of all samples so far and the last
 estimate of the noise, so that the finished picture is that of a render without a stop, bit for bit; and a checksum of
-the files that the settings name, so that samples of an earlier lens or scene are never mixed with those of the present.
+the files that the settings name, so that samples of an earlier lens or scene are never mixed with those of the current
+ones.
 
 The noise is estimated from the samples alone: those before and after an earlier estimate are two pictures of the same
 scene, whose difference gives the noise of their mean. The earlier picture is part of the state, so that a render that

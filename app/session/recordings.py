@@ -40,7 +40,7 @@ from lensbench.lenses.file_error import open_regular
 
 SUFFIX = ".npz"
 SETTINGS, CHECKSUM = "settings", "checksum"
-TEXTS = (SETTINGS, CHECKSUM)            # members of text beside the arrays
+TEXTS = (SETTINGS, CHECKSUM)            # members of text besides the arrays
 MOST_MEMBERS = 32
 LARGEST = 1_000_000_000                 # bytes of arrays that a file shorter than that may expand to
 BLOCK = 1 << 22                         # bytes that are read at once

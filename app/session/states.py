@@ -116,7 +116,7 @@ def _where(plain: dict[str, Any], text: str) -> str:
 
 
 def _placed(settings: Settings, folder: Path) -> Settings:
-    """The settings with the absolute paths of the files beside them: lens, scene, and the picture in the stop."""
+    """The settings with the absolute paths of the files next to them: lens, scene, and the picture in the stop."""
     def place(text: str) -> str:
         try:
             path = (folder / text).resolve()

@@ -13,7 +13,7 @@ PAUSE = 0.6                     # seconds: edits of the same fields that follow 
 
 
 class History:
-    """The present settings, the earlier ones, and those that an undo took back."""
+    """The current settings, the earlier ones, and those that an undo took back."""
 
     def __init__(self, settings: Settings):
         self.present = settings
@@ -36,11 +36,11 @@ class History:
 
     @property
     def step(self) -> int:
-        """Number of gestures that led to the present settings: an undo lowers it."""
+        """Number of gestures that led to the current settings: an undo lowers it."""
         return self._dropped + len(self._past)
 
     def edit(self, settings: Settings, held: bool, time: float) -> None:
-        """Make these the present settings.
+        """Make these the current settings.
 
         held: whether a mouse button is down or a text entry is active, so that this and the next edits are one gesture.
         time: seconds of any clock.
@@ -82,7 +82,7 @@ class History:
         return self.present
 
     def correct(self, settings: Settings) -> None:
-        """Replace invalid present settings by valid ones, without an entry."""
+        """Replace invalid current settings by valid ones, without an entry."""
         if self._past and self._past[-1] == settings:
             self._past.pop()
         self.present = settings

@@ -14,7 +14,7 @@ class LensSettings:
     """Which lens, how large, and its coating."""
 
     lens: str = setting("pbrt-dgauss-50mm")             # a library name, or a path
-    edited: str = setting("")       # the text of the edited lens (`lenses.editing`), in place of that of `lens`
+    edited: str = setting("")       # the text of the edited lens (`lenses.editing`), instead of that of `lens`
     focal_length: float | None = setting(
         None, unit="mm", bounds=LENGTH, none="designed", read=read_length, metavar="LENGTH",
         help="scale the whole prescription to this focal length (of a zoom its shortest), such as 35mm")

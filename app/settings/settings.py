@@ -78,7 +78,7 @@ class Settings(SettingTable):
 
     @property
     def film_pose(self) -> FilmPose:
-        """Tilt, swing, rise, shift and curvature of the film; flat and in line for a camera without a lens."""
+        """Tilt, swing, rise, shift and curvature of the film; flat and centred for a camera without a lens."""
         radius = math.inf if self.film_radius is None else self.film_radius
         return FilmPose(self.tilt, self.swing, self.rise, self.shift, radius) if self.has_lens else UPRIGHT
 

@@ -99,7 +99,7 @@ def format_part(part: float) -> str:
 
 
 def format_light(radiance: float) -> str:
-    """A radiance beside that of a white wall under an even sky: 0.50."""
+    """A radiance relative to that of a white wall under an even sky: 0.50."""
     return fixed(radiance, 2)
 
 

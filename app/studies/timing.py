@@ -1,6 +1,6 @@
 """Timing of pieces of work in turn, of stages on rays in the first-level cache; and evenly spread points.
 
-Pieces of work run in turn, so that other load of the machine affects all of them alike. The cost is the least of many
+Pieces of work run in turn, so that other load of the machine affects all of them equally. The cost is the least of many
 times, because other load can only add time; the median shows how much it added.
 """
 

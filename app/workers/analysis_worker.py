@@ -1,8 +1,8 @@
-"""The figures of the analysis panels, computed on a background thread: coarse at once, refined when still.
+"""The plots of the analysis panels, computed on a background thread: coarse at once, refined when still.
 
-Panels say in every frame what they show; what no panel shows is not computed. All figures of one lens share its rays.
+Panels say in every frame what they show; what no panel shows is not computed. All plots of one lens share its rays.
 While the picture waits for its first pass, it has the processors to itself: no figure begins, and one under way pauses
-at the next place where its computation allows it. Then coarse figures are made beside the drawing of that frame, and
+at the next place where its computation allows it. Then coarse figures are made during the drawing of that frame, and
 the next frame is held for them if they are about to come. Coarse figures have the window's priority: with a lower one
 their thread would hold the interpreter's lock without getting a processor. Refined ones have a thread of their own,
 which ends when its panel shows something else.
@@ -105,7 +105,7 @@ class AnalysisWorker:
             self._begin()
 
     def await_coarse(self) -> None:
-        """Hold the frame for the coarse figures under way: drawing beside them would only make both slow.
+        """Hold the frame for the coarse figures under way: drawing meanwhile would only make both slow.
 
         Not beyond HOLD_SECONDS after its beginning, and not at all where they took longer the last time.
         """

@@ -310,7 +310,7 @@ def _answered(process: subprocess.Popen, kernel: Kernel) -> bool:
 
 @contextmanager
 def compiling_ahead(scene: str) -> Iterator[subprocess.Popen | None]:
-    """The process beside a command, started if a kernel of its scene is not compiled; it ends with the block.
+    """The process that helps a command, started if a kernel of its scene is not compiled; it ends with the block.
 
     What it has compiled by then is kept. If it fails, this process compiles the kernels itself.
     """

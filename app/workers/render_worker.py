@@ -1,7 +1,7 @@
 """Rendering in the background: settings in, the newest picture out.
 
 A `Task` prepares cameras and scenes (and compiles kernels, the first time), a pool of threads renders. `restart`
-returns at once, abandons the present pass within a millisecond and never waits. A picture is only ever replaced by a
+returns at once, abandons the current pass within a millisecond and never waits. A picture is only ever replaced by a
 later one.
 """
 
@@ -36,7 +36,7 @@ class RenderWorker:
         """Begin with these settings.
 
         wake: called from another thread when there is something new to show. urgent: the user waits for its first
-        passes; False for a picture beside another one, all of whose threads have a low priority. expect: called with
+        passes; False for a picture next to another one, all of whose threads have a low priority. expect: called with
         the settings before the first picture; True if kernels are compiled for it, by others: then it is rendered
         without light tracing until the kernels of that are compiled too.
         """
@@ -94,16 +94,16 @@ class RenderWorker:
 
     @property
     def error(self) -> Failure | None:
-        """Why the present generation cannot be rendered; None without an error."""
+        """Why the current generation cannot be rendered; None without an error."""
         failure = self._failure
         return failure if failure is not None and failure.generation == self._generation else None
 
     def await_set_up(self) -> None:
-        """Hold the frame until the first pass of the present settings is under way: its set-up needs the GIL."""
+        """Hold the frame until the first pass of the current settings is under way: its set-up needs the GIL."""
         self._await(lambda: self._set_up_for == self._generation)
 
     def await_first(self) -> None:
-        """Hold the frame for the first picture of the present settings, if it is about to come."""
+        """Hold the frame for the first picture of the current settings, if it is about to come."""
         self._await(lambda: False)
 
     def _await(self, enough: Callable[[], bool]) -> None:
@@ -112,7 +112,7 @@ class RenderWorker:
         Not beyond HOLD_SECONDS after the restart, and not at all where pictures take twice as long.
         """
         with self._change:
-            if self._first_seconds < 2.0 * HOLD_SECONDS:       # frames drawn beside a picture make it so slow
+            if self._first_seconds < 2.0 * HOLD_SECONDS:       # frames drawn during a render make it so slow
                 self._change.wait_for(lambda: enough() or self.waiting == 0.0 or not self.alive,
                                       max(0.0, self._started + HOLD_SECONDS - perf_counter()))
 
@@ -125,13 +125,13 @@ class RenderWorker:
 
     @property
     def on_screen(self) -> bool:
-        """Whether a frame with a picture of the present generation, or with its error, has been shown."""
+        """Whether a frame with a picture of the current generation, or with its error, has been shown."""
         shown = self._shown
         return self.error is not None or shown is not None and shown.generation == self._generation
 
     @property
     def waiting(self) -> float:
-        """Seconds since the restart without a picture of the present generation; 0 where there is one."""
+        """Seconds since the restart without a picture of the current generation; 0 where there is one."""
         update = self._update
         current = update is not None and update.generation == self._generation
         return 0.0 if current or self.error is not None else perf_counter() - self._started
@@ -289,7 +289,7 @@ class RenderWorker:
                 and not self._model.is_timed(job.settings, job.camera))
 
     def _amend(self, job: RenderJob, **changed: Any) -> None:
-        """Add to the present update, if it is of this job."""
+        """Add to the current update, if it is of this job."""
         if self._update is not None and self._update.generation == job.generation:
             self._update = self._update._replace(**changed)
             self._wake()

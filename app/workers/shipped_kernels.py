@@ -129,7 +129,7 @@ def pictures() -> Iterator[Any]:
 
 
 def cameras() -> Iterator[lb.LensCamera]:
-    """Cameras that no lens of the library gives: with surfaces out of line, and with a picture in the stop."""
+    """Cameras that no lens of the library gives: with tilted surfaces, and with a picture in the stop."""
     lens, film = lb.stopped_down(lenses.load(LENSES[0]), 4.0), lb.Film(36.0, 24.0, 48, 32)
     bent = replace(lens, surfaces=tuple(replace(surface, pose=lb.SurfacePose(tilt_x=0.01)) if i < 2 else surface
                                         for i, surface in enumerate(lens.surfaces)))
@@ -187,7 +187,7 @@ def exercise(progress: Any = print) -> None:
             rendering.add(1, threads=2)
             lb.depth_map(each, scene)
         each.raster_from_point(np.array([[0.0, 0.0, -1500.0]]))
-    progress(f"{len(cache.used)} kernels with those of lenses out of line and pictures in the stop")
+    progress(f"{len(cache.used)} kernels with those of tilted lenses and pictures in the stop")
     small, scene = lb.Film(36.0, 24.0, 24, 16), lb.builtin_scene("still-life")
     many, wall = lamps_scene(2 * MANY_LAMPS), lb.Mesh.of([[0, 0, -900], [90, 0, -900], [0, 90, -900]], [[0, 1, 2]])
     for lit in (many, replace(many, meshes=(wall,))):

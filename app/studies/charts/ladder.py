@@ -212,7 +212,7 @@ class Model:
 
 
 def ladder(camera: lb.LensCamera) -> list[Model]:
-    """Every model of the lens of a camera with its present settings, the simplest first."""
+    """Every model of the lens of a camera with its current settings, the simplest first."""
     found = [_ideal(camera, kind, name) for kind, name in IDEAL.items()]
     try:
         table = _regions(camera)

@@ -121,7 +121,7 @@ REACHES = (7.0, 11.0, 16.0, 22.0, 30.0, 40.0)           # points from the mark
 
 
 def _name_marks(axes: "Axes", chart: Chart) -> None:
-    """Write the names of marks beside them, with a leader where the nearest places are occupied."""
+    """Write the names of marks next to them, with a leader where the nearest places are occupied."""
     from matplotlib.patheffects import withStroke
 
     halo = [withStroke(linewidth=3.5, foreground=PAPER)]

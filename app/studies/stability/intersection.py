@@ -126,7 +126,7 @@ def reference(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) 
 
 
 def block(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> Found:
-    """Hits by the block tracer, with the surface in place of the film."""
+    """Hits by the block tracer, with the surface instead of the film."""
     points, _, fates = by_blocks(lb.Lens((surface,), stop_index=0), origins, directions)
     return points, fates
 
