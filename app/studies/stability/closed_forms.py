@@ -106,8 +106,10 @@ def _printed_limit(real: type, focus: float, sign: int) -> float:
 
 def _printed_limits(sign: int, focus: Callable[[float], float]) -> dict[str, Callable[[float], float]]:
     """The formula in both precisions, of a focus distance that follows from the swept value."""
-    return {f"as printed, {precision}": lambda value, real=real: _printed_limit(real, focus(value), sign)
-            for real, precision in PRECISIONS}
+    def limit(real: type) -> Callable[[float], float]:
+        return lambda value: _printed_limit(real, focus(value), sign)
+
+    return {f"as printed, {precision}": limit(real) for real, precision in PRECISIONS}
 
 
 def hyperfocal() -> Sweep:

@@ -209,12 +209,14 @@ def _off(found: float | str, truth: float | Decimal) -> float | str:
 def _conjugates(title: str, values: np.ndarray, rivals: dict[str, Focus], note: str) -> Sweep:
     """Film distances of the closed form, the school formula and other rivals, against the exact ones."""
     lens = lenses.load(LENS)
-    methods = {f"school formula, {precision}": partial(school_formula, real=real) for real, precision in PRECISIONS}
+    methods: dict[str, Focus] = {f"school formula, {precision}": partial(school_formula, real=real)
+                                 for real, precision in PRECISIONS}
+    methods |= {**rivals, "closed form": closed_form}
     with exactly():
         truth = [conjugate(lens, at) for at in values]
         curves = [curve(name, [_off(focus(lens, at), film) for at, film in zip(values, truth, strict=True)],
                         focus is closed_form)
-                  for name, focus in {**methods, **rivals, "closed form": closed_form}.items()]
+                  for name, focus in methods.items()]
     expected = tuple("" if film.is_finite() else "FocusError" for film in truth)
     return Sweep(title, "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT, WHY + " at f/1",
                  tuple(curves), note, expected=expected if any(expected) else ())
