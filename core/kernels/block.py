@@ -17,8 +17,9 @@ lanes  the lane buffer, float32 or float64
 p      the parameters of this stage, numbers of the same type; a module that packs
        parameters names their offsets, and its stage reads them by these names
 ints   the integers of this stage (int64): counts, indices and kinds, exact in every type of lanes
-key    which block this is (uint32): PIXEL, SAMPLE, SEED, and ALIVE. A stage sets ALIVE to 0
-       to skip the gated steps after it, or to LOST, where every WEIGHT is 0, to skip all
+key    which block this is (uint32): PIXEL, SAMPLE, SEED; and ALIVE and LIT. A stage sets ALIVE to 0
+       to skip the gated steps after it, or to LOST, where every WEIGHT is 0, to skip all; LIT to 0
+       to skip the steps after it that add light to an albedo
 
 A stage is fast if it has one loop over range(B) for each idea and no branch
 (choose by `a if c else b`), marks a lost ray by NaN, looks up tables by
@@ -121,8 +122,7 @@ PITCH = B + 16                  # numbers from row to row; with a power of two a
  ) = range(58)
 ROWS = 58
 
-PIXEL, SAMPLE, SEED, ALIVE = range(4)       # entries of key
-KEYS = 4
+PIXEL, SAMPLE, SEED, ALIVE, LIT, KEYS = range(6)        # entries of key, and their number
 LOST = 2                        # value of key[ALIVE] where no lane has a WEIGHT
 
 
@@ -130,7 +130,7 @@ class Step(NamedTuple):
     """A stage with its parameters and integers; a gated step is skipped while key[ALIVE] is 0.
 
     calls: the `PythonStage` that the step calls, which must live as long as the step; None for compiled stages.
-    kept: arrays whose addresses are among the integers (`borrowed_array`).
+    kept: arrays whose addresses are among the integers (`borrowed`). lights: skipped while key[LIT] is 0.
     """
 
     kernel: Any
@@ -139,6 +139,7 @@ class Step(NamedTuple):
     gated: bool = False
     calls: Any = None
     kept: Any = ()
+    lights: bool = False
 
 
 def stage(kernel=None, *, part=False, allocates=False):

@@ -24,8 +24,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from lensbench.core.kernels.block import (
-    ALIVE, BLUE, GREEN, KEYS, LOST, PITCH, PIXEL, RED, ROWS, SAMPLE, SEED, V0, V1, WEIGHT, B, Step, lane_buffer, rows,
-    stage
+    ALIVE, BLUE, GREEN, KEYS, LIT, LOST, PITCH, PIXEL, RED, ROWS, SAMPLE, SEED, V0, V1, WEIGHT, B, Step, lane_buffer,
+    rows, stage
 )
 from lensbench.core.kernels.cache import is_compiled, njit
 
@@ -137,7 +137,8 @@ class Code(NamedTuple):
     """The steps of a Program as the driver reads them."""
 
     addresses: np.ndarray       # of the machine code of each stage
-    gated: np.ndarray
+    gated: np.ndarray           # whether each waits for ALIVE,
+    lights: np.ndarray          # and for LIT
     numbers: np.ndarray         # parameters of all steps, one after the other
     integers: np.ndarray        # integers of all steps
     ends: np.ndarray            # (2, steps + 1): where those of each step begin and end in both
@@ -154,6 +155,7 @@ class Program:
         self.kept = [step.kept for step in steps]
         self.code = Code(np.array([stage_address(step.kernel, real) for step in steps], np.int64),
                          np.array([step.gated for step in steps], np.bool_),
+                         np.array([step.lights for step in steps], np.bool_),
                          np.concatenate([*numbers, np.zeros(1, real)]), np.concatenate([*integers, [0]]),
                          np.array([np.cumsum([0] + [part.size for part in parts]) for parts in (numbers, integers)]))
 
@@ -205,12 +207,12 @@ def accumulate(lanes, film, share):
 @njit(nogil=True, cache=True, error_model="numpy")
 def run_steps(lanes, code, key):
     """Run the steps of a Program, given by its code, over one block."""
-    key[ALIVE] = uint32(1)
+    key[ALIVE] = key[LIT] = uint32(1)
     numbers, integers = code.ends
     for s in range(code.addresses.size):
         if key[ALIVE] == LOST:
             return
-        if key[ALIVE] != 0 or not code.gated[s]:
+        if (key[ALIVE] != 0 or not code.gated[s]) and (key[LIT] != 0 or not code.lights[s]):
             call_stage(code.addresses[s], lanes, code.numbers[numbers[s]:numbers[s + 1]],
                        code.integers[integers[s]:integers[s + 1]], key)
 

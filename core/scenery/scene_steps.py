@@ -5,7 +5,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,36 +13,30 @@ from lensbench.core.kernels.block import BLUE, DEPTH, GREEN, RED, B, Packed, Ste
 from lensbench.core.kernels.byte_cache import byte_cache
 from lensbench.core.scenery.families import FAMILIES, intersection_steps, shadow_steps
 from lensbench.core.scenery.intersect.block_bounds import beam
-from lensbench.core.scenery.intersect.image_sky import image_sky_step
-from lensbench.core.scenery.intersect.moving_objects import motion_parameters, moving, moving_parameters
+from lensbench.core.scenery.intersect.moving_objects import after, moving, moving_parameters
 from lensbench.core.scenery.intersect.pictured import is_large, pictured_floor_step
 from lensbench.core.scenery.intersect.sky import (
-    SKY_DISTANCE, UP, floor, floor_parameters, sky, sky_parameters, sun_disk, sun_disk_parameters
+    SKY_DISTANCE, UP, floor, floor_parameters, sky_parameters, sky_step, sun_disk, sun_disk_parameters
 )
-from lensbench.core.scenery.objects.shape import Shape, by_family, displaced
+from lensbench.core.scenery.objects.shape import Shape
 from lensbench.core.scenery.objects.surroundings import ImageSky, Sky
 from lensbench.core.scenery.shading.bounces import (
     INNER, bounce_pupil_part, diffuse_bend, diffuse_end, diffuse_leave, diffuse_sky, solid_bend, solid_leave,
     specular_bounce
 )
-from lensbench.core.scenery.shading.clearcoat import clearcoat, clearcoat_parameters
+from lensbench.core.scenery.shading.clearcoat import clearcoat_step
 from lensbench.core.scenery.shading.illumination import (
-    ambient, begin_path, daylight, finish_path, gather_emission, open_light, rise
+    ambient, begin_path, daylight, finish_path, gather_emission, moving_sky_occluders, open_light, rise, sky_occluders
 )
-from lensbench.core.scenery.shading.image_rough_clearcoat import image_rough_clearcoat_step
 from lensbench.core.scenery.shading.image_sky_light import add_tinted, sky_cells, sky_rays_step
 from lensbench.core.scenery.shading.many_lamps import MANY_LAMPS, has_a_share, many_lamp_steps
 from lensbench.core.scenery.shading.meshes import gradient_rays
-from lensbench.core.scenery.shading.moving_clearcoat import (
-    image_clearcoat_step, moving_clearcoat, moving_highlights, moving_reflected, moving_rough_clearcoat
-)
-from lensbench.core.scenery.shading.moving_lights import (
-    add_lit, after, lamp_rays, moving_ambient, moving_lamp, moving_lamp_rays, moving_occluders, moving_shadows,
-    moving_sky_occluders, moving_sun, shadow_stage, sky_occluders, sun_rays
-)
 from lensbench.core.scenery.shading.participating_medium import Medium
-from lensbench.core.scenery.shading.rough_clearcoat import rough_clearcoat, rough_clearcoat_parameters
-from lensbench.core.scenery.shading.soft_shadows import lamp, occluder_parameters, point_parameters, sun, sun_parameters
+from lensbench.core.scenery.shading.rough_clearcoat import image_rough_clearcoat_step, rough_clearcoat_step
+from lensbench.core.scenery.shading.soft_shadows import (
+    add_lit, all_occluders, lamp_parameters, lamp_rays, point_parameters, shadows as shadow_stage, sun_parameters,
+    sun_rays
+)
 from lensbench.core.scenery.small_lights import ExcludedLight
 from lensbench.core.scenery.surface_codes import BENDS, DARK, LAMP, SHARP, SHINES, SMALL_LIGHT
 from lensbench.core.scenery.values import unit
@@ -61,47 +54,53 @@ HIGHLIGHT_RADIUS = math.radians(1.5)    # least radius of the sun in mirrors and
 def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: ExcludedLight | None,
                    medium: Medium | None) -> tuple[Step, ...]:
     """Stages from a ray to its radiance, cached: a slider asks for the same ones again and again."""
-    opening, fog = opening if scene.moves else 0.0, []
-    if medium is not None and not medium.is_clear:
-        fog = replace(medium, index=1.0).steps
+    opening, fog = opening if scene.moves else 0.0, [] if medium is None else medium.steps
     excluded = excluded or ExcludedLight(scene.objects, frozenset(), scene.objects)
     mirrors = any(o.material.kind in ("metal", "glass") for o in scene.objects)
-    occluders = any(not o.material.shines for o in scene.objects)
-    pictured = shadows and _lights_by_picture(scene)
-    if not (mirrors or _glosses(scene) or _lamps(scene) or (shadows and occluders) or fog or pictured or (
-            shadows and scene.diffuse_bounce)):
-        sunlight = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-        if scene.sun is not None:
-            sunlight = np.array([*unit(scene.sun.direction), *scene.sun.colour])
+    bounce = shadows and scene.diffuse_bounce
+    occluders = shadows and any(not o.material.shines for o in scene.objects)
+
+    # Without mirrors, coats, lamps, fog and shadows one stage does all
+    if not (mirrors or _glosses(scene) or _lamps(scene) or occluders or fog or bounce or (
+            shadows and _lights_by_picture(scene))):
+        sunlight = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0] if scene.sun is None else [
+            *unit(scene.sun.direction), *scene.sun.colour]
         return (*_intersection(scene, opening, shapes=excluded.first),
                 Step(daylight, np.concatenate([_surround(scene), scene.ambient, sunlight])))
+
+    # What the camera's ray meets, its reflections by coats, and the light on it
     light = _light(scene, shadows, opening)
-    bounce = shadows and scene.diffuse_bounce
     emission = [BENDS if j in excluded.bends else _emits(o) for j, o in enumerate(excluded.first)]
     steps = [Step(begin_path), *_intersection(scene, opening, shapes=excluded.first, emission=emission), *fog,
              *_coats(scene, False, shadows, opening), Step(gather_emission),
              *(_light(scene, shadows, opening, sky_too=False) if bounce else light)]
-    if mirrors or bounce:
-        lamp = LAMP if bounce else SHINES
-        emission = [SMALL_LIGHT if o != other and o.material.pattern is None else lamp if o.material.shines else DARK
-                    for o, other in zip(scene.objects, excluded.later, strict=True)]
-        part = [Step(bounce_pupil_part)] if is_rough(scene) else []
-        solids = any(o.material.kind == "glass" and FAMILIES[o.family].hollow for o in scene.objects)
-        bend, leave = ([Step(solid_bend)], [Step(solid_leave)]) if solids else ([], [])
-        bounces = (SOLID_BOUNCES if solids else BOUNCES) if mirrors else 1
-        surround = np.concatenate([_surround(scene, shadows), np.multiply(scene.ambient, not scene.enclosed)])
-        met = _intersection(scene, opening, reflected=True, emission=emission, specular=excluded.later)
-        for k in range(bounces):
-            matte = bounce and k == 0
-            onward = [*bend, *part, Step(specular_bounce, [INNER]), *leave]
-            steps += [Step(diffuse_bend)] if matte else []
-            steps += [step._replace(gated=True) for step in onward]
-            steps += [Step(diffuse_leave)] if matte else []
-            seen = [*met, *([Step(diffuse_sky, surround)] if matte else []), *fog,
-                    *_coats(scene, k == bounces - 1, shadows, opening), Step(gather_emission),
-                    *([Step(diffuse_end)] if matte else []), *light]
-            steps += [step._replace(gated=True) for step in seen]
+    if not (mirrors or bounce):
+        return (*steps, Step(finish_path))
+
+    # Rounds of a path that goes on: by mirrors and glass, the first one from matte surfaces too
+    lamp = LAMP if bounce else SHINES
+    emission = [SMALL_LIGHT if o != other and o.material.pattern is None else lamp if o.material.shines else DARK
+                for o, other in zip(scene.objects, excluded.later, strict=True)]
+    surround = np.concatenate([_surround(scene, shadows), np.multiply(scene.ambient, not scene.enclosed)])
+    met = _intersection(scene, opening, reflected=True, emission=emission, specular=excluded.later)
+    solids = any(o.material.kind == "glass" and FAMILIES[o.family].hollow for o in scene.objects)
+    onward = [*([Step(solid_bend)] if solids else []), *([Step(bounce_pupil_part)] if is_rough(scene) else []),
+              Step(specular_bounce, [INNER]), *([Step(solid_leave)] if solids else [])]
+    count = (SOLID_BOUNCES if solids else BOUNCES) if mirrors else 1
+    for k in range(count):
+        coats = _coats(scene, k == count - 1, shadows, opening)
+        if bounce and k == 0:
+            steps += [Step(diffuse_bend), *_gated(onward), Step(diffuse_leave),
+                      *_gated([*met, Step(diffuse_sky, surround), *fog, *coats, Step(gather_emission),
+                               Step(diffuse_end), *light])]
+        else:
+            steps += _gated([*onward, *met, *fog, *coats, Step(gather_emission), *light])
     return (*steps, Step(finish_path))
+
+
+def _gated(steps: Sequence[Step]) -> list[Step]:
+    """The steps, each skipped where no path of a block goes on."""
+    return [step._replace(gated=True) for step in steps]
 
 
 @byte_cache(MOST_SHORT, 16, SHORT_NEWEST)
@@ -139,14 +138,14 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
                   specular: tuple[Shape, ...] | None = None) -> list[Step]:
     """Stages that find the nearest surface; `reflected`: the sun's disk is at least HIGHLIGHT_RADIUS.
 
-    shapes: in place of the scene's objects; emission: EMITS of each, by default whether it shines; specular: the
+    shapes: instead of the scene's objects; emission: EMITS of each, by default whether it shines; specular: the
     shapes as paths see them that are not DIRECT.
     """
     shapes = scene.objects if shapes is None else shapes
     emission = [_emits(o) for o in shapes] if emission is None else emission
-    seen = [one for one in zip(shapes, emission, shapes if specular is None else specular, strict=True)
-            if not one[0].moves]
-    steps = [image_sky_step(scene.sky) if isinstance(scene.sky, ImageSky) else Step(sky, sky_parameters(scene.sky))]
+    still = [one for one in zip(shapes, emission, shapes if specular is None else specular, strict=True)
+             if not one[0].moves]
+    steps = [sky_step(scene.sky)]
     if scene.sun is not None:
         radius = scene.sun.angular_radius
         steps.append(Step(sun_disk, sun_disk_parameters(scene.sun,
@@ -154,11 +153,11 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
     if scene.floor is not None:
         pictured = scene.floor.image is not None
         steps.append(pictured_floor_step(scene.floor) if pictured else Step(floor, floor_parameters(scene.floor)))
-    if any(not is_large(o) for o, _, _ in seen) or scene.moves:
+    if any(not is_large(o) for o, _, _ in still) or scene.moves:
         steps.append(Step(beam))
-    steps += intersection_steps(seen)
+    steps += intersection_steps(still)
     if scene.moves:
-        steps.append(Step(moving, *moving_parameters(_moving(scene.objects), opening)))
+        steps.append(Step(moving, *moving_parameters([o for o in scene.objects if o.moves], opening)))
     return steps
 
 
@@ -168,33 +167,22 @@ def _coats(scene: Scene, last: bool, shadows: bool, opening: float) -> list[Step
     shadows: rough coats reflect samples of a picture of the sky, and not the nearest sky of three colours.
     """
     steps = []
-    around = sky_parameters(_gradient(scene))
-    by_picture = isinstance(scene.sky, ImageSky) and not scene.enclosed
-    if scene.enclosed:                          # coats reflect the ambient light in place of the sky
-        around = np.array([*scene.ambient * 3, 0.0, 1.0, 0.0])
+    around, sun = sky_parameters(_gradient(scene)), scene.sun
+    if scene.enclosed:                          # coats reflect the ambient light instead of the sky
+        around, sun = np.array([*scene.ambient * 3, 0.0, 1.0, 0.0]), None
+    ground = None if scene.floor is None else floor_parameters(scene.floor)
+    lights = [o for o in scene.objects if o.material.shines and o.material.pattern is None]
     if last or any(g >= SHARP for g in _glosses(scene)) or any(o.material.kind == "glass" for o in scene.objects):
-        disk = None
-        if scene.sun is not None and not scene.enclosed:
-            disk = sun_disk_parameters(scene.sun, max(scene.sun.angular_radius, HIGHLIGHT_RADIUS))
-        ground = None if scene.floor is None else floor_parameters(scene.floor)
-        bulbs, panels = by_family(scene.objects)
-        bulbs = [o for o in bulbs if o.material.kind == "lamp"]
-        panels = [o for o in panels if o.material.shines and o.material.pattern is None]
-        still = clearcoat_parameters(around, ground, _floor_light(scene), disk, _still(bulbs), _still(panels), last)
-        moved = moving_reflected(_moving([*bulbs, *panels]), opening)
-        if by_picture:
-            steps.append(image_clearcoat_step(scene.sky, still, moved))
-        else:
-            steps.append(_step(clearcoat, moving_clearcoat, still, moved))
+        disk = None if sun is None else sun_disk_parameters(sun, max(sun.angular_radius, HIGHLIGHT_RADIUS))
+        mirrored = [o for o in lights if o.family == "planar" or (o.family == "sphere" and o.material.kind == "lamp")]
+        picture = scene.sky if isinstance(scene.sky, ImageSky) and not scene.enclosed else None
+        steps.append(clearcoat_step(around, picture, ground, _floor_light(scene), disk, mirrored, opening, last))
     if is_rough(scene):
         if shadows and _lights_by_picture(scene):
-            ground = None if scene.floor is None else floor_parameters(scene.floor)
             steps.append(image_rough_clearcoat_step(scene.sky, ground, _floor_light(scene)))
             around = around * 0.0
-        lights = [o for o in scene.objects if o.material.shines and o.material.pattern is None]
-        lights = sorted(lights, key=_brightness, reverse=True)[:MOST_HIGHLIGHTS]
-        still = Packed(rough_clearcoat_parameters(around, _still(lights)))
-        steps.append(_step(rough_clearcoat, moving_rough_clearcoat, still, moving_highlights(_moving(lights), opening)))
+        brightest = sorted(lights, key=_brightness, reverse=True)[:MOST_HIGHLIGHTS]
+        steps.append(rough_clearcoat_step(around, brightest, opening))
     return steps
 
 
@@ -203,71 +191,52 @@ def _light(scene: Scene, shadows: bool, opening: float, sky_too: bool = True) ->
 
     sky_too: False leaves out ambient light and a sky of three colours, which a diffuse bounce meets.
     """
-    balls, flat = by_family(scene.objects)
-    held = [s for s in balls if shadows and not s.material.shines]
-    around = np.concatenate([_surround(scene, shadows), scene.ambient])
-    occluders, moved = occluder_parameters([], []), join()
-    if shadows:
-        occluders = occluder_parameters(_still(balls), _still(flat))
-        moved = moving_occluders(_moving(scene.objects), opening)
-    lamps = _lamps(scene)
+    around, lamps = np.concatenate([_surround(scene, shadows), scene.ambient]), _lamps(scene)
     shade = shadow_steps(scene.objects) if shadows else []
-    hidden = [Step(shadow_stage, *occluders)] if occluders.parameters.size else []
-    hidden += [Step(moving_shadows, *moved)] if moved.parameters.size else []
-    between, hidden = hidden, [*hidden, *shade]
+    occluders = all_occluders([o for o in scene.objects if o.family in ("sphere", "planar")], opening)
+    between = [Step(shadow_stage, *occluders)] if shadows and occluders.parameters.size else []
 
     # Sky and ambient light
+    steps = []
     if not shadows:
-        steps = [Step(open_light, np.concatenate([around, *(point_parameters(o) for o in _still(lamps))]))]
-    elif not sky_too:
-        steps = []
-    elif shade:
-        steps = _sky_between(scene, around, held, opening, shade)
-    else:
-        steps = [_step(ambient, moving_ambient, join(Packed(around), sky_occluders(_still(held))),
-                       moving_sky_occluders(_moving(held), opening))]
+        steps.append(Step(open_light, np.concatenate([around, *(point_parameters(o) for o in lamps if not o.moves)])))
+    elif sky_too:
+        steps += _sky_between(scene, around, opening, shade)
     if shadows and _lights_by_picture(scene):
-        steps += [sky_rays_step(scene.sky), *hidden, Step(add_tinted)]
+        steps += [sky_rays_step(scene.sky), *between, *shade, Step(add_tinted)]
 
-    # Sun and lamps
+    # Sun
     if scene.sun is not None:
-        sunlight = Packed(sun_parameters(scene.sun))
-        steps += [Step(sun_rays, *sunlight), *hidden, Step(add_lit, scene.sun.colour)] if shade else [
-            _step(sun, moving_sun, join(sunlight, occluders), moved)]
-    many = [o for o in lamps if has_a_share(o)] if shadows else []
-    if sum(any(o.material.colour) for o in many) > MANY_LAMPS:
-        steps += many_lamp_steps(many, occluders, moved, hidden if shade else None)
+        steps += [Step(sun_rays, sun_parameters(scene.sun)), *between, *shade, Step(add_lit, scene.sun.colour)]
+
+    # Lamps, each by itself or by shares; without shadows the still ones have been added with the sky
+    shared = [o for o in lamps if has_a_share(o)] if shadows else []
+    if sum(any(o.material.colour) for o in shared) > MANY_LAMPS:
+        steps += many_lamp_steps(shared, occluders, shade)
         lamps = [o for o in lamps if not has_a_share(o)]
-    for o in lamps if shadows else _moving(lamps):
+    for o in lamps if shadows else [o for o in lamps if o.moves]:
         own_rays = FAMILIES[o.family].lamp
-        if own_rays is not None:
-            steps += [own_rays(o), *between, *shadow_steps(scene.objects, o), Step(add_lit, o.material.colour)]
-            continue
-        here = displaced(o, opening)
-        shining, motion = here.lamp_parameters(), Packed(motion_parameters([here], opening))
-        if shade:
-            rays = Step(moving_lamp_rays, *join(motion, shining)) if o.moves else Step(lamp_rays, *shining)
-            steps += [rays, *hidden, Step(add_lit, o.material.colour)]
-        elif o.moves or moved.parameters.size:
-            steps.append(Step(moving_lamp, *after(join(motion, shining, occluders), moved)))
-        else:
-            steps.append(Step(lamp, *join(shining, occluders)))
-    return steps
+        rays = Step(lamp_rays, *lamp_parameters(o, opening)) if own_rays is None else own_rays(o)
+        own_shade = shade if own_rays is None else shadow_steps(scene.objects, o)
+        steps += [rays, *between, *own_shade, Step(add_lit, o.material.colour)]
+    return [step._replace(lights=True) for step in steps]
 
 
-def _sky_between(scene: Scene, around: np.ndarray, held: list[Shape], opening: float, shade: list[Step]) -> list[Step]:
-    """Stages of the light of sky and ambient light that spheres and meshes leave, by a ray for each sample."""
+def _sky_between(scene: Scene, around: np.ndarray, opening: float, shade: Sequence[Step]) -> list[Step]:
+    """Stages of the light of sky and ambient light that spheres and meshes leave, planar shapes left out.
+
+    around: parameters of the sky and the ambient radiance; shade: stages of the shadows of meshes: with any, a ray for
+    each sample instead of a closed form.
+    """
+    balls = [o for o in scene.objects if o.family == "sphere" and not o.material.shines]
+    if not shade:
+        return [Step(ambient, *after(join(Packed(around), sky_occluders([o for o in balls if not o.moves])),
+                                     moving_sky_occluders([o for o in balls if o.moves], opening)))]
     if not around[:UP].any() and not any(scene.ambient):
         return []
-    balls, moved = occluder_parameters(_still(held), []), moving_occluders(_moving(held), opening)
-    hidden = [Step(shadow_stage, *balls)] if balls.parameters.size else []
-    hidden += [Step(moving_shadows, *moved)] if moved.parameters.size else []
-    return [Step(gradient_rays, around), *hidden, *shade, Step(add_tinted)]
-
-
-def _step(kernel: Any, moving_kernel: Any, still: Packed, moved: Packed) -> Step:
-    """The stage for still shapes, or its counterpart where anything moves."""
-    return Step(moving_kernel, *after(still, moved)) if moved.parameters.size else Step(kernel, *still)
+    occluders = all_occluders(balls, opening)
+    between = [Step(shadow_stage, *occluders)] if occluders.parameters.size else []
+    return [Step(gradient_rays, around), *between, *shade, Step(add_tinted)]
 
 
 def _floor_light(scene: Scene) -> np.ndarray:
@@ -277,7 +246,7 @@ def _floor_light(scene: Scene) -> np.ndarray:
     normal = unit(scene.floor.normal)
     near = [s.centre for s in scene.spheres if not s.material.shines and math.dist(s.centre, (0, 0, 0)) < 3000.0]
     middle = np.mean(near, 0) if near else np.array([0.0, 0.0, -1000.0])
-    here = middle + (scene.floor.height - middle @ normal) * normal
+    point = middle + (scene.floor.height - middle @ normal) * normal
     around = _surround(scene)
     up = float(normal @ unit(_gradient(scene).up))
     zenith, horizon, below = around[0:3], around[3:6], around[6:9]
@@ -285,8 +254,8 @@ def _floor_light(scene: Scene) -> np.ndarray:
     total = total + rise.py_func(float, up) * (zenith - horizon)
     if scene.sun is not None:
         total = total + np.asarray(scene.sun.colour) * max(0.0, float(normal @ unit(scene.sun.direction)))
-    for light in _still(_lamps(scene)):
-        to = np.asarray(light.centre) - here
+    for light in (o for o in _lamps(scene) if not o.moves):
+        to = np.asarray(light.centre) - point
         distance = math.sqrt(to @ to)
         slant = max(0.0, float(to @ normal)) / distance
         size = light.silhouette(to / distance) / math.pi
@@ -327,11 +296,3 @@ def _lights_by_picture(scene: Scene) -> bool:
 def _brightness(light: Shape) -> float:
     """Of a light seen from the origin: its radiance times its greatest solid angle."""
     return sum(light.material.colour) * light.area / max(math.hypot(*light.centre), 1.0) ** 2
-
-
-def _still(shapes):
-    return [o for o in shapes if not o.moves]
-
-
-def _moving(shapes):
-    return [o for o in shapes if o.moves]

@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    BEAM, DEPTH, H0, H1, H2, H3, H4, H5, H6, H7, NX, NY, NZ, TIME, B, L, M, N, Packed, X, Y, Z, join, offsets, pack,
-    rows, stage, vector
+    BEAM, DEPTH, H0, H1, H2, H3, H4, H5, H6, H7, H8, NX, NY, NZ, TIME, B, L, Packed, X, join, offsets, pack, rows,
+    stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.numeric import sine_versine
@@ -72,6 +72,11 @@ def moving_groups(shapes: Sequence[Shape], opening: float,
             packed += [Packed(motion_parameters(group, opening),
                               [MOTION + held.parameters.size, GROUP + np.size(held.integers), which]), held]
     return join(*packed)
+
+
+def after(still: Packed, moved: Packed) -> Packed:
+    """What is still, then groups of what moves; the first integer is the number of parameters of what is still."""
+    return join(Packed(np.zeros(0), [still.parameters.size]), still, moved)
 
 
 def moving_parameters(shapes: Sequence[Shape], opening: float) -> Packed:
@@ -135,6 +140,50 @@ def to_world_frame(real, motion, t, x, y, z, dx, dy, dz):
     return qx + (px + vx * t), qy + (py + vy * t), qz + (pz + vz * t), ex, ey, ez
 
 
+@stage(part=True)
+def keep_world(lanes, point, way, normals):
+    """Keep points (3 rows from `point` on, mm) and directions (from `way`) in H0 … H5; normals: NX NY NZ in H6 … H8."""
+    row = rows(lanes)
+    for k in range(3):
+        for i in range(B):
+            row[H0 + k, i], row[H3 + k, i] = row[point + k, i], row[way + k, i]
+    if normals:
+        for k in range(3):
+            for i in range(B):
+                row[H6 + k, i] = row[NX + k, i]
+
+
+@stage(part=True)
+def enter_rest_frame(lanes, motion, point, way, normals):
+    """Write what `keep_world` kept to its rows, in the frame where a group rests."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    time, x, y, z, dx, dy, dz = (row[TIME], row[point], row[point + 1], row[point + 2], row[way], row[way + 1],
+                                 row[way + 2])
+    hx, hy, hz, ex, ey, ez = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5]
+    for i in range(B):
+        x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
+                                                              ex[i], ey[i], ez[i])
+    if normals:
+        nx, ny, nz, ux, uy, uz = row[NX], row[NY], row[NZ], row[H6], row[H7], row[H8]
+        for i in range(B):
+            _, _, _, nx[i], ny[i], nz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
+                                                         ux[i], uy[i], uz[i])
+
+
+@stage(part=True)
+def leave_rest_frame(lanes, point, way, normals):
+    """Write what `keep_world` kept back to its rows, in the world."""
+    row = rows(lanes)
+    for k in range(3):
+        for i in range(B):
+            row[point + k, i], row[way + k, i] = row[H0 + k, i], row[H3 + k, i]
+    if normals:
+        for k in range(3):
+            for i in range(B):
+                row[NX + k, i] = row[H6 + k, i]
+
+
 @stage
 def time_bounds(lanes):
     """Earliest and latest TIME of the block (s), rounded outwards."""
@@ -155,14 +204,12 @@ def moving(lanes, p, ints, key):
     """Intersect rays with moving shapes, after `beam`; the nearest surface stays.  p: moving_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz, time = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TIME]
-    depth = row[DEPTH]
-    hx, hy, hz, ex, ey, ez, near, seen = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6], row[H7]
+    depth, near, seen = row[DEPTH], row[H6], row[H7]
 
     # Keep the rays and their beam in the world
     early, late = time_bounds(lanes)
+    keep_world(lanes, X, L, False)
     for i in range(B):
-        hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
         seen[i] = row[BEAM][i]
     s, k, last, current = 0, 0, 0, -1
     while s < p.size:
@@ -183,10 +230,8 @@ def moving(lanes, p, ints, key):
         if which != current:
             if current >= 0:
                 _normals_to_world(lanes, p, last)
-            motion = motion_of(p, here)
+            enter_rest_frame(lanes, motion_of(p, here), X, L, False)
             for i in range(B):
-                x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
-                                                                      ex[i], ey[i], ez[i])
                 near[i] = depth[i]
             beam(lanes, p, ints, key)
             last, current = here, which
@@ -196,8 +241,7 @@ def moving(lanes, p, ints, key):
         planar(lanes, p[flat:s], ints[flat_held:k], key)
     if current >= 0:
         _normals_to_world(lanes, p, last)
-    for i in range(B):
-        x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
+    leave_rest_frame(lanes, X, L, False)
 
 
 @stage

@@ -12,11 +12,10 @@ from lensbench.core.kernels.block import (
     A0, A1, A2, A4, A5, A6, A7, A8, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE, PIXEL_SPREAD, RED, B, L,
     M, N, Step, X, Y, Z, offsets, pack, rows, stage, vector
 )
-from lensbench.core.scenery.intersect.image_sky import half_turn
 from lensbench.core.scenery.intersect.planar import (
     COLOUR as PLANAR_COLOUR, PLANAR, fields_of, footprint, intersect, record
 )
-from lensbench.core.scenery.intersect.sky import floor_axes
+from lensbench.core.scenery.intersect.sky import floor_axes, half_turn
 from lensbench.core.scenery.intersect.spheres import closest_approach
 from lensbench.core.scenery.intersect.texture import AROUND, REPEATED, look_up_texture, texture
 from lensbench.core.scenery.objects.surroundings import Floor

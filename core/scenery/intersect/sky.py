@@ -1,18 +1,22 @@
-"""The farthest surfaces: an endless checkered floor, a sky of three colours, and the sun's disk.
+"""The farthest surfaces: an endless checkered floor, the sky, and the sun's disk.
 
-Radiance along a unit direction whose component along `up` is m:
-horizon + m (zenith − horizon) for m ≥ 0, and `ground` below the horizon.
+A sky of three colours has the radiance horizon + m (zenith − horizon) along a unit direction whose component along `up`
+is m ≥ 0, and `ground` below the horizon. A sky shown by an equirectangular picture (`ImageSky`) has at a direction d
+the place u = ½ + atan2(x, −z) / 2π from the left and v = atan2(√(x² + z²), y) / π from the top, both in the frame of
+the picture.
 """
 
 import math
 
 import numpy as np
 
+from lensbench.core.kernels.arrays import address, borrowed
 from lensbench.core.kernels.block import (
-    A0, A1, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE, PIXEL_SPREAD, RED, B, L, M, N, X, Y, Z, offsets,
-    pack, rows, stage, vector
+    A0, A1, A2, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE, PIXEL_SPREAD, RED, B, L, M, N, Packed, Step,
+    X, Y, Z, offsets, pack, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
+from lensbench.core.scenery.objects.surroundings import ImageSky
 from lensbench.core.scenery.shading.pattern_filter import checker_contrast, footprint_stretch, parity
 from lensbench.core.scenery.values import cross, unit
 
@@ -125,8 +129,17 @@ def gradient(p, k):
     return (r, g, b), (zr - r, zg - g, zb - b), vector(p, k + GROUND), vector(p, k + UP)
 
 
+@njit(inline="always")
+def sky_radiance(real, colours, x, y, z):
+    """Radiance along a unit direction, from the coefficients of `gradient`."""
+    (r, g, b), (dr, dg, db), (gr, gg, gb), (ux, uy, uz) = colours
+    up = ux * x + uy * y + uz * z
+    above = up >= real(0)
+    return r + up * dr if above else gr, g + up * dg if above else gg, b + up * db if above else gb
+
+
 @stage
-def sky(lanes, p, ints, key):
+def gradient_sky(lanes, p, ints, key):
     """Begin the intersection of rays: each sees the sky.  p: sky_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -134,20 +147,16 @@ def sky(lanes, p, ints, key):
     depth, emits, finish = row[DEPTH], row[EMITS], row[FINISH]
     nx, ny, nz = row[NX], row[NY], row[NZ]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
-    (r, g, b), (dr, dg, db), (gr, gg, gb), (ux, uy, uz) = gradient(p, 0)
+    colours = gradient(p, 0)
     for i in range(B):
-        up = ux * dx[i] + uy * dy[i] + uz * dz[i]
-        above = up >= real(0)
         depth[i], emits[i], finish[i] = real(FAR), real(1), real(0)
         nx[i], ny[i], nz[i] = real(0), real(0), real(0)
-        red[i] = r + up * dr if above else gr
-        green[i] = g + up * dg if above else gg
-        blue[i] = b + up * db if above else gb
+        red[i], green[i], blue[i] = sky_radiance(real, colours, dx[i], dy[i], dz[i])
 
 
 @stage
 def sun_disk(lanes, p, ints, key):
-    """Draw the sun on the sky, directly after `sky`.  p: sun_disk_parameters.
+    """Draw the sun on the sky, directly after the sky.  p: sun_disk_parameters.
 
     The squared chord |d − s|² = (2 sin α/2)² is exact in float32 where the cosine of so small an angle α is not.
     """
@@ -160,3 +169,96 @@ def sun_disk(lanes, p, ints, key):
         red[i] = r if seen else red[i]
         green[i] = g if seen else green[i]
         blue[i] = b if seen else blue[i]
+
+
+# COSINE, SINE: of the turn. Integers: place and count of the texels, texels across and down
+COSINE, SINE, BRIGHTNESS, IMAGE_SKY = offsets(1, 1, 1)
+PLACE, COUNT, ACROSS, DOWN, SKY_INTEGERS = range(5)
+_ATAN = (0.99999933, -0.33329856, 0.19946536, -0.13908534, 0.09642004, -0.05590983, 0.02186123, -0.00405406)
+
+
+def sky_step(sky) -> Step:
+    """The stage that begins the intersection of rays, below either kind of sky."""
+    if isinstance(sky, ImageSky):
+        return Step(image_sky, *image_sky_parameters(sky), kept=(sky.image.values,))
+    return Step(gradient_sky, sky_parameters(sky))
+
+
+def image_sky_parameters(sky: ImageSky) -> Packed:
+    """Parameters of `look_up_sky`; who packs them keeps `sky.image.values` alive."""
+    values = sky.image.values
+    return Packed(pack(IMAGE_SKY, {COSINE: math.cos(sky.turn), SINE: math.sin(sky.turn), BRIGHTNESS: sky.brightness}),
+                  [address(values), values.size, sky.image.width, sky.image.height])
+
+
+@njit(inline="always")
+def half_turn(real, y, x):
+    """atan2(y, x) / π for y ≥ 0, in [0, 1], to 1e-8 (Abramowitz and Stegun 4.4.49)."""
+    a, b = abs(x), y
+    small, big = (a, b) if a < b else (b, a)
+    low = small / (big + real(1e-30))
+    q = low * low
+    total = real(_ATAN[7])
+    for k in range(6, -1, -1):
+        total = total * q + real(_ATAN[k])
+    angle = low * total * real(1 / math.pi)
+    angle = real(0.5) - angle if b > a else angle
+    return real(1) - angle if x < real(0) else angle
+
+
+@njit(inline="always")
+def sky_place(real, x, y, z, cosine, sine):
+    """Place u, v of a direction in the picture, both in [0, 1]."""
+    a, c = cosine * x - sine * z, sine * x + cosine * z
+    turn = half_turn(real, abs(a), -c) * real(0.5)
+    return real(0.5) + (turn if a > real(0) else -turn), half_turn(real, math.sqrt(a * a + c * c), y)
+
+
+@stage
+def look_up_sky(lanes, p, ints, x, y, z, r, g, b):
+    """Radiance r, g, b of the picture along x, y, z (rows), bilinear between texels.  p, ints: image_sky_parameters."""
+    real = lanes.dtype.type
+    texels = borrowed(ints[PLACE], ints[COUNT], np.float32)
+    across, down = real(ints[ACROSS]), real(ints[DOWN])
+    wide, tall, right = np.uint64(ints[ACROSS]), np.uint64(ints[DOWN]), np.uint64(3)
+    one, two = np.uint64(1), np.uint64(2)
+    cosine, sine, brightness = p[COSINE], p[SINE], p[BRIGHTNESS]
+    for i in range(B):
+        u, v = sky_place(real, x[i], y[i], z[i], cosine, sine)
+        x_, y_ = u * across - real(0.5), v * down - real(0.5)
+        x_ = x_ if x_ >= real(0) else x_ + across
+        y_ = y_ if y_ > real(0) else real(0)
+        y_ = y_ if y_ < down - real(1) else down - real(1)
+        r[i], g[i] = x_, y_
+    for i in range(B):
+        x_, y_ = r[i], g[i]
+        x_ = x_ if x_ == x_ else real(0)                # a lane without a direction
+        y_ = y_ if y_ == y_ else real(0)
+        column, line = np.uint64(np.uint32(x_)), np.uint64(np.uint32(y_))
+        s, t = x_ - real(np.uint32(column)), y_ - real(np.uint32(line))
+        column = column if column < wide else wide - one
+        beside = column + one if column + one < wide else np.uint64(0)
+        below = line + one if line + one < tall else line
+        k, m = (line * wide + column) * right, (line * wide + beside) * right
+        q, w = (below * wide + column) * right, (below * wide + beside) * right
+        e, f, h, j = (real(1) - s) * (real(1) - t), s * (real(1) - t), (real(1) - s) * t, s * t
+        r[i] = brightness * (e * real(texels[k]) + f * real(texels[m]) + h * real(texels[q]) + j * real(texels[w]))
+        g[i] = brightness * (e * real(texels[k + one]) + f * real(texels[m + one]) + h * real(texels[q + one])
+                             + j * real(texels[w + one]))
+        b[i] = brightness * (e * real(texels[k + two]) + f * real(texels[m + two]) + h * real(texels[q + two])
+                             + j * real(texels[w + two]))
+
+
+@stage
+def image_sky(lanes, p, ints, key):
+    """Begin the intersection of rays: each sees the picture of the sky.  p, ints: image_sky_parameters."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    depth, emits, finish = row[DEPTH], row[EMITS], row[FINISH]
+    nx, ny, nz = row[NX], row[NY], row[NZ]
+    red, green, blue, r, g, b = row[RED], row[GREEN], row[BLUE], row[A0], row[A1], row[A2]
+    look_up_sky(lanes, p, ints, row[L], row[M], row[N], r, g, b)
+    for i in range(B):
+        depth[i], emits[i], finish[i] = real(FAR), real(1), real(0)
+        nx[i], ny[i], nz[i] = real(0), real(0), real(0)
+        red[i], green[i], blue[i] = r[i], g[i], b[i]

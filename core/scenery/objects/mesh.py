@@ -11,7 +11,7 @@ from lensbench.core.kernels.block import Packed, pack
 from lensbench.core.lazy import hashed_once
 from lensbench.core.scenery.intersect.triangle_tree import MOST_TRIANGLES
 from lensbench.core.scenery.objects.material import Material
-from lensbench.core.scenery.shading.soft_shadows import LAMP, LAMP_RADIUS2, MIDDLE, RADIANCE, SPHERE_LAMP
+from lensbench.core.scenery.shading.soft_shadows import LAMP, LAMP_RADIUS2, MIDDLE, SPHERE_LAMP
 from lensbench.core.scenery.values import SceneError, Triple, triple
 from lensbench.core.text import significant
 
@@ -209,9 +209,8 @@ class Mesh:
         return self.points[self.triangles[::-(-len(self.triangles) // most)]].astype(float)
 
     def lamp_parameters(self) -> Packed:
-        """Parameters of a sphere of the same silhouette, for pictures without shadows; see `mesh_lamps`."""
-        return Packed(pack(LAMP, {MIDDLE: self.centre, LAMP_RADIUS2: self.area / math.pi,
-                                  RADIANCE: self.material.colour}), [SPHERE_LAMP])
+        """Parameters of a sphere of the same silhouette, for pictures without shadows; see `mesh_lamp_rays`."""
+        return Packed(pack(LAMP, {MIDDLE: self.centre, LAMP_RADIUS2: self.area / math.pi}), [SPHERE_LAMP])
 
     def occluder_numbers(self) -> np.ndarray:
         """A mesh has shadows of its own: `mesh_shadows`."""

@@ -105,7 +105,7 @@ class Planar(Moving):
         return np.asarray(self.centre) + edge @ np.array(self.half_axes)
 
     def lamp_parameters(self) -> Packed:
-        """Parameters of `soft_shadows.lamp`."""
+        """Parameters of `soft_shadows.lamp_rays`."""
         return planar_lamp(self)
 
     def occluder_numbers(self) -> np.ndarray:

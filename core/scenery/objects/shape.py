@@ -178,7 +178,7 @@ class Shape(Protocol):
         """
 
     def lamp_parameters(self) -> Packed:
-        """Parameters of the stage `soft_shadows.lamp` for this shape as a lamp.
+        """Parameters of the stage `soft_shadows.lamp_rays` for this shape as a lamp.
 
         Returns
         -------

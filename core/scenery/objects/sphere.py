@@ -92,7 +92,7 @@ class Sphere(Moving):
         return np.asarray(self.centre) + self.radius * np.column_stack([np.cos(angle), 0.0 * angle, np.sin(angle)])
 
     def lamp_parameters(self) -> Packed:
-        """Parameters of `soft_shadows.lamp`."""
+        """Parameters of `soft_shadows.lamp_rays`."""
         return sphere_lamp(self)
 
     def occluder_numbers(self) -> np.ndarray:

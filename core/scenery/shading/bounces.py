@@ -26,7 +26,7 @@ from lensbench.core.kernels.block import (
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.sampling import cosine_direction, mix
-from lensbench.core.scenery.intersect.sky import SKY_DISTANCE, gradient
+from lensbench.core.scenery.intersect.sky import SKY_DISTANCE, gradient, sky_radiance
 from lensbench.core.scenery.shading.illumination import AMBIENT, F0, INDEX, schlick_edge
 from lensbench.core.scenery.surface_codes import (
     DARK, DIFFUSE, DIRECT, INSIDE, METAL, SPECULAR, ball_radius, is_ball, is_glass, is_solid, is_specular, shines
@@ -287,15 +287,12 @@ def diffuse_sky(lanes, p, ints, key):
     row = rows(lanes)
     dx, dy, dz, depth, emits, path = row[L], row[M], row[N], row[DEPTH], row[EMITS], row[PATH]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
-    (er, eg, eb), (dr, dg, db), (gr, gg, gb), (ux, uy, uz) = gradient(p, 0)
-    ar, ag, ab = vector(p, AMBIENT)
+    colours, (ar, ag, ab) = gradient(p, 0), vector(p, AMBIENT)
     for i in range(B):
         escaped = (path[i] == real(DIFFUSE)) & (depth[i] >= real(SKY_DISTANCE)) & shines(real, emits[i])
-        up = ux * dx[i] + uy * dy[i] + uz * dz[i]
-        above = up >= real(0)
-        red[i] = ar + (er + up * dr if above else gr) if escaped else red[i]
-        green[i] = ag + (eg + up * dg if above else gg) if escaped else green[i]
-        blue[i] = ab + (eb + up * db if above else gb) if escaped else blue[i]
+        r, g, b = sky_radiance(real, colours, dx[i], dy[i], dz[i])
+        red[i], green[i], blue[i] = (ar + r if escaped else red[i], ag + g if escaped else green[i],
+                                     ab + b if escaped else blue[i])
 
 
 @stage

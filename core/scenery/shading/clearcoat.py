@@ -1,41 +1,60 @@
 """Smooth clear coats: what they reflect of the lights, the sky and the floor, without noise.
 
-Other shapes are not reflected. A coat of gloss 1, and glass, reflects the lights sharply; a lower gloss spreads them
-over facets (`rough_clearcoat`).
+Other shapes are not reflected. A coat of gloss 1, and glass, reflects the lights sharply, each lane those of its TIME;
+a lower gloss spreads them over facets (`rough_clearcoat`).
 """
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from lensbench.core.kernels.block import (
     A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, BLUE, DEPTH, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE, PIXEL_SPREAD, RED, SB,
-    SG, SR, TB, TG, TR, B, L, M, N, Packed, X, Y, Z, join, offsets, pack, rows, stage, vector
+    SG, SR, TB, TG, TR, B, L, M, N, Packed, Step, join, offsets, pack, rows, stage, vector
 )
 from lensbench.core.scenery.intersect import sky as ground
-from lensbench.core.scenery.intersect.sky import CHORD2, DIRECTION, FAR, RADIANCE, SKY, SUN_DISK, gradient, tile_side
+from lensbench.core.scenery.intersect.moving_objects import (
+    COUNT, GROUP, LENGTH, MOTION, after, enter_rest_frame, keep_world, motion_of, moving_groups
+)
+from lensbench.core.scenery.intersect.sky import (
+    CHORD2, DIRECTION, FAR, IMAGE_SKY, RADIANCE, SKY, SKY_INTEGERS, SUN_DISK, gradient, image_sky_parameters,
+    look_up_sky, sky_radiance, tile_side
+)
 from lensbench.core.scenery.intersect.spheres import closest_approach, inside_edge, plane_point
-from lensbench.core.scenery.shading.illumination import F0, schlick_edge
+from lensbench.core.scenery.objects.shape import Shape, by_family
+from lensbench.core.scenery.objects.surroundings import ImageSky
+from lensbench.core.scenery.shading.illumination import F0, met_points, schlick_edge
 from lensbench.core.scenery.surface_codes import GLASS, is_glass, is_metal, is_sharp_coat, is_specular
 
-# SURROUND: the sky's numbers, FLOOR: the floor's, FLOOR_LIGHT: irradiance / π on the floor, SUN: the sun's disk; then
-# the lights
-SURROUND, FLOOR, FLOOR_LIGHT, SUN, LIGHTS = offsets(SKY, ground.FLOOR, 3, SUN_DISK)
-# Integers. PLANAR_LIGHTS: how many; for each of them follows whether it is a disk, 1, or a rectangle, 0
-IS_LAST, HAS_FLOOR, HAS_SUN, PLANAR_LIGHTS, SWITCHES = range(5)
+# SURROUND: the numbers of a sky of three colours, PICTURE: of a sky's picture, FLOOR: of the floor, FLOOR_LIGHT:
+# irradiance / π on it, SUN: of the sun's disk; then the lights
+SURROUND, PICTURE, FLOOR, FLOOR_LIGHT, SUN, LIGHTS = offsets(SKY, IMAGE_SKY, ground.FLOOR, 3, SUN_DISK)
+# Integers: after STILL those of the sky's picture; then of the lights PLANAR_LIGHTS: how many; for each of them follows
+# whether it is a disk, 1, or a rectangle, 0. STILL: how many numbers belong to what is at rest
+STILL, IS_LAST, HAS_FLOOR, HAS_SUN, HAS_PICTURE, PICTURE_PLACE = range(6)
+PLANAR_LIGHTS = PICTURE_PLACE + SKY_INTEGERS
 CENTRE, NORMAL, AXIS_U, AXIS_V, COLOUR, PANEL = offsets(3, 3, 3, 3, 3)
 _, RADIUS2, BULB_COLOUR, BULB = offsets(3, 1, 3)
 
 
-def clearcoat_parameters(sky, floor, floor_light, sun, spheres, planar, last) -> Packed:
-    """Parameters of `clearcoat`.
+def clearcoat_step(sky, picture: ImageSky | None, floor, floor_light, sun, lights: Iterable[Shape], opening: float,
+                   last: bool) -> Step:
+    """The stage `clearcoat`.
 
-    sky: sky_parameters; floor: floor_parameters or None, with floor_light, the irradiance / π on it (3); sun:
-    sun_disk_parameters or None; spheres, planar: lights; last: the path ends here, and metal reflects as a coat does.
+    sky: sky_parameters, unless a picture shows the sky; floor: floor_parameters or None, with floor_light, the
+    irradiance / π on it (3); sun: sun_disk_parameters or None; opening: seconds at TIME 0; last: the path ends here,
+    and metal reflects as a coat does.
     """
-    return join(Packed(pack(LIGHTS, {SURROUND: sky, FLOOR: np.zeros(1) if floor is None else floor,
-                                     FLOOR_LIGHT: floor_light, SUN: np.zeros(1) if sun is None else sun}),
-                       [last, floor is not None, sun is not None]), reflected_parameters(spheres, planar))
+    shown = Packed(np.zeros(1), [0] * SKY_INTEGERS) if picture is None else image_sky_parameters(picture)
+    numbers = pack(LIGHTS, {SURROUND: sky, PICTURE: shown.parameters, FLOOR: np.zeros(1) if floor is None else floor,
+                            FLOOR_LIGHT: floor_light, SUN: np.zeros(1) if sun is None else sun})
+    fixed = Packed(numbers, [last, floor is not None, sun is not None, picture is not None])
+    shown, lights = shown._replace(parameters=np.zeros(0)), list(lights)
+    still = reflected_parameters(*by_family(o for o in lights if not o.moves))
+    moved = moving_groups([o for o in lights if o.moves], opening, reflected_parameters)
+    kept = () if picture is None else (picture.image.values,)
+    return Step(clearcoat, *after(join(fixed, shown, still), moved), kept=kept)
 
 
 def reflected_parameters(spheres, planar) -> Packed:
@@ -63,11 +82,19 @@ def sphere_reflection(sphere) -> np.ndarray:
 def clearcoat(lanes, p, ints, key):
     """Add what sharp coats and glass reflect; an albedo under a coat gets what the coat transmits.
 
-    p, ints: clearcoat_parameters.
+    p, ints: clearcoat_step.
     """
     if sharp_open(lanes, p, ints) == 0:
         return
-    sharp_lights(lanes, p[LIGHTS:], ints[PLANAR_LIGHTS:])
+    s, k = ints[STILL], PLANAR_LIGHTS + 1 + ints[PLANAR_LIGHTS]
+    sharp_lights(lanes, p[LIGHTS:s], ints[PLANAR_LIGHTS:])
+    if s < p.size:
+        keep_world(lanes, A0, A3, False)
+    while s < p.size:
+        end = s + ints[k + LENGTH]
+        enter_rest_frame(lanes, motion_of(p, s), A0, A3, False)
+        sharp_lights(lanes, p[s + MOTION:end], ints[k + GROUP:])
+        s, k = end, k + ints[k + COUNT]
     sharp_close(lanes, ints[IS_LAST])
 
 
@@ -81,10 +108,8 @@ def sharp_open(lanes, p, ints):
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, finish, nx, ny, nz = row[DEPTH], row[FINISH], row[NX], row[NY], row[NZ]
-    hx, hy, hz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
-    r, g, b, near = row[A6], row[A7], row[A8], row[A9]
+    dx, dy, dz, finish, nx, ny, nz = row[L], row[M], row[N], row[FINISH], row[NX], row[NY], row[NZ]
+    wx, wy, wz, r, g, b, near = row[A3], row[A4], row[A5], row[A6], row[A7], row[A8], row[A9]
     last = ints[IS_LAST] != 0
     many = np.int32(0)
     for i in range(B):
@@ -95,18 +120,17 @@ def sharp_open(lanes, p, ints):
         return many
 
     # Reflect the ray, and look up the sky in its direction
-    (er, eg, eb), (zr, zg, zb), (gr, gg, gb), (ux, uy, uz) = gradient(p, SURROUND)
+    met_points(lanes)
     for i in range(B):
-        t = depth[i]
-        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
         c = real(-2) * (dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
-        mx, my, mz = dx[i] + c * nx[i], dy[i] + c * ny[i], dz[i] + c * nz[i]
-        up = ux * mx + uy * my + uz * mz
-        above = up >= real(0)
-        wx[i], wy[i], wz[i], near[i] = mx, my, mz, real(math.inf)
-        r[i] = er + up * zr if above else gr
-        g[i] = eg + up * zg if above else gg
-        b[i] = eb + up * zb if above else gb
+        wx[i], wy[i], wz[i] = dx[i] + c * nx[i], dy[i] + c * ny[i], dz[i] + c * nz[i]
+        near[i] = real(math.inf)
+    if ints[HAS_PICTURE]:
+        look_up_sky(lanes, p[PICTURE:], ints[PICTURE_PLACE:], wx, wy, wz, r, g, b)
+    else:
+        colours = gradient(p, SURROUND)
+        for i in range(B):
+            r[i], g[i], b[i] = sky_radiance(real, colours, wx[i], wy[i], wz[i])
     if ints[HAS_FLOOR]:
         _reflect_floor(lanes, p[FLOOR:], p[FLOOR_LIGHT:])
 

@@ -6,17 +6,22 @@ round, and `finish_path` ends the last.
 """
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0, A1, A2, A3, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PATH, RED, SB, SG, SR, TB, TG, TR, B, L, M, N, X, Y,
-    Z, offsets, rows, stage, vector
+    A0, A1, A2, A3, A4, A5, BLUE, DEPTH, EMITS, FINISH, GREEN, LIT, NX, NY, NZ, PATH, RED, SB, SG, SR, TB, TG, TIME, TR,
+    B, L, M, N, Packed, X, Y, Z, offsets, pack, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.numeric import sine_versine
 from lensbench.core.scenery.intersect.block_bounds import lit_bounds
+from lensbench.core.scenery.intersect.moving_objects import COUNT, LENGTH, MOTION, motion_of, moving_groups, rotated
 from lensbench.core.scenery.intersect.sky import SKY, gradient
-from lensbench.core.scenery.intersect.spheres import CROWD
+from lensbench.core.scenery.intersect.spheres import CROWD, counts_below, sphere_tree
+from lensbench.core.scenery.objects.shape import Shape
 from lensbench.core.scenery.surface_codes import DIRECT, is_ball, is_glass, is_seen, is_specular, shines
 
 # ∫ (w·u)₊ (w·n)₊ dw / π over the cosine of the angle between u and n: a quartic, exact at −1, 0 and 1, within 0.002
@@ -98,11 +103,10 @@ def begin_path(lanes, p, ints, key):
 
 @stage
 def gather_emission(lanes, p, ints, key):
-    """Add emission to S, weight albedo by the throughput T, and tint T at metal and glass.
+    """Add emission to S, weight albedo by the throughput T, and tint T at metal and glass; set key[LIT].
 
-    Albedo becomes T · albedo, what a unit of
-    irradiance / π adds to S. Metal and glass have none: T is multiplied by Schlick's reflectance, by the part 1 − F
-    that enters a ball or a mesh, or by (1 − F) / (1 + F) of a pane.
+    Albedo becomes T · albedo, what a unit of irradiance / π adds to S. Metal and glass have none: T is multiplied by
+    Schlick's reflectance, by the part 1 − F that enters a ball or a mesh, or by (1 − F) / (1 + F) of a pane.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -111,15 +115,17 @@ def gather_emission(lanes, p, ints, key):
     tr, tg, tb, sr, sg, sb, path = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[PATH]
 
     # Add emission, weight albedo
-    mirrors = np.int32(0)
+    mirrors, lit = np.int32(0), np.int32(0)
     for i in range(B):
         r, g, b = red[i] * tr[i], green[i] * tg[i], blue[i] * tb[i]
-        emitter, seen = shines(real, emits[i]), is_seen(real, emits[i], path[i])
+        emitter, seen, mirror = shines(real, emits[i]), is_seen(real, emits[i], path[i]), is_specular(real, finish[i])
         sr[i] += r if seen else real(0)
         sg[i] += g if seen else real(0)
         sb[i] += b if seen else real(0)
         red[i], green[i], blue[i] = real(0) if emitter else r, real(0) if emitter else g, real(0) if emitter else b
-        mirrors = np.int32(mirrors + np.int32(is_specular(real, finish[i])))
+        albedo = real(0) if emitter | mirror else r + g + b
+        mirrors, lit = np.int32(mirrors + np.int32(mirror)), np.int32(lit + np.int32(albedo > real(0)))
+    key[LIT] = np.uint32(1) if lit > 0 else np.uint32(0)
     if mirrors == 0:
         return
 
@@ -147,16 +153,33 @@ def finish_path(lanes, p, ints, key):
         red[i], green[i], blue[i] = sr[i], sg[i], sb[i]
 
 
-@stage
-def count_lit(lanes):
-    """Number of lanes of the block that have an albedo."""
-    real = lanes.dtype.type
+@stage(part=True)
+def met_points(lanes):
+    """A0, A1, A2: the points of the surfaces that the rays meet, mm."""
     row = rows(lanes)
-    red, green, blue = row[RED], row[GREEN], row[BLUE]
-    many = np.int32(0)
+    x, y, z, dx, dy, dz, depth = row[X], row[Y], row[Z], row[L], row[M], row[N], row[DEPTH]
+    hx, hy, hz = row[A0], row[A1], row[A2]
     for i in range(B):
-        many = np.int32(many + np.int32(red[i] + green[i] + blue[i] > real(0)))
-    return many
+        t = depth[i]
+        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
+
+
+def sky_occluders(spheres: Sequence[Any]) -> Packed:
+    """A tree of spheres that occlude the sky, as `ambient` reads it; glass occludes a part of what it covers."""
+    centres = np.array([s.centre for s in spheres]).reshape(-1, 3)
+    radii = np.array([s.radius for s in spheres])
+    covers = radii**2 * [0.4 if s.material.kind == "glass" else 1.0 for s in spheres]
+    tree, numbers = sphere_tree(centres), [np.zeros(0)]
+    for members, _ in tree:
+        middle = np.average(centres[members], 0, covers[members]) if len(members) > 1 else centres[members[0]]
+        reach = (np.linalg.norm(centres[members] - middle, axis=1) + radii[members]).max()
+        numbers.append(pack(OCCLUDER, {CENTRE: middle, RADIUS2: covers[members].sum(), REACH: reach}))
+    return Packed(np.concatenate(numbers), counts_below(tree))
+
+
+def moving_sky_occluders(spheres: Sequence[Shape], opening: float) -> Packed:
+    """What moving spheres occlude of the sky, as `ambient` reads it. opening: seconds at TIME 0."""
+    return moving_groups(spheres, opening, lambda group, _: sky_occluders(group))
 
 
 @stage
@@ -165,12 +188,15 @@ def ambient(lanes, p, ints, key):
 
     A sphere of radius r at distance d, its centre at the angle θ from the normal, covers cos θ r²/d² of the
     irradiance of a uniform sky (exact where it lies entirely above the surface's horizon); several multiply.
-    p, ints: SURROUND numbers, then sky_occluders.
+    p, ints: `after` of SURROUND numbers with sky_occluders, and moving_sky_occluders.
     """
-    if count_lit(lanes) == 0:
-        return
-    sky_begin(lanes)
-    sky_occlusion(lanes, p[SURROUND:], ints)
+    real, still = lanes.dtype.type, ints[0]
+    met_points(lanes)
+    free = rows(lanes)[A3]
+    for i in range(B):
+        free[i] = real(1)
+    sky_occlusion(lanes, p[SURROUND:still], ints[1:])
+    moving_sky_occlusion(lanes, p[still:], ints[1 + (still - SURROUND) // OCCLUDER:])
     add_sky(lanes, p)
 
 
@@ -181,12 +207,13 @@ def open_light(lanes, p, ints, key):
     A planar lamp gives L cos θ cos θ′ A / (π d²), a sphere by its solid angle L cos θ · 2 (1 − cos θm).
     p: SURROUND numbers, then POINT for each lamp.
     """
-    if count_lit(lanes) == 0:
-        return
-    sky_begin(lanes)
-    add_sky(lanes, p)
     real = lanes.dtype.type
     row = rows(lanes)
+    free = row[A3]
+    for i in range(B):
+        free[i] = real(1)
+    add_sky(lanes, p)
+    met_points(lanes)
     nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
     hx, hy, hz, sr, sg, sb = row[A0], row[A1], row[A2], row[SR], row[SG], row[SB]
     for s in range(SURROUND, p.size, POINT):
@@ -216,18 +243,6 @@ def open_light(lanes, p, ints, key):
 
 
 @stage
-def sky_begin(lanes):
-    """A0, A1, A2: the points that are lit; A3, the part of the sky's light that reaches them: 1."""
-    real = lanes.dtype.type
-    row = rows(lanes)
-    x, y, z, dx, dy, dz, depth = row[X], row[Y], row[Z], row[L], row[M], row[N], row[DEPTH]
-    hx, hy, hz, free = row[A0], row[A1], row[A2], row[A3]
-    for i in range(B):
-        t = depth[i]
-        hx[i], hy[i], hz[i], free[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i], real(1)
-
-
-@stage
 def sky_occlusion(lanes, p, ints):
     """Multiply A3 by what spheres leave of the sky.  p, ints: sky_occluders.
 
@@ -250,6 +265,29 @@ def sky_occlusion(lanes, p, ints):
             s, k = s + below * OCCLUDER, k + below
         for i in range(B):
             free[i] *= unoccluded(real, cx - hx[i], cy - hy[i], cz - hz[i], r2, nx[i], ny[i], nz[i])
+
+
+@stage
+def moving_sky_occlusion(lanes, p, ints):
+    """Multiply A3 by what moving spheres leave of the sky at the TIME of each lane.  p, ints: moving_sky_occluders."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    nx, ny, nz, hx, hy, hz, free, time = row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2], row[A3], row[TIME]
+    sine, versine = row[A4], row[A5]
+    s, k = 0, 0
+    while s < p.size:
+        end = s + ints[k + LENGTH]
+        px, py, pz, vx, vy, vz, ax, ay, az, rate, phase = motion_of(p, s)
+        for i in range(B):
+            sine[i], versine[i] = sine_versine(real, rate * time[i] + phase)
+        for j in range(s + MOTION, end, OCCLUDER):
+            (cx, cy, cz), r2 = vector(p, j + CENTRE), p[j + RADIUS2]
+            cx, cy, cz = cx - px, cy - py, cz - pz
+            for i in range(B):
+                qx, qy, qz = rotated(sine[i], versine[i], ax, ay, az, cx, cy, cz)
+                free[i] *= unoccluded(real, qx + (px + vx * time[i]) - hx[i], qy + (py + vy * time[i]) - hy[i],
+                                      qz + (pz + vz * time[i]) - hz[i], r2, nx[i], ny[i], nz[i])
+        s, k = end, k + ints[k + COUNT]
 
 
 @njit(inline="always")

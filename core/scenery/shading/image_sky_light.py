@@ -13,15 +13,15 @@ import numpy as np
 
 from lensbench.core.kernels.arrays import address, borrowed
 from lensbench.core.kernels.block import (
-    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, BLUE, DEPTH, GREEN, NX, NY, NZ, RED, SB, SG, SR, V0, V1, B, L, M, N,
-    Step, X, Y, Z, offsets, pack, rows, stage
+    A3, A4, A5, A6, A7, A8, A9, A10, BLUE, GREEN, NX, NY, NZ, RED, SB, SG, SR, V0, V1, B, Step, offsets, pack, rows,
+    stage
 )
 from lensbench.core.kernels.byte_cache import byte_cache
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.numeric import sine_versine
-from lensbench.core.scenery.intersect.image_sky import sky_place
+from lensbench.core.scenery.intersect.sky import sky_place
 from lensbench.core.scenery.objects.surroundings import ImageSky
-from lensbench.core.scenery.shading.illumination import count_lit
+from lensbench.core.scenery.shading.illumination import met_points
 
 MOST_KEPT = 256 << 20   # bytes of tables and their pictures: two skies of 4096 × 2048, whose tables take 1.5 s
 LEAST_ACROSS, MOST_ACROSS = 512, 2048   # cells across: finer than a small picture, coarser than a large one
@@ -127,18 +127,13 @@ def _find(real, table, first, count, steps, share):
 
 @stage
 def sky_rays(lanes, p, ints, key):
-    """Sample a direction of the sky: A0 … A7 as `shadow` reads them, and its tint times the flux, A8 A9 A10."""
-    if count_lit(lanes) > 0:
-        sky_directions(lanes, p, ints)
+    """Sample a direction of the sky: A0 … A7 as `shadow` reads them, and its tint times the flux, A8 A9 A10.
 
-
-@stage
-def sky_directions(lanes, p, ints):
-    """`sky_rays` of all lanes.  p, ints: sky_rays_step."""
+    p, ints: sky_rays_step.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, nx, ny, nz, hx, hy, hz = row[DEPTH], row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
+    nx, ny, nz = row[NX], row[NY], row[NZ]
     wx, wy, wz, far, light = row[A3], row[A4], row[A5], row[A6], row[A7]
     r, g, b, v0, v1 = row[A8], row[A9], row[A10], row[V0], row[V1]
     across, down = ints[ACROSS], ints[DOWN]
@@ -163,9 +158,8 @@ def sky_directions(lanes, p, ints):
                             flux * real(tints[m + np.uint64(2)]))
 
     # Find its direction, uniform over the solid angle of the cell
+    met_points(lanes)
     for i in range(B):
-        t = depth[i]
-        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
         c0, c1 = math.cos(light[i] * per_down), math.cos((light[i] + real(1)) * per_down)
         high = c0 + wx[i] * (c1 - c0)
         level = math.sqrt(max(real(1) - high * high, real(0)))
@@ -208,8 +202,6 @@ def sky_density(lanes, ints, cosine, sine, found):
 @stage
 def add_tinted(lanes, p, ints, key):
     """Add the light A7 of the tint A8 A9 A10 to what the path gathers."""
-    if count_lit(lanes) == 0:
-        return
     row = rows(lanes)
     red, green, blue, sr, sg, sb, light = row[RED], row[GREEN], row[BLUE], row[SR], row[SG], row[SB], row[A7]
     r, g, b = row[A8], row[A9], row[A10]

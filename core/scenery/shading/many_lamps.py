@@ -1,15 +1,10 @@
-"""Light of many lamps at rest: a sample takes PICKS of them, chosen by an estimate of their light, in place of all.
+"""Light of many lamps at rest: a sample takes PICKS of them, chosen by an estimate of their light, instead of all.
 
 The lit lanes of a block are grouped: those of a chunk of neighbouring pixels, halved where they lie at two depths. In
 each group a lamp weighs what it would give without shadows, estimated from a box around the points and the mean of
 their normals. A sample takes lamps at PICKS even steps of the cumulative weights: V0 sets where the steps begin, and
 its rest the point of the lamp. What a lamp gives is divided by how often it is taken, so that the mean over V0 is the
 sum of all lamps, whatever they weigh; a lamp with a large share is taken several times.
-
-Groups of lit lanes of a block that see nearly the same lights.
-
-A group holds the lanes of a chunk of neighbouring pixels, or, where these lie at two depths, as at the edge of an
-object, half of them.
 """
 
 import math
@@ -19,16 +14,15 @@ import numpy as np
 
 from lensbench.core.kernels.block import (
     A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, BLUE, DEPTH, GREEN, H0, H1, H2, H3, H4, H5, H6, H7, H8, NX, NY,
-    NZ, RED, V0, V1, B, L, M, N, Packed, Step, X, Y, Z, gather, join, offsets, rows, stage
+    NZ, RED, V0, V1, B, Packed, Step, gather, join, offsets, rows, stage
 )
 from lensbench.core.kernels.sampling import concentric_disk
 from lensbench.core.kernels.tile_order import STRIP_WIDTH
 from lensbench.core.scenery.intersect.spheres import sphere_tree
 from lensbench.core.scenery.objects.shape import Shape
-from lensbench.core.scenery.shading.illumination import count_lit
+from lensbench.core.scenery.shading.illumination import met_points
 from lensbench.core.scenery.shading.image_sky_light import add_tinted
-from lensbench.core.scenery.shading.moving_lights import after, shadow_moving
-from lensbench.core.scenery.shading.soft_shadows import occluder_integers, shadow, sphere_point
+from lensbench.core.scenery.shading.soft_shadows import shadows, sphere_point
 
 WIDE, HIGH = 8, 4       # pixels of a chunk, in a strip of the film of full width
 CHUNKS = B // (WIDE * HIGH)
@@ -46,12 +40,9 @@ def group_lanes(lanes, groups, many):
     """Find the points A0 A1 A2 and the group A11 of each lane, and bound the groups; many: lit lanes of each."""
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz, depth = row[X], row[Y], row[Z], row[L], row[M], row[N], row[DEPTH]
-    nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
+    depth, nx, ny, nz, red, green, blue = row[DEPTH], row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
     hx, hy, hz, number = row[A0], row[A1], row[A2], row[A11]
-    for i in range(B):
-        t = depth[i]
-        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
+    met_points(lanes)
     most, least, step, fine = np.int32(MOST), np.int32(-MOST), real(STEPS), real(FINE)
     for c in range(CHUNKS):
         first = c // (STRIP_WIDTH // WIDE) * (HIGH * STRIP_WIDTH) + c % (STRIP_WIDTH // WIDE) * WIDE
@@ -117,18 +108,18 @@ def has_a_share(lamp: Shape) -> bool:
     return not lamp.moves and lamp.family in ("sphere", "planar")
 
 
-def many_lamp_steps(lamps: Sequence[Shape], occluders: Packed, moved: Packed, hidden: Sequence[Step] | None
-                    ) -> list[Step]:
+def many_lamp_steps(lamps: Sequence[Shape], occluders: Packed, shade: Sequence[Step]) -> list[Step]:
     """Stages of the light of many lamps that have a share.
 
-    occluders, moved: occluder_parameters, moving_occluders. hidden: the stages of all shadows, where families have
-    stages of their own for them, else None.
+    occluders: all_occluders; shade: stages of the shadows of other shapes. Without these one stage does all, and
+    finds the shares of the lamps once for all PICKS.
     """
     table = _table([o for o in lamps if any(o.material.colour)])
-    if hidden is None:
-        return [Step(many_lamps, *after(join(table, occluders), moved))]
+    if not shade:
+        return [Step(many_lamps, *join(table, occluders))]
     return [step for pick in range(PICKS) for step in (
-        Step(many_lamp_rays, *join(table, Packed(np.zeros(0), [pick]))), *hidden, Step(add_tinted))]
+        Step(many_lamp_rays, *join(table, Packed(np.zeros(0), [pick]))), Step(shadows, *occluders), *shade,
+        Step(add_tinted))]
 
 
 def _table(lamps: Sequence[Shape]) -> Packed:
@@ -155,18 +146,14 @@ def _table(lamps: Sequence[Shape]) -> Packed:
 def many_lamps(lanes, p, ints, key):
     """Add the light of many lamps.
 
-    p, ints: `after` of their table with occluder_parameters, and moving_occluders.
+    p, ints: their table, then all_occluders.
     """
-    if count_lit(lanes) == 0:
-        return
-    still, count, balls = ints[0], ints[1 + COUNT], ints[1 + SPHERES]
-    occluders = ints[1 + LAMP_INTEGERS:]
+    count, balls = ints[COUNT], ints[SPHERES]
     shares = lamp_shares(lanes, p, count)
     for pick in range(PICKS):
         choose_lamps(lanes, shares, count, pick)
         sample_lamps(lanes, p, count, balls)
-        shadow(lanes, p[COLUMNS * count:still], occluders)
-        shadow_moving(lanes, p[still:], occluders[occluder_integers(occluders):])
+        shadows(lanes, p[COLUMNS * count:], ints[LAMP_INTEGERS:], key)
         add_tinted(lanes, p, ints, key)
 
 
@@ -176,8 +163,6 @@ def many_lamp_rays(lanes, p, ints, key):
 
     p: the table of lamps. ints: its own, then which of the PICKS.
     """
-    if count_lit(lanes) == 0:
-        return
     shares = lamp_shares(lanes, p, ints[COUNT])
     choose_lamps(lanes, shares, ints[COUNT], ints[LAMP_INTEGERS])
     sample_lamps(lanes, p, ints[COUNT], ints[SPHERES])

@@ -1,7 +1,4 @@
-"""Shadows of meshes, and light of the sky between them.
-
-Light of meshes that shine: points of their triangles, drawn by area.
-"""
+"""Light around meshes: the shadows that they cast, the sky seen between them, and meshes that shine themselves."""
 
 import math
 
@@ -9,8 +6,8 @@ import numpy as np
 
 from lensbench.core.kernels.arrays import address, borrowed
 from lensbench.core.kernels.block import (
-    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, BLUE, DEPTH, GREEN, NX, NY, NZ, RED, V0, V1, B, L, M, N, Step, X, Y, Z,
-    rows, stage, vector
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, BLUE, DEPTH, GREEN, NX, NY, NZ, RED, V0, V1, B, Step, rows, stage,
+    vector
 )
 from lensbench.core.kernels.byte_cache import byte_cache
 from lensbench.core.kernels.eights import GROUP
@@ -18,10 +15,10 @@ from lensbench.core.kernels.sampling import cosine_direction
 from lensbench.core.scenery.intersect.meshes import (
     CORNER_COUNT, CORNERS, LEAF_COUNT, LEAVES, NODE_COUNT, NODES, STACK, VERTEX_COUNT, VERTICES, corner_places, surfaces
 )
-from lensbench.core.scenery.intersect.sky import gradient
+from lensbench.core.scenery.intersect.sky import gradient, sky_radiance
 from lensbench.core.scenery.intersect.triangle_tree import inverse_of, place_ray, scratch_of, search, search_group
 from lensbench.core.scenery.shading.bounces import rounded_length
-from lensbench.core.scenery.shading.illumination import AMBIENT, F0, count_lit, schlick_edge
+from lensbench.core.scenery.shading.illumination import AMBIENT, F0, met_points, schlick_edge
 
 LIFT = 2e-5             # offset of a shadow ray from its surface, as a fraction of `rounded_length`
 CROSSINGS = 16          # surfaces of glass that light passes at the most
@@ -47,8 +44,6 @@ def mesh_shadow_steps(meshes: tuple, lamp=None) -> tuple[Step, ...]:
 @stage(allocates=True)
 def mesh_shadows(lanes, p, ints, key):
     """Darken A7, the light at A0 A1 A2 from A3 A4 A5 at the distance A6, where a mesh hides it.  ints: the tree's."""
-    if count_lit(lanes) == 0:
-        return
     real = lanes.dtype.type
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
@@ -76,8 +71,6 @@ def glass_shadows(lanes, p, ints, key):
 
     ints: Surfaces.find_integers.
     """
-    if count_lit(lanes) == 0:
-        return
     real = lanes.dtype.type
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
@@ -114,26 +107,17 @@ def gradient_rays(lanes, p, ints, key):
 
     p: SURROUND numbers of `ambient`.
     """
-    if count_lit(lanes) == 0:
-        return
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, nx, ny, nz, hx, hy, hz = row[DEPTH], row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
-    wx, wy, wz, far, light = row[A3], row[A4], row[A5], row[A6], row[A7]
+    nx, ny, nz, wx, wy, wz, far, light = row[NX], row[NY], row[NZ], row[A3], row[A4], row[A5], row[A6], row[A7]
     r, g, b, v0, v1 = row[A8], row[A9], row[A10], row[V0], row[V1]
-    (er, eg, eb), (dr, dg, db), (gr, gg, gb), (ux, uy, uz) = gradient(p, 0)
-    ar, ag, ab = vector(p, AMBIENT)
+    colours, (ar, ag, ab) = gradient(p, 0), vector(p, AMBIENT)
+    met_points(lanes)
     for i in range(B):
-        t = depth[i]
-        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
-        px, py, pz = cosine_direction(real, v0[i], v1[i], nx[i], ny[i], nz[i])
-        up = ux * px + uy * py + uz * pz
-        above = up >= real(0)
-        wx[i], wy[i], wz[i], far[i], light[i] = px, py, pz, real(np.inf), real(1)
-        r[i] = ar + (er + up * dr if above else gr)
-        g[i] = ag + (eg + up * dg if above else gg)
-        b[i] = ab + (eb + up * db if above else gb)
+        wx[i], wy[i], wz[i] = cosine_direction(real, v0[i], v1[i], nx[i], ny[i], nz[i])
+        far[i], light[i] = real(np.inf), real(1)
+        er, eg, eb = sky_radiance(real, colours, wx[i], wy[i], wz[i])
+        r[i], g[i], b[i] = ar + er, ag + eg, ab + eb
 
 
 MOST_KEPT = 64 << 20    # bytes of the tables of meshes seen before
@@ -165,20 +149,15 @@ def mesh_lamp_rays(lanes, p, ints, key):
     A0 … A7 as `shadow` reads them. V0 chooses the triangle by its share of the area A, and its rest a point of it.
     p: A / π. ints: SHARES … COUNT.
     """
-    if count_lit(lanes) == 0:
-        return
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz, v0, v1 = row[X], row[Y], row[Z], row[L], row[M], row[N], row[V0], row[V1]
-    depth, nx, ny, nz, hx, hy, hz = row[DEPTH], row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
-    wx, wy, wz, far, light = row[A3], row[A4], row[A5], row[A6], row[A7]
+    v0, v1, depth, nx, ny, nz = row[V0], row[V1], row[DEPTH], row[NX], row[NY], row[NZ]
+    hx, hy, hz, wx, wy, wz, far, light = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7]
     count = ints[COUNT]
     shares = borrowed(ints[SHARES], count, np.float64)
     triangles = borrowed(ints[TRIANGLES], count * CORNER, np.float64)
+    met_points(lanes)
     for i in range(B):
-        t = depth[i]
-        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
-
         # Choose a triangle: the first whose cumulative share exceeds V0
         u = np.float64(v0[i])
         low, high = 0, count - 1

@@ -1,16 +1,37 @@
-"""Rough clear coats: the lights that they reflect, spread over their facets in closed form."""
+"""Rough clear coats: what they reflect, spread over their facets: slopes distributed as by Trowbridge and Reitz.
+
+The slopes have the density 1 / (π α² (1 + tan² / α²)²), α = 1 − gloss; at grazing incidence facets hide each other as
+Smith has it. Lights are reflected in closed form, each lane those of its TIME. Of a picture of the sky a sample takes
+two directions: one that a facet mirrors, which is visible from the camera, and one of a bright place of the picture.
+Both are weighted by the balance heuristic (Veach), so that neither a wide lobe nor a small sun makes noise that the
+other does not take away.
+"""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0, A1, A2, A3, A4, A5, A6, A7, A8, BLUE, DEPTH, FINISH, GREEN, NX, NY, NZ, OX, OY, OZ, PIXEL_SIDE, PIXEL_SPREAD,
-    PUPIL_RADIUS, PUPIL_SPREAD, RED, SB, SG, SR, TB, TG, TR, B, L, M, N, X, Y, Z, offsets, pack, rows, stage, vector
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, BLUE, DEPTH, FINISH, GREEN, NX, NY, NZ, OX, OY, OZ, PIXEL_SIDE,
+    PIXEL_SPREAD, PUPIL_RADIUS, PUPIL_SPREAD, RED, SB, SG, SR, TB, TG, TR, V0, V1, B, L, M, N, Packed, Step, X, Y, Z,
+    offsets, pack, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
-from lensbench.core.scenery.intersect.sky import SKY, gradient
+from lensbench.core.kernels.numeric import sine_versine
+from lensbench.core.scenery.intersect import sky as ground
+from lensbench.core.scenery.intersect.moving_objects import (
+    COUNT, LENGTH, MOTION, after, enter_rest_frame, keep_world, leave_rest_frame, motion_of, moving_groups
+)
+from lensbench.core.scenery.intersect.sky import (
+    IMAGE_SKY, SKY, SKY_INTEGERS, gradient, image_sky_parameters, look_up_sky, sky_radiance
+)
+from lensbench.core.scenery.objects.shape import Shape
+from lensbench.core.scenery.objects.surroundings import ImageSky
 from lensbench.core.scenery.shading.illumination import F0, schlick_edge
+from lensbench.core.scenery.shading.image_sky_light import (
+    CELL_INTEGERS, COSINE, SINE, SKY_LIGHT, sky_density, sky_rays, sky_rays_step
+)
 from lensbench.core.scenery.surface_codes import is_rough_coat
 
 CENTRE, FACING_AREA, COLOUR, HIGHLIGHT = offsets(3, 1, 3)       # FACING_AREA: of the light as a disk, over π (mm²)
@@ -30,13 +51,17 @@ DARK = 1e8              # of lobe widths²: beyond, a light is black, and single
 STRAIGHT2 = 1e-10       # sin² of incidence: below, the plane of incidence is a matter of rounding
 
 
-def rough_clearcoat_parameters(sky, lights) -> np.ndarray:
-    """Parameters of `rough_clearcoat`: sky_parameters, then every light as a disk that faces the surface."""
-    return np.concatenate([sky, highlight_parameters(lights)])
+def rough_clearcoat_step(sky, lights: Iterable[Shape], opening: float) -> Step:
+    """The stage `rough_clearcoat`. sky: sky_parameters; opening: seconds at TIME 0."""
+    lights = list(lights)
+    still = np.concatenate([sky, highlight_parameters(o for o in lights if not o.moves)])
+    moved = moving_groups([o for o in lights if o.moves], opening,
+                          lambda spheres, planar: Packed(highlight_parameters([*spheres, *planar])))
+    return Step(rough_clearcoat, *after(Packed(still), moved))
 
 
-def highlight_parameters(lights) -> np.ndarray:
-    """Parameters of `rough_lights`."""
+def highlight_parameters(lights: Iterable[Shape]) -> np.ndarray:
+    """Parameters of `rough_lights`: every light as a disk that faces the surface."""
     return np.concatenate([np.zeros(0), *(pack(HIGHLIGHT, {CENTRE: o.centre, FACING_AREA: o.area / math.pi,
                                                            COLOUR: o.material.colour}) for o in lights)])
 
@@ -45,14 +70,21 @@ def highlight_parameters(lights) -> np.ndarray:
 def rough_clearcoat(lanes, p, ints, key):
     """Add what coats of a gloss below 1 reflect of the lights, and of the sky as if they were smooth.
 
-    The slopes of the facets are distributed as 1 / (π α² (1 + tan² / α²)²) (Trowbridge and Reitz), α = 1 − gloss. A
-    light of solid angle Ω is reflected by slopes of the area Ω / (4 cos θ cos³ δ), with δ the tilt of the facet half
-    way; that area widens α, so that a large light is never brighter than itself. At grazing incidence facets hide each
-    other as Smith has it. p: rough_clearcoat_parameters.
+    A light of solid angle Ω is reflected by slopes of the area Ω / (4 cos θ cos³ δ), with δ the tilt of the facet half
+    way; that area widens α, so that a large light is never brighter than itself. p, ints: rough_clearcoat_step.
     """
     if rough_open(lanes, p) == 0:
         return
-    rough_lights(lanes, p[SKY:])
+    s, k = ints[0], 1
+    rough_lights(lanes, p[SKY:s])
+    if s < p.size:
+        keep_world(lanes, A0, L, True)
+        while s < p.size:
+            end = s + ints[k + LENGTH]
+            enter_rest_frame(lanes, motion_of(p, s), A0, L, True)
+            rough_lights(lanes, p[s + MOTION:end])
+            s, k = end, k + ints[k + COUNT]
+        leave_rest_frame(lanes, A0, L, True)
     rough_close(lanes)
 
 
@@ -78,6 +110,24 @@ def lobe_mean(real, place2, reach2, width2):
             most + reach2 * (real(0.75) * width2 + real(math.pi**2 / 64) * reach2), most)
 
 
+@njit(inline="always")
+def reflectance(real, cosine):
+    """Schlick's reflectance of a facet."""
+    edge = real(1) - (cosine if cosine > real(0) else real(0))
+    edge2 = edge * edge
+    return real(F0) + real(1 - F0) * edge2 * edge2 * edge
+
+
+@stage(part=True)
+def count_rough(lanes):
+    """How many lanes have a rough coat."""
+    real = lanes.dtype.type
+    finish, many = rows(lanes)[FINISH], np.int32(0)
+    for i in range(B):
+        many = np.int32(many + np.int32(is_rough_coat(real, finish[i])))
+    return many
+
+
 @stage
 def rough_open(lanes, p):
     """Points that reflect, A0 A1 A2, and what they reflect of the sky, A3 A4 A5. Returns how many there are.
@@ -88,11 +138,9 @@ def rough_open(lanes, p):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, finish, nx, ny, nz = row[DEPTH], row[FINISH], row[NX], row[NY], row[NZ]
+    depth, nx, ny, nz = row[DEPTH], row[NX], row[NY], row[NZ]
     hx, hy, hz, r, g, b = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
-    many = np.int32(0)
-    for i in range(B):
-        many = np.int32(many + np.int32(is_rough_coat(real, finish[i])))
+    many = count_rough(lanes)
     if many == 0:
         return many
     disk, fan, ox, oy, oz = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[OX], row[OY], row[OZ]
@@ -116,18 +164,13 @@ def rough_open(lanes, p):
         dx[i], dy[i], dz[i] = wx if steep else vx, wy if steep else vy, wz if steep else vz
 
     # Reflect the sky as a smooth coat does
-    (er, eg, eb), (zr, zg, zb), (gr, gg, gb), (sx, sy, sz) = gradient(p, 0)
+    colours = gradient(p, 0)
     for i in range(B):
         view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
-        edge = real(1) - (view if view > real(0) else real(0))
-        edge2 = edge * edge
-        f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
+        f = reflectance(real, view)
         mx, my, mz = dx[i] + real(2) * view * nx[i], dy[i] + real(2) * view * ny[i], dz[i] + real(2) * view * nz[i]
-        up = sx * mx + sy * my + sz * mz
-        above = up >= real(0)
-        r[i] = f * (er + up * zr if above else gr)
-        g[i] = f * (eg + up * zg if above else gg)
-        b[i] = f * (eb + up * zb if above else gb)
+        er, eg, eb = sky_radiance(real, colours, mx, my, mz)
+        r[i], g[i], b[i] = f * er, f * eg, f * eb
     return many
 
 
@@ -188,9 +231,7 @@ def aim_highlight(known, n, centre, size):
         taken = real(0.5) * size * inverse * inverse * k2           # times fall³: that area, over π
         each = real(1) / (alpha2 * fall2 * fall + taken)
         narrow = each * fall
-        edge = real(1) - real(0.5) * math.sqrt(k2)
-        edge2 = edge * edge
-        f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
+        f = reflectance(real, real(0.5) * math.sqrt(k2))
         known[ACROSS2 * PART + i], known[ALONG2 * PART + i] = across2 * narrow, along2 * narrow
         known[REACH2 * PART + i] = reach2 * narrow
         known[NUMERATOR * PART + i] = f * taken * each * k2 * slant if (slant > real(0)) & (view > real(0)) else real(0)
@@ -292,3 +333,134 @@ def rough_close(lanes):
         edge5 = schlick_edge(real, -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i]))
         under = real(1 - F0) * (real(1) - edge5) if coated else real(1)
         red[i], green[i], blue[i] = red[i] * under, green[i] * under, blue[i] * under
+
+
+# CELLS: numbers of `sky_rays`, PICTURE: of `look_up_sky`, then the unit normal of the floor, its height, its radiance
+CELLS, PICTURE, FLOOR_NORMAL, HEIGHT, RADIANCE, ROUGH_SKY = offsets(SKY_LIGHT, IMAGE_SKY, 3, 1, 3)
+HAS_FLOOR = CELL_INTEGERS + SKY_INTEGERS        # integer after those of the cells and of the picture
+
+
+def image_rough_clearcoat_step(sky: ImageSky, floor: np.ndarray | None, floor_light: np.ndarray) -> Step:
+    """The stage `image_rough_clearcoat`.
+
+    floor: floor_parameters or None; floor_light: irradiance / π on it (3).
+    """
+    cells, picture = sky_rays_step(sky), image_sky_parameters(sky)
+    below = {} if floor is None else {FLOOR_NORMAL: floor[ground.NORMAL:ground.NORMAL + 3],
+                                      HEIGHT: floor[ground.HEIGHT],
+                                      RADIANCE: floor[ground.COLOUR:ground.COLOUR + 3] * floor_light}
+    return Step(image_rough_clearcoat, pack(ROUGH_SKY, {CELLS: cells.parameters, PICTURE: picture.parameters, **below}),
+                np.concatenate([cells.integers, picture.integers, [floor is not None]]),
+                kept=(cells.kept, sky.image.values))
+
+
+@njit(inline="always")
+def shown(real, alpha2, cosine):
+    """Part of the facets at a cosine of incidence that others do not hide."""
+    return real(2) * cosine / smith_sum(real, alpha2, cosine)
+
+
+@njit(inline="always")
+def facet_density(real, alpha2, tilt, view):
+    """Density per solid angle of the mirrored direction; tilt: cosine between facet and surface, view: of the ray."""
+    spread = real(1) + (alpha2 - real(1)) * tilt * tilt
+    return alpha2 * shown(real, alpha2, view) / (real(4 * math.pi) * spread * spread * view)
+
+
+@stage
+def image_rough_clearcoat(lanes, p, ints, key):
+    """Add what coats of a gloss below 1 reflect of the picture and of the floor.  p, ints: as packed above."""
+    if count_rough(lanes) > 0:
+        _mirror_bright_place(lanes, p, ints, key)
+        _mirror_facet(lanes, p, ints)
+
+
+@stage
+def _mirror_bright_place(lanes, p, ints, key):
+    """Add what the facets mirror of a bright place of the picture, not hidden by the floor, and leave the points."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    dx, dy, dz, nx, ny, nz, finish = row[L], row[M], row[N], row[NX], row[NY], row[NZ], row[FINISH]
+    hx, hy, hz, wx, wy, wz, chance = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6]
+    r, g, b, tr, tg, tb, sr, sg, sb = (row[A8], row[A9], row[A10], row[TR], row[TG], row[TB], row[SR], row[SG], row[SB])
+    has_floor, (ux, uy, uz), height = ints[HAS_FLOOR] != 0, vector(p, FLOOR_NORMAL), p[HEIGHT]
+    sky_rays(lanes, p, ints, key)
+    sky_density(lanes, ints, p[CELLS + COSINE], p[CELLS + SINE], chance)
+    for i in range(B):
+        view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
+        slant = wx[i] * nx[i] + wy[i] * ny[i] + wz[i] * nz[i]
+        kx, ky, kz = wx[i] - dx[i], wy[i] - dy[i], wz[i] - dz[i]
+        size = math.sqrt(kx * kx + ky * ky + kz * kz)           # twice the cosine at the facet
+        alpha = real(1) - finish[i]
+        alpha2 = alpha * alpha
+        density = facet_density(real, alpha2, (slant + view) / size, view)
+        up, over = ux * wx[i] + uy * wy[i] + uz * wz[i], ux * hx[i] + uy * hy[i] + uz * hz[i] - height
+        hidden = has_floor & (up < real(0)) & (over > real(0))
+        met = is_rough_coat(real, finish[i]) & (view > real(0)) & (slant > real(0)) & (size > real(0))
+        part = reflectance(real, real(0.5) * size) * density * shown(real, alpha2, slant)
+        part *= real(math.pi) * chance[i] / (chance[i] + density)       # r, g, b hold the flux over π
+        part = part if met & ~hidden else real(0)
+        sr[i] += tr[i] * part * r[i] if part > real(0) else real(0)
+        sg[i] += tg[i] * part * g[i] if part > real(0) else real(0)
+        sb[i] += tb[i] * part * b[i] if part > real(0) else real(0)
+
+
+@stage
+def _mirror_facet(lanes, p, ints):
+    """Add what a facet mirrors of picture and floor, one of those that the ray sees (Dupuy and Benyoub 2023)."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    dx, dy, dz, nx, ny, nz, finish = row[L], row[M], row[N], row[NX], row[NY], row[NZ], row[FINISH]
+    hx, hy, hz, wx, wy, wz, chance = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6]
+    r, g, b, share, v0, v1 = row[A8], row[A9], row[A10], row[A7], row[V0], row[V1]
+    tr, tg, tb, sr, sg, sb = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB]
+    has_floor = ints[HAS_FLOOR] != 0
+    (ux, uy, uz), height, (er, eg, eb) = vector(p, FLOOR_NORMAL), p[HEIGHT], vector(p, RADIANCE)
+
+    # In the frame of the surface and the ray
+    for i in range(B):
+        view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
+        tx, ty, tz = -dx[i] - view * nx[i], -dy[i] - view * ny[i], -dz[i] - view * nz[i]
+        level = math.sqrt(tx * tx + ty * ty + tz * tz)
+        steep = level > real(1e-6)
+        kx, ky, kz = (real(0), nz[i], -ny[i]) if abs(nx[i]) > real(0.7) else (-nz[i], real(0), nx[i])
+        size = real(1) / (level if steep else math.sqrt(kx * kx + ky * ky + kz * kz) + real(1e-20))
+        tx, ty, tz = ((tx if steep else kx) * size, (ty if steep else ky) * size, (tz if steep else kz) * size)
+        bx, by, bz = ny[i] * tz - nz[i] * ty, nz[i] * tx - nx[i] * tz, nx[i] * ty - ny[i] * tx
+        alpha = real(1) - finish[i]
+        alpha2 = alpha * alpha
+        size = real(1) / math.sqrt(alpha2 * level * level + view * view)
+        sx, sz = alpha * level * size, view * size              # the ray where the facets are a half sphere
+        sine, versine = sine_versine(real, v1[i])
+        cz = (real(1) - v0[i]) * (real(1) + sz) - sz
+        round_ = math.sqrt(max(real(1) - cz * cz, real(0)))
+        fx, fy, fz = alpha * (round_ * (real(1) - versine) + sx), alpha * round_ * sine, max(cz + sz, real(0))
+        size = real(1) / math.sqrt(fx * fx + fy * fy + fz * fz + real(1e-20))
+        fx, fy, fz = fx * size, fy * size, fz * size
+        facing = fx * level + fz * view if steep else fz
+        kx, ky, kz = fx * tx + fy * bx + fz * nx[i], fx * ty + fy * by + fz * ny[i], fx * tz + fy * bz + fz * nz[i]
+        wx[i], wy[i], wz[i] = (dx[i] + real(2) * facing * kx, dy[i] + real(2) * facing * ky,
+                               dz[i] + real(2) * facing * kz)
+        slant = wx[i] * nx[i] + wy[i] * ny[i] + wz[i] * nz[i]
+        met = is_rough_coat(real, finish[i]) & (view > real(0)) & (slant > real(0)) & (facing > real(0))
+        part = reflectance(real, facing) * shown(real, alpha2, slant)
+        share[i] = part if met else real(0)
+        r[i] = facet_density(real, alpha2, fz, view)
+
+    # The floor, and the picture beside it
+    sky_density(lanes, ints, p[CELLS + COSINE], p[CELLS + SINE], chance)
+    for i in range(B):
+        up, over = ux * wx[i] + uy * wy[i] + uz * wz[i], ux * hx[i] + uy * hy[i] + uz * hz[i] - height
+        hidden = has_floor & (up < real(0)) & (over > real(0))
+        part = share[i] if share[i] > real(0) else real(0)
+        fallen = part if hidden else real(0)
+        sr[i] += tr[i] * fallen * er
+        sg[i] += tg[i] * fallen * eg
+        sb[i] += tb[i] * fallen * eb
+        share[i] = real(0) if hidden else part * r[i] / (r[i] + chance[i])
+    look_up_sky(lanes, p[PICTURE:], ints[CELL_INTEGERS:], wx, wy, wz, r, g, b)
+    for i in range(B):
+        part = share[i] if share[i] > real(0) else real(0)
+        sr[i] += tr[i] * part * r[i]
+        sg[i] += tg[i] * part * g[i]
+        sb[i] += tb[i] * part * b[i]

@@ -1,29 +1,39 @@
 """Sun and lamps: for each sample one point of the light, chosen by V0 and V1, and one shadow ray to it.
 
-Lights cast no shadow themselves. The shadow of a glass ball is bright in its middle: it transmits what its two
-surfaces do, concentrated towards the axis, an approximation without a second ray (its flux is right, and its place
-where the ball touches a surface).
+A light is three stages: `sun_rays` or `lamp_rays` find the shadow ray A0 … A5, its length A6 and what arrives
+unhindered, A7; `shadows`, and those of meshes, darken A7; `add_lit` adds it to the path. Each lane has moving lamps and
+occluders as they are at its TIME.
+
+Lights cast no shadow themselves. The shadow of a glass ball is bright in its middle: it transmits what its two surfaces
+do, concentrated towards the axis, an approximation without a second ray (its flux is right, and its place where the
+ball touches a surface).
 """
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from lensbench.core.kernels.block import (
-    A0, A1, A2, A3, A4, A5, A6, A7, BEAM, BLUE, DEPTH, GREEN, NX, NY, NZ, RED, SB, SG, SR, V0, V1, B, L, M, N, Packed,
-    X, Y, Z, offsets, pack, rows, stage, vector
+    A0, A1, A2, A3, A4, A5, A6, A7, BEAM, BLUE, DEPTH, GREEN, NX, NY, NZ, RED, SB, SG, SR, TIME, V0, V1, B, L, Packed,
+    X, join, offsets, pack, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.sampling import concentric_disk
 from lensbench.core.scenery.intersect.block_bounds import (
     beam_misses, boxes_disjoint, plane_misses, shadow_beam, shadow_bounds
 )
+from lensbench.core.scenery.intersect.moving_objects import (
+    COUNT, GROUP, LENGTH, MOTION, WHICH, after, enter_rest_frame, keep_world, leave_rest_frame, motion_of,
+    motion_parameters, moving_groups, swept_bounds, time_bounds, to_world_frame
+)
 from lensbench.core.scenery.intersect.spheres import (
     CROWD, bounding_sphere, closest_approach, counts_below, inside_edge, plane_point, sphere_tree
 )
+from lensbench.core.scenery.objects.shape import Shape, by_family, displaced
 from lensbench.core.scenery.shading.bounces import rounded_length
 from lensbench.core.scenery.shading.illumination import (
-    POINT, POINT_AREA, POINT_LIGHT, POINT_PLACE, POINT_RADIUS2, count_lit
+    POINT, POINT_AREA, POINT_LIGHT, POINT_PLACE, POINT_RADIUS2, met_points
 )
 from lensbench.core.scenery.values import across, unit
 
@@ -36,10 +46,10 @@ _, NORMAL, AXIS_U, AXIS_V, PANE_TRANSMITTED, HALF_WIDTHS, SHADE = offsets(3, 3, 
 BALLS, SHADES, OCCLUDER_INTEGERS = range(3)
 GLASS_BALL = 0.85       # part of the light that passes a glass ball, averaged over incidences
 
-# The sun, before its occluders: RIGHT, UP: unit axes across its direction times the tangent of its angular radius
-DIRECTION, RIGHT, UP, IRRADIANCE, SUN = offsets(3, 3, 3, 3)
-# A lamp, before its occluders: half-axes, normal and area of a planar one; radius² of a sphere. Integer: its kind
-MIDDLE, HALF_A, HALF_B, FACING, AREA, LAMP_RADIUS2, RADIANCE, LAMP = offsets(3, 3, 3, 3, 1, 1, 3)
+# The sun. RIGHT, UP: unit axes across its direction times the tangent of its angular radius
+DIRECTION, RIGHT, UP, SUN = offsets(3, 3, 3)
+# A lamp: half-axes, normal and area of a planar one; radius² of a sphere. Integer: its kind
+MIDDLE, HALF_A, HALF_B, FACING, AREA, LAMP_RADIUS2, LAMP = offsets(3, 3, 3, 3, 1, 1)
 RECTANGLE_LAMP, DISK_LAMP, SPHERE_LAMP = range(3)
 
 
@@ -58,8 +68,7 @@ def planar_occluder(shape) -> np.ndarray:
 
 
 def occluder_parameters(spheres, planar) -> Packed:
-    """Parameters of `shadow`: a tree of the spheres, then the planar shapes; lights are left out."""
-    spheres, planar = ([o for o in shapes if not o.material.shines] for shapes in (spheres, planar))
+    """Parameters of `shadow`: a tree of the spheres, then the planar shapes."""
     centres, radii = np.array([o.centre for o in spheres]).reshape(-1, 3), np.array([o.radius for o in spheres])
     tree, numbers = sphere_tree(centres), [np.zeros(0)]
     for members, below in tree:
@@ -72,23 +81,33 @@ def occluder_parameters(spheres, planar) -> Packed:
                   [len(tree), len(planar), *counts_below(tree), *(o.round for o in planar)])
 
 
-@njit(inline="always")
-def occluder_integers(ints):
-    """How many integers `shadow` reads."""
-    return OCCLUDER_INTEGERS + ints[BALLS] + ints[SHADES]
+def all_occluders(shapes: Iterable[Shape], opening: float) -> Packed:
+    """Parameters of `shadows` for spheres and planar shapes, still and moving; lights are left out.
+
+    opening: seconds at TIME 0. No parameters where nothing hides light.
+    """
+    shapes = [o for o in shapes if not o.material.shines]
+    return after(occluder_parameters(*by_family(o for o in shapes if not o.moves)),
+                 moving_groups([o for o in shapes if o.moves], opening, occluder_parameters))
 
 
 def sphere_lamp(sphere) -> Packed:
-    """A sphere as `lamp` reads it, without occluders."""
-    return Packed(pack(LAMP, {MIDDLE: sphere.centre, LAMP_RADIUS2: sphere.radius**2,
-                              RADIANCE: sphere.material.colour}), [SPHERE_LAMP])
+    """A sphere as `lamp_rays` reads it."""
+    return Packed(pack(LAMP, {MIDDLE: sphere.centre, LAMP_RADIUS2: sphere.radius**2}), [SPHERE_LAMP])
 
 
 def planar_lamp(shape) -> Packed:
-    """A planar shape as `lamp` reads it, without occluders."""
+    """A planar shape as `lamp_rays` reads it."""
     centre, a, b, normal = shape.frame
-    return Packed(pack(LAMP, {MIDDLE: centre, HALF_A: a, HALF_B: b, FACING: normal, AREA: shape.area,
-                              RADIANCE: shape.material.colour}), [DISK_LAMP if shape.round else RECTANGLE_LAMP])
+    return Packed(pack(LAMP, {MIDDLE: centre, HALF_A: a, HALF_B: b, FACING: normal, AREA: shape.area}),
+                  [DISK_LAMP if shape.round else RECTANGLE_LAMP])
+
+
+def lamp_parameters(lamp: Shape, opening: float) -> Packed:
+    """Parameters of `lamp_rays`. opening: seconds at TIME 0, if it moves."""
+    lamp = displaced(lamp, opening)
+    motion = [Packed(motion_parameters([lamp], opening))] if lamp.moves else []
+    return join(lamp.lamp_parameters(), *motion)
 
 
 def point_parameters(shape) -> np.ndarray:
@@ -96,14 +115,14 @@ def point_parameters(shape) -> np.ndarray:
     lamp = shape.lamp_parameters().parameters
     return pack(POINT, {POINT_PLACE: lamp[MIDDLE:MIDDLE + 3],
                         POINT_AREA: lamp[FACING:FACING + 3] * lamp[AREA] / math.pi,
-                        POINT_RADIUS2: lamp[LAMP_RADIUS2], POINT_LIGHT: lamp[RADIANCE:]})
+                        POINT_RADIUS2: lamp[LAMP_RADIUS2], POINT_LIGHT: shape.material.colour})
 
 
 def sun_parameters(sun) -> np.ndarray:
-    """A `Sun` as the stage `sun` reads it, without occluders."""
+    """Parameters of `sun_rays`."""
     right, up = across(sun.direction)
     size = math.tan(sun.angular_radius)
-    return pack(SUN, {DIRECTION: unit(sun.direction), RIGHT: right * size, UP: up * size, IRRADIANCE: sun.colour})
+    return pack(SUN, {DIRECTION: unit(sun.direction), RIGHT: right * size, UP: up * size})
 
 
 @stage
@@ -166,6 +185,52 @@ def shadow(lanes, p, ints):
 
 
 @stage
+def shadow_moving(lanes, p, ints):
+    """Multiply A7 by what moving occluders pass.  p, ints: groups of occluder_parameters."""
+    if p.size == 0:
+        return
+    real = lanes.dtype.type
+    box, (early, late) = shadow_bounds(lanes), time_bounds(lanes)
+    keep_world(lanes, A0, A3, False)
+    s, k, current = 0, 0, -1
+    while s < p.size:
+        here, held, which = s, k + GROUP, ints[k + WHICH]
+        s, k = s + ints[k + LENGTH], k + ints[k + COUNT]
+
+        # Skip a group that lies beside all shadow rays
+        cx, cy, cz, wide, wx, wy, wz = swept_bounds(real, p, here, early, late)
+        if boxes_disjoint(box, cx, cy, cz, wide + abs(wx), wide + abs(wy), wide + abs(wz)):
+            continue
+
+        # Transform the shadow rays to the frame where it rests
+        if which != current:
+            enter_rest_frame(lanes, motion_of(p, here), A0, A3, False)
+            current = which
+        shadow(lanes, p[here + MOTION:s], ints[held:k])
+    leave_rest_frame(lanes, A0, A3, False)
+
+
+@stage
+def shadows(lanes, p, ints, key):
+    """Multiply A7 by what spheres and planar shapes pass, still and moving.  p, ints: all_occluders."""
+    still, ints = ints[0], ints[1:]
+    shadow(lanes, p[:still], ints)
+    shadow_moving(lanes, p[still:], ints[OCCLUDER_INTEGERS + ints[BALLS] + ints[SHADES]:])
+
+
+@stage
+def add_lit(lanes, p, ints, key):
+    """Add the light A7, of the colour p (3), to what the path gathers."""
+    row = rows(lanes)
+    red, green, blue, sr, sg, sb, light = row[RED], row[GREEN], row[BLUE], row[SR], row[SG], row[SB], row[A7]
+    r, g, b = vector(p, 0)
+    for i in range(B):
+        sr[i] += red[i] * light[i] * r
+        sg[i] += green[i] * light[i] * g
+        sb[i] += blue[i] * light[i] * b
+
+
+@stage
 def disk_points(lanes):
     """A6, A7: V0, V1 of the unit square mapped to the unit disk (concentric map: equal areas, neighbours kept)."""
     real = lanes.dtype.type
@@ -176,50 +241,16 @@ def disk_points(lanes):
 
 
 @stage
-def sun(lanes, p, ints, key):
-    """Add the light of the sun.  p, ints: sun_parameters, occluder_parameters."""
-    if count_lit(lanes) == 0:
-        return
-    sample_sun(lanes, p)
-    shadow(lanes, p[SUN:], ints)
-    add_light(lanes, p[IRRADIANCE:])
-
-
-@stage
-def lamp(lanes, p, ints, key):
-    """Add the light of one lamp.  p, ints: sphere_lamp or planar_lamp, then occluder_parameters."""
-    if count_lit(lanes) == 0:
-        return
-    sample_lamp(lanes, p, ints[0])
-    shadow(lanes, p[LAMP:], ints[1:])
-    add_light(lanes, p[RADIANCE:])
-
-
-@stage
-def add_light(lanes, colour):
-    """Add the light A7, of a colour (3), to what the path gathers."""
-    row = rows(lanes)
-    red, green, blue, sr, sg, sb, light = row[RED], row[GREEN], row[BLUE], row[SR], row[SG], row[SB], row[A7]
-    r, g, b = vector(colour, 0)
-    for i in range(B):
-        sr[i] += red[i] * light[i] * r
-        sg[i] += green[i] * light[i] * g
-        sb[i] += blue[i] * light[i] * b
-
-
-@stage
-def sample_sun(lanes, p):
+def sun_rays(lanes, p, ints, key):
     """Sample a point of the sun: A0 … A7 as `shadow` reads them.  p: sun_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, nx, ny, nz, hx, hy, hz = row[DEPTH], row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
-    wx, wy, wz, far, light = row[A3], row[A4], row[A5], row[A6], row[A7]
+    nx, ny, nz, wx, wy, wz, far, light = row[NX], row[NY], row[NZ], row[A3], row[A4], row[A5], row[A6], row[A7]
     (cx, cy, cz), (ax, ay, az), (bx, by, bz) = vector(p, DIRECTION), vector(p, RIGHT), vector(p, UP)
+    met_points(lanes)
     disk_points(lanes)
     for i in range(B):
-        t, a, b = depth[i], far[i], light[i]
-        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
+        a, b = far[i], light[i]
         qx, qy, qz = cx + a * ax + b * bx, cy + a * ay + b * by, cz + a * az + b * bz
         size = real(1) / math.sqrt(qx * qx + qy * qy + qz * qz)
         qx, qy, qz = qx * size, qy * size, qz * size
@@ -229,28 +260,40 @@ def sample_sun(lanes, p):
 
 
 @stage
-def sample_lamp(lanes, p, kind):
-    """Sample a point of a lamp: A0 … A7 as `shadow` reads them.  p: sphere_lamp or planar_lamp."""
+def lamp_rays(lanes, p, ints, key):
+    """Sample a point of a lamp, where it is at the TIME of each lane: A0 … A7 as `shadow` reads them.
+
+    p, ints: lamp_parameters; a MOTION at their end where the lamp moves.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, hx, hy, hz, v0, v1, a, b = row[DEPTH], row[A0], row[A1], row[A2], row[V0], row[V1], row[A6], row[A7]
+    v0, v1, a, b, moves = row[V0], row[V1], row[A6], row[A7], p.size > LAMP
 
-    # Map V0, V1 to the square or the disk
-    if kind == RECTANGLE_LAMP:
+    # Find the lit points, in the frame where a moving lamp rests
+    if moves:
+        keep_world(lanes, X, L, True)
+        enter_rest_frame(lanes, motion_of(p, LAMP), X, L, True)
+    met_points(lanes)
+
+    # Map V0, V1 to the square or the disk, and sample the lamp
+    if ints[0] == RECTANGLE_LAMP:
         for i in range(B):
             a[i], b[i] = real(2) * v0[i] - real(1), real(2) * v1[i] - real(1)
     else:
         disk_points(lanes)
-
-    # Find the lit points, and the point of the lamp that each of them sees
-    for i in range(B):
-        t = depth[i]
-        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
-    if kind == SPHERE_LAMP:
+    if ints[0] == SPHERE_LAMP:
         _sample_sphere(lanes, p)
     else:
         _sample_planar(lanes, p)
+
+    # Cast the shadow rays in the world
+    if moves:
+        leave_rest_frame(lanes, X, L, True)
+        time, motion = row[TIME], motion_of(p, LAMP)
+        qx, qy, qz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
+        for i in range(B):
+            qx[i], qy[i], qz[i], wx[i], wy[i], wz[i] = to_world_frame(real, motion, time[i], qx[i], qy[i], qz[i],
+                                                                      wx[i], wy[i], wz[i])
 
 
 @njit(inline="always")

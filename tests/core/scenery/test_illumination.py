@@ -363,9 +363,9 @@ def test_a_scene_pays_only_for_what_it_has():
 
     ball = lb.Sphere((0.0, 0.0, -9.0), 1.0)
     plain = lb.Scene("plain", sun=lb.Sun((0.0, 1.0, 0.0)), floor=lb.Floor(), spheres=(ball,))
-    assert kernels(plain, shadows=False) == ["sky", "sun_disk", "floor", "beam", "spheres", "daylight"]
-    assert not {"specular_bounce", "clearcoat", "rough_clearcoat", "lamp", "planar"} & set(kernels(plain))
-    assert kernels(lb.builtin_scene("white-wall")) == ["sky", "daylight"]
+    assert kernels(plain, shadows=False) == ["gradient_sky", "sun_disk", "floor", "beam", "spheres", "daylight"]
+    assert not {"specular_bounce", "clearcoat", "rough_clearcoat", "lamp_rays", "planar"} & set(kernels(plain))
+    assert kernels(lb.builtin_scene("white-wall")) == ["gradient_sky", "daylight"]
 
 
 # Coats

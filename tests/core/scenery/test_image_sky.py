@@ -10,8 +10,8 @@ import pytest
 import lensbench as lb
 from lensbench.core.kernels.block import A3, A4, A5, A6, FINISH, NX, NY, NZ, V0, V1, L, M, N, rows, stage
 from lensbench.core.kernels.program import Program
-from lensbench.core.scenery.shading.image_rough_clearcoat import image_rough_clearcoat_step
 from lensbench.core.scenery.shading.image_sky_light import COSINE, SINE, sky_cells, sky_density, sky_rays_step
+from lensbench.core.scenery.shading.rough_clearcoat import image_rough_clearcoat_step
 from tests.core.scenery.test_scene import shoot, square_lights
 
 

@@ -467,7 +467,7 @@ def test_a_small_mesh_that_shines_is_traced_to_the_film_with_the_light_that_rays
 def test_a_scene_without_meshes_has_the_stages_it_had():
     scene = lb.builtin_scene("still-life")
     names = {step.kernel.__name__ for step in (*scene.steps(), *scene.depth_steps())}
-    assert not names & {"find_meshes", "mesh_surfaces", "mesh_shadows", "sun_rays", "lamp_rays", "gradient_rays"}
+    assert not names & {"find_meshes", "mesh_surfaces", "mesh_shadows", "gradient_rays"}
 
 
 @pytest.mark.parametrize(("change", "reason"), [

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.core.scenery.shading.illumination import CENTRE, OCCLUDER, RADIUS2, REACH
-from lensbench.core.scenery.shading.moving_lights import sky_occluders
+from lensbench.core.scenery.shading.illumination import CENTRE, OCCLUDER, RADIUS2, REACH, sky_occluders
 
 PAPER = lb.Material((1.0, 1.0, 1.0))
 

@@ -14,7 +14,7 @@ from lensbench.core.kernels.block import (
 from lensbench.core.kernels.program import Program
 from lensbench.core.scenery.intersect.moving_objects import to_rest_frame
 from lensbench.core.scenery.scene import Scene
-from lensbench.core.scenery.shading.moving_clearcoat import moving_clearcoat
+from lensbench.core.scenery.shading.clearcoat import clearcoat
 from lensbench.core.scenery.surface_codes import SHARP
 from tests.core.imaging.test_animated_transform import DARK, FILM, kernels, turned
 from tests.core.scenery.test_scene import unit
@@ -204,7 +204,7 @@ def test_a_sharp_coat_shows_a_flat_lamp_within_its_edge_and_no_further(lamp):
     The last places lie on the axes of the lamp, just within its edge and just beside it.
     """
     scene = Scene("mirror", sky=DARK, plates=(TABLE, lamp))
-    (step,) = [step for step in scene.steps() if step.kernel is moving_clearcoat]
+    (step,) = [step for step in scene.steps() if step.kernel is clearcoat]
     place, moments = np.array([20.0, -250.0, -1000.0]), np.tile([0.0, 0.2, 0.5], 3)
     still = [moved(lamp, t) for t in moments]
     for share, turn, lit in ((0.6, 1.0, 1.0), (1.5, 1.0, 0.0), (0.97, 0.5 * math.pi, 1.0), (1.03, 0.5 * math.pi, 0.0)):
@@ -325,14 +325,19 @@ def test_only_what_moves_is_paid_for():
     still = Scene("one", sun=sun, floor=lb.Floor(), spheres=(ball,))
     assert not still.moves
     assert kernels(still.steps()) == kernels(still.steps(opening=5.0)) == [
-        "begin_path", "sky", "sun_disk", "floor", "beam", "spheres", "gather_emission", "ambient", "sun", "finish_path"]
+        "begin_path", "gradient_sky", "sun_disk", "floor", "beam", "spheres", "gather_emission", "ambient", "sun_rays",
+        "shadows", "add_lit", "finish_path"]
     flying = replace(still, spheres=(ball, replace(ball, velocity=(1.0, 0.0, 0.0))))
     assert flying.moves and flying != still
-    assert kernels(flying.steps()) == ["begin_path", "sky", "sun_disk", "floor", "beam", "spheres", "moving",
-                                       "gather_emission", "moving_ambient", "moving_sun", "finish_path"]
-    assert kernels(flying.steps(shadows=False)) == ["sky", "sun_disk", "floor", "beam", "spheres", "moving", "daylight"]
-    glowing = replace(still, spheres=(ball, lb.Sphere((9.0, 0.0, -900.0), 5.0, LIGHT, velocity=(1.0, 0.0, 0.0))))
-    assert kernels(glowing.steps())[-3:] == ["ambient", "sun", "finish_path"]       # a light casts no shadow
+    assert kernels(flying.steps()) == [
+        "begin_path", "gradient_sky", "sun_disk", "floor", "beam", "spheres", "moving", "gather_emission", "ambient",
+        "sun_rays", "shadows", "add_lit", "finish_path"]
+    assert kernels(flying.steps(shadows=False)) == [
+        "gradient_sky", "sun_disk", "floor", "beam", "spheres", "moving", "daylight"]
+    light = lb.Sphere((9.0, 0.0, -900.0), 5.0, LIGHT, velocity=(1.0, 0.0, 0.0))
+    occluders, with_light = ([step.parameters for step in replace(still, spheres=spheres).steps()
+                              if step.kernel.__name__ == "shadows"] for spheres in ((ball,), (ball, light)))
+    np.testing.assert_array_equal(occluders, with_light)                            # a light casts no shadow
     camera = lb.PerspectiveCamera(FILM)
     assert "sample_times" not in kernels(lb.Rendering(camera, still)._programs.before)
     assert "sample_times" in kernels(lb.Rendering(camera, flying)._programs.before)

@@ -176,7 +176,7 @@ def test_a_gleam_is_finite_and_never_negative_however_grazing_the_ray_and_wide_t
         table[OX:OX + 3] = random.uniform(-1.0, 1.0, (3, B))
         table[PIXEL_SIDE], table[PIXEL_SPREAD] = random.uniform(-5.0, 5.0, B), random.uniform(-0.1, 0.1, B)
         table[FINISH], table[TR:TB + 1], table[SR:SB + 1] = random.choice([0.5, 0.955, 0.9985]), 1.0, 0.0
-        step.kernel(lanes, parameters, NO_INTEGERS, key)
+        step.kernel(lanes, parameters, np.asarray(step.integers, np.int64), key)
         assert np.isfinite(table[SR:SB + 1]).all() and table[SR:SB + 1].min() >= 0.0
 
 
@@ -192,7 +192,7 @@ def test_a_coated_lane_reflects_the_same_whatever_the_others_of_its_block_are(co
         level = np.sqrt(1.0 - fall**2)
         table[L], table[M], table[N] = level * np.sin(turn), -fall, -level * np.cos(turn)
         table[DEPTH], table[NY], table[FINISH], table[TR:TB + 1] = 1350.0 / fall, 1.0, finish, 1.0
-        step.kernel(lanes, parameters, NO_INTEGERS, key)
+        step.kernel(lanes, parameters, np.asarray(step.integers, np.int64), key)
         found.append(table[SR:SB + 1].copy())
     alone = found[1][:, which]
     assert alone.min() > 0.0 and alone == pytest.approx(found[0][:, which], rel=1e-5)

@@ -12,7 +12,7 @@ from lensbench.core.kernels.program import Program
 from lensbench.core.scenery import scene_steps
 from lensbench.core.scenery.intersect import spheres as intersect
 from lensbench.core.scenery.intersect.spheres import CROWD, Entry, bounding_sphere, sphere_tree
-from lensbench.core.scenery.shading import moving_lights, soft_shadows
+from lensbench.core.scenery.shading import illumination, soft_shadows
 
 DARK = lb.Sky((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
@@ -42,7 +42,7 @@ def plain_list(monkeypatch):
     def listed(centres):
         return [Entry(np.array([j]), 0) for j in range(len(centres))]
 
-    for module in (intersect, soft_shadows, moving_lights):
+    for module in (intersect, soft_shadows, illumination):
         monkeypatch.setattr(module, "sphere_tree", listed)
     yield
     scene_steps.radiance_steps.cache_clear()
