@@ -19,13 +19,11 @@ from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.lens_surface import LensError
 from lensbench.core.optics.paraxial import first_order
 from lensbench.core.optics.prescription import Lens
-from lensbench.core.optics.scalar_trace import trace
 from lensbench.core.pupils.region import exit_pupil
 
 RECTILINEAR = "rectilinear"
 SLIGHT = 0.05           # percent, below which the kind is "none"
-POINTS = 33             # of the exit-pupil regions in which the search starts
-STEPS = 12              # of the secant rule
+POINTS = 33             # of the exit-pupil regions, which are empty where no light falls
 GRID_RADII = 65         # film radii from which a grid is interpolated
 CLOSE = 1e-3            # tangent of an object point that counts as close to the axis
 
@@ -129,14 +127,15 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
     if math.isinf(fo.efl):
         raise LensError("an afocal lens has no focal length to measure its distortion by")
     radii = np.atleast_1d(np.asarray(film_radii, float))
-    points, directions = chief_rays(lens, film_distance, radii, wavelength)
-    angles = np.arctan2(-directions[:, 0], -directions[:, 2]) + 0.0          # no −0
+    chief = find_chief_rays(lens, film_distance, np.column_stack([radii, 0.0 * radii]), by_image=True,
+                            wavelength=wavelength)
+    left, _, right, _ = exit_pupil(lens, film_distance, radii, wavelength, points=POINTS).bounds.T
+    points, directions = (np.where((right > left)[:, None], values, math.nan)      # rims do not end chief rays
+                          for values in (chief.points, chief.directions))
+    angles = np.arctan2(directions[:, 0], directions[:, 2]) + 0.0       # no −0
     extension = film_distance - fo.bfl
     far = extension < 1e-9 * fo.efl
-    # Paraxial height on the film over the tangent at the entrance pupil: f for a film at the rear focus
-    n = lens.front_index
-    away = 0.0 if math.isinf(fo.entrance_pupil.z) else fo.entrance_pupil.z - fo.ffl
-    scale = n * fo.efl + away * extension / fo.efl
+    scale = ideal_scale(lens, film_distance, wavelength)
 
     def against(name: str) -> Distortion:
         if name == RECTILINEAR:
@@ -144,15 +143,22 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
                 if far:
                     ideal = np.where(angles < 0.5 * math.pi, scale * np.tan(angles), math.inf)
                 else:
-                    away = (fo.ffl - n * fo.efl**2 / extension - points[:, 2]) / directions[:, 2]
+                    away = (fo.ffl - lens.front_index * fo.efl**2 / extension - points[:, 2]) / directions[:, 2]
                     ideal = -(points[:, 0] + away * directions[:, 0]) * extension / fo.efl
-                    ideal = np.where(away > 0.0, ideal, math.inf)
+                    ideal = np.where(away < 0.0, ideal, math.inf)
             return Distortion(name, scale, radii, angles, np.where(np.isnan(angles), math.nan, ideal))
         return Distortion(name, scale, radii, angles, scale * image_height(name, angles))
 
     if projection != "best":
         return against(projection)
     return min((against(name) for name in (RECTILINEAR, *PROJECTIONS)), key=lambda found: found.rms)
+
+
+def ideal_scale(lens: Lens, film_distance: float, wavelength: float) -> float:
+    """Paraxial height (mm) on the film over the tangent at the entrance pupil: f for a film at the rear focus."""
+    fo = first_order(lens, wavelength)
+    away = 0.0 if math.isinf(fo.entrance_pupil.z) else fo.entrance_pupil.z - fo.ffl
+    return lens.front_index * fo.efl + away * (film_distance - fo.bfl) / fo.efl
 
 
 def distortion_grid(lens: Lens, film_distance: float, film: Film, lines: int = 9, projection: str = RECTILINEAR,
@@ -220,37 +226,3 @@ def _displaced_every_way(lens: Lens, film_distance: float, ideal: np.ndarray, wa
     middle, *ends = images(CLOSE * np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]))
     scale = np.array([ends[0][0] - ends[1][0], ends[2][1] - ends[3][1]]) / (2.0 * CLOSE)
     return images(ideal.reshape(-1, 2) / scale).reshape(ideal.shape) - middle
-
-
-def chief_rays(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE):
-    """Chief rays from film points (r, 0): points on the first surface and unit directions into the scene, (n, 3) each.
-
-    Lens frame, mm. Rims do not end them; NaN where no light falls. Found by the secant rule along the meridian, from
-    the middle of each exit-pupil region.
-    """
-    radii = np.atleast_1d(np.asarray(film_radii, float))
-    pupil = exit_pupil(lens, film_distance, radii, wavelength, points=POINTS)
-    left, right = pupil.bounds[:, 0], pupil.bounds[:, 2]
-    film = np.column_stack([radii, 0.0 * radii, np.full(len(radii), lens.length + film_distance)])
-
-    def traced(aim):
-        directions = np.column_stack([aim, 0.0 * aim, np.full(len(aim), lens.length)]) - film
-        directions = np.where(np.isfinite(directions), directions, [0.0, 0.0, -1.0])
-        return trace(lens, film, directions, wavelength, clip=False, record=True)
-
-    def off(found):
-        return found.paths[:, len(lens.surfaces) - lens.stop_index, 0]
-
-    before, aim = 0.5 * (left + right) - 0.05 * (right - left), 0.5 * (left + right)
-    was, now = off(traced(before)), off(traced(aim))
-    for _ in range(STEPS):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = -now * (aim - before) / (now - was)
-        step = np.where(np.isfinite(step), step, 0.0)
-        if np.abs(step).max(initial=0.0) < 1e-13 * lens.stop.semi_diameter:
-            break
-        before, was, aim = aim, now, aim + step
-        now = off(traced(aim))
-    found = traced(aim)
-    lost = (found.fate != 0) | ~(right > left) | ~(np.abs(now) < 1e-6 * lens.stop.semi_diameter)
-    return (np.where(lost[:, None], math.nan, rays) for rays in (found.points, found.directions))

@@ -10,6 +10,7 @@ from math import inf, isinf
 import numpy as np
 
 from lensbench.core.analysis.aberrations import check_symmetry, coddington
+from lensbench.core.analysis.distortion import ideal_scale
 from lensbench.core.analysis.grids.chief_rays import find_chief_rays
 from lensbench.core.analysis.grids.field_conditions import Conditions, wanted_chief_rays
 from lensbench.core.optics.lens_surface import LensError
@@ -140,9 +141,7 @@ def _ideal(lens: Lens, film_distance: float, conditions: Conditions, angles: np.
     angle.
     """
     fo, distance = first_order(lens, conditions.primary_wavelength), conditions.object_distance
-    pupil = fo.entrance_pupil.z
-    away = 0.0 if isinf(pupil) else pupil - fo.ffl
-    scale = lens.front_index * fo.efl + away * (film_distance - fo.bfl) / fo.efl
+    pupil, scale = fo.entrance_pupil.z, ideal_scale(lens, film_distance, conditions.primary_wavelength)
     if isinf(distance):
         with np.errstate(invalid="ignore"):
             return np.where(np.abs(angles) < 0.5 * np.pi, scale * np.tan(angles), inf), scale * angles
