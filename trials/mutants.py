@@ -33,7 +33,8 @@ from trials.executed_lines import RECORD, Executed, executed
 from trials.faults import KINDS, ROOT, Fault, random_faults
 
 CORE = ROOT / "core"
-PACKAGES = {"core": "lensbench", "lenses": "lensbench/lenses", "shaders": "lensbench/shaders", "app": "lensbench/app"}
+PACKAGES = {"lensbench": "lensbench", "core": "lensbench/core", "lenses": "lensbench/lenses",
+            "shaders": "lensbench/shaders", "app": "lensbench/app"}
 NO_TESTS = 5            # the exit status of pytest where none is to be run
 FILES = 4               # test files that name the module or its importers
 UNKNOWN = 10.0          # s of processor time of the quick tests of a file that is not recorded
@@ -179,7 +180,7 @@ def copy_sources(folder: Path) -> None:
         shutil.copytree(ROOT / room, folder / package, dirs_exist_ok=True, ignore=ignored)
     shutil.copytree(ROOT / "tests", folder / "tests", ignore=ignored)
     for path in ROOT.iterdir():
-        if path.name not in ("tests", "build") and not path.name.startswith("."):
+        if path.name not in ("lensbench", "tests", "build") and not path.name.startswith("."):
             (folder / path.name).symlink_to(path)
     kernels = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lensbench" / "kernels"
     if kernels.exists():
