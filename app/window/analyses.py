@@ -16,24 +16,20 @@ from lensbench.app.workers.task import Task
 from lensbench.core.kernels.cache import NotCompiledError
 
 if TYPE_CHECKING:
-    from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
+    from lensbench.app.panels.analysis.frame import AnalysisState, Draw, Sheet
 
-# Panels by name: the function that draws each, and its file in `panels.analysis`, loaded when one is first shown
+# Panels by name, and the file in `panels.analysis` that draws each, loaded when one is first shown
 PANELS = {
-    "Spots": "plots.spots", "Ray fans": "plots.fans", "Field curves": "plots.field_curves", "MTF": "plots.mtf",
-    "MTF map": "plots.mtf_map", "Point spread": "point_spread.point_spread", "Bokeh": "point_spread.bokeh",
-    "Sunstar": "plots.sunstar", "Ghosts": "ghosts.ghosts", "Depth of field": "plots.depth_of_field",
-    "Wavefront": "plots.wavefront", "Seidel": "plots.seidel", "On the axis": "plots.axial",
-    "Focus shift": "plots.focus_shift", "Illumination": "plots.illumination", "Sensor stack": "plots.sensor_stack",
-    "Tolerances": "tolerances.tolerances",
+    "Spots": "plots", "Ray fans": "plots", "Field curves": "plots", "MTF": "plots", "MTF map": "plots",
+    "Point spread": "point_spread", "Bokeh": "point_spread", "Sunstar": "plots", "Ghosts": "ghosts",
+    "Depth of field": "plots", "Wavefront": "plots", "Seidel": "plots", "On the axis": "plots", "Focus shift": "plots",
+    "Illumination": "plots", "Sensor stack": "plots", "Tolerances": "tolerances",
 }
-Draw = Callable[[Settings, "AnalysisState", "Sheet"], Settings | None]
 
 
 @cache
-def _drawing(name: str) -> Draw:
-    file, panel = PANELS[name].split(".")
-    return getattr(import_module(f"lensbench.app.panels.analysis.{file}"), f"{panel}_panel")
+def _drawing(name: str) -> "Draw":
+    return import_module(f"lensbench.app.panels.analysis.{PANELS[name]}").DRAW[name]
 
 
 class Analyses:

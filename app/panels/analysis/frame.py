@@ -59,6 +59,9 @@ class Sheet:
     white: str = ""
 
 
+Draw = Callable[[Settings, AnalysisState, Sheet], Settings | None]
+
+
 def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, make: Callable[..., Figure],
              options: tuple = (), points: tuple[int, int] = (16, 32), grip: Grip | None = None,
              adapted: Callable[[Settings], Settings] = lambda settings: settings,

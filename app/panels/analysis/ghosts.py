@@ -9,7 +9,7 @@ from lensbench.app.bench.build import design
 from lensbench.app.bench.coating import coating
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import check_box, toggles
-from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
+from lensbench.app.panels.analysis.frame import AnalysisState, Draw, Sheet, analysis, tools
 from lensbench.app.plots.ghost_plots import ghost_ray, ghosts_figure, raster_of
 from lensbench.app.plots.pixel_rays import PointedRay
 from lensbench.app.plots.query import query
@@ -123,3 +123,6 @@ def _show(settings: Settings, state: AnalysisState, sheet: Sheet, pair: str) -> 
         return
     sheet.links.point_at_ray(PointedRay(path, -1, f"ghost of surfaces {first} and {second}", None,
                                         raster_of(settings, path)))
+
+
+DRAW: dict[str, Draw] = {NAME: ghosts_panel}

@@ -1,7 +1,10 @@
-"""The analysis panels that show one plot with a few choices."""
+"""The analysis panels that show one plot with a few choices: a table of them, and those that need more."""
 
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 from imgui_bundle import imgui
 
@@ -11,13 +14,13 @@ from lensbench.app.bench.readouts import blur_limit
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import beside, check_box, number, toggles
 from lensbench.app.drawing.plot_painter import Grip
-from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, point_at_ray, tools
+from lensbench.app.panels.analysis.frame import AnalysisState, Draw, Sheet, analysis, point_at_ray, tools
 from lensbench.app.plots.aberration_plots import seidel_figure, wavefront_figure
 from lensbench.app.plots.aperture_plots import axial_figure, breathing_figure, focus_shift_figure, illumination_figure
 from lensbench.app.plots.bokeh_plots import star_figure
 from lensbench.app.plots.field_plots import SHOWN, depth_figure, field_figure
 from lensbench.app.plots.mtf_plots import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
-from lensbench.app.plots.plot import Bars
+from lensbench.app.plots.plot import Bars, Figure
 from lensbench.app.plots.query import query
 from lensbench.app.plots.ray_plots import fans_figure, grid_figure
 from lensbench.app.plots.spots import COLUMNS, spots_figure
@@ -26,265 +29,245 @@ from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_distance
 from lensbench.core.text import fixed
 
-ON_THE_AXIS = "On the axis"
+
+@dataclass(frozen=True)
+class Choice:
+    """Buttons of which one is on. options: key, and the button's name and tooltip. start: the key that is on at first;
+    None for the first one.
+    """
+
+    name: str
+    options: dict[Any, tuple[str, str]]
+    start: Any = None
+
+    def drawn(self, state: AnalysisState, indent: float = 0.0) -> Any:
+        """Draw the buttons; the key of the one that is on, also kept in the choices of the panel."""
+        names, tips = ({key: words[i] for key, words in self.options.items()} for i in (0, 1))
+        key = state.choices.get(self.name, self.start or next(iter(names)))
+        state.choices[self.name] = toggles(self.name, names, key, tips, indent)
+        return state.choices[self.name]
 
 
-def axial_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw both plots in the rest of the window."""
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled("Spherical aberration and colour")
-    tools(ON_THE_AXIS, state)
-    analysis(ON_THE_AXIS, settings, state, sheet, axial_figure)
+def _open(settings: Settings) -> Settings:
+    """The settings with the stop wide open."""
+    return replace(settings, f_number=None)
 
 
-DEPTH_OF_FIELD_NAME = "Depth of field"
+@dataclass(frozen=True)
+class Plain:
+    """A panel of choices and one figure.
+
+    heading: instead of choices. options: of `make`, from the settings and the keys that are on. points: as `Job` takes
+    them. adapted: the settings whose figure is shown.
+    """
+
+    make: Callable[..., Figure]
+    choices: tuple[Choice, ...] = ()
+    heading: str = ""
+    options: Callable[..., tuple] = lambda settings, *keys: keys
+    points: tuple[int, int] = (16, 32)
+    adapted: Callable[[Settings], Settings] = lambda settings: settings
 
 
-def depth_of_field_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the limits over the field in the rest of the window; sharp is what the read-outs call so."""
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled("Sharp over the field")
-    tools(DEPTH_OF_FIELD_NAME, state)
-    limit = blur_limit(settings) if settings.has_lens else None
-    analysis(DEPTH_OF_FIELD_NAME, settings, state, sheet, depth_figure, (limit,))
+FANS = Choice("Kind", {
+    "ray": ("Rays", "Where rays meet the film against their heights in the stop, from the primary chief ray"),
+    "opd": ("Path difference", "Optical path difference (OPD) on the reference sphere against the height in the stop, "
+                               "in wavelengths")})
+OVER = Choice("Over", {
+    "field": ("Field", "Contrast of 10, 20, 30 and 40 line pairs per mm over the image height"),
+    "frequency": ("Frequency", "Contrast on the axis, at 0.7 and at the full field over the frequency")})
+METHOD = Choice("By", {"diffraction": ("Waves", "With diffraction, from the wavefront in the exit pupil"),
+                       "geometric": ("Rays", "From the rays alone, without diffraction")})
+FREQUENCY = Choice("lp/mm", {value: (f"{value:.0f}", f"{value:.0f} line pairs per mm")
+                             for value in (10.0, 20.0, 30.0, 40.0)}, start=30.0)
+WAY = Choice("Way", {"both": ("S + T", "The mean of the sagittal and the tangential contrast"),
+                     "sagittal": ("S", "Lines towards the centre"), "tangential": ("T", "Lines about the centre")})
+SIDE = Choice("Side", {
+    "focus": ("Focus", "Film positions side by side: nearer to the lens at the left, farther at the right"),
+    "colour": ("Colours", "The wavelengths side by side, on the film")})
+REFERENCE = Choice("Reference", {
+    "chief": ("Chief ray", "Sizes are measured from the chief ray of the primary wavelength"),
+    "centroid": ("Centroid", "Sizes are measured from the centroid of the light of all wavelengths")})
+SHIFT = Choice("Kind", {
+    "shift": ("Focus shift", "The best focus over the f-number; the film is as the lens is focused wide open"),
+    "breathing": ("Breathing", "How much wider the picture gets as the lens is focused nearer")})
+CURVES = {"curvature": ("Curvature", "Where sagittal and tangential lines are in focus, from the film: field curvature "
+                                     "and astigmatism"),
+          "distortion": ("Distortion", "Image heights against an ideal projection"),
+          "grid": ("Grid", "Distortion as the image of a square grid; the ideal one is faint"),
+          "colour": ("Colour", "Image heights of other wavelengths against the primary one")}
+SIDE_BY_SIDE = {"curves": ("Over the field", "Field curvature, distortion and lateral colour side by side"),
+                "grid": CURVES["grid"]}
+WIDE = 46.0                     # em, from which on all field curves are side by side
+
+PLAIN = {
+    "On the axis": Plain(axial_figure, heading="Spherical aberration and colour"),
+    # What is sharp is what the read-outs call so
+    "Depth of field": Plain(depth_figure, heading="Sharp over the field",
+                            options=lambda settings: (blur_limit(settings) if settings.has_lens else None,)),
+    "Illumination": Plain(illumination_figure, heading="Relative illumination", adapted=_open),
+    "Sunstar": Plain(star_figure, (Choice("Field", {
+        "axis": ("Centre", "A light in the middle of the picture"),
+        "middle": ("0.7", "A light 0.7 of the way to the corner, above the centre of the film")}),)),
+    "Wavefront": Plain(wavefront_figure, (
+        Choice("Field", {"axis": ("Axis", "On the axis"), "middle": ("0.7", "At 0.7 of the largest image height"),
+                         "full": ("Full", "At the largest image height")}),
+        Choice("Order", {"noll": ("Noll", "Zernike polynomials in Noll's order, each with an rms of 1"),
+                         "fringe": ("Fringe", "Zernike polynomials in the fringe order, each 1 at the rim of the "
+                                              "pupil")})), points=(24, 64)),
+}
 
 
-FANS_NAME = "Ray fans"
-FANS_KINDS = {"ray": "Rays", "opd": "Path difference"}
-FANS_TIPS = {"ray": "Where rays meet the film against their heights in the stop, from the primary chief ray",
-        "opd": "Optical path difference (OPD) on the reference sphere against the height in the stop, in wavelengths"}
+def plain_panel(name: str, settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
+    """Draw the choices of a panel of the table, and its figure in the rest of the window."""
+    panel = PLAIN[name]
+    keys = _row(name, state, *panel.choices, heading=panel.heading)
+    analysis(name, settings, state, sheet, panel.make, panel.options(settings, *keys), panel.points,
+             adapted=panel.adapted)
+
+
+def _row(name: str, state: AnalysisState, *choices: Choice, heading: str = "") -> tuple:
+    """The row of choices, or a heading, with the button of the menu; the keys that are on."""
+    if heading:
+        imgui.align_text_to_frame_padding()
+        imgui.text_disabled(heading)
+    keys = []
+    for i, choice in enumerate(choices):
+        if i:
+            imgui.same_line(0.0, 12.0)
+        keys.append(choice.drawn(state))
+    tools(name, state)
+    return tuple(keys)
 
 
 def fans_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the fans in the rest of the window."""
-    state.choices["kind"] = toggles("Kind", FANS_KINDS, state.choices.get("kind", "ray"), FANS_TIPS, 0.0)
-    tools(FANS_NAME, state)
+    """Ray fans, in as many rows as the height has room for; the ray under the cursor is shown by all panels."""
+    name = "Ray fans"
+    kind, = _row(name, state, FANS)
     rows = min(max(round(imgui.get_content_region_avail().y / theme.em(7.0)), 2), 6)
-    point_at_ray(settings, state, sheet, analysis(FANS_NAME, settings, state, sheet, fans_figure,
-                                                  (state.choices["kind"], rows)))
-
-
-FIELD_CURVES_NAME = "Field curves"
-WIDE = 46.0                     # em, from which on all plots are side by side
-NAMES = {"curvature": "Curvature", "distortion": "Distortion", "grid": "Grid", "colour": "Colour"}
-BESIDE = {"curves": "Over the field", "grid": "Grid"}
-FIELD_CURVES_TIPS = {
-        "curvature": "Where sagittal and tangential lines are in focus, from the film: field curvature and astigmatism",
-        "distortion": "Image heights against an ideal projection",
-        "grid": "Distortion as the image of a square grid; the ideal one is faint",
-        "colour": "Image heights of other wavelengths against the primary one",
-        "curves": "Field curvature, distortion and lateral colour side by side"}
+    point_at_ray(settings, state, sheet, analysis(name, settings, state, sheet, fans_figure, (kind, rows)))
 
 
 def field_curves_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the curves in the rest of the window."""
-    shown = state.choices.get("shown", "curvature")
-    if imgui.get_content_region_avail().x < theme.em(WIDE):
-        shown = toggles("Shown", NAMES, shown, FIELD_CURVES_TIPS, 0.0)
-        plots: tuple[str, ...] = (shown,)
+    """One of the field curves, or all of them side by side where there is room."""
+    name, shown = "Field curves", state.choices.get("Shown", "curvature")
+    wide = imgui.get_content_region_avail().x >= theme.em(WIDE)
+    if wide:
+        state.choices["Shown"] = "grid" if shown == "grid" else "curves"
+    elif shown == "curves":
+        state.choices["Shown"] = "curvature"
+    key, = _row(name, state, Choice("Shown", SIDE_BY_SIDE if wide else CURVES))
+    if key == "grid":
+        analysis(name, settings, state, sheet, grid_figure)
     else:
-        side = toggles("Shown", BESIDE, shown if shown in BESIDE else "curves", FIELD_CURVES_TIPS, 0.0)
-        shown = side if side == "grid" else "curvature" if shown == "grid" else shown
-        plots = SHOWN
-    state.choices["shown"] = shown
-    tools(FIELD_CURVES_NAME, state)
-    if shown == "grid":
-        analysis(FIELD_CURVES_NAME, settings, state, sheet, grid_figure)
-    else:
-        analysis(FIELD_CURVES_NAME, settings, state, sheet, field_figure, (plots,))
-
-
-FOCUS_SHIFT_NAME = "Focus shift"
-FOCUS_SHIFT_KINDS = {"shift": "Focus shift", "breathing": "Breathing"}
-FOCUS_SHIFT_TIPS = {"shift": "The best focus over the f-number; the film is as the lens is focused wide open",
-        "breathing": "How much wider the picture gets as the lens is focused nearer"}
+        analysis(name, settings, state, sheet, field_figure, (SHOWN if wide else (key,),))
 
 
 def focus_shift_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the best focus against the aperture, or the field of view against the focus, in the rest of the window."""
-    kind = state.choices.get("kind", "shift")
-    state.choices["kind"] = toggles("Kind", FOCUS_SHIFT_KINDS, kind, FOCUS_SHIFT_TIPS, 0.0)
-    tools(FOCUS_SHIFT_NAME, state)
-    if state.choices["kind"] == "breathing":
-        analysis(FOCUS_SHIFT_NAME, settings, state, sheet, breathing_figure)
+    """The best focus against the aperture, or the field of view against the focus."""
+    name = "Focus shift"
+    kind, = _row(name, state, SHIFT)
+    if kind == "breathing":
+        analysis(name, settings, state, sheet, breathing_figure)
         return
-    number = readings(settings).f_number if settings.has_lens else None
-    analysis(FOCUS_SHIFT_NAME, settings, state, sheet, focus_shift_figure, (number,),
-             adapted=lambda settings: replace(settings, f_number=None))
-
-
-ILLUMINATION_NAME = "Illumination"
-
-
-def illumination_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the curves in the rest of the window."""
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled("Relative illumination")
-    tools(ILLUMINATION_NAME, state)
-    analysis(ILLUMINATION_NAME, settings, state, sheet, illumination_figure,
-             adapted=lambda settings: replace(settings, f_number=None))
-
-
-MTF_NAME = "MTF"
-MTF_KINDS = {"field": "Field", "frequency": "Frequency"}
-KIND_TIPS = {"field": "Contrast of 10, 20, 30 and 40 line pairs per mm over the image height",
-             "frequency": "Contrast on the axis, at 0.7 and at the full field over the frequency"}
-METHODS = {"diffraction": "Waves", "geometric": "Rays"}
-METHOD_TIPS = {"diffraction": "With diffraction, from the wavefront in the exit pupil",
-               "geometric": "From the rays alone, without diffraction"}
+    f_number = readings(settings).f_number if settings.has_lens else None
+    analysis(name, settings, state, sheet, focus_shift_figure, (f_number,), adapted=_open)
 
 
 def mtf_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the curves in the rest of the window."""
-    choices = state.choices
-    choices["kind"] = toggles("Over", MTF_KINDS, choices.get("kind", "field"), KIND_TIPS, 0.0)
-    imgui.same_line(0.0, 12.0)
-    choices["method"] = toggles("By", METHODS, choices.get("method", "diffraction"), METHOD_TIPS, 0.0)
-    tools(MTF_NAME, state)
-    make, points = (mtf_field_figure, (16, 64)) if choices["kind"] == "field" else (mtf_frequency_figure, (32, 128))
-    analysis(MTF_NAME, settings, state, sheet, make, (choices["method"],), points)
-
-
-MTF_MAP_NAME = "MTF map"
-FREQUENCIES = {10.0: "10", 20.0: "20", 30.0: "30", 40.0: "40"}
-WAYS = {"both": "S + T", "sagittal": "S", "tangential": "T"}
-WAY_TIPS = {"both": "The mean of the sagittal and the tangential contrast", "sagittal": "Lines towards the centre",
-            "tangential": "Lines about the centre"}
+    """The contrast over the field, or over the frequency."""
+    over, method = _row("MTF", state, OVER, METHOD)
+    make, points = (mtf_field_figure, (16, 64)) if over == "field" else (mtf_frequency_figure, (32, 128))
+    analysis("MTF", settings, state, sheet, make, (method,), points)
 
 
 def mtf_map_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> Settings:
-    """Draw the map in the rest of the window; returns the settings with the dragged focus.
+    """The contrast over field and focus; returns the settings with the dragged focus.
 
     While the film is dragged the map stays that of the object at which the drag began.
     """
     choices = state.choices
-    choices["frequency"] = toggles("lp/mm", FREQUENCIES, choices.get("frequency", 30.0),
-                                   {key: f"{name} line pairs per mm" for key, name in FREQUENCIES.items()}, 3.2)
+    frequency = FREQUENCY.drawn(state, 3.2)
     beside(7.0)
-    choices["way"] = toggles("Way", WAYS, choices.get("way", "both"), WAY_TIPS, 0.0)
-    line = _line(settings, choices.get("line"))
-    choices["line"] = line
-    tools(MTF_MAP_NAME, state)
-    held: Settings | None = choices.get("held")
-    shift = choices.get("shift", 0.0) if held is not None else 0.0
-    begun = settings if held is None else replace(settings, focus_distance=held.focus_distance)
+    way = WAY.drawn(state)
+    line = _line(settings, state)
+    tools("MTF map", state)
+    before: Settings | None = choices.get("before")     # the settings at which a drag began
+    shift = choices.get("shift", 0.0) if before is not None else 0.0
+    begun = settings if before is None else replace(settings, focus_distance=before.focus_distance)
     grip = Grip(shift, "film", f"{format_distance(settings.focus_distance)}: drag to focus")
-    analysis(MTF_MAP_NAME, begun, state, sheet, mtf_map_figure, (choices["frequency"], choices["way"], line), grip=grip)
+    analysis("MTF map", begun, state, sheet, mtf_map_figure, (frequency, way, line), grip=grip)
     if not grip.held or not settings.focuses:
-        choices["held"] = None
+        choices["before"] = None
         return settings
-    if held is None:
-        choices["held"] = settings
+    if before is None:
+        choices["before"] = settings
     if grip.at == shift:
         return settings
     choices["shift"] = grip.at
     return replace(settings, focus_distance=focus_at(query(begun).setup, grip.at))
 
 
-def _line(settings: Settings, chosen: float | None) -> float | None:
+def _line(settings: Settings, state: AnalysisState) -> float | None:
     """The wavelength (µm) that the user chooses among those of the lens; None: all of them, or the only one."""
     lines: tuple[float, ...] = ()
     with suppress(ValueError, OSError):                 # the panel says why there is no map
         lines = query(settings).lines.conditions().wavelengths
     if len(lines) < 2:
         return None
-    names: dict[float | None, str] = {None: "White"} | {line: fixed(1000.0 * line, 0) for line in lines}
-    tips: dict[float | None, str] = {None: "All wavelengths with their weights"} | {
-        line: f"{name} nm alone" for line, name in names.items() if line is not None}
+    names = {line: fixed(1000.0 * line, 0) for line in lines}
+    options: dict[Any, tuple[str, str]] = {None: ("White", "All wavelengths with their weights")}
+    options |= {line: (name, f"{name} nm alone") for line, name in names.items()}
+    if state.choices.get("Line") not in options:
+        state.choices["Line"] = None
     beside(4.0 + 2.6 * len(lines))
-    return toggles("Line", names, chosen if chosen in names else None, tips, 0.0)
-
-
-SEIDEL_NAME = "Seidel"
+    return Choice("Line", options).drawn(state)
 
 
 def seidel_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the bars in the rest of the window."""
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled("Share of each surface")
-    tools(SEIDEL_NAME, state)
-    under = analysis(SEIDEL_NAME, settings, state, sheet, seidel_figure)
+    """The share of each surface; the one under the cursor is lit in all panels."""
+    _row("Seidel", state, heading="Share of each surface")
+    under = analysis("Seidel", settings, state, sheet, seidel_figure)
     if under is None or state.figure is None:
         return
-    surface, count = round(under.x), sum(isinstance(each, Bars) and each.surface is not None
-                                         for each in under.plot.layers)
+    surface, count = round(under.x), sum(isinstance(layer, Bars) and layer.surface is not None
+                                         for layer in under.plot.layers)
     if 0 <= surface < count and abs(under.x - surface) < 0.5:
         sheet.links.point_at_surfaces((surface,))
 
 
-SENSOR_STACK_NAME = "Sensor stack"
-
-
 def sensor_stack_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw three numbers and the curves in the rest of the window."""
-    held: Stack = state.choices.get("stack", Stack())
-    thickness = number("Glass", held.thickness, (0.0, 10.0), 0.02, "%.2f mm",
+    """The glass before a sensor and an adapter, and what they do."""
+    name, stack = "Sensor stack", state.choices.get("stack", Stack())
+    thickness = number("Glass", stack.thickness, (0.0, 10.0), 0.02, "%.2f mm",
                        "Thickness of the glass before the sensor")
     beside(7.0)
-    index = number("Index", held.refractive_index, (1.0, 2.2), 0.002, "%.3f", "Index of this glass")
+    index = number("Index", stack.refractive_index, (1.0, 2.2), 0.002, "%.3f", "Index of this glass")
     beside(9.5)
-    error = number("Adapter", held.adapter_error, (-1.0, 1.0), 0.002, "%+.3f mm",
+    error = number("Adapter", stack.adapter_error, (-1.0, 1.0), 0.002, "%+.3f mm",
                    "By which an adapter is too long (+) or too short (−)", 5.6)
-    state.choices["stack"] = Stack(round(thickness, 4), round(index, 5), round(error, 5))
-    tools(SENSOR_STACK_NAME, state)
-    analysis(SENSOR_STACK_NAME, settings, state, sheet, stack_figure, (state.choices["stack"],))
-
-
-SPOTS_NAME = "Spots"
-SIDE = {"focus": "Focus", "colour": "Colours"}
-SIDE_TIPS = {"focus": "Positions of the film side by side: nearer to the lens at the left, farther at the right",
-             "colour": "The wavelengths side by side, on the film"}
-REFERENCE = {"chief": "Chief ray", "centroid": "Centroid"}
-REFERENCE_TIPS = {"chief": "Sizes are measured from the chief ray of the primary wavelength",
-                  "centroid": "Sizes are measured from the centroid of the light of all wavelengths"}
+    stack = state.choices["stack"] = Stack(round(thickness, 4), round(index, 5), round(error, 5))
+    tools(name, state)
+    analysis(name, settings, state, sheet, stack_figure, (stack,))
 
 
 def spots_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the spots in the rest of the window."""
-    choices = state.choices
-    choices["columns"] = toggles("Side", SIDE, choices.get("columns", "focus"), SIDE_TIPS, 0.0)
+    """The spots, in as many rows as the height has room for; the ray under the cursor is shown by all panels."""
+    side = SIDE.drawn(state)
     imgui.same_line(0.0, 12.0)
-    choices["reference"] = toggles("Reference", REFERENCE, choices.get("reference", "chief"), REFERENCE_TIPS, 0.0)
+    reference = REFERENCE.drawn(state)
     beside(6.0)                             # with room for the menu
-    choices["blur"] = check_box("Blur", choices.get("blur", False))
+    blur = state.choices["blur"] = check_box("Blur", state.choices.get("blur", False))
     imgui.set_item_tooltip("Behind the rays: the light as the picture of the point has it, without diffraction.\n"
-                           "Each cell is as bright as its brightest place")
-    tools(SPOTS_NAME, state)
+                           "Each cell is as bright as its brightest point")
+    tools("Spots", state)
     room = imgui.get_content_region_avail()
-    columns = COLUMNS if choices["columns"] == "focus" else 3
-    rows = min(max(round(columns * 0.85 * room.y / max(room.x, 1.0)), 2), 8)
-    point_at_ray(settings, state, sheet, analysis(SPOTS_NAME, settings, state, sheet, spots_figure,
-                                                  (choices["columns"], choices["reference"], rows, choices["blur"])))
+    rows = min(max(round((COLUMNS if side == "focus" else 3) * 0.85 * room.y / max(room.x, 1.0)), 2), 8)
+    under = analysis("Spots", settings, state, sheet, spots_figure, (side, reference, rows, blur))
+    point_at_ray(settings, state, sheet, under)
 
 
-SUNSTAR_NAME = "Sunstar"
-SUNSTAR_FIELDS = {"axis": "Centre", "middle": "0.7"}
-SUNSTAR_TIPS = {"axis": "A light in the middle of the picture",
-                "middle": "A light 0.7 of the way to the corner, above the centre of the film"}
-
-
-def sunstar_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw the star in the rest of the window."""
-    state.choices["field"] = toggles("Field", SUNSTAR_FIELDS, state.choices.get("field", "axis"), SUNSTAR_TIPS, 0.0)
-    tools(SUNSTAR_NAME, state)
-    analysis(SUNSTAR_NAME, settings, state, sheet, star_figure, (state.choices["field"],))
-
-
-WAVEFRONT_NAME = "Wavefront"
-WAVEFRONT_FIELDS = {"axis": "Axis", "middle": "0.7", "full": "Full"}
-WAVEFRONT_TIPS = {"axis": "On the axis", "middle": "At 0.7 of the largest image height",
-                  "full": "At the largest image height"}
-
-ORDERS = {"noll": "Noll", "fringe": "Fringe"}
-ORDER_TIPS = {"noll": "Zernike polynomials in Noll's order, each with an rms of 1",
-              "fringe": "Zernike polynomials in the fringe order, each 1 at the edge of the pupil"}
-
-
-def wavefront_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
-    """Draw map and bars in the rest of the window."""
-    state.choices["field"] = toggles("Field", WAVEFRONT_FIELDS, state.choices.get("field", "axis"), WAVEFRONT_TIPS, 0.0)
-    imgui.same_line(0.0, 12.0)
-    state.choices["order"] = toggles("Order", ORDERS, state.choices.get("order", "noll"), ORDER_TIPS, 0.0)
-    tools(WAVEFRONT_NAME, state)
-    analysis(WAVEFRONT_NAME, settings, state, sheet, wavefront_figure,
-             (state.choices["field"], state.choices["order"]), (24, 64))
+DRAW: dict[str, Draw] = {name: partial(plain_panel, name) for name in PLAIN} | {
+    "Spots": spots_panel, "Ray fans": fans_panel, "Field curves": field_curves_panel, "MTF": mtf_panel,
+    "MTF map": mtf_map_panel, "Seidel": seidel_panel, "Focus shift": focus_shift_panel,
+    "Sensor stack": sensor_stack_panel}

@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 
 from lensbench.app.bench.build import design
 from lensbench.app.drawing.controls import beside, check_box, number, paragraph, toggles
-from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
+from lensbench.app.panels.analysis.frame import AnalysisState, Draw, Sheet, analysis, tools
 from lensbench.app.plots.bokeh_plots import Ripple, bokeh_figure, ripple_surface
 from lensbench.app.plots.pixel_rays import Place, beam, film_place
 from lensbench.app.plots.point_plots import encircled_figure, line_spread_figure, psf_figure, seen_point_figure
@@ -118,3 +118,6 @@ def _seen(settings: Settings, state: AnalysisState, sheet: Sheet) -> tuple[tuple
     except (ValueError, OSError) as error:
         return None, str(error)
     return (None, NO_LIGHT) if math.isnan(ahead) else ((film_place(settings, raster), ahead), "")
+
+
+DRAW: dict[str, Draw] = {NAME: point_spread_panel, BOKEH_NAME: bokeh_panel}

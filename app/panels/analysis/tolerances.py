@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph, toggles
-from lensbench.app.panels.analysis.frame import AnalysisState, Sheet, analysis, tools
+from lensbench.app.panels.analysis.frame import AnalysisState, Draw, Sheet, analysis, tools
 from lensbench.app.plots.plot import Figure
 from lensbench.app.plots.tolerance_plots import SHARES, copies_figure, cost_figure, pictures_figure, with_copy
 from lensbench.app.settings.settings import Settings
@@ -84,3 +84,6 @@ def _edited(within: Tolerances, choices: dict) -> Tolerances:
         within, choices["refused"] = Tolerances(), ""
     imgui.end_popup()
     return within
+
+
+DRAW: dict[str, Draw] = {NAME: tolerances_panel}
