@@ -1,33 +1,9 @@
 """Stages and the lane buffer that they work on.
 
-A *lane* is one sample on its way from a pixel to a colour. B lanes travel
-together as a *block*: a compact piece of the film (`tile_order`), a sample for each
-pixel. All values of a block lie in one flat array, the *lane buffer*, cut into rows of B
-numbers; a row holds one quantity for every lane. A *stage* reads some rows and
-writes others, and a picture is a list of stages.
-
-    @stage
-    def pinhole(lanes, p, ints, key):
-        row = rows(lanes)
-        x, y = row[X], row[Y]
-        for i in range(B):
-            ...
-
-lanes  the lane buffer, float32 or float64
-p      the parameters of this stage, numbers of the same type; a module that packs
-       parameters names their offsets, and its stage reads them by these names
-ints   the integers of this stage (int64): counts, indices and kinds, exact in every type of lanes
-key    which block this is (uint32): PIXEL, SAMPLE, SEED; and ALIVE and LIT. A stage sets ALIVE to 0
-       to skip the gated steps after it, or to LOST, where every WEIGHT is 0, to skip all; LIT to 0
-       to skip the steps after it that add light to an albedo
-
-A stage is fast if it has one loop over range(B) for each idea and no branch
-(choose by `a if c else b`), marks a lost ray by NaN, looks up tables by
-`gather`, and writes constants as real(0.5), where real = lanes.dtype.type. So float32 and
-float64 come from one source, and float32 is never widened. (math.floor widens: it
-returns an integer, and an integer times a float32 is a float64. Use np.floor.)
-
-Named places in the parameters of a stage, the same for the function that packs them and the stage that reads them.
+A *lane* is one sample on its way from a pixel to a colour. B lanes travel together as a *block*: a compact piece of the
+film (`tile_order`), a sample for each pixel. All values of a block lie in one flat array, the *lane buffer*, cut into
+rows of B numbers; a row holds one quantity for every lane. A *stage* reads some rows and writes others, and a picture
+is a list of stages.
 
     CENTRE, RADIUS, COLOUR, BALL = offsets(3, 1, 3)
 
@@ -36,12 +12,23 @@ Named places in the parameters of a stage, the same for the function that packs 
 
     @stage
     def balls(lanes, p, ints, key):
-        cx, cy, cz = vector(p, CENTRE)
+        row = rows(lanes)
+        x, (cx, cy, cz) = row[X], vector(p, CENTRE)
+        for i in range(B):
+            ...
 
-The offsets are module-level integers, which the compiler knows: a name costs nothing at run time.
+lanes  the lane buffer, float32 or float64
+p      the parameters of this stage, numbers of the same type, by the names of their offsets: module-level integers,
+       which the compiler knows
+ints   the integers of this stage (int64): counts, indices and kinds, which float32 holds exactly up to 2²⁴ only
+key    which block this is (uint32): PIXEL, SAMPLE, SEED; and ALIVE and LIT. A stage sets ALIVE to 0 to skip the gated
+       steps after it, or to LOST, where every WEIGHT is 0, to skip all; LIT to 0 to skip the steps after it that add
+       light to an albedo
 
-Parameters are float32, which holds integers exactly up to 2²⁴ only: counts, indices and kinds travel beside them in
-an array of integers (`Packed`).
+A stage is fast if it has one loop over range(B) for each idea and no branch (choose by `a if c else b`), marks a
+blocked ray by NaN, looks up tables by `gather`, and writes constants as real(0.5), where real = lanes.dtype.type. So
+float32 and float64 come from one source, and float32 is never widened. (math.floor widens: it returns an integer, and
+an integer times a float32 is a float64. Use np.floor.)
 """
 
 from collections.abc import Mapping

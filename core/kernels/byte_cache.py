@@ -53,23 +53,10 @@ class ByteCache(Generic[Given, Value]):
 
 def byte_cache(most_bytes: int, most: int,
                least: int = 1) -> Callable[[Callable[Given, Value]], ByteCache[Given, Value]]:
-    """Decorator like `lru_cache`: what was used longest ago is forgotten while all values hold too much.
+    """Decorator like `lru_cache`: what was used longest ago is forgotten while all values hold more than `most_bytes`.
 
-    A buffer counts once, however many values and arguments share it.
-
-    Parameters
-    ----------
-    most_bytes : int
-        Bytes of arrays and `bytes` that arguments and values may hold together.
-    most : int
-        Number of values.
-    least : int
-        Number of newest values that stay whatever they hold, such as those that one picture asks for by turns.
-
-    Returns
-    -------
-    callable
-        Decorator of a function of hashable arguments.
+    Arrays and `bytes` of arguments and values count, a shared buffer once. most: number of values; least: number of
+    newest values that stay whatever they hold, such as those that one picture asks for by turns.
     """
     def decorate(function: Callable[Given, Value]) -> ByteCache[Given, Value]:
         return ByteCache(function, most_bytes, most, least)

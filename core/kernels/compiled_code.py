@@ -1,10 +1,7 @@
-"""Compiled kernels: their version, their code as a file, and interrupts held back while they are made.
+"""Compiled kernels: the version of a function, its code as a file, and interrupts held back while it is compiled.
 
-LLVM calls Python back, and an exception that a signal's handler raises there is lost: the compilation then fails with
-another error, or goes on with half of an object. What came meanwhile is handled at the end of the kernel.
-
-It covers the function, its options, all functions of lensbench that it calls, the constants that they read, and the
-versions of numba, LLVM and Python. It does not cover comments, docstrings, or code that the function does not reach.
+A version covers the function, its options, all functions of lensbench that it calls, the constants that they read, and
+the versions of numba, LLVM and Python; not comments, docstrings, or code that the function does not reach.
 """
 
 import hashlib
@@ -33,7 +30,11 @@ _holding = False
 
 @contextmanager
 def signals_held() -> Iterator[None]:
-    """Hold back the signals of NUMBERS that Python handles; only the main thread gets any."""
+    """Hold back the signals of NUMBERS that Python handles, on the main thread; no other gets any.
+
+    LLVM calls Python back. An exception that a signal's handler raises there is lost, and the compilation fails with
+    another error or goes on with half of an object. Signals that came meanwhile are handled at the end.
+    """
     global _holding
     if _holding or threading.current_thread() is not threading.main_thread():
         yield
@@ -192,10 +193,9 @@ class CodeReducer(caching.CompileResultCacheImpl):
 
 
 def _environment(module: str, constants: list[Any], name: str) -> Environment:
-    """The constants of a function that compiled code calls.
+    """The constants of a function that compiled code calls, without the names of its module.
 
-    Numba's own has the names of its module as well, which only interpreted code would look up, and so imports the
-    module: that of sums of arrays alone takes 50 ms.
+    Numba's own environment imports the module for these, which interpreted code alone would need: up to 50 ms.
     """
     environment = lookup_environment(name)
     if environment is None:

@@ -1,9 +1,8 @@
 """Numerical helpers: roots, monotone interpolation, rotations and the sRGB curve.
 
-The curve passes through every value and has a continuous slope. Between two values it
-rises or falls as they do, so that it never overshoots; between equal values it is flat.
-Two values alone are joined by a straight line.
-Source of the slopes: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300.
+The curve passes through every value and has a continuous slope. Between two values it rises or falls as they do, so
+that it never overshoots; between equal values it is flat. Two values alone are joined by a straight line. Source of the
+slopes: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300.
 """
 
 import math

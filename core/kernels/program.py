@@ -1,12 +1,9 @@
 """Programs: lists of stages that run over blocks of lanes.
 
-The driver receives stages as addresses of machine code: it is compiled
-once for all pictures, and contains no copy of a stage.
-
-Stages in Python: functions of numpy that work on the lanes of a block, for what is not worth a kernel.
-
-One compiled stage calls back into Python for every block of B lanes. The interpreter runs one block at a time, whatever
-the number of threads. An exception ends the block; `raise_pending` raises it after the run, on the thread that ran.
+The driver receives stages as addresses of machine code: it is compiled once for all pictures, and contains no copy of a
+stage. What is not worth a kernel is a `PythonStage`, a function of numpy that one compiled stage calls for every block;
+the interpreter runs one block at a time, whatever the number of threads. An exception ends the block; `raise_pending`
+raises it after the run, on the thread that ran.
 """
 
 import ctypes

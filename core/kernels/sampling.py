@@ -1,18 +1,14 @@
 """Samples of a picture: scrambled Sobol points, keyed per pixel by blue noise.
 
-Point k of dimension d is Sobol's, Owen-scrambled once for the whole picture. The number of a
-pixel is the point XORed with a key of the pixel; this preserves the net's
-properties and costs two operations. The keys of the first four dimensions come
-from a 64 × 64 tile in which the errors of neighbouring pixels have opposite signs
-(the eye, and a little blur, average them out); those of further dimensions are a hash
-of the pixel. There is no state: a number depends on (pixel, sample,
-dimension, seed) alone, so a picture is the same for any number of threads.
+Point k of dimension d is Sobol's, Owen-scrambled once for the whole picture. The number of a pixel is the point XORed
+with a key of the pixel; this preserves the net's properties and costs two operations. The keys of the first four
+dimensions come from a 64 × 64 tile in which the errors of neighbouring pixels have opposite signs (the eye, and a
+little blur, average them out); those of further dimensions are a hash of the pixel. There is no state: a number depends
+on (pixel, sample, dimension, seed) alone, so a picture is the same for any number of threads.
 
-Sources: Joe and Kuo 2008 (direction numbers); Laine and Karras 2011, with the
-constants of Vegdahl (hashed Owen scrambling). The tile is the result of a search for this project, which
-exchanges pixels so that the blurred error over random half-planes is least.
-
-Equal-area map from the unit square to the unit disk, for apertures and for round lights.
+Sources: Joe and Kuo 2008 (direction numbers); Laine and Karras 2011, with the constants of Vegdahl (hashed Owen
+scrambling). The tile is the result of a search for this project, which exchanges pixels so that the blurred error over
+random half-planes is least.
 """
 
 import math

@@ -1,21 +1,19 @@
-"""Arbitrary output variables (AOVs): pictures of what the samples of a picture are, in place of the light they find.
+"""Arbitrary output variables (AOVs): pictures of what the samples of a picture are, instead of the light they find.
 
 An AOV takes the samples of a picture through the same stages, and shows the mean over the samples of a pixel of
 
 direction   (d + 1) / 2 of the ray's unit direction d in the world
 origin      the point (mm, camera frame) where the ray leaves the lens
 time        when the sample was taken: 0 as the first row begins to open, 1 as the last row has closed
-depth       1 / distance (1/m) of the hit, from the camera's origin along −z; 0 for the sky. Of a camera that also
-            sees behind itself (`sees_behind`) the distance is that along the ray
+depth       1 / distance (1/m) of the hit, from the camera's origin along −z; 0 for the sky. Of a camera that also sees
+            behind itself (`sees_behind`) the distance is that along the ray
 weight      the share of light that the camera passes, in the units of the camera's weights
-fate        1 (white) where a ray from anywhere in the lens's rear opening arrives in the scene, elsewhere
-            the colour of the surface that ended the ray: see `fate_colours`
+fate        1 (white) where a ray from anywhere in the lens's rear opening arrives in the scene, elsewhere the colour of
+            the surface that vignetted the ray: see `fate_colours`
 
-Direction, origin, time and depth are means over the samples that arrive: a blocked sample has no hit, and would
-draw the mean towards black at the edge of the pupil. In weight and fate a blocked sample counts as
-black. A camera without surfaces ends no ray: its fate is 1 where it has any weight.
-
-The depth of a scene at each pixel of a camera.
+Direction, origin, time and depth are means over the samples that arrive: a blocked sample has no hit, and would draw
+the mean towards black at the edge of the pupil. In weight and fate it counts as black. A camera without surfaces blocks
+no ray: its fate is 1 where it has any weight.
 """
 
 import colorsys

@@ -1,16 +1,14 @@
-"""The lights whose ghosts a picture shows: the sun and the small lights of a scene, in or outside the picture.
+"""The lights whose ghosts a picture shows, and the cells of light by which they fall on the film.
 
-Camera frame, mm. What hides a light, and fog in front of it, dims all its ghosts by the mean of a few hundred rays
-between light and lens. The sun lies at the distance of the sky.
+Lights: the sun and the small lights of a scene, in or outside the picture; camera frame, mm. What hides a light, and
+fog in front of it, dims all its ghosts by the mean of a few hundred rays between light and lens. The sun lies at the
+distance of the sky.
 
-Cells of a ghost on the film: the light between neighbouring rays of a grid, spread over the pixels that it covers.
-
-Four rays bound a cell, which lands on the film as two triangles. A cell has the mean light of its corners; a corner
-that ends on the way has none. The light of a triangle is spread evenly over the pixels whose middles it covers, or
-falls on one pixel where it is smaller than half a pixel. Raster points in pixels.
-
-Ghosts cover each other many times, so that light is kept by its edges: what begins at a pixel of a line, and ends
-before another one. The sum along the line is then the light of each pixel.
+Cells: the light between neighbouring rays of a grid, spread over the pixels that it covers; raster points in pixels.
+Four rays bound a cell, which lands on the film as two triangles. A cell has the mean light of its corners; a blocked
+corner has none. The light of a triangle is spread evenly over the pixels whose middles it covers, or falls on one pixel
+where it is smaller than half a pixel. Ghosts cover each other many times, so that light is kept by its edges: what
+begins at a pixel of a line, and ends before another one. The sum along the line is then the light of each pixel.
 """
 
 import math

@@ -211,15 +211,7 @@ LUMINANCE = np.array([0.25, 0.5, 0.25], np.float32)     # weights of red, green 
 
 
 class LightPeriod:
-    """The period of a picture's light passes, and what it is decided by.
-
-    Parameters
-    ----------
-    shape
-        (h, w) pixels of the film.
-    seed
-        Sampler seed.
-    """
+    """The period of a picture's light passes, and what decides it. shape: (h, w) pixels of the film."""
 
     def __init__(self, shape: tuple[int, int], seed: np.uint32):
         self._shape, self._seed = shape, seed

@@ -12,11 +12,11 @@ from lensbench.core.cameras.ideal_cameras import AIRY
 from lensbench.core.kernels.tile_order import BAND_LINES
 from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.glass import D_LINE
-from lensbench.core.rendering.flare_image import FlareImage
 from lensbench.core.rendering.ghost_image import Flare
 from lensbench.core.rendering.light_image import LightImage
 from lensbench.core.rendering.light_layer import LightLayer
 from lensbench.core.rendering.sample_programs import FilmSums, SamplePrograms
+from lensbench.core.rendering.star_image import FlareImage
 from lensbench.core.scenery.scene import Scene
 from lensbench.core.scenery.small_lights import ExcludedLight
 from lensbench.core.text import significant
@@ -32,10 +32,9 @@ class Rendering:
     One thread works on each block, and the random numbers of a block depend on its pixels alone: the film is the
     same, bit for bit, for any number of threads.
 
-    With a camera that disperses, the first sample is of the d line, a picture without
-    colour fringes that is ready at once. Every later sample is three, one wavelength for each
-    channel, and from the second sample on these alone are the picture. The channels share their points
-    on film and pupil, so that the noise has no colour.
+    With a camera that disperses, the first sample is of the d line, a picture without colour fringes that is ready at
+    once. Every later sample is three, one wavelength for each channel, and from the second sample on these alone are
+    the picture. The channels share their points on film and pupil, so that the noise has no colour.
 
     Parameters
     ----------

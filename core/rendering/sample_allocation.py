@@ -10,9 +10,8 @@ does not depend on the shares. (Means over as many samples as a block happened t
 samples missed a light.) A share depends on no other samples than those of its band of lines (`tile_order`), so that a
 picture that is finished band by band is the same, bit for bit, and so is one that was stopped and resumed.
 
-The error of a block is estimated from the difference of the means of the first and the second half of its samples.
-Each luminance is compared with itself and the mean of the band, as an eye or a tone curve does, so that no exposure
-enters.
+The error of a block is estimated from the difference of the means of the first and the second half of its samples. Each
+luminance is compared with itself and the mean of the band, as an eye or a tone curve does, so that no exposure enters.
 """
 
 import math
@@ -31,16 +30,8 @@ LEAST, MOST = -2, 2     # log₂ of the shares
 class SampleAllocation:
     """Shares of the blocks of a picture in its present round.
 
-    Parameters
-    ----------
-    blocks
-        Number of blocks of the picture's sums.
-    band
-        Number of blocks in each band of lines but the last.
-    real
-        np.float32 or np.float64: the numbers of the sums.
-    even
-        Whether all blocks take the same samples throughout.
+    band: number of blocks in each band of lines but the last; real: the type of the sums; even: all blocks take the
+    same samples throughout.
     """
 
     def __init__(self, blocks: int, band: int, real: type, even: bool = False):

@@ -1,7 +1,4 @@
-"""Programs of the samples of a picture: a camera and a scene become one list of stages, or one for each wavelength.
-
-Sums of a picture's samples over its film, to which the programs of `sample_programs` add, block by block.
-"""
+"""Samples of a picture: the programs that trace them, and the sums over the film to which these add."""
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -24,24 +21,12 @@ from lensbench.core.scenery.small_lights import ExcludedLight
 
 
 class SamplePrograms:
-    """The programs that the samples of a picture run, and the numbers of these samples.
+    """The programs that the samples of a picture run, and the numbers of these samples; arguments as for `Rendering`.
 
     With a camera that disperses, the first sample is of the d line, and every later one is three, one wavelength for
-    each channel. The later ones are numbered from 0 again, since they replace the first.
-
-    Parameters
-    ----------
-    camera, scene, seed, real, steps, shadows, view, filtered
-        As for `Rendering`; the model of the camera is resolved.
-
-    Attributes
-    ----------
-    before : list of Step
-        Stages that place the samples, and give each the size of its part of the pixel.
-    disperses : bool
-        Whether samples after the first are traced at many wavelengths.
-    counting : Program or None
-        Counts the samples that arrive, for the AOVs that are means over these; None for other pictures.
+    each channel. The later ones are numbered from 0 again, since they replace the first. `before`: stages that place
+    the samples and give each the size of its part of the pixel. `counting`: the program that counts the samples that
+    arrive, for the AOVs that are means over these.
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real, steps: list[Step] | None, shadows: bool,
@@ -135,29 +120,9 @@ TURN = 16               # blocks that a thread takes at a time
 
 
 class FilmSums:
-    """The sums of the lines that are held, and the shares of their blocks in the samples.
+    """The sums of the lines of a film (h, w) that are held, and the shares of their blocks in the samples.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        (h, w) pixels of the film.
-    programs : SamplePrograms
-        The programs of the samples.
-    seed : np.uint32
-        Sampler seed.
-    real : type
-        np.float32 or np.float64: the numbers of the sums.
-    even : bool
-        Whether all blocks take the same samples.
-    in_bands : bool
-        Whether one band of lines is held at a time.
-
-    Attributes
-    ----------
-    lines : range
-        The lines of the film that are held.
-    allocation : SampleAllocation
-        Shares of the blocks.
+    even: all blocks take the same samples. in_bands: one band of lines is held at a time.
     """
 
     def __init__(self, shape: tuple[int, int], programs: SamplePrograms, seed: np.uint32, real: type, even: bool,

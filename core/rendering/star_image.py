@@ -6,8 +6,6 @@ the stars have is taken from the lights, so that light is kept. The pupil is tha
 blades; a light out of focus has the star about each point of its blur. The stars of a picture of more than LARGEST
 pixels are made with fewer.
 
-The star about a small light on the raster: light that the edges of the open pupil diffract across themselves.
-
 The pupil is a polygon in direction cosines from the film point, of area A. Far from the core, the fringes between
 edges average out over a pixel and the wavelengths of a channel; the squared amplitude of each edge is left. An edge of
 length ℓ sends ℓ λ / (4 π² A q²) of the light per mm to either side across itself, q the distance from the image, and
@@ -271,3 +269,46 @@ def _enlarged(image: np.ndarray, film: tuple[int, int], lines: range) -> np.ndar
             share = (place - low).astype(np.float32).reshape(-1, *[1] * (2 - axis))
             image = np.take(image, low, axis) * (1 - share) + np.take(image, np.minimum(low + 1, own - 1), axis) * share
     return image
+
+
+class FlareImage:
+    """Ghosts and stars of a picture, after the samples so far; what has the strength 0 is not made.
+
+    Parameters: the camera, whose model is resolved; the scene; what is shown.
+    """
+
+    def __init__(self, camera: Camera, scene: Scene, flare: Flare):
+        self._parts: list[GhostImage | StarImage] = []
+        if flare.strength > 0.0:
+            self._parts.append(GhostImage(camera, scene, flare))
+        if flare.stars > 0.0:
+            self._parts.append(StarImage(camera, scene, flare.stars, flare.channels))
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to add."""
+        return all(part.reason for part in self._parts)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Why there are no ghosts or stars, or which lights have none; the latter is known after the first sample."""
+        return tuple(finding for part in self._parts for finding in part.findings)
+
+    @property
+    def state(self) -> dict[str, np.ndarray]:
+        """The sums so far, by name, for `restore`."""
+        return {name: sums for part in self._parts for name, sums in part.state.items()}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from such sums."""
+        for part in self._parts:
+            part.restore(state)
+
+    def add(self, samples: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
+        """Add the light of so many samples; False when `wanted` cancelled on the way."""
+        return all(part.add(samples, pool, threads, wanted) for part in self._parts)
+
+    def add_to(self, picture: np.ndarray, top: int = 0) -> None:
+        """Add the light so far to lines of a picture (lines, w, 3), the first of which is `top`."""
+        for part in self._parts:
+            part.add_to(picture, top)

@@ -1,8 +1,7 @@
 """The scene: a frozen value, and the stages that render it.
 
-World frame, mm: the built-in scenes are laid out for a camera at the origin
-that looks along −z, y up. Colours are linear red, green and blue; radiance is
-relative, with 1 the radiance of a white surface under a uniform sky of 1.
+World frame, mm: the built-in scenes are laid out for a camera at the origin that looks along −z, y up. Colours are
+linear red, green and blue; radiance is relative, with 1 the radiance of a white surface under a uniform sky of 1.
 """
 
 import math

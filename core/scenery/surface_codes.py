@@ -1,6 +1,6 @@
-"""The finish of a surface: how it reflects, as the one number that the row FINISH holds.
+"""Codes of surfaces and paths: the numbers that the rows FINISH, EMITS and PATH hold.
 
-| number | surface |
+| FINISH | surface |
 |---|---|
 | MATTE | no reflection but the diffuse one |
 | above 0, up to 1 | a clear coat over a matte ground: its gloss |
@@ -9,10 +9,6 @@
 | GLASS | a pane of glass |
 | GLASS + radius (mm) | a ball of glass |
 | GLASS + SOLID | a mesh of glass, met from outside |
-
-The functions read it in stages; `real` is the type of the lanes. `Material.finish` gives it.
-
-What a surface emits and which path sees it, as the numbers of the rows EMITS and PATH.
 
 | EMITS | surface |
 |---|---|
@@ -29,7 +25,7 @@ What a surface emits and which path sees it, as the numbers of the rows EMITS an
 | DIFFUSE | sent on by a matte surface |
 
 A path sees the emission of a surface where the sum of both is less than HIDDEN. `Scene.marking_steps` writes numbers of
-its own into EMITS, above SMALL_LIGHT and below BENDS.
+its own into EMITS, above SMALL_LIGHT and below BENDS. In the functions `real` is the type of the lanes.
 """
 
 from lensbench.core.kernels.cache import njit

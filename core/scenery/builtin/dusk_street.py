@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from lensbench.core.scenery.builtin.bicycle import BEAM, bicycle
-from lensbench.core.scenery.builtin.lettering import lettering
+from lensbench.core.scenery.builtin.building_parts import BEAM, bicycle, lettering
 from lensbench.core.scenery.objects.material import Image, Material, Pattern
 from lensbench.core.scenery.objects.mesh import Mesh
 from lensbench.core.scenery.objects.planar import Disk, Rectangle

@@ -3,10 +3,9 @@
 from functools import cache
 
 from lensbench.core.scenery.builtin.benchmark import benchmark_scene
-from lensbench.core.scenery.builtin.charts import grid_wall, resolution_chart, white_wall
+from lensbench.core.scenery.builtin.charts import focus_ruler, grid_wall, resolution_chart, white_wall
 from lensbench.core.scenery.builtin.dusk_street import dusk_street
 from lensbench.core.scenery.builtin.fairground import fairground
-from lensbench.core.scenery.builtin.focus_ruler import focus_ruler
 from lensbench.core.scenery.builtin.foliage import foliage
 from lensbench.core.scenery.builtin.night_lights import night_lights
 from lensbench.core.scenery.builtin.portrait import portrait

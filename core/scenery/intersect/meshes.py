@@ -1,8 +1,7 @@
 """Triangle meshes: one tree for all meshes of a scene, searched by groups of rays, with eight boxes at a time.
 
 Two stages: `find_meshes` finds the nearest triangle, its normal, its place in an image and the colour of its corners;
-`mesh_surfaces` gives it the material of its mesh. The tree, the corners and what belongs to them lie in arrays of their
-own, which both borrow (`borrowed_array`); a scene without meshes has neither stage.
+`mesh_surfaces` gives it the material of its mesh. Both read the tree and the corners where they lie (`borrowed`).
 """
 
 import math

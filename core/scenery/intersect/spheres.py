@@ -1,16 +1,11 @@
-"""Spheres, seen from outside: one stage for all of them.
+"""Spheres, seen from outside: one stage for all of them, and a tree that other stages share.
 
 Most spheres are far from every ray of a block. Each is first compared with the block's beam, then with every ray, and
-only a sphere that some ray crosses is intersected. Many spheres make a tree, whose nodes are compared in the same way.
+only a sphere that some ray crosses is intersected. Many spheres make a tree, whose nodes are compared in the same way:
+a list in preorder, a node before the nodes and spheres below it, with an integer for how many of them follow. A stage
+that is done with a node goes on behind these. The spheres of a small scene make a plain list.
 
-A tree over spheres, so that what holds for many of them is found once for all.
-
-The tree is a list in preorder: a node comes before the nodes and spheres below it, and an integer says how many of them
-follow. A stage that is done with a node goes on behind these. The spheres of a small scene make a plain list.
-
-Intersection of a ray with a sphere or with the plane of a planar shape, for cameras, shadows and coats.
-
-Rays are o + t d with a unit direction d. Written without branches, for one lane.
+Intersection with a sphere or a plane is written for one lane, without branches; rays are o + t d, d a unit vector.
 """
 
 import math

@@ -1,14 +1,12 @@
-"""Pictures on spheres, floors and meshes, and large ones on planar shapes: texels with their reductions, in place.
+"""Images on shapes: look-up at the reduction that fits the footprint of a pixel.
 
-Small pictures of planar shapes travel with the parameters of their stage (`ripmap`). A picture here is read where it
-lies (`borrowed_array`): 16 bits a channel, the square root of the part of its greatest value, halved in both directions
-again and again. A footprint looks up the reduction of its shorter side, but none with texels shorter than an eighth of
-its longer one.
+A small image of a planar shape travels with the parameters of its stage, as a `Ripmap`: halved again and again in width
+and height independently, so that an image on an inclined surface, whose footprint is longer than wide, stays sharp
+across it.
 
-An image with its reductions, halved again and again in width and height independently (a ripmap), and its look-up.
-
-A footprint on an inclined surface is longer than wide: a reduction of its own for each of the two directions keeps
-the image sharp across it.
+Other images, a `Texture`, are read where they lie (`borrowed`): 16 bits a channel, the square root of the part of its
+greatest value, halved in both directions at once. A footprint looks up the reduction of its shorter side, but none with
+texels shorter than an eighth of its longer one.
 """
 
 from typing import NamedTuple

@@ -3,12 +3,11 @@
 The builder halves the largest box of a node until there are eight, each time where the sum of area times triangles of
 both halves is least, among planes through the middles of the triangles (surface area heuristic in bins: Wald 2007).
 
-Search of a tree of triangles for what rays meet: the nearest triangle, or any at all.
-
-Of the boxes that a ray enters, the nearest is searched first; the others wait on a stack with the distances at which
-the ray enters them, and are passed over if a triangle was found before these. Sixteen rays whose directions have the
-same signs go down the tree together as long as more than FEW of them enter the same boxes, then each by itself (as in
-Benthin, Wald, Woop, Ernst and Mark 2012, "Combining single and packet-ray tracing").
+A search finds the nearest triangle that a ray meets, or any. Of the boxes that a ray enters, the nearest is searched
+first; the others wait on a stack with the distances at which the ray enters them, and are passed over if a triangle was
+found before these. Sixteen rays whose directions have the same signs go down the tree together as long as more than FEW
+of them enter the same boxes, then each by itself (as in Benthin, Wald, Woop, Ernst and Mark 2012, "Combining single and
+packet-ray tracing").
 """
 
 import math

@@ -1,7 +1,4 @@
-"""Surroundings of the shapes of a scene: floor, sun and sky.
-
-Surroundings shown by a picture of all directions: an HDRI sky.
-"""
+"""Surroundings of the shapes of a scene: floor, sun and sky, of three colours or shown by a picture."""
 
 import math
 from dataclasses import dataclass, field

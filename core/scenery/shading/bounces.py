@@ -1,17 +1,15 @@
 """Where a path continues: mirrors and glass, meshes of glass, and one bounce of diffuse light.
 
-Inside a ball of glass the path is reflected k times, k = 0, 1, … with the probability F^k (1 − F) of Fresnel's sum, F
-Schlick's reflectance, which is the same at each meeting: all light that enters leaves, each part where it does.
+`specular_bounce` reflects at metal and crosses panes and balls. Inside a ball of glass the path is reflected k times,
+k = 0, 1, … with the probability F^k (1 − F) of Fresnel's sum, F Schlick's reflectance, which is the same at each
+meeting: all light that enters leaves, each part where it does.
 
-`solid_bend` finds where a path goes on before `specular_bounce`, for which the surface then is a mirror, and
-`solid_leave` sends it there. From inside a path is reflected with the probability F of Schlick's reflectance.
-
-From the first matte surface of a path one ray goes on, in proportion to the cosine. What it meets is lit by every light
-and adds its light to the path; the sky adds its own. Lights that the ray meets by chance add nothing, because the
-surface has their light already. Mirrors and glass end the ray, and surfaces seen in mirrors have no such light.
-
-`diffuse_bend` finds the ray before `specular_bounce`, `diffuse_leave` sends it, together with the paths by mirrors;
-PATH holds DIFFUSE meanwhile. `diffuse_sky` and `diffuse_end` close the round.
+Two pairs of stages around it send on what it does not: they find the ray before it, in H0 … H6, and send it after it.
+`solid_bend` and `solid_leave`: at meshes of glass, from inside reflected with the probability F.
+`diffuse_bend` and `diffuse_leave`: from the first matte surface of a path, in proportion to the cosine. What that ray
+meets is lit by every light and adds its light to the path; the sky adds its own (`diffuse_sky`). Lights that it meets
+by chance add nothing, because the surface has their light already. `diffuse_end` ends it; mirrors and glass do too, and
+surfaces seen in mirrors have no such light.
 """
 
 import math

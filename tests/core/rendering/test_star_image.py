@@ -10,8 +10,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.core.analysis.blade_star import open_pupil, sunstar
-from lensbench.core.rendering.flare_image import FlareImage
-from lensbench.core.rendering.star_image import STAR_KERNEL_LINES, StarImage, _curves, star_kernel
+from lensbench.core.rendering.star_image import STAR_KERNEL_LINES, FlareImage, StarImage, _curves, star_kernel
 
 GAUSS = lenses.load("pbrt-dgauss-50mm")
 SQUARES = lb.Film(3.6, 2.4, 360, 240)           # pixels of 10 µm
