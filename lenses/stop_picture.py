@@ -60,7 +60,7 @@ def picture_beside(folder: Path | None, name: object) -> StopImage:
     StopImageError for a name that is no relative path within the folder, and as `read_picture`.
     """
     if not isinstance(name, str) or not name or "\0" in name:
-        raise StopImageError('image must be the path of a picture beside the lens file: "heart.png"')
+        raise StopImageError('image must be the path of a picture next to the lens file: "heart.png"')
     said = f"picture in the stop {excerpt(name)}"
     if folder is None:
         raise StopImageError(f"{said}: this lens has no file, in whose folder it could be")
@@ -100,10 +100,10 @@ def with_picture_beside(lens: Lens, path: Path) -> tuple[Lens, list[Finding]]:
     try:
         if source is not None:
             shutil.copyfile(source, part)
-            said = f"the picture in the stop was copied beside it, as {excerpt(name.as_posix())}"
+            said = f"the picture in the stop was copied next to it, as {excerpt(name.as_posix())}"
         else:
             _write(image, part)
-            said = (f"the picture in the stop was written beside it, as {excerpt(name.as_posix())}: "
+            said = (f"the picture in the stop was written next to it, as {excerpt(name.as_posix())}: "
                     f"{image.side} × {image.side} pixels of 16 bits")
         part.replace(place)
     except OSError as error:

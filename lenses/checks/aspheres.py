@@ -38,7 +38,7 @@ def vanishing_terms(lens: Lens) -> list[Finding]:
     if len(shares) < 2 or share > VANISHING:
         return []
     return [Finding(Kind.ASPHERE, None, f"the terms in r⁴{_of(list(shares))} are at most {significant(share, 2)} of "
-                                        "the higher ones at the rim: the source lost exponents or mixed powers",
+                                        "the higher ones at the edge: the source lost exponents or mixed powers",
                     figures={"share": share})]
 
 
@@ -79,7 +79,7 @@ def _powers(lens: Lens, places: list[int], words: str, moved: Callable[[Terms], 
     yield Hypothesis(
         Kind.ASPHERE, Change("aspheric power", places[0] if len(places) == 1 else None, float(terms[0][0][0]),
                              float(after[0][0][0])), "the aspheric coefficients belong to other powers of the height",
-        f"the coefficients{_of(places)} {words} (the first at r^{after[0][0][0]} in place of r^{terms[0][0][0]})",
+        f"the coefficients{_of(places)} {words} (the first at r^{after[0][0][0]} instead of r^{terms[0][0][0]})",
         _changed(lens, places, lambda s: replace(s, aspheric=moved(s.aspheric))), rarity)
 
 

@@ -116,7 +116,7 @@ def _starts(lens: Lens, heights: np.ndarray) -> np.ndarray:
 
 
 WORDS = {
-    Fate.MISSED: "misses surface {0}", Fate.CLIPPED: "falls outside the rim of surface {0}",
+    Fate.MISSED: "misses surface {0}", Fate.CLIPPED: "is vignetted by surface {0}",
     Fate.TOTAL_REFLECTION: "is totally reflected at surface {0}", Fate.BACKWARD: "is bent backward at surface {0}",
 }
 OPEN = 0.75                     # of the aperture's radius: rims of published lenses, estimated or of a zoom, leave 0.8

@@ -33,9 +33,9 @@ def geometry_findings(lens: Lens) -> list[Finding]:
         if surface.semi_diameter > HEMISPHERE * equator:
             rim, largest = significant(surface.semi_diameter, 5), significant(equator, 4)
             findings.append(Finding(
-                Kind.HEMISPHERE, i, f"the rim has a radius of {rim} mm, but the surface ends at "
+                Kind.HEMISPHERE, i, f"the semi-diameter is {rim} mm, but the surface ends at "
                                     f"{significant(equator, 5)} mm from the axis",
-                f"rim of surface {i}: at most {largest} mm in place of {rim} mm",
+                f"semi-diameter of surface {i}: at most {largest} mm instead of {rim} mm",
                 change=Change("semi_diameter", i, surface.semi_diameter, equator)))
         if i + 1 < len(lens.surfaces):
             findings += _gap(lens, i, n_before)
@@ -67,7 +67,8 @@ def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
     if in_glass:
         return [Finding(Kind.EDGE, i, f"the element between surfaces {i} and {i + 1} has a negative edge thickness: "
                                    f"{where}", severity=severity)]
-    return [Finding(Kind.CROSSING, i, f"surfaces {i} and {i + 1} cross inside their rims: {where}", severity=severity)]
+    return [Finding(Kind.CROSSING, i, f"surfaces {i} and {i + 1} cross inside their clear apertures: {where}",
+                    severity=severity)]
 
 
 def has_estimated_rims(lens: Lens) -> bool:
@@ -101,7 +102,7 @@ def reach(surface: Surface) -> float:
 def fabrication_findings(lens: Lens) -> list[Finding]:
     """Findings where the glass is possible and hardly to be made; at estimated rims they are notes."""
     severity = Severity.NOTE if has_estimated_rims(lens) else Severity.WARNING
-    at_rim = "at its estimated rim" if has_estimated_rims(lens) else "at its rim"
+    at_rim = "at its estimated clear aperture" if has_estimated_rims(lens) else "at its clear aperture"
     findings, before = [], 1.0
     for i, surface in enumerate(lens.surfaces):
         slope = _slope(surface)

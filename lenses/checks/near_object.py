@@ -86,7 +86,7 @@ def _signs(lens: Lens) -> Iterator[Finding]:
         old = 1.0 / surface.curvature
         yield Finding(Kind.SIGN, i,
                       f"a radius has the wrong sign: with the other one the blur is {significant(changed.blur, 4)} mm",
-                      f"radius of surface {i}: {significant(-old, 7)} in place of {significant(old, 7)} (one sign)",
+                      f"radius of surface {i}: {significant(-old, 7)} instead of {significant(old, 7)} (one sign)",
                       figures={"blur_after": changed.blur}, change=Change("radius", i, old, -old))
 
 

@@ -58,10 +58,10 @@ def _film_gap(lens: Lens, positions: Positions) -> list[Finding]:
         return []
     foci = ", ".join(significant(fo.bfl, 5) for fo in stations)
     return [Finding(
-        Kind.POSITION, last, f"the gap before the film is {significant(stored, 5)} mm at every station, which is in "
-                             "focus at the first alone: the lens moves as a whole when it zooms, and the table does "
+        Kind.POSITION, last, f"the gap before the film is {significant(stored, 5)} mm at every zoom position, which is "
+                             "in focus at the first alone: the lens moves as a whole when it zooms, and the table does "
                              "not have this gap",
-        f"gap behind surface {last} at the stations: {foci} mm",
+        f"gap behind surface {last} at the zoom positions: {foci} mm",
         figures={f"back_focus_{i}": fo.bfl for i, fo in enumerate(stations)},
         change=Change("thickness", last, stored, stations[-1].bfl))]
 

@@ -79,7 +79,7 @@ def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
         yield Hypothesis(
             Kind.SIGN if change.kind == "sign" else Kind.DIGIT,
             Change(change.quantity, change.surface, change.old, change.new), CAUSES[change.kind],
-            f"{change.quantity} of surface {change.surface}: {significant(change.new, 7)} in place of "
+            f"{change.quantity} of surface {change.surface}: {significant(change.new, 7)} instead of "
             f"{significant(change.old, 7)} (one {change.kind})", change.applied(lens), rarity)
 
 
@@ -242,9 +242,9 @@ def _cause(lens: Lens, candidate: _Candidate, rivals: int) -> Finding:
         f"the colours F and C then focus {significant(candidate.colour * fo.efl, 2)} mm apart")
     verb = "may be" if rivals > 1 else "is"
     return Finding(
-        Kind.DIGIT, i, f"a digit of {candidate.quantity} {verb} misread: {significant(new)} in place of "
+        Kind.DIGIT, i, f"a digit of {candidate.quantity} {verb} misread: {significant(new)} instead of "
                        f"{significant(old)} makes it a known glass ({why})",
-        f"{candidate.quantity} of surface {i}: {significant(new)} in place of {significant(old)}",
+        f"{candidate.quantity} of surface {i}: {significant(new)} instead of {significant(old)}",
         figures={"focal_length": first_order(lens).efl, "focal_length_after": fo.efl,
                  "colour_after": candidate.colour * fo.efl},
         change=Change(candidate.quantity, i, old, new))

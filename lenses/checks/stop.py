@@ -45,24 +45,24 @@ def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
         if stated is None and i not in planes:
             continue
         yield Hypothesis(Kind.STOP, Change("stop_index", i, float(marked), float(i)),
-                         "the stop is marked at the wrong surface", f"the stop at surface {i} in place of {marked}",
+                         "the stop is marked at the wrong surface", f"the stop at surface {i} instead of {marked}",
                          there, 1.0 if i in planes else 4.0)
     efl = first_order(lens).efl
     sound = abs(efl / lens.stated_efl - 1.0) <= SAME_FOCAL_LENGTH if lens.stated_efl else False
     if not (stated and sound and isfinite(here) and abs(here / stated - 1.0) > SAME):
         return
     ratio = here / stated
-    for factor, cause in ((0.5, "the rims are diameters"), (2.0, "the rims are half the semi-diameters")):
+    for factor, cause in ((0.5, "the semi-diameters are diameters"), (2.0, "the semi-diameters are halved")):
         if abs(ratio / factor - 1.0) <= DIAMETERS:
             rims = tuple(replace(s, semi_diameter=factor * s.semi_diameter) for s in lens.surfaces)
             yield Hypothesis(Kind.RIM, Change("semi_diameter", None, lens.stop.semi_diameter,
-                                              factor * lens.stop.semi_diameter), cause, f"all rims × "
+                                              factor * lens.stop.semi_diameter), cause, f"all semi-diameters × "
                                                                                         f"{significant(factor)}",
                              replace(lens, surfaces=rims), 1.5)
     radius = ratio * lens.stop.semi_diameter
     yield Hypothesis(Kind.STOP, Change("semi_diameter", marked, lens.stop.semi_diameter, radius),
-                     "the rim of the stop is not that of the stated f-number",
-                     f"rim of surface {marked}: {significant(radius, 4)} mm in place of "
+                     "the stop's semi-diameter is not that of the stated f-number",
+                     f"semi-diameter of surface {marked}: {significant(radius, 4)} mm instead of "
                      f"{significant(lens.stop.semi_diameter, 4)} mm",
                      lens.with_stop_radius(radius), 10.0)
 
@@ -86,7 +86,7 @@ def stop_findings(lens: Lens) -> list[Finding]:
     if not beams[narrowest] < LIMITING * beams[lens.stop_index]:
         return findings
     return [*findings, Finding(
-        Kind.STOP, lens.stop_index, f"the stop does not limit the light: on the axis the rim of surface {narrowest} "
+        Kind.STOP, lens.stop_index, f"the stop does not limit the light: on the axis surface {narrowest} "
                                     f"passes a beam of {significant(2.0 * beams[narrowest], 4)} mm, the stop one of "
                                     f"{significant(2.0 * beams[lens.stop_index], 4)} mm",
         figures={"beam": 2.0 * beams[narrowest], "stop_beam": 2.0 * beams[lens.stop_index]})]

@@ -31,7 +31,7 @@ def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
     before, after = (1.0, WATER) if lens.front_index == 1.0 else (lens.front_index, 1.0)
     cause = "the lens is immersed in water" if after > 1.0 else "the lens is in air"
     yield Hypothesis(Kind.MEDIUM, Change("front_index", None, before, after), cause,
-                     f"front_index {significant(after)} in place of "
+                     f"front_index {significant(after)} instead of "
                      f"{significant(before)}", replace(lens, front_index=after))
     yield from _plates(lens)
     yield from _scales(lens)

@@ -75,7 +75,8 @@ def station(positions: Positions) -> tuple[int, int]:
     """Indices of the zoom and focus positions at which a lens stands; EditError between two of them."""
     if positions.zoom not in positions.zoom_stations or positions.close not in positions.focus_stations:
         names = "; ".join(positions.label(i) for i in range(len(positions.zoom_stations)))
-        raise EditError(f"this gap varies with the zoom: set the zoom to a station of the lens to edit it ({names})")
+        raise EditError("this gap varies with the zoom: set the zoom to one of the lens's zoom positions to edit it "
+                        f"({names})")
     return positions.zoom_stations.index(positions.zoom), positions.focus_stations.index(positions.close)
 
 

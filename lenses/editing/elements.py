@@ -43,8 +43,8 @@ def flipped(document: LensDocument, first: int, last: int) -> LensDocument:
     after = document.surfaces[last].glass
     if before != after:
         raise EditError(f"surfaces {first} to {last} have {_named(before)} in front of them and {_named(after)} behind "
-                        "them: only a group between equal media can be turned round")
-    check_fixed(document.lens, set(range(first, last)), "turned round")
+                        "them: only a group between equal media can be reversed")
+    check_fixed(document.lens, set(range(first, last)), "reversed")
     group = [_pivot_within(document.surfaces[i], i, first, last) for i in range(first, last + 1)]
     turned = reversed_surfaces(group, group[-1].thickness, group[-1].glass)
     surfaces = (*document.surfaces[:first], *turned, *document.surfaces[last + 1:])
@@ -58,7 +58,7 @@ def flipped(document: LensDocument, first: int, last: int) -> LensDocument:
 
 
 def _turned(pickup: Pickup, first: int, last: int) -> Pickup:
-    """A pickup that gives the same shapes as before surfaces `first` to `last` were turned round."""
+    """A pickup that gives the same shapes as before surfaces `first` to `last` were reversed."""
     if pickup.quantity in (THICKNESS, SEMI_DIAMETER, CONIC):
         return pickup
     sign = -1.0 if first <= pickup.surface <= last else 1.0
@@ -67,7 +67,7 @@ def _turned(pickup: Pickup, first: int, last: int) -> Pickup:
 
 
 def _pivot_within(surface: Surface, i: int, first: int, last: int) -> Surface:
-    """Surface i, pivoting about one of those that are turned round; EditError for a tilt about another."""
+    """Surface i, pivoting about one of those that are reversed; EditError for a tilt about another."""
     pose = surface.pose
     if pose is None or first <= i - pose.pivot <= last:
         return surface
@@ -154,7 +154,7 @@ def body_at(lens: Lens, surface: int) -> tuple[int, int]:
 
 
 def reversed_surfaces(surfaces: Sequence[Surface], thickness: float = 0.0, glass: Glass = AIR) -> tuple[Surface, ...]:
-    """Surfaces turned round as one body, in reverse order; thickness and glass: of the gap behind the last of them."""
+    """Surfaces reversed as one body, in reverse order; thickness and glass: of the gap behind the last of them."""
     gaps = [(s.thickness, s.glass) for s in surfaces[:-1]][::-1] + [(thickness, glass)]
     return tuple(surface.reversed(*gap) for surface, gap in zip(reversed(surfaces), gaps, strict=True))
 
@@ -167,11 +167,11 @@ def reversed_lens(lens: Lens) -> Lens:
     LensError if the medium behind the lens is not air.
     """
     if lens.surfaces[-1].glass.n_d != 1.0:
-        raise LensError("a lens with another medium than air behind it cannot be turned round: the medium in front of "
+        raise LensError("a lens with another medium than air behind it cannot be reversed: the medium in front of "
                         "a lens is air")
     surfaces = reversed_surfaces(lens.surfaces)
     lost = [] if lens.positions is None else [
-        note(Kind.POSITION, "its zoom and focus positions are left out: it is turned round in the present one")]
+        note(Kind.POSITION, "its zoom and focus positions are left out: it is reversed in the current one")]
     system = SystemData(wavelengths=lens.system.wavelengths, primary=lens.system.primary)
     if system != lens.system:
         lost.append(note(Kind.LEFT_OUT, "the aperture, the fields and the object distance that it was designed for are "

@@ -83,7 +83,7 @@ def pasted(text: str, f_number: float | None = None) -> LensDocument:
     if not guessed:
         return replace(made, findings=(*remarks, *made.findings))
     named = ", ".join(name or "not read" for name in guessed)
-    return replace(made, findings=(note(Kind.CONVENTION, f"the table has no headings: its columns are taken as "
+    return replace(made, findings=(note(Kind.CONVENTION, f"the table has no headings: its columns are assumed to be "
                                                          f"{named}"), *made.findings))
 
 
@@ -165,7 +165,7 @@ def _heading_remarks(line: int, cells: Sequence[str], columns: Sequence[str]) ->
               if name in (INDEX, ABBE) and re.fullmatch(r"[nvν]\W?_?e\W?", cell.strip().lower())]
     if e_line:
         found.append(Finding(Kind.GLASS, None, f"the numbers of {' and '.join(map(excerpt, e_line))}, of the e line, "
-                                               "are taken as n_d and V_d", severity=Severity.WARNING))
+                                               "are used as n_d and V_d", severity=Severity.WARNING))
     unread = [cell for cell, name in zip(cells, columns, strict=True) if cell and not name]
     terms = [cell for cell in unread if TERM.fullmatch(cell.strip())]
     if terms:
@@ -251,15 +251,15 @@ def _estimate(design: Design, body: list[Row], f_number: float | None) -> None:
     assumed = f_number or USUAL_APERTURE
     efl = focal_length(body)
     if isinf(efl):
-        raise EditError("the table has no diameters, and the lens is afocal: nothing says how wide it is")
+        raise EditError("the table has no diameters, and the lens is afocal: nothing states how wide it is")
     system = SystemData(aperture=Aperture(ApertureKind.F_NUMBER, (assumed,)))
     stop = next((i for i, row in enumerate(body) if row.is_stop), 0)
     if not estimate_rims(body, stop, any(row.is_stop for row in body), system, inf, design.system.primary_wavelength):
         raise EditError("the table has no diameters, and no ray passes from which to estimate them")
     for row in body:
         row.semi_diameter = (row.semi_diameter or 0.0) * 1.1
-    design.findings.append(Finding(Kind.RIM, None, f"the table has no diameters: rims are estimated for an axial beam "
-                                                   f"of f/{significant(assumed)}, and a tenth more",
+    design.findings.append(Finding(Kind.RIM, None, "the table has no diameters: semi-diameters are estimated for an "
+                                                   f"axial beam of f/{significant(assumed)}, and a tenth more",
                                    severity=Severity.WARNING))
 
 

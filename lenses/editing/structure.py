@@ -94,7 +94,7 @@ def check_fixed(lens: Lens, gaps: set[int], what: str) -> None:
     """EditError where one of the gaps varies with zoom or focus; what: that cannot be done, such as “deleted”."""
     moving = sorted(gaps & set(lens.positions.gaps)) if lens.positions is not None else []
     if moving:
-        raise EditError(f"the gap behind surface {moving[0]} varies with zoom or focus: the surfaces beside it cannot "
+        raise EditError(f"the gap behind surface {moving[0]} varies with zoom or focus: the surfaces next to it cannot "
                         f"be {what}")
 
 
@@ -240,7 +240,7 @@ def kept_in_focus(before: Lens, document: LensDocument) -> tuple[LensDocument, t
     moved = gap + now - was
     if not (isfinite(moved) and moved > 0.0 and abs(gap - was) <= IN_FOCUS * abs(was) and abs(now - was) > SAME * gap):
         return document, ()
-    said = note(Kind.BACK_FOCUS, f"the last gap is {significant(moved, 6)} mm in place of {significant(gap, 6)} mm: it "
+    said = note(Kind.BACK_FOCUS, f"the last gap is {significant(moved, 6)} mm instead of {significant(gap, 6)} mm: it "
                                  "follows the paraxial image, which the edits moved", last, before=gap, after=moved)
     return replace(document, lens=with_surfaces(lens, [(last, replace(lens.surfaces[-1], thickness=moved))])), (said,)
 

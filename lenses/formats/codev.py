@@ -70,7 +70,7 @@ def read(text: str, path: str) -> Lens:
         raise errors[0]
     _, radii, lens = min(readings, key=lambda reading: reading[0])
     what = "radii" if radii else "curvatures"
-    assumed = note(Kind.CONVENTION, f"the file does not say whether it gives radii or curvatures (RDM): read as {what}")
+    assumed = note(Kind.CONVENTION, f"the file does not state whether it has radii or curvatures (RDM): read as {what}")
     return replace(lens, findings=(assumed, *lens.findings))
 
 
@@ -125,7 +125,7 @@ class _Sequence:
         design.state_air(self.air["TEM"], self.air["PRE"] / MERCURY)
         if not any(row.is_stop for row in design.rows) and len(design.rows) > 1:
             design.rows[1].is_stop = True
-            design.found(Kind.NO_STOP, "no stop is marked (STO): surface 0, as CODE V takes it",
+            design.found(Kind.NO_STOP, "no stop is marked (STO): surface 0, as CODE V assumes",
                          severity=Severity.WARNING)
         stop = next((i for i, row in enumerate(design.rows) if row.is_stop), None)
         design.stations = self.zoom.stations(lambda index: index if index < len(design.rows) else None, stop,

@@ -294,7 +294,7 @@ class Surfaces:
         """Process CIR [CLR|EDG|OBS|HOL] semi-diameter."""
         qualifier = next((word.upper() for word in values if not is_number(word) and word[0] not in "'\"Ll"), "")
         if qualifier not in ("", "CLR", "EDG", "OBS", "HOL"):
-            raise RowError(f"{excerpt(qualifier)} is not read: a rim is CLR, EDG, OBS or HOL")
+            raise RowError(f"{excerpt(qualifier)} is not read: an aperture is CLR, EDG, OBS or HOL")
         sizes = [file_number(word, "CIR") for word in values if is_number(word)]
         if not sizes:
             raise RowError("a semi-diameter is missing")

@@ -63,8 +63,8 @@ def read(text: str, path: str) -> Lens:
     design.add(Row(None))
     before = text_value(surfaces[0], "mat1") if surfaces else ""
     if before and before.lower() not in AIRS:
-        design.found(Kind.LEFT_OUT, f"the medium {cut(before)} in front of the lens (mat1) is left out, air taken", 0,
-                     severity=Severity.WARNING)
+        design.found(Kind.LEFT_OUT, f"the medium {cut(before)} in front of the lens (mat1) is left out, air is assumed",
+                     0, severity=Severity.WARNING)
     with located(path, None):
         design.stated_efl = value(data, "foclen", 0.0) or None
         design.stated_f_number = value(data, "fnum", 0.0) or None
@@ -83,7 +83,7 @@ def _fill(design: Design, row: Row, data: dict[str, Any], index: int) -> None:
     row.is_stop = kind in STOPS
     row.semi_diameter = value(data, "r")
     if flag(data, "is_square"):
-        design.found(Kind.LEFT_OUT, f"surface {index}: its square rim is left out, the round one taken", index)
+        design.found(Kind.LEFT_OUT, f"surface {index}: its square edge is left out, a circle is used", index)
     row.glass = _medium(design, data) if "mat2" in data or not row.is_stop else design.rows[-1].glass
     if kind in ("Spheric", "Aspheric"):
         row.curvature = curvature(data["roc"]) if data.get("roc") is not None else value(data, "c")

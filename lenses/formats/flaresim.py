@@ -76,7 +76,7 @@ def _decide_rims(design: Design) -> None:
              for row, behind in zip(rows, rows[1:], strict=False)):
         halved, why = True, "as semi-diameters they exceed what the radii allow"
     else:
-        halved, why = False, "as its name says: if they are diameters, the lens opens two stops too wide"
+        halved, why = False, "as its name states: if they are diameters, the lens opens two stops too wide"
         severity = Severity.WARNING
     design.found(Kind.CONVENTION, f"the column semi_ap is read as {'diameters' if halved else 'semi-diameters'}: {why}",
                  severity=severity)
@@ -85,7 +85,7 @@ def _decide_rims(design: Design) -> None:
 
 
 def _crosses(front: Row, back: Row) -> bool:
-    """Whether two surfaces cross within their rims."""
+    """Whether two surfaces cross within their clear apertures."""
     rim = min(front.semi_diameter or 0.0, back.semi_diameter or 0.0)
     return front.thickness + sag(back.curvature, rim) - sag(front.curvature, rim) < -CROSSING * rim
 

@@ -69,7 +69,7 @@ def read(text: str, path: str) -> Lens:
     with located(path, None):
         units = data.get("units", "mm")
         if not str(units).startswith("mm"):
-            design.found(Kind.UNIT, f"the file's unit is {excerpt(units)}: its lengths are taken as mm")
+            design.found(Kind.UNIT, f"the file's unit is {excerpt(units)}: its lengths are assumed to be in mm")
         stop = value(data, "stop_index", -1.0)
         if 0.0 <= stop < len(design.rows) - 2:
             design.rows[int(stop) + 1].is_stop = True
@@ -101,7 +101,7 @@ def _provenance(data: dict[str, Any], design: Design) -> dict[str, Any]:
         design.found(Kind.LEFT_OUT, f"its stated projection, {str(name)[:40]}, is left out: the rays give it")
     blades = value(data, "aperture_blades", 0.0)
     if 0.0 < blades < FEWEST_BLADES:
-        design.found(Kind.LEFT_OUT, f"a stop of {significant(blades)} blades cannot be drawn: it is taken as a circle")
+        design.found(Kind.LEFT_OUT, f"a stop of {significant(blades)} blades cannot be drawn: a circle is used instead")
         blades = 0.0
     return {
         "kind": text_value(data, "type").replace("?", ""), "source": ", ".join(filter(None, (patent, example))),

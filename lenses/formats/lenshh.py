@@ -96,7 +96,7 @@ def _fill(design: Design, row: Row, data: dict[str, Any], makers: list[str], tra
     if kind == "EvenAsphere":
         row.aspheric = coefficients(data, "AsphericCoefficients", POWERS)
     if value(data, "InnerRadius", 0.0) or value(data, "ObscurationRadius", 0.0):
-        design.found(Kind.LEFT_OUT, "an obscuration is left out: the whole round rim is taken",
+        design.found(Kind.LEFT_OUT, "an obscuration is left out: the whole circle is used",
                      len(design.rows) - 1, severity=Severity.WARNING)
 
 

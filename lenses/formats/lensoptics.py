@@ -56,7 +56,7 @@ def read(text: str, path: str) -> Lens:
     if any(row.curvature_x is not None for row in design.rows):
         design.found(Kind.CONVENTION, "a medium that begins with cx_ makes a cylinder: curved in the section x–z")
     if scale != 1.0 and any(row.aspheric for row in design.rows):
-        design.found(Kind.CONVENTION, "#!scale is taken to scale the aspheric surfaces as a whole, with their "
+        design.found(Kind.CONVENTION, "#!scale is assumed to scale the aspheric surfaces as a whole, with their "
                                       "coefficients")
     if gaps:
         names = ("wide", "middle", "tele")

@@ -292,7 +292,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         lost = [f"r^{p}" for p in terms if p not in powers]
         if lost:
             remarks.append(Finding(Kind.SHAPE, i, f"surface {i}: its aspheric terms in {', '.join(lost)} cannot be "
-                                                  "written beside odd ones, and this is another lens"))
+                                                  "written with odd ones, and this is another lens"))
         if terms or s.conic:
             written = [p for p in powers if p <= max(terms, default=0)]
             bent.append("\t".join([str(i + 1), "Infinity" if s.curvature == 0.0 else radius_text(s.curvature),

@@ -373,7 +373,7 @@ class _File:
             self.unsolve(index, DELETED[key])
         elif SPECIAL.fullmatch(key):
             if key != "APN" or first_number(values) > 0:
-                self.design.found(Kind.LEFT_OUT, f"SRF {index}: special apertures are left out, the round rim taken",
+                self.design.found(Kind.LEFT_OUT, f"SRF {index}: special apertures are left out, circles are used",
                                   index - 1)
         elif key == "LMO" and first_word(values).upper() not in ELEMENTS:
             raise RowError("a non-sequential group or an array is not traced")

@@ -51,7 +51,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 
 
 def _with_beams(system: WrittenSystem, lens: Lens, stations: list[Station]) -> WrittenSystem:
-    """The system data with twice the radius of the entrance beam in place of the diameter of the entrance pupil."""
+    """The system data with twice the radius of the entrance beam instead of the diameter of the entrance pupil."""
     aperture = system.aperture
     if aperture is None or aperture.kind is not ApertureKind.PUPIL_DIAMETER:
         return system

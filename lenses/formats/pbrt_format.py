@@ -36,7 +36,7 @@ def read(text: str, path: str) -> Lens:
     findings = []
     unit = _unit(comments)
     if unit != "mm":
-        findings.append(note(Kind.UNIT, f"lengths are in {unit}, as a comment says, and were converted to mm",
+        findings.append(note(Kind.UNIT, f"lengths are in {unit}, as a comment states, and were converted to mm",
                              unit=MM[unit]))
         for row in rows:
             row[0], row[1], row[3] = row[0] * MM[unit], row[1] * MM[unit], row[3] * MM[unit]
@@ -53,7 +53,7 @@ def read(text: str, path: str) -> Lens:
             findings.append(note(Kind.CONVENTION, "its gaps are those before their surfaces: the older convention of "
                                                   "pbrt"))
         elif old_header:
-            findings.append(note(Kind.CONVENTION, "the header says axpos, the older convention, but only gaps after "
+            findings.append(note(Kind.CONVENTION, "the header states axpos, the older convention, but only gaps after "
                                                   "their surfaces make a sound lens: they are read as such"))
 
     # A plane between air and air is the stop
@@ -61,8 +61,8 @@ def read(text: str, path: str) -> Lens:
     marked = [i for i, row in enumerate(rows) if row[0] == 0.0 and media[i] == media[i + 1] == 1.0]
     for i, row in enumerate(rows):
         if row[0] == 0.0 and i not in marked:
-            findings.append(note(Kind.CONVENTION, f"surface {i} has radius 0 beside glass: read as a plane, where pbrt "
-                                                  "would see a stop", i))
+            findings.append(note(Kind.CONVENTION, f"surface {i} has radius 0 next to glass: read as a plane, where "
+                                                  "pbrt would see a stop", i))
     stop_index, assumed = stop_of(surfaces, marked)
     texts = [comment for comment in comments if not re.search(r"radius|\baxpos\b", comment, re.IGNORECASE)]
     return Lens(surfaces, stop_index, name=texts[0] if texts else "", notes="; ".join(texts[1:]),
@@ -98,8 +98,8 @@ def _plane_stop(lens: Lens) -> tuple[list[Surface], int | None, list[Finding]]:
     if air_before and air_after and stop.curvature == 0.0:
         return surfaces, i, []
     depth = sag(stop.curvature, stop.semi_diameter)
-    moved = [note(Kind.STOP, f"the stop is the rim of surface {i}: written as a plane of its own through the rim or "
-                             "the vertex", i)]
+    moved = [note(Kind.STOP, f"the stop is at surface {i}: written as a plane of its own, through its edge or "
+                             "vertex", i)]
     if air_after:
         gap = max(depth, 0.0)
         surfaces[i] = replace(stop, thickness=gap)

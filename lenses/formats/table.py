@@ -36,7 +36,7 @@ class Format:
     shapes : frozenset of Shape
         Surfaces that it holds.
     instead : str
-        What is written in place of other surfaces.
+        What is written instead of other surfaces.
     system : frozenset of str
         Parts of the system data that it holds, see `lost_system`.
     has_positions : bool

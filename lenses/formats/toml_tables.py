@@ -199,7 +199,7 @@ def _row(value: object, name: str) -> tuple[float, ...]:
 def _grid(value: object, name: str, infinite: bool = True) -> tuple[tuple[float, ...], ...]:
     """A row for each zoom station, with a number for each focus station."""
     if not isinstance(value, list) or not value or not all(isinstance(row, list) and row for row in value):
-        raise RowError(f"{name} must be a list of rows: one for each zoom station, with a number for each focus "
+        raise RowError(f"{name} must be a list of rows: one for each zoom position, with a number for each focus "
                        "station")
     return tuple(tuple(number(item, name, infinite) for item in row) for row in value)
 
@@ -250,7 +250,7 @@ def _gaps(gaps: object, count: int) -> dict[int, tuple[tuple[float, ...], ...]]:
     first = min(columns)
     for i, grid in sorted(columns.items()):
         if list(map(len, grid)) != list(map(len, columns[first])):
-            raise TableError(f"the gap behind surface {i} has another number of stations than that behind {first}",
+            raise TableError(f"the gap behind surface {i} has another number of positions than that behind {first}",
                              str(i))
     return columns
 

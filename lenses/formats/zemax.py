@@ -310,7 +310,7 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool,
         design.found(Kind.LEFT_OUT, "coatings (COAT) are left out")
     for key, what in APERTURES.items():
         if key in keys and not is_image and (key != "CLAP" or keys[key][1] and _value(path, keys, key) > 0.0):
-            design.found(Kind.LEFT_OUT, f"SURF {index}: {what} ({key}) is left out, its round rim taken",
+            design.found(Kind.LEFT_OUT, f"SURF {index}: {what} ({key}) is left out, its circle is used",
                          len(design.rows) - 1)
     if "SCBD" in keys and any(number_in(path, keys["SCBD"][0], "SCBD", keys["SCBD"][1], place)
                               for place in range(3, len(keys["SCBD"][1]))):
@@ -368,14 +368,14 @@ def _shape(design: Design, row: Row, kind: str, numbered: dict, path: str) -> No
 def _extra_data(design: Design, kind: str, step: int, values: Values) -> Values:
     """The XDAT of an extended asphere; of a file without, its PARM: XDAT n is PARM n + 12 in newer files.
 
-    Where only the first twelve are given, they are read as those of the plain asphere. RowError: PARM beside XDAT.
+    Where only the first twelve are given, they are read as those of the plain asphere. RowError: both PARM and XDAT.
     """
     given = {index: value for (key, index), value in values.items() if key == "PARM" and value}
     if not given:
         return values
     index = len(design.rows) - 1
     if any(key == "XDAT" for key, _ in values):
-        raise RowError(not_understood(f"PARM {min(given)} beside XDAT"))
+        raise RowError(not_understood(f"PARM {min(given)} together with XDAT"))
     if min(given) > 12:
         design.found(Kind.CONVENTION, f"surface {index}: {kind} has its coefficients as PARM 13, 14 …, which are read "
                                       "as XDAT 1, 2 …", index)

@@ -133,10 +133,10 @@ def _glass(record: _Record) -> tuple[Glass, str]:
     if glass.v_d is None or not isfinite(n_d):          # a glass of the infrared: its n_d is at another wavelength
         return glass, ""
     if abs(n_d - glass.n_d) > WRONG:
-        raise GlassError(f"its formula gives n_d {fixed(glass.n_d, 5)}, its NM record says {fixed(n_d, 5)}")
+        raise GlassError(f"its formula gives n_d {fixed(glass.n_d, 5)}, its NM record states {fixed(n_d, 5)}")
     doubts = []
     if abs(n_d - glass.n_d) > DOUBTFUL:
-        doubts.append(f"n_d {fixed(glass.n_d, 6)}, its NM record says {fixed(n_d, 6)}")
+        doubts.append(f"n_d {fixed(glass.n_d, 6)}, its NM record states {fixed(n_d, 6)}")
     if v_d > 0.0 and abs((n_d - 1.0) / v_d - glass.index(F_LINE) + glass.index(C_LINE)) > DOUBTFUL:
-        doubts.append(f"V_d {fixed(glass.v_d, 2)}, its NM record says {fixed(v_d, 2)}")
+        doubts.append(f"V_d {fixed(glass.v_d, 2)}, its NM record states {fixed(v_d, 2)}")
     return glass, f"its formula gives {' and '.join(doubts)}" if doubts else ""

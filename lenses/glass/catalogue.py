@@ -191,18 +191,18 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
         others = sorted({other.maker for other in same} - {entry.maker})
         note = ""
         if wanted and entry.maker != wanted:
-            note = f"{wanted} makes no {entry.name}: that of {entry.maker} is taken"
+            note = f"{wanted} makes no {entry.name}: that of {entry.maker} is used"
             if entry.maker == "MISC":
-                note = f"no {entry.name} of {wanted} is known: that of the catalogue MISC is taken"
+                note = f"no {entry.name} of {wanted} is known: that of the catalogue MISC is used"
         elif not wanted and others and entry.maker in MAKERS:
-            note = f"{entry.name} is made by {' and '.join((entry.maker, *others))}: that of {entry.maker} is taken"
+            note = f"{entry.name} is made by {' and '.join((entry.maker, *others))}: that of {entry.maker} is used"
         return Resolved(entry.make(), entry.maker, "; ".join(filter(None, (note, entry.doubt))))
     if numbers := code_numbers(glass):
         entry = _by_code(*numbers, wanted)
-        return Resolved(entry.make(), entry.maker, f"code {glass.strip()} is taken for {entry}")
+        return Resolved(entry.make(), entry.maker, f"code {glass.strip()} is read as {entry}")
     if MOULDED.search(glass):
         unmoulded = resolve(MOULDED.sub("", glass), wanted)
-        return unmoulded._replace(note=f"{glass.strip()}, a moulded glass, is taken as unmoulded "
+        return unmoulded._replace(note=f"{glass.strip()}, a moulded glass, is read as unmoulded "
                                        f"{unmoulded.maker} {unmoulded.glass.name}, n_d "
                                        f"{fixed(unmoulded.glass.n_d, 5)}: {MOULDING}")
     for former, present in RENAMED.items():
@@ -210,14 +210,14 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
                 same := table.get(key(present + glass.strip()[len(former):]))):
             entry = _preferred(same, wanted, glass)
             return Resolved(entry.make(), entry.maker,
-                            f"{glass.strip()} is in no catalogue: {entry}, its present name, is taken for it")
+                            f"{glass.strip()} is in no catalogue: {entry}, its current name, is used instead")
     bare = key(glass)
     kinds = [entry for prefix in PREFIXES for entry in table.get(prefix + bare, ())]
     if bare[:1] in PREFIXES and re.match(r"\s*\w-", glass):
         kinds += table.get(bare[1:], ())
     if kinds:
         entry = _preferred(kinds, wanted, glass)
-        return Resolved(entry.make(), entry.maker, f"{glass.strip()} is in no catalogue: {entry} is taken for it")
+        return Resolved(entry.make(), entry.maker, f"{glass.strip()} is in no catalogue: {entry} is used instead")
     raise UnknownGlass(_unknown(glass.strip(), known))
 
 

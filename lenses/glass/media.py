@@ -79,13 +79,13 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
         if name.upper() in WATERS:
             salt = WATERS[name.upper()]
             salty = f" with {significant(salt)} g/kg of salt (X. Quan and E. S. Fry, 1995)" if salt else ""
-            return _water(name, salt), (f"{name} was taken as water of 20 °C (M. Daimon and A. Masumura, 2007)" + salty)
+            return _water(name, salt), (f"{name} is read as water of 20 °C (M. Daimon and A. Masumura, 2007)" + salty)
         if name.upper() in OTHERS:
             n_d, v_d = OTHERS[name.upper()]
-            return Glass(n_d, v_d, name), f"{name} was taken as n_d {significant(n_d)} and V_d {significant(v_d)}"
+            return Glass(n_d, v_d, name), f"{name} is read as n_d {significant(n_d)} and V_d {significant(v_d)}"
         if spare and spare[0] > 1.0 and spare[1] >= 0.0:
             return model(*spare, name), (f"the glass {name} is in no catalogue: n_d {significant(spare[0])} and V_d "
-                                         f"{significant(spare[1])}, which the file keeps beside it, were taken")
+                                         f"{significant(spare[1])}, which the file has next to its name, are used")
         near = glass_catalogue.resolve(name, maker)
         return near.glass, near.note
     except GlassError as error:
@@ -251,7 +251,7 @@ def _beyond_surfaces(lens: Lens) -> list[Finding]:
     if lens.stop_image is not None:
         remarks.append(without_picture(lens))
     elif lens.blades and lens.roundness < 1.0:
-        remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as a circle of as much area",
+        remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as a circle of equal area",
                             lens.stop_index))
     if lens.front_index != 1.0:
         remarks.append(note(Kind.LEFT_OUT, f"the index {significant(lens.front_index)} before the lens is left out: it "

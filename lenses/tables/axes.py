@@ -120,7 +120,7 @@ def in_one_line(places: Sequence[Place], image: Place, round_: Sequence[bool]) -
             raise AxesError(i, f"surface {i}: {error}") from None
         heights.append(float(origin[2] + on_axis))
     if np.abs(image.axes[:, 2] - [0.0, 0.0, 1.0]).max() > ROUNDING or np.abs(image.vertex[:2]).max() > ROUNDING * whole:
-        raise AxesError(len(places), "the axis does not return to its line before the image: a film out of line is a "
+        raise AxesError(len(places), "the axis does not return to its line before the image: a tilted film is a "
                                      "setting of the camera (lb.FilmPose), and not part of a lens")
     ends = [*heights[1:], float(image.vertex[2])]
     return heights[0], [end - start for start, end in zip(heights, ends, strict=True)], poses

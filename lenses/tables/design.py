@@ -116,7 +116,7 @@ class Design:
                 self.found(Kind.LEFT_OUT, f"{error}: it is left out", severity=Severity.WARNING)
         if pairs and not 0 <= primary < len(pairs):
             self.found(Kind.LEFT_OUT, f"wavelength {primary + 1} is the primary one, but there are {len(pairs)}: the "
-                                      "first is taken for it", severity=Severity.WARNING)
+                                      "first is used instead", severity=Severity.WARNING)
         self.system = replace(self.system, wavelengths=tuple(made), primary=place)
 
     def state_air(self, celsius: float, atmospheres: float) -> None:
@@ -165,13 +165,13 @@ class Design:
             self.found(Kind.STOP, "the stop is marked on the object or the image, which are no part of the lens")
         if not marked and any(row.semi_diameter is None for row in surfaces):
             marked = [0]
-            self.found(Kind.NO_STOP, "no stop is marked, and not every rim is known: surface 0 is taken as the stop",
-                       severity=Severity.WARNING)
+            self.found(Kind.NO_STOP, "no stop is marked, and not every semi-diameter is known: surface 0 is assumed to "
+                                     "be the stop", severity=Severity.WARNING)
         wavelength = self._wavelength(surfaces)
         self._estimate_rims(surfaces, marked, wavelength)
         for i, row in enumerate(surfaces):
             if row.glass.n_d == 1.0 and row.glass.name:
-                self.found(Kind.GLASS, f"{row.glass.name} is taken as air, of index 1", i)
+                self.found(Kind.GLASS, f"{row.glass.name} is read as air, of index 1", i)
 
         # In mm
         made: list[Surface] = []
@@ -208,7 +208,7 @@ class Design:
             if row.curvature != 0.0 and (what == "image" or abs(row.thickness) < FAR):
                 radius = self.unit / row.curvature
                 self.found(Kind.SHAPE, f"the {what} surface is curved, with a radius of {significant(radius)} mm: a "
-                                       "plane is taken for it", severity=Severity.WARNING, radius=radius)
+                                       "plane is used instead", severity=Severity.WARNING, radius=radius)
 
     def _straighten(self) -> None:
         """Give the surfaces of a broken axis their poses along one line; LensFileError where none has their place."""
@@ -355,13 +355,13 @@ class Design:
             return
         stop = marked[0] if marked else 0
         if not estimate_rims(surfaces, stop, bool(marked), self.system, self.rows[0].thickness, wavelength):
-            raise self.refuse(surfaces[unknown[0]], "surface rims are missing, and so is an aperture to estimate "
+            raise self.refuse(surfaces[unknown[0]], "semi-diameters are missing, and so is an aperture to estimate "
                                                     "them from")
-        which = "every surface" if len(unknown) == len(surfaces) else \
+        which = "any surface" if len(unknown) == len(surfaces) else \
             f"surface{'s' if len(unknown) > 1 else ''} {_listed(unknown)}"
-        kind = self.system.aperture.kind if self.system.aperture else "other rims"
-        self.found(Kind.RIM, f"the file has no rim for {which}: estimated from the paraxial marginal and chief rays "
-                             f"({kind}{'' if self.system.largest_field else ', no field is stated'})",
+        kind = self.system.aperture.kind if self.system.aperture else "other semi-diameters"
+        self.found(Kind.RIM, f"the file has no semi-diameter for {which}: estimated from the paraxial marginal and "
+                             f"chief rays ({kind}{'' if self.system.largest_field else ', no field is stated'})",
                    unknown[0] if len(unknown) == 1 else None)
 
 

@@ -1,6 +1,6 @@
 """Solves and pickups of a design file: a curvature or thickness that follows from a ray, or from another surface.
 
-Lengths are in the unit of the file, slopes are dy/dz. OSLO writes the solve in place of the value, so that a reader has
+Lengths are in the unit of the file, slopes are dy/dz. OSLO writes the solve instead of the value, so that a reader has
 to solve it (`apply`). Zemax and CODE V write the solved value beside it, so that a reader can check it (`doubts`).
 """
 

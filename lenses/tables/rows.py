@@ -78,7 +78,7 @@ def check_sizes(surface: Surface) -> None:
                        f"{significant(LARGEST)} mm")
     for power, a in surface.aspheric:
         if abs(a) * surface.semi_diameter ** power > HIGHEST_TERM:
-            raise RowError(f"the aspheric coefficient of r^{power} is {significant(a)}: it would raise the rim by "
+            raise RowError(f"the aspheric coefficient of r^{power} is {significant(a)}: it would raise the edge by "
                            f"more than {significant(HIGHEST_TERM)} mm")
 
 
@@ -113,9 +113,10 @@ def _stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tup
         return marked[0], ()
     if not marked:
         index = min(range(len(surfaces)), key=lambda i: surfaces[i].semi_diameter)
-        return index, (Finding(Kind.NO_STOP, None, f"no stop is marked: the smallest rim limits, surface {index} "
-                                                   f"(semi-diameter {significant(surfaces[index].semi_diameter)} mm)",
-                               figures={"semi_diameter": surfaces[index].semi_diameter}),)
+        size = surfaces[index].semi_diameter
+        return index, (Finding(Kind.NO_STOP, None, f"no stop is marked: the smallest clear aperture limits, surface "
+                                                   f"{index} (semi-diameter {significant(size)} mm)",
+                               figures={"semi_diameter": size}),)
     heights = axial_heights(surfaces)
     index = max(marked, key=lambda i: abs(heights[i]) / surfaces[i].semi_diameter)
     return index, (note(Kind.STOP, f"{len(marked)} stops are marked, surfaces {', '.join(map(str, marked))}: "

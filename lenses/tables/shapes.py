@@ -49,7 +49,7 @@ def finding(kind: str, surface: Surface, i: int) -> Finding | None:
         return None
     away = departure(kind, surface)
     return note(Kind.SHAPE, f"surface {i}: {NAMES[kind]} in the file, it is traced as the biconic toroid of the same "
-                            f"two curvatures, {significant(away, 2)} mm from it at the rim", i, departure=away)
+                            f"two curvatures, {significant(away, 2)} mm from it at the edge", i, departure=away)
 
 
 def departure(kind: str, surface: Surface) -> float:

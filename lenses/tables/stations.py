@@ -270,8 +270,8 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[Finding]]:
     firsts = positions.distances[0] if positions.distances else positions.focus_stations
     if positions.zoom_stations != zoom_fractions(lengths) or (
             positions.distances and positions.focus_stations != focus_fractions(firsts)):
-        remarks.append(note(Kind.POSITION, "the places of its stations between 0 and 1 are left out: a reader finds "
-                                           "them by focal length and distance"))
+        remarks.append(note(Kind.POSITION, "the places of its zoom positions between 0 and 1 are left out: a reader "
+                                           "finds them by focal length and distance"))
     return stations, list(dict.fromkeys(remarks))
 
 
@@ -371,7 +371,7 @@ class Configurations:
     def findings(self) -> list[Finding]:
         """Findings about quantities that differ between configurations and are not kept."""
         taken = "that of the first" if self.current == 1 else f"that of configuration {self.current}"
-        found = [note(Kind.POSITION, f"{self.differing}: of what differs between the configurations, {taken} is taken"
+        found = [note(Kind.POSITION, f"{self.differing}: of what differs between the configurations, {taken} is used"
                       )] if self.differing else []
         if self.count > MOST_STATIONS:
             found.append(note(Kind.POSITION, f"the first {MOST_STATIONS} of {self.count} configurations were read",

@@ -41,7 +41,7 @@ def test_a_published_table_with_an_error_is_found_out(name):
 
 def test_the_lost_sign_of_the_6_mm_fisheye_is_found():
     proposals = [finding.proposal for finding in lenses.check(published("lv-nikon-fisheye-nikkor-6mm-f28"))]
-    assert "radius of surface 16: 45 in place of -45" in proposals[0]
+    assert "radius of surface 16: 45 instead of -45" in proposals[0]
 
 
 @pytest.mark.parametrize("name", SUSPECTS)
@@ -107,7 +107,7 @@ def test_a_lost_sign_is_found_wherever_it_is_lost(name):
         if not kinds(wrong) & {"focal-length", "back-focus"}:
             continue                                    # too weak a surface for its sign to be seen
         told = proposals(wrong)
-        assert told and f"radius of surface {i}: {1.0 / surface.curvature:.7g} in place of" in told[0]
+        assert told and f"radius of surface {i}: {1.0 / surface.curvature:.7g} instead of" in told[0]
 
 
 @pytest.mark.parametrize(("name", "surface", "quantity", "wrong"), [
@@ -121,10 +121,10 @@ def test_a_misread_digit_or_point_is_found(name, surface, quantity, wrong):
     if quantity == "radius":
         radius = 1.0 / right.curvature
         spoiled = with_surface(lens, surface, curvature=1.0 / (wrong or 10.0 * radius))
-        told = f"radius of surface {surface}: {radius:.7g} in place of"
+        told = f"radius of surface {surface}: {radius:.7g} instead of"
     else:
         spoiled = with_surface(lens, surface, thickness=wrong or 10.0 * right.thickness)
-        told = f"thickness of surface {surface}: {right.thickness:.7g} in place of"
+        told = f"thickness of surface {surface}: {right.thickness:.7g} instead of"
     assert any(told in proposal for proposal in proposals(spoiled))
 
 

@@ -33,7 +33,7 @@ def through(lens, suffix):
 
 
 def geometry(lens):
-    """Surfaces with the index at the d line in place of the glass."""
+    """Surfaces with the index at the d line instead of the glass."""
     return [replace(s, glass=Glass(s.glass.n_d)) for s in lens.surfaces], lens.stop_index
 
 

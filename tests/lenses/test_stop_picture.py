@@ -44,7 +44,7 @@ def test_a_saved_lens_takes_its_picture_along_and_loads_equal(pictured, tmp_path
     lens, other = lenses.load(pictured), tmp_path / "other"
     other.mkdir()
     (said,) = lenses.save(lens, other / "copy.toml")
-    assert "copied beside it, as 'f.png'" in str(said)
+    assert "copied next to it, as 'f.png'" in str(said)
     assert (other / "f.png").read_bytes() == (tmp_path / "stops" / "f.png").read_bytes()
     assert lenses.load(other / "copy.toml") == lens
     assert lenses.save(lenses.load(other / "copy.toml"), other / "copy.toml") == ()     # it is there already
@@ -64,7 +64,7 @@ def test_a_check_takes_the_stop_as_its_circle(pictured, tmp_path, capsys):
     assert "Also: " not in said and "Not kept" not in said              # it lies there already
     (tmp_path / "new").mkdir()
     main(["convert", str(pictured), str(tmp_path / "new" / "copy.toml")])
-    assert "Also: the picture in the stop was copied beside it, as 'f.png'" in capsys.readouterr().out
+    assert "Also: the picture in the stop was copied next to it, as 'f.png'" in capsys.readouterr().out
 
 
 def test_a_picture_without_a_file_is_written_to_sixteen_bits(tmp_path):

@@ -29,7 +29,7 @@ def test_findings_end_with_1_and_say_where_and_what(capsys, spoiled):
     assert main(["check", spoiled]) == 1
     out = capsys.readouterr().out
     assert out.startswith(f"{spoiled}: ") and "focal-length" in out
-    assert "Proposal: radius of surface 0: 29.475 in place of -29.475" in out
+    assert "Proposal: radius of surface 0: 29.475 instead of -29.475" in out
     assert out.index("Probable cause\n") < out.index("Proposal") < out.index("Findings\n") < out.index("focal-length")
 
 

@@ -88,7 +88,7 @@ def test_an_edited_lens_keeps_what_its_reader_assumed_and_its_saving_says_so(tmp
     there = thicker(phone, 0.9 * original(phone).surfaces[1].thickness)
     assert published(phone).findings and published(there).findings == published(phone).findings
     _, remarks = save_document(there, tmp_path / "mine.toml")
-    assert "coc was taken as" in str(remarks[-1]) and "phone.json" in str(remarks[-1])
+    assert "coc is read as" in str(remarks[-1]) and "phone.json" in str(remarks[-1])
 
 
 def test_a_lens_without_edits_is_saved_with_its_solves(tmp_path):

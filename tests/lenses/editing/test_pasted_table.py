@@ -88,7 +88,7 @@ def test_a_cell_that_cannot_be_read_is_named(text, words):
 def test_headings_of_another_line_unit_or_meaning_are_named():
     body = "\t1.51872\t63.96\t10\n-50\t45\t\t\t10\n"
     found = [str(finding) for finding in pasted("r\td\tne\tve\tChip zone\n50\t5" + body).findings]
-    assert any("the numbers of 'ne' and 've', of the e line, are taken as n_d and V_d" in text for text in found)
+    assert any("the numbers of 'ne' and 've', of the e line, are used as n_d and V_d" in text for text in found)
     assert any("not read: the column 'Chip zone'" in text for text in found)
     plain = pasted("r\td\tnd\tνd\tSemi-diameter (mm)\n50\t5" + body).findings
     assert not any("e line" in str(finding) or "not read" in str(finding) for finding in plain)

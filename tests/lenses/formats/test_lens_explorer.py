@@ -87,7 +87,7 @@ def test_a_lens_whose_last_gap_alone_varies_is_focused_as_a_whole(tmp_path):
 def test_missing_rims_are_estimated_with_a_finding(tmp_path):
     lens = loaded(tmp_path, "a.json", changed(["surfaces", 0, "semi_ap"], None))
     assert 6.0 < lens.surfaces[0].semi_diameter < 20.0
-    assert any("no rim for surface 0" in finding.message for finding in lens.findings)
+    assert any("no semi-diameter for surface 0" in finding.message for finding in lens.findings)
     unit = loaded(tmp_path, "b.json", changed(["units"], "normalised"))
     assert any("normalised" in finding.message for finding in unit.findings)
     stopless = loaded(tmp_path, "c.json", changed(["stop_index"], None))

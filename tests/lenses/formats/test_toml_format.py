@@ -95,7 +95,7 @@ def test_the_blades_of_the_stop_are_kept_and_may_be_turned_in_degrees(tmp_path):
     assert lenses.save(wet, tmp_path / "wet.toml") == () and lenses.load(tmp_path / "wet.toml") == wet
     for suffix in (".dat", ".zmx", ".seq"):
         remarks = lenses.save(wet, tmp_path / f"bladed{suffix}")
-        assert any("circle of as much area" in str(remark) for remark in remarks)
+        assert any("circle of equal area" in str(remark) for remark in remarks)
         assert any("1.333" in str(remark) for remark in remarks)
     closed = lb.stopped_down(replace(lenses.load("pbrt-dgauss-50mm"), blades=5), 4.0)
     assert lenses.save(closed, tmp_path / "closed.toml") == () and lenses.load(tmp_path / "closed.toml") == closed

@@ -121,9 +121,9 @@ def test_missing_rims_are_estimated_from_aperture_and_field_with_a_finding(tmp_p
     # The entrance pupil must come out as the file's 23.8 mm, and the estimate lie above the axial beam
     assert 2.0 * lb.first_order(lens).entrance_pupil.radius == pytest.approx(23.8, rel=1e-12)
     assert 11.9 < lens.surfaces[0].semi_diameter < 12.5
-    assert any("no rim for every surface" in finding.message for finding in lens.findings)
+    assert any("no semi-diameter for any surface" in finding.message for finding in lens.findings)
     error = refusal(tmp_path, "lens.zmx", _without(SAMPLE, "DIAM", "ENPD"))
-    assert "rims are missing" in error.reason
+    assert "semi-diameters are missing" in error.reason
 
 
 def _without(text, *keys):
@@ -227,7 +227,7 @@ def test_the_catalogues_of_the_file_say_whose_glass_a_name_is(tmp_path):
         lenses.save(lens, tmp_path / "b.zmx")
         assert lenses.load(tmp_path / "b.zmx").surfaces[0].glass == lens.surfaces[0].glass
     told = loaded(tmp_path, "a.zmx", plain).findings
-    assert any("that of SCHOTT is taken" in str(finding) for finding in told)
+    assert any("that of SCHOTT is used" in str(finding) for finding in told)
 
 
 def test_tabs_part_words_as_spaces_do(tmp_path):
@@ -237,9 +237,9 @@ def test_tabs_part_words_as_spaces_do(tmp_path):
 
 @pytest.mark.parametrize(("old", "new", "told"), [
     ("SURF 4\n  TYPE STANDARD\n  CURV 0.0", "SURF 4\n  TYPE STANDARD\n  CURV -0.01",
-     "the image surface is curved, with a radius of -100 mm: a plane is taken for it"),
+     "the image surface is curved, with a radius of -100 mm: a plane is used instead"),
     ("CURV 0.0 0 0 0 0 \"\"\n  DISZ INFINITY", "CURV 0.002 0 0 0 0 \"\"\n  DISZ 800",
-     "the object surface is curved, with a radius of 500 mm: a plane is taken for it"),
+     "the object surface is curved, with a radius of 500 mm: a plane is used instead"),
     ("ENVD 2.0E+1 1 0", "ENVD -4.0E+1 0 1", "designed for -40 °C and 0 atmospheres"),
     ("ENVD 2.0E+1 1 0", "ENVD 2.0E+1 1 0\nAFOC 1", "afocal image space (AFOC) is left out"),
     ("  DIAM 11.25", "  CLAP 2.0 11.25 0\n  DIAM 11.25", "SURF 3: a central obscuration (CLAP) is left out"),
@@ -282,7 +282,7 @@ def test_an_extended_asphere_without_extra_data_is_read_from_its_parameters(tmp_
         terms, (found,) = asphere(kind, "  PARM 2 1.25E-7\n  PARM 3 -2.0E-11")
         assert terms == dict(zip(powers, (1.25e-7, -2e-11), strict=True)) and found.severity == "warning"
     text = SAMPLE.replace("TYPE EVENASPH", "TYPE XASPHERE").replace("  PARM 1 0", extra)
-    assert "PARM 2 beside XDAT" in refusal(tmp_path, "a.zmx", text).reason
+    assert "PARM 2 together with XDAT" in refusal(tmp_path, "a.zmx", text).reason
     assert "PARM 9 is not understood" in refusal(tmp_path, "a.zmx", SAMPLE.replace("PARM 1 0", "PARM 9 1e-30")).reason
 
 

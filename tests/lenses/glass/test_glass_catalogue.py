@@ -72,7 +72,7 @@ def test_the_maker_decides_where_several_use_a_name():
     assert glass_catalogue.resolve("LAF2", "Hoya") == (glass_catalogue.find("LAF2_HOYA"), "HOYA", "")
     assert glass_catalogue.find("LAF2", "SCHOTT") != glass_catalogue.find("LAF2", "HOYA")
     assert "SCHOTT" in glass_catalogue.resolve("LAF2").note
-    assert glass_catalogue.resolve("N-BK7", "OHARA").note == "OHARA makes no N-BK7: that of SCHOTT is taken"
+    assert glass_catalogue.resolve("N-BK7", "OHARA").note == "OHARA makes no N-BK7: that of SCHOTT is used"
 
 
 def test_an_unknown_glass_is_an_error_that_names_the_nearest():
@@ -88,7 +88,7 @@ def test_an_unknown_glass_is_an_error_that_names_the_nearest():
 def test_a_six_digit_code_is_a_glass_and_says_which(code, name):
     glass, maker, note = glass_catalogue.resolve(code)
     assert glass.name == name and glass == glass_catalogue.from_code(code)
-    assert note.startswith(f"code {code} is taken for {maker} {name} (n_d {glass.n_d:.5f}")
+    assert note.startswith(f"code {code} is read as {maker} {name} (n_d {glass.n_d:.5f}")
 
 
 def test_a_code_that_no_glass_has_is_the_nearest_glass():
@@ -136,7 +136,7 @@ def test_a_formula_glass_that_no_maker_lists_is_found_under_the_names_of_design_
     assert media.named("BaF2")[0].name == "BAF2"
     assert media.named("BaF2", "CDGM")[0].index(D_LINE) == pytest.approx(1.5697, abs=5e-5)
     assert glass_catalogue.resolve("CaF2", "Daimon-20").note == (
-        "no CAF2 of DAIMON-20 is known: that of the catalogue MISC is taken")
+        "no CAF2 of DAIMON-20 is known: that of the catalogue MISC is used")
     assert media.named("BaF2", "Malitson")[0].index(D_LINE) == pytest.approx(1.47448, abs=1e-5)
 
 
@@ -216,8 +216,8 @@ def test_a_record_wrapped_over_lines_is_read_to_its_end(tmp_path):
 
 @pytest.mark.parametrize("n_d, v_d, doubt", [
     ("1.516800", "64.17", None), ("1.51681", "64.16", None),            # rounded otherwise
-    ("1.516850", "64.17", "n_d 1.516800, its NM record says 1.516850"),
-    ("1.516800", "64.71", "V_d 64.17, its NM record says 64.71"),
+    ("1.516850", "64.17", "n_d 1.516800, its NM record states 1.516850"),
+    ("1.516800", "64.71", "V_d 64.17, its NM record states 64.71"),
 ])
 def test_a_formula_that_contradicts_its_nm_record_is_reported_with_both_figures(folder, n_d, v_d, doubt):
     path = folder / "ours.agf"
@@ -304,11 +304,11 @@ def test_water_has_the_dispersion_that_others_measured(name, salt):
 
 def test_hikaris_former_names_lead_to_hikaris_glasses():
     found = glass_catalogue.resolve("E-LLF6")
-    assert (found.maker, found.glass.name) == ("HIKARI", "J-LLF6") and "its present name" in found.note
+    assert (found.maker, found.glass.name) == ("HIKARI", "J-LLF6") and "its current name" in found.note
 
 
 def test_a_name_in_several_catalogues_says_which_was_taken():
     glass, note = media.named("F2")
     assert glass == glass_catalogue.find("F2", "SCHOTT") and note == (
-        "F2 is made by SCHOTT and CDGM and SUMITA: that of SCHOTT is taken")
+        "F2 is made by SCHOTT and CDGM and SUMITA: that of SCHOTT is used")
     assert media.named("F2", "SUMITA") == (glass_catalogue.find("F2", "SUMITA"), "")

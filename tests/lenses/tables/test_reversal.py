@@ -50,7 +50,7 @@ def test_of_the_system_data_a_reversed_lens_keeps_the_wavelengths():
 
 
 def turned(vectors, length=0.0):
-    """Points, or with length 0 directions, in the frame of the lens turned round, seen in a mirror."""
+    """Points, or with length 0 directions, in the frame of the lens reversed, seen in a mirror."""
     return vectors * [1.0, 1.0, -1.0] + [0.0, 0.0, length]
 
 

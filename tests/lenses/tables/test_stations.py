@@ -103,7 +103,7 @@ def test_losses_of_positions_are_reported(tmp_path):
     for suffix in (".zmx", ".seq", ".len", ".txt"):
         told = lenses.save(renamed.at(zoom=0.5), tmp_path / f"a{suffix}")
         assert any("written in its first position" in str(remark) for remark in told)
-        assert any("stations between 0 and 1 are left out" in str(remark) for remark in told)
+        assert any("zoom positions between 0 and 1 are left out" in str(remark) for remark in told)
         assert any("names of its positions" in str(remark) for remark in told) == (suffix in (".len", ".txt"))
 
 
