@@ -146,10 +146,7 @@ def _pictured(lens: lb.Lens, image: lb.StopImage) -> lb.Lens:
 
 
 def design(settings: Settings) -> lb.Lens:
-    """The lens of `published` as figures and the position of the film see it: at the primary wavelength of its design.
-
-    A lens for the d line is that of `published` itself. Errors are those of `published`.
-    """
+    """The lens of `published` at the primary wavelength of its design, as plots and the film's position see it."""
     return at_reference(published(settings))[0]
 
 
@@ -292,10 +289,7 @@ def focus_text(found: FocusPosition) -> str:
 
 
 def lens_camera(settings: Settings) -> lb.LensCamera:
-    """A camera with the real lens of the settings, or an ideal lens that follows from it.
-
-    The film lies where the primary wavelength of the design is in focus. Groups that focus move as for the d line.
-    """
+    """A camera with the lens or its ideal model, in focus at the primary wavelength; focus groups as for the d line."""
     lens, found = published(settings), setup(settings)
     # A focus that cannot be: the camera refuses it, or here its window
     seen = seen_focus(lens, settings) if found.refused else found.focus_distance
@@ -347,10 +341,7 @@ def with_readable_stop(settings: Settings, say: Callable[[str], object]) -> Sett
 
 
 def stop_picture_path(settings: Settings, text: str) -> str:
-    """The absolute path of a picture that was typed: relative to the folder of the lens file, else to the current one.
-
-    SettingsError where neither folder has it; the message names them.
-    """
+    """The path of a typed picture, from the lens file's folder or the current one; SettingsError names both."""
     lens = Path(settings.lens)
     folders = ([lens.resolve().parent] if settings.has_lens and lens.suffix and lens.is_file() else []) + [Path.cwd()]
     places = [(folder / Path(text.strip()).expanduser()).resolve() for folder in folders]

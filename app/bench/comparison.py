@@ -6,10 +6,10 @@ belong to it.
 
 import math
 import re
-from dataclasses import fields, replace
+from dataclasses import replace
 
 from lensbench.app.bench.constraints import constrained
-from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.settings import Settings, differences
 from lensbench.core.text import fixed, true_minus
 
 FIGURE = re.compile(r"(?P<sign>f/|T |ø )?(?P<value>[+−-]?\d+(?:\.\d+)?)(?P<unit>°)?")
@@ -18,10 +18,7 @@ DIGITS = 3                      # of a number next to one with decimals: 2 is 2.
 
 
 def difference(a: str, b: str) -> str:
-    """B less A of two texts of one figure; "" where one is no single number, or where both read the same.
-
-    Of f-numbers and T-stops the difference is that of the light in stops, positive where B is brighter.
-    """
+    """B less A of two numbers as texts, else ""; f-numbers and T-stops in stops, positive where B is brighter."""
     first, second = FIGURE.fullmatch(a), FIGURE.fullmatch(b)
     if first is None or second is None or a == b or first["sign"] != second["sign"] or first["unit"] != second["unit"]:
         return ""
@@ -48,13 +45,8 @@ def followed(a: Settings, before: Settings, after: Settings) -> Settings:
     A lens that opens less far opens as far as it can, and one that focuses less near focuses as near as it can. Where A
     cannot take a change at all, it stays as it was.
     """
-    changed = {field.name: getattr(after, field.name) for field in fields(Settings)
-               if getattr(after, field.name) != getattr(before, field.name)}
-    if any(name in changed for name in OWN):
-        return a
-    for name in NEVER:
-        changed.pop(name, None)
-    if not changed:
+    changed = {name: value for name, value in differences(after, before).items() if name not in NEVER}
+    if not changed or any(name in changed for name in OWN):
         return a
     try:
         return constrained(replace(a, **changed).checked())

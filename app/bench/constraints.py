@@ -29,12 +29,7 @@ MARGIN = 1.0 + 1e-4             # of a clamped focus distance over the nearest, 
 
 @resumable
 def constrained(settings: Settings) -> Settings:
-    """The settings with a zoom, an aperture, a focus distance and a film curvature that the camera has.
-
-    The rest is kept.
-
-    Raises what loading the lens raises where there is none.
-    """
+    """The settings with zoom, aperture, focus and film curvature that the camera has; errors of loading its lens."""
     if not settings.has_lens:
         return _not_nearer(settings)
     if settings.zoom and not zooms(settings):
@@ -82,10 +77,7 @@ def _nearest_focus(settings: Settings) -> float:
 
 
 def full_view(settings: Settings) -> tuple[float, float]:
-    """The field of view of the whole film along its shorter side, and the focal length that it is seen with.
-
-    Of a camera with a field of view of its own: that one, along its own axis.
-    """
+    """Field of view along the film's shorter side, or the camera's own, and the focal length it is seen with."""
     if (view := MAKERS[settings.camera].view) is not None:
         return view(settings)
     efl = _focal_length(settings)
@@ -165,10 +157,7 @@ def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) 
 
 
 def with_camera(settings: Settings, camera: str) -> Settings:
-    """The settings with another kind of camera, as wide open as a lens, and in air where it has no window for water.
-
-    The pixels follow the shape of the film, or of a panorama's layout, where that changes.
-    """
+    """Another kind of camera, as wide open as a lens, in air if it has no window; pixels follow a changed shape."""
     changed = replace(settings, camera=camera)
     if settings.has_lens and settings.has_stop and not changed.has_lens and settings.f_number is None:
         changed = replace(changed, f_number=readings(settings).widest_f_number)     # None would be a pinhole there

@@ -65,11 +65,7 @@ def with_lens(settings: Settings, lens: str, locked: Collection[str] = (), zoom:
 
 @lru_cache(maxsize=64)
 def own_film(name: str, lens: lb.Lens) -> tuple[float, float]:
-    """Width and height (mm) of the film that a lens is made for.
-
-    The stated one, else the largest usual format that its image circle covers; a smaller circle gets a 4 : 3 sensor
-    of its diagonal.
-    """
+    """Width, height (mm) of a lens's film: stated, else the largest format in its image circle, else 4 : 3 in it."""
     if lens.film_size is not None:
         return lens.film_size
     circle = image_circle(name, lens)

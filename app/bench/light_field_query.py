@@ -290,10 +290,7 @@ def epipolar(recording: Recording, row: int, down: int) -> NDArray[np.float32]:
 
 
 def ray(recording: Recording, pixel: tuple[int, int], cell: tuple[int, int]) -> tuple[tuple[float, float], ...]:
-    """Points (x, y), in mm, where the middle ray of a pixel and a cell meets film and exit-pupil plane.
-
-    The coordinates on the film are those of the camera frame, in which the picture is upside down.
-    """
+    """Points (x, y), mm, of a pixel's and cell's middle ray on film (camera frame) and exit-pupil plane."""
     field, film = recording.field, recording.settings.film
     across, down = np.array(pixel) + 0.5 + field.offsets[cell[1], cell[0]]
     u, v = field.places[cell[1], cell[0]] * recording.pupil_radius

@@ -168,10 +168,7 @@ def _of_lens(lens: lb.Lens, settings: Settings) -> Readings:
 
 
 def _across(lens: lb.Lens, wavelength: float, index: float = 1.0) -> float | None:
-    """The focal length (mm) of the section x–z of a lens with cylinders at a wavelength (µm); None for other lenses.
-
-    index: 1 behind the lens; that before it for the focal length on the side of the scene.
-    """
+    """Focal length (mm) of the section x–z of a lens with cylinders at a wavelength (µm), times index; else None."""
     return None if len(lens.sections) == 1 else _finite(index * lb.first_order(lens.section("x"), wavelength).efl)
 
 

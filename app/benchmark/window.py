@@ -47,10 +47,6 @@ DIALS: dict[str, tuple[str, Callable[[Settings, int], Settings]]] = {
 }
 
 
-def _nth(turned: Callable[[Settings, int], Settings], turn: int, settings: Settings) -> Settings:
-    return turned(settings, turn)
-
-
 class Answer(NamedTuple):
     """From a move of a dial to its first picture on the screen."""
 
@@ -73,7 +69,7 @@ def latencies(dial: str = "focus") -> list[Answer]:
         elif not session.moved and session.move is None and session.current:
             rest[0] -= 1
             if rest[0] <= 0 and not session.compilers.busy:
-                session.move, wanted[0] = partial(_nth, turned, len(found)), session.compilers.progress[1]
+                session.move, wanted[0] = partial(turned, turn=len(found)), session.compilers.progress[1]
         return len(found) > MOVES
 
     run(replace(SMALL, scene=scene), watch)

@@ -58,7 +58,7 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
     add("--frequencies", type=option(_read_frequencies), metavar="LP/MM",
         help="one to four frequencies of the analysis “mtf” (10,20,30,40); the first is that of “mtf-map” (30)")
     add("--points", type=int, default=POINTS, metavar="N", help=f"points across the pupil ({POINTS})")
-    add("--stack", type=option(_read_stack), metavar="MM[,INDEX[,ADAPTER]]",
+    add("--stack", type=option(lambda text: _numbers(text, 1, 3)), metavar="MM[,INDEX[,ADAPTER]]",
         help="glass before the sensor of the analysis “stack”: thickness, index, and by how many mm an adapter is too "
              "long (2,1.52,0)")
     add("--ripple", type=option(_read_ripple), metavar="SURFACE,MM,NM",
@@ -158,11 +158,6 @@ def _read_frequencies(text: str) -> tuple[float, ...]:
     if not 0.0 < min(values) or max(values) > MOST_LINES:
         raise UsageError(f"{text!r}: give frequencies above 0 and up to {significant(MOST_LINES)} lp/mm")
     return values
-
-
-def _read_stack(text: str) -> tuple[float, ...]:
-    """Thickness, index and adapter error, the last two optional."""
-    return _numbers(text, 1, 3)
 
 
 def _read_ripple(text: str) -> tuple[float | None, float, float]:

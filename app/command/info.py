@@ -172,10 +172,7 @@ def _field_of_view(lens, film, wavelength: float) -> dict[str, float | None]:
 
 
 def _close_focus(lens) -> dict[str, float | None]:
-    """The plane in focus (mm from the film) of focus groups away from infinity, and the working f-number there.
-
-    None for both of other lenses, and where the lens forms no image.
-    """
+    """Plane in focus (mm from the film) and working f-number of focus groups off infinity; else None for both."""
     import lensbench as lb
 
     found: dict[str, float | None] = {"focus_distance": None, "working_f_number": None}
@@ -192,10 +189,7 @@ def _close_focus(lens) -> dict[str, float | None]:
 
 
 def _intrinsics(lens, film) -> dict[str, float] | None:
-    """Focal length and principal point in pixels, of a film of PIXELS across, focused at infinity.
-
-    None where the lens forms no image there, and of one without rotational symmetry.
-    """
+    """Focal length and principal point in pixels, PIXELS across, at infinity; None without image or symmetry."""
     import lensbench as lb
 
     if not lens.is_rotationally_symmetric:

@@ -2,9 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -97,9 +95,10 @@ def render(arguments: argparse.Namespace) -> int:
                     picture, path, arguments.until_noise is not None):
                 continue
             started = perf_counter()
-            found = export_render(picture, path, arguments.bits or 8, partial(_show_part, show, i, len(pictures)),
-                                  threads=arguments.threads, text=arguments.text, noise=arguments.until_noise,
-                                  resume=arguments.resume, stopping=lambda: bool(signals))
+            found = export_render(picture, path, arguments.bits or 8,
+                                  lambda part, i=i: show((i + part) / len(pictures)), threads=arguments.threads,
+                                  text=arguments.text, noise=arguments.until_noise, resume=arguments.resume,
+                                  stopping=lambda: bool(signals))
             if found is None:
                 which = f"in picture {i + 1} of {len(pictures)}, " if len(pictures) > 1 else ""
                 print(f"lensbench: stopped {which}after {fixed(perf_counter() - begun, 0)} s; the samples are in "
@@ -142,16 +141,8 @@ def frames(settings: "Settings", path: Path, count: int) -> list[tuple["Settings
              path.with_name(f"{path.stem}-{i + 1:0{digits}}{path.suffix}")) for i in range(count)]
 
 
-def _show_part(show: Callable[[float], object], i: int, count: int, part: float) -> None:
-    """Report the progress of picture i of so many."""
-    show((i + part) / count)
-
-
 def _is_there(settings: "Settings", path: Path, any_samples: bool) -> bool:
-    """Whether a frame has been rendered: a picture of these settings, of any number of samples or of theirs.
-
-    One that is older than a file that the settings name has to be rendered again.
-    """
+    """Whether a frame of these settings (any_samples: but for their number) is newer than the files they name."""
     from lensbench.app.bench.build import own_picture
     from lensbench.app.scenes.scene_file import scene_files
     from lensbench.app.session.export import ExportError, read_settings

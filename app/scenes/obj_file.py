@@ -82,53 +82,68 @@ def _corners(words: list[bytes]) -> np.ndarray:
     return found
 
 
-def read_obj(file: MeshFile) -> Iterator[Part]:
-    """The parts of an OBJ file, one for each material. ValueError, LookupError or SceneError for a damaged one."""
-    points, places, normals, tints = (_Rows(_floats(width)) for width in (3, 2, 3, 6))
-    corners = _Rows(_corners)
-    lengths: list[int] = []             # of each face
-    paints: dict[bytes, Paint] = {}
-    used: list[tuple[int, bytes]] = [(0, b"")]      # from which face on which material
-    libraries: list[bytes] = []
-    for kind, run in chain.from_iterable(groupby(lines, key=itemgetter(slice(2))) for lines in _lines(file)):
-        rest = [line[2:] for line in run]
+class _Tables:
+    """What an OBJ file holds, as its lines list it."""
+
+    def __init__(self) -> None:
+        self.points, self.places, self.normals, self.tints = (_Rows(_floats(width)) for width in (3, 2, 3, 6))
+        self.corners = _Rows(_corners)
+        self.lengths: list[int] = []                    # of each face
+        self.used: list[tuple[int, bytes]] = [(0, b"")]         # from which face on which material
+        self.libraries: list[bytes] = []
+
+    def add(self, kind: bytes, rest: list[bytes]) -> None:
+        """Take successive lines whose first two bytes are the same; SceneError for what is not read."""
         if kind == b"v ":
-            points.add(rest)
-            tints.add([line for line in rest if line.count(b" ") >= 5 and len(line.split()) >= 6])
+            self.points.add(rest)
+            self.tints.add([line for line in rest if line.count(b" ") >= 5 and len(line.split()) >= 6])
         elif kind == b"f ":
             joined = b" ".join(rest)
             words = joined.split()
             if b"-" in joined:
-                counts = points.count, places.count, normals.count
+                counts = self.points.count, self.places.count, self.normals.count
                 words = [_forward(word, counts) for word in words]
-            corners.add(words)
-            lengths += [len(line.split()) for line in rest]
-            if min(lengths[-len(rest):]) < 3:
+            self.corners.add(words)
+            self.lengths += [len(line.split()) for line in rest]
+            if min(self.lengths[-len(rest):]) < 3:
                 raise lb.SceneError("a face has fewer than three corners")
         elif kind == b"vt":
-            places.add([line if b" " in line.strip() else line + b" 0" for line in rest])
+            self.places.add([line if b" " in line.strip() else line + b" 0" for line in rest])
         elif kind == b"vn":
-            normals.add(rest)
+            self.normals.add(rest)
         else:
             for line in rest:
-                word, _, value = (kind + line).partition(b" ")
-                if word == b"usemtl":
-                    used.append((len(lengths), value.strip()))
-                elif word == b"mtllib":
-                    libraries.append(value.strip())
-                elif word in FREE_FORM:
-                    raise lb.SceneError(f"holds free-form surfaces ({word.decode()}): save it as polygons")
-                elif word not in PASSED and not word.startswith(b"#"):
-                    raise lb.SceneError(f"the line {excerpt((kind + line).decode('utf-8', 'replace'))} is not OBJ")
+                self._add_statement(kind + line)
+
+    def _add_statement(self, line: bytes) -> None:
+        word, _, value = line.partition(b" ")
+        if word == b"usemtl":
+            self.used.append((len(self.lengths), value.strip()))
+        elif word == b"mtllib":
+            self.libraries.append(value.strip())
+        elif word in FREE_FORM:
+            raise lb.SceneError(f"holds free-form surfaces ({word.decode()}): save it as polygons")
+        elif word not in PASSED and not word.startswith(b"#"):
+            raise lb.SceneError(f"the line {excerpt(line.decode('utf-8', 'replace'))} is not OBJ")
+
+
+def read_obj(file: MeshFile) -> Iterator[Part]:
+    """The parts of an OBJ file, one for each material. ValueError, LookupError or SceneError for a damaged one."""
+    tables = _Tables()
+    for kind, run in chain.from_iterable(groupby(lines, key=itemgetter(slice(2))) for lines in _lines(file)):
+        tables.add(kind, [line[2:] for line in run])
+    points, places, normals, tints, lengths = (tables.points, tables.places, tables.normals, tables.tints,
+                                               tables.lengths)
+    paints: dict[bytes, Paint] = {}
     if not lengths:
         return
     file.count(sum(lengths) - 2 * len(lengths))
     if not file.plain:
         with of_looks():
-            for library in libraries:
+            for library in tables.libraries:
                 paints |= _materials(file, library)
     vertices = points.array()
-    index = corners.array()
+    index = tables.corners.array()
     for k, (table, what) in enumerate(((points, "v"), (places, "vt"), (normals, "vn"))):
         if index[:, k].min() < (1 if k == 0 else 0) or index[:, k].max() > table.count:
             raise lb.SceneError(f"a face has a corner that does not exist (it has {table.count} rows {what})")
@@ -147,16 +162,16 @@ def read_obj(file: MeshFile) -> Iterator[Part]:
         if tints.count != points.count or levels.max() > 1.0:
             raise LookError("colours of vertices (v x y z red green blue) must lie between 0 and 1, for all or none")
         colours = coded(levels[at[0]])
-    starts = np.array([face for face, _ in used])
-    names = {name: k for k, name in enumerate(dict.fromkeys(name for _, name in used))}
-    of_face = np.array([names[name] for _, name in used])[np.searchsorted(starts, owner, "right") - 1]
+    starts = np.array([face for face, _ in tables.used])
+    names = {name: k for k, name in enumerate(dict.fromkeys(name for _, name in tables.used))}
+    of_face = np.array([names[name] for _, name in tables.used])[np.searchsorted(starts, owner, "right") - 1]
     points_of = vertices[at[0]]
     for name, group in zip(names, _groups(of_face, len(names)), strict=True):
         if not len(group):
             continue
         rows, own = compact(faces[group])
         paint = paints.get(name, Paint(Look(WHITE if colours is not None else GREY)))
-        if name and name not in paints and libraries and not file.plain:
+        if name and name not in paints and tables.libraries and not file.plain:
             raise LookError(f"its material {excerpt(name.decode('utf-8', 'replace'))} is in none of its MTL files")
         places_of = None
         if paint.look.picture is not None:

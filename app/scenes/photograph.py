@@ -353,10 +353,7 @@ def _depth_map_distances(levels: np.ndarray, meaning: str, ends: tuple[float, fl
 
 
 def own_depth_scene(image: str, folder: Path, fov: float | None, fill: str) -> lb.Scene:
-    """The scene of a phone's photograph that carries its depth map; SceneError in one line.
-
-    fov: radians across the upright photograph; None: as its focal length on 35 mm film says.
-    """
+    """The scene of a phone's photograph with its own map; fov: radians across, None: as it states. SceneError."""
     found = read_phone_photograph(image, folder)
     fov = fov or found.fov
     if fov is None:

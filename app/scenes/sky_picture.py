@@ -33,10 +33,7 @@ def is_hdr(head: bytes) -> bool:
 
 
 def read_hdr(path: Path, most_texels: int) -> np.ndarray:
-    """Linear red, green and blue (height, width, 3), float32, the top row first.
-
-    HdrError for a file that is damaged, has more texels than allowed, or another order of pixels.
-    """
+    """Linear RGB (height, width, 3), float32, from the top; HdrError if damaged, too large or in another order."""
     with open_regular(path) as file:
         data = file.read()
     if not is_hdr(data):
@@ -161,10 +158,7 @@ def _checked(image: lb.Image, name: str) -> lb.Image:
 
 
 def read_exr(path: Path, channels: tuple[tuple[str, ...], ...] = CHANNELS) -> tuple[np.ndarray, ...]:
-    """The first of these sets of channels that an OpenEXR file has, each (h, w); HdrError where it has none.
-
-    All channels of a file are decoded together, so that their sizes are bounded together.
-    """
+    """The first of these sets of channels that a file has, each (h, w), decoded together; HdrError without one."""
     import OpenEXR
 
     try:

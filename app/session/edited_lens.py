@@ -140,10 +140,7 @@ def save_document(settings: Settings, path: Path) -> tuple[Settings, tuple[Findi
 
 
 def _assumed(settings: Settings) -> tuple[Finding, ...]:
-    """What the reader of the lens's file assumed: no lens file holds that, so the new one would not say it again.
-
-    An estimate of rims is held, as `estimates`; solves and pickups are those of the document.
-    """
+    """What the lens's reader assumed, which no lens file holds; estimated rims, solves and pickups are held."""
     assumed = [f for f in prescription(settings).findings if f.kind not in (Kind.RIM, Kind.RULE)]
     return tuple(replace(f, message=f"assumed when {Path(settings.lens).name} was read: {f.message}") for f in assumed)
 

@@ -52,10 +52,7 @@ class ExportError(ValueError):
 
 
 def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
-    """SRGB code values in [0, 1] of exposed linear light (h, w, 3), as the window shows them without overlays.
-
-    settings: for exposure and tone curve, and for views of other quantities than light. NaN becomes black.
-    """
+    """SRGB values in [0, 1] of exposed light (h, w, 3), as the window shows them without overlays; NaN is black."""
     if settings.sample_view:
         return aov_codes(image, settings)
     return tone.develop(np.nan_to_num(image, nan=0.0, posinf=1e9, neginf=0.0), settings.exposure, settings.tone,
@@ -124,11 +121,7 @@ def _joined(shape: tuple[int, int], bands: Iterable[np.ndarray]) -> np.ndarray:
 
 
 def read_settings(path: str | Path) -> Settings:
-    """The settings of an exported picture.
-
-    ExportError if there are none (another program's picture), if the file is incomplete
-    or damaged, and for settings of a newer version.
-    """
+    """The settings of an exported picture; ExportError: there are none, newer ones, or a damaged file."""
     path = Path(path)
     try:
         with open_regular(path) as file:

@@ -62,10 +62,7 @@ class Notices:
         self._all = [notice for notice in self._all if not which(notice)]
 
     def follow(self, lens: str, step: int) -> None:
-        """At the end of a frame, dismiss what is about another lens, or about a change that undo has taken back.
-
-        lens: the setting of the current lens. step: of the history.
-        """
+        """At a frame's end, dismiss what is about another lens, or about a change that undo has taken back."""
         self.forget(lambda notice: notice.lens not in ("", lens) or notice.step > step)
         self._all = [replace(notice, step=step) if notice.change and not notice.step else notice
                      for notice in self._all]

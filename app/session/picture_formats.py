@@ -37,10 +37,7 @@ class HeaderError(ValueError):
 
 
 def exr_attribute(file: BinaryIO, name: str) -> str | None:
-    """The text of an attribute, None where there is no such; HeaderError if the file is not whole.
-
-    file: at any place. Of a file in tiles or of several parts only the header of the first part is read.
-    """
+    """Text of an attribute of the file's first part, None without it; HeaderError for a file that is cut."""
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
     data = file.read(LONGEST)

@@ -4,9 +4,7 @@ A drag changes the settings in every frame and is still one step back; so are th
 clicks of a wheel that follow each other on the same control.
 """
 
-from dataclasses import fields
-
-from lensbench.app.settings.settings import Settings
+from lensbench.app.settings.settings import Settings, differences
 
 DEPTH = 200                     # entries that are kept
 PAUSE = 0.6                     # seconds: edits of the same fields that follow sooner are one entry
@@ -48,16 +46,15 @@ class History:
         if settings == self.present:
             self._held = self._held and held
             return
-        changed = frozenset(f.name for f in fields(Settings)
-                            if getattr(settings, f.name) != getattr(self.present, f.name))
-        follows = self._past and (self._held and held or changed <= self._open and time - self._time < PAUSE)
+        changed = differences(settings, self.present)
+        follows = self._past and (self._held and held or changed.keys() <= self._open and time - self._time < PAUSE)
         if not follows:
             self._past.append(self.present)
             self._dropped += len(self._past[:-DEPTH])
             del self._past[:-DEPTH]
             self._open = frozenset()
         self._future.clear()
-        self._open |= changed
+        self._open |= changed.keys()
         self._held, self._time = held, time
         self.present = settings
 

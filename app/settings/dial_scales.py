@@ -239,10 +239,7 @@ def focal_length_scale(low: float = 8.0, high: float = 800.0, reset: float | Non
 
 @lru_cache(maxsize=64)
 def zoom_scale(engraved: tuple[float, ...]) -> Scale:
-    """The focal lengths (mm) of a zoom on a logarithmic dial from its widest to its longest.
-
-    engraved: focal lengths of its stations, two or more, ascending; figures between them fill the gaps.
-    """
+    """Focal lengths (mm) of a zoom; figures at the engraved ones, two or more, ascending, and in wide gaps."""
     low, high = engraved[0], engraved[-1]
     bare = Scale(low, high, LOGARITHMIC, format_length, read_length, ())
 

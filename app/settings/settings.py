@@ -42,10 +42,7 @@ class Settings(SettingTable):
 
     @classmethod
     def from_dict(cls, plain: dict[str, Any]) -> "Settings":
-        """Read the result of `to_dict`, or a part of it.
-
-        SettingsError for a newer version, unknown names or values of a wrong kind, FilmError for an invalid film.
-        """
+        """Read all or a part of `to_dict`; SettingsError for a newer version, unknown names, wrong kinds; FilmError."""
         version = plain.get("version")
         if not isinstance(version, int) or isinstance(version, bool):
             raise SettingsError("not a lensbench settings file: it has no `version`")

@@ -65,10 +65,7 @@ def report_progress(progress: Callable[[float], bool], share: float) -> None:
 
 
 def time_in_turn(works: dict[str, Callable[[], object]], seconds: float, rounds: int = 5) -> dict[str, Time]:
-    """Time of each piece of work; all run in turn for about `seconds` each and at least `rounds` times.
-
-    Each piece runs once beforehand, so that kernels compile outside the measurement.
-    """
+    """Times of works in turn, about `seconds` each and at least `rounds` times, after a run that compiles."""
     runs: dict[str, list[float]] = {name: [] for name in works}
     for work in works.values():
         work()

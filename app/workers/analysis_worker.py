@@ -93,10 +93,7 @@ class AnalysisWorker:
         self.follow(jobs)
 
     def follow(self, jobs: Mapping[str, Job]) -> None:
-        """Begin what the panels of this frame or the one before will want next, if they are still there.
-
-        jobs: by panel; one that is left out goes on to want what it does.
-        """
+        """Begin what the panels of this frame or the last will want next; those without a job go on wanting theirs."""
         with self._lock:
             for wanted in (self._wanted, self._asked):
                 for name, (job, _) in wanted.items():
@@ -105,10 +102,7 @@ class AnalysisWorker:
             self._begin()
 
     def await_coarse(self) -> None:
-        """Hold the frame for the coarse figures under way: drawing meanwhile would only make both slow.
-
-        Not beyond HOLD_SECONDS after its beginning, and not at all where they took longer the last time.
-        """
+        """Hold the frame up to HOLD_SECONDS for coarse plots, which drawing would slow; not where they took longer."""
         with self._lock:
             left = self._begun + HOLD_SECONDS - monotonic()
             if sum(self._seconds.get(name, HOLD_SECONDS) for name in self._missing()) < left:

@@ -115,10 +115,7 @@ def _tracer(real: Any) -> Any:
 
 
 def prepare(settings: Settings) -> None:
-    """Compile what the panels use, for seconds at the very first start: compute once what each shows of the settings.
-
-    The panels themselves show the errors.
-    """
+    """Compile what the panels use: compute once what each shows of these settings. The panels show the errors."""
     from lensbench.app.plots.blur import curves, plot_range
     from lensbench.app.plots.exit_pupil import box_samples
     from lensbench.app.plots.pixel_spot import pixel_readings

@@ -153,10 +153,7 @@ class LightFieldWorker:
             self._change.notify_all()
 
     def await_field_picture(self) -> None:
-        """Hold the frame for the picture of the newest look, if it is about to come.
-
-        Not beyond HOLD_SECONDS after it was asked for, and not at all if pictures take twice as long.
-        """
+        """Hold the frame up to HOLD_SECONDS for the newest look's picture, unless pictures take twice as long."""
         with self._change:
             if self._seconds < 2.0 * HOLD_SECONDS:       # frames drawn at the same time make pictures that slow
                 self._change.wait_for(lambda: self._done == self._wanted or self._stopped,

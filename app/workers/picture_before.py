@@ -25,10 +25,7 @@ MAPPED = ("focus_distance", "focus_position", "f_number", "blades", "blade_rotat
 
 
 class PictureBefore:
-    """The light layer and the samples of the picture before.
-
-    The render worker's thread calls all methods but `own_light`, which a second thread calls.
-    """
+    """Light layer and samples of the picture before; only `own_light` is called from a second thread."""
 
     def __init__(self) -> None:
         self._lit: tuple[Any, Any] | None = None        # scene and light layer, the newest

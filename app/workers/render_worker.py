@@ -107,20 +107,14 @@ class RenderWorker:
         self._await(lambda: False)
 
     def _await(self, enough: Callable[[], bool]) -> None:
-        """Until `enough` or there is a picture.
-
-        Not beyond HOLD_SECONDS after the restart, and not at all where pictures take twice as long.
-        """
+        """Until `enough` or a picture, up to HOLD_SECONDS after the restart; not where pictures take twice as long."""
         with self._change:
             if self._first_seconds < 2.0 * HOLD_SECONDS:       # frames drawn during a render make it so slow
                 self._change.wait_for(lambda: enough() or self.waiting == 0.0 or not self.alive,
                                       max(0.0, self._started + HOLD_SECONDS - perf_counter()))
 
     def shown(self, update: RenderUpdate | None, followed: bool = True) -> None:
-        """The window has this update on its screen: the next pass may begin.
-
-        followed: whether all panels show its settings too; what follows the first pass waits for them.
-        """
+        """Note that an update is on the screen, and if `followed` in all panels too: further passes wait for these."""
         self._note(_shown=update, _followed=followed)
 
     @property

@@ -110,7 +110,7 @@ def pupil_panels(key: str, camera: lb.LensCamera, progress: Callable[[float], bo
     points: dict[str, list[tuple[float, Result]]] = {"paraxial disk": [], "boxes, of 256 to a million rays": [],
                                                      "solved regions": []}
     ways = [("paraxial disk", paraxial_disk, times["disk"]), ("solved regions", solved, times["solved"]), *(
-        ("boxes, of 256 to a million rays", lambda place, rays=rays: box(place, rays), _of_boxes(times, rays))
+        ("boxes, of 256 to a million rays", lambda place, rays=rays: box(place, rays), times["boxes"] * rays / FEW)
         for rays in PUPILS_RAYS)]
     for i, (name, method, seconds) in enumerate(ways):
         found = [result(place, method(place)) for place in places]
@@ -137,10 +137,6 @@ def _times(place: Place) -> dict[str, float]:
         "solved": lambda: PupilTable.of(place.lens, place.film_distance, place.reach)}
     found: dict[str, Time] = time_in_turn(works, PUPILS_SECONDS)
     return {name: time.least * (BUCKETS if name == "boxes" else 1) for name, time in found.items()}
-
-
-def _of_boxes(times: dict[str, float], rays: int) -> float:
-    return times["boxes"] * rays / FEW
 
 
 PIXELS = (180, 120)

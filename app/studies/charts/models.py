@@ -37,10 +37,7 @@ SECONDS = 0.06                  # s: for the timings of each model
 
 def charts(found: list[Subject], progress: Callable[[float], bool] = lambda _: True,
            peers: Sequence[str] = ()) -> list[Chart]:
-    """The chart of each lens. progress: receives the finished share; StoppedError where it returns False.
-
-    peers: other programs to compare with the models, among the installed ones.
-    """
+    """The chart of each lens, with these other programs; StoppedError where `progress` returns False."""
     made = []
     for i, subject in enumerate(found):
         def part(share: float, i: int = i) -> bool:
@@ -51,10 +48,7 @@ def charts(found: list[Subject], progress: Callable[[float], bool] = lambda _: T
 
 def chart(subject: Subject, progress: Callable[[float], bool] = lambda _: True, seconds: float = SECONDS,
           in_the_renderer: bool = True, peers: Sequence[str] = ()) -> Chart:
-    """The chart of one lens with the settings of its camera; LensError for a film without light.
-
-    seconds: for the timings of each model. in_the_renderer: time whole samples too.
-    """
+    """The chart of a lens, `seconds` a model, with whole samples if `in_the_renderer`; LensError without light."""
     camera = subject.camera
     models, truth = ladder(camera), Truth(camera)
     if truth.rays == 0:

@@ -98,11 +98,7 @@ PER_LENS = ("pupil", "focus")
 
 
 def panels(arguments: argparse.Namespace, progress: Callable[[float], bool]) -> list[Panel]:
-    """The panels that the arguments ask for.
-
-    progress: receives the finished share; StoppedError where it returns False. Errors in lenses and scenes are those of
-    the readers: ValueError, OSError.
-    """
+    """The panels asked for; StoppedError where `progress` returns False; ValueError, OSError of the readers."""
     if arguments.of in PER_LENS:
         names = arguments.lens or (LENSES if arguments.of == "pupil" else FOCUS_LENSES)
         found, _ = subjects(argparse.Namespace(**{**vars(arguments), "lens": names}))

@@ -79,10 +79,7 @@ class Truth:
         return float(np.arccos(np.clip(-self._exact[5], -1.0, 1.0)).max())
 
     def arriving(self, before: float) -> tuple[np.ndarray, np.ndarray]:
-        """Rays from the scene, on the plane `before` mm in front of the first vertex: origins and directions.
-
-        (n, 3) each, lens frame, mm; without rays whose cosine to the axis is below STEEPEST.
-        """
+        """Rays (n, 3), lens frame, mm, from a plane `before` the first vertex, none flatter than STEEPEST."""
         camera, ray = self.camera, self._exact[:, -self._exact[5] > STEEPEST]
         points, directions = ray[:3] + [[0.0], [0.0], [camera.lens.length + camera.film_distance]], -ray[3:]
         return (points - directions * (points[2] + before) / directions[2]).T.copy(), directions.T.copy()

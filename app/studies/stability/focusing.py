@@ -91,10 +91,7 @@ PIXEL = 4e-3                    # mm
 
 
 def conjugate(lens: lb.Lens, distance: float) -> Decimal:
-    """Exact paraxial film distance for an object `distance` mm from the film; call it within `exactly()`.
-
-    From the matrix of the whole lens in sixty digits; NaN where no conjugate film exists.
-    """
+    """Exact paraxial film distance of an object `distance` mm from the film, within `exactly()`; NaN without one."""
     one, zero = Decimal(1), Decimal(0)
     a, b, c, d = one, zero, zero, one
     n = list(exact(lens.indices()))

@@ -121,10 +121,7 @@ def curve(name: str, results: Sequence[float | str], own: bool = False, switch: 
 
 
 def curves_of(results: Mapping[str, Sequence[float | str]], own: Container[str], switch: str = "") -> tuple[Curve, ...]:
-    """Curves of methods whose names end with their precision, such as "closed form, float32".
-
-    own: names, without precision, of the methods that the program relies on; `switch` applies to these.
-    """
+    """Curves of methods named with their precision; own: names without it, for which `switch` holds."""
     return tuple(curve(name, found, name.rpartition(",")[0] in own, switch if name.rpartition(",")[0] in own else "")
                  for name, found in results.items())
 

@@ -41,7 +41,7 @@ def test_frames_that_are_there_are_left_out(tmp_path, capsys):
     assert {name: (tmp_path / name).stat().st_mtime_ns for name in kept} == kept
     assert (tmp_path / "a-0002.png").exists()
     assert main([*words, "--bits", "16"]) == 0
-    assert "keep the noise and the bits with which they were rendered" in capsys.readouterr().err
+    assert "keep their noise and bit depth" in capsys.readouterr().err
 
 
 @pytest.mark.slow
