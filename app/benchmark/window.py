@@ -69,7 +69,8 @@ def latencies(dial: str = "focus") -> list[Answer]:
         elif not session.moved and session.move is None and session.current:
             rest[0] -= 1
             if rest[0] <= 0 and not session.compilers.busy:
-                session.move, wanted[0] = partial(turned, turn=len(found)), session.compilers.progress[1]
+                turn, wanted[0] = len(found), session.compilers.progress[1]
+                session.move = lambda settings: turned(settings, turn)
         return len(found) > MOVES
 
     run(replace(SMALL, scene=scene), watch)

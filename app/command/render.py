@@ -3,6 +3,7 @@
 import argparse
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -87,6 +88,10 @@ def render(arguments: argparse.Namespace) -> int:
     pictures = [(settings, Path(arguments.output))]
     if arguments.frames is not None:
         pictures = frames(settings, Path(arguments.output), arguments.frames)
+
+    def show_part(i: int, part: float) -> None:
+        show((i + part) / len(pictures))
+
     begun = perf_counter()
     done: list[dict[str, Any]] = []
     with compiling_ahead(settings.scene), progress() as show, stop_signals(arguments.resume) as signals:
@@ -96,7 +101,7 @@ def render(arguments: argparse.Namespace) -> int:
                 continue
             started = perf_counter()
             found = export_render(picture, path, arguments.bits or 8,
-                                  lambda part, i=i: show((i + part) / len(pictures)), threads=arguments.threads,
+                                  partial(show_part, i), threads=arguments.threads,
                                   text=arguments.text, noise=arguments.until_noise, resume=arguments.resume,
                                   stopping=lambda: bool(signals))
             if found is None:
