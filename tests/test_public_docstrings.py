@@ -1,4 +1,4 @@
-"""Docstrings of all that `lb` and `lenses` offer, as numpydoc: arguments, returns and raises."""
+"""Docstrings of all that `lb` and `lenses` offer: arguments, returns, raises; as numpydoc, of methods also in prose."""
 
 import ast
 import enum
@@ -72,6 +72,23 @@ def function_faults(function, texts):
     return faults if texts else ["no docstring"]
 
 
+UNITS = re.compile(r"\b(mm|µm|rad(ians)?|seconds|pixels|electrons|stops|lux|mm²|from 0 to 1|in units of|ratio|ind(ex|ices))\b"
+                   r"|\(s[,)]|\((\w+, ?)+(\w+)?\)")      # or a shape, such as (n, 2)
+
+
+def prose_faults(function, texts):
+    """What docstrings leave out that describe in running text: the arguments by name, units or shapes, the errors."""
+    text = "\n".join(texts)
+    words = set(re.findall(r"\w+", text.lower()))
+    signature = inspect.signature(function)
+    faults = [f"{name} is not named" for name in signature.parameters if name not in words | {"self", "cls"}]
+    if not (says_all(signature.return_annotation) or UNITS.search(text)):
+        faults.append("neither unit nor shape")
+    if raises(function) and not re.search(r"\w+Error\b", text):
+        faults.append("no error")
+    return faults if texts else ["no docstring"]
+
+
 def class_faults(cls):
     """(name, fault) of a class and of its own methods and properties."""
     name = cls.__name__
@@ -101,7 +118,9 @@ def class_faults(cls):
         function = getattr(value, "__func__", value)
         if inspect.isfunction(function) and function.__name__ != "<lambda>" \
                 and inspect.unwrap(function).__code__.co_filename != "<string>":
-            yield from ((f"{name}.{member}", fault) for fault in function_faults(inspect.unwrap(function), texts))
+            plain = inspect.unwrap(function)
+            if prose_faults(plain, texts):                      # a short method may do without sections
+                yield from ((f"{name}.{member}", fault) for fault in function_faults(plain, texts))
 
 
 def faults():
@@ -137,3 +156,15 @@ def test_the_check_of_docstrings_finds_what_is_left_out(text, left):
     def add(a, b) -> float:
         return a + b
     assert function_faults(add, [text]) == left
+
+
+@pytest.mark.parametrize(("text", "left"), [
+    ("Sum of a and b in mm; ValueError for another.", []),
+    ("Sum of a and others in mm; ValueError for another.", ["b is not named"]),
+    ("Sum of a and b.", ["neither unit nor shape", "no error"])])
+def test_the_check_of_prose_finds_what_is_left_out(text, left):
+    def add(a, b) -> float:
+        if not a:
+            raise ValueError("a")
+        return a + b
+    assert prose_faults(add, [text]) == left

@@ -76,18 +76,7 @@ class Distortion:
         return "barrel" if -low > high else "pincushion"
 
     def displaced(self, points) -> np.ndarray:
-        """Real images of ideal film points.
-
-        Parameters
-        ----------
-        points
-            (…, 2) film points, mm from the axis.
-
-        Returns
-        -------
-        ndarray
-            (…, 2) mm from the axis; NaN beyond the greatest radius.
-        """
+        """Real images (…, 2) of ideal film points (…, 2), mm from the axis; NaN beyond the greatest radius."""
         points = np.asarray(points, float)
         r = np.hypot(points[..., 0], points[..., 1])
         known = np.isfinite(self.ideal)

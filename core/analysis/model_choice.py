@@ -65,13 +65,7 @@ class Choice:
         return f"{self.table[-2].name}: {self.table[-2].worst}" if len(self.table) > 1 else ""
 
     def applied(self, camera: LensCamera) -> LensCamera:
-        """The camera with this model.
-
-        Parameters
-        ----------
-        camera
-            Any LensCamera.
-        """
+        """The camera, any LensCamera, with this model."""
         return replace(camera, model=self.model, degree=self.degree or camera.degree)
 
     @property

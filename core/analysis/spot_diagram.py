@@ -93,16 +93,8 @@ class Spots:
         return _least_shift(*_variances(self.rays, self._shares))
 
     def points(self, field: int, colour: int, place: int = 0) -> np.ndarray:
-        """Rays that pass: (n, 2) from the reference, sagittal and tangential, mm.
-
-        Parameters
-        ----------
-        field, colour, place
-            Indices of the field, the wavelength and the shift.
-
-        Returns
-        -------
-        (n, 2) array, mm
+        """Rays that pass: (n, 2) from the reference, sagittal and tangential, mm, by indices of field, colour and
+        place.
         """
         rays, shift = self.rays, self.shifts[place]
         passed = rays.passed[field, colour]

@@ -56,18 +56,7 @@ class Vignetting:
     half_width_surface: int
 
     def on_plane(self, z: float) -> tuple[float, float]:
-        """Heights of the limiting rays on a plane before the lens.
-
-        Parameters
-        ----------
-        z
-            Of the plane, mm, lens frame.
-
-        Returns
-        -------
-        tuple of float
-            y of the rays `low` and `high` on the plane, before refraction, mm.
-        """
+        """Heights y (mm) of the rays `low` and `high` on the plane at z (mm, lens frame), before refraction."""
         rays = (_rays(self.field_angle, self.distance, np.zeros(1), np.array([height])) for height in
                 (self.low, self.high))
         low, high = (float(origin[0, 1] + (z - origin[0, 2]) * direction[0, 1] / direction[0, 2])

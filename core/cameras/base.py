@@ -42,12 +42,8 @@ class Camera(RayGeneration, FilmProjection):
         return called("app.notebook.cards", "camera_card", self)
 
     def check_overrides(self) -> None:
-        """Refuse a camera kind that overrides a method that pictures do not call: they run the camera's stages.
-
-        Raises
-        ------
-        CameraError
-            With what to do instead.
+        """CameraError for a camera kind that overrides a method that pictures do not call: they run the camera's
+        stages.
         """
         for name in ("generate_rays", "generate_ray_differentials"):
             if getattr(getattr(self, name), "__func__", None) is not getattr(Camera, name):
@@ -73,21 +69,10 @@ class Camera(RayGeneration, FilmProjection):
                           (bottom + pose.rise) / down)
 
     def spaces(self, near: float = 1.0, far: float = math.inf, time=0.0) -> Spaces:
-        """Transforms between raster, screen, camera and world.
+        """Transforms between raster, screen, camera and world, for the camera at a shutter sample `time` in [0, 1).
 
-        Parameters
-        ----------
-        near, far : float
-            Distances (mm) of the planes that depth 0 and 1 lie on; an orthographic camera needs a finite far plane.
-        time : float
-            Shutter sample in [0, 1) at which the camera is placed.
-
-        Raises
-        ------
-        CameraError
-            A camera that is not projective.
-        ValueError
-            Planes in the wrong order.
+        near, far: distances (mm) of the planes of depth 0 and 1; an orthographic camera needs a finite far plane, and
+        ValueError is raised for planes in the wrong order. CameraError for a camera that is not projective.
         """
         film, lens = self.film, self.gaussian
         if not self.film_pose.is_upright:
@@ -100,18 +85,10 @@ class Camera(RayGeneration, FilmProjection):
                       near, far, perspective, eye, self.placement(time))
 
     def places(self, raster_xy, distance: float, time=0.0, object_from_world=None) -> Places:
-        """Raster points in every space, for every camera kind: the data of a read-out under the mouse.
+        """Raster points (n, 2) in every space, for every camera kind: the data of a read-out under the mouse.
 
-        Parameters
-        ----------
-        raster_xy : (n, 2) array
-            Raster points (pixels).
-        distance : float or (n,) array
-            Distance (mm) to the object, along the ray through the centre of the pupil.
-        time : float or (n,) array
-            Shutter samples in [0, 1).
-        object_from_world : (4, 4) array or None
-            Transform from the world into the frame of an object; None: the object frame is the world.
+        raster_xy: pixels. distance: to the object (mm), along the ray through the centre of the pupil; time: shutter
+        samples in [0, 1); each one or (n,). object_from_world: (4, 4) into the frame of an object, or None: the world.
         """
         film = self.film
         raster = np.atleast_2d(np.asarray(raster_xy, float))

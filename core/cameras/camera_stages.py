@@ -60,19 +60,7 @@ class CameraStages(PlacedShutter):
         return 0.5, 0.5
 
     def stage_uv(self, film_xy: np.ndarray, pupil_uv: np.ndarray) -> np.ndarray:
-        """U0, U1 of pupil samples, as the camera's stages take them.
-
-        Parameters
-        ----------
-        film_xy : (n, 2) array
-            Film points (mm).
-        pupil_uv : (n, 2) array
-            Pupil samples in [0, 1]², as `generate_rays` takes them.
-
-        Returns
-        -------
-        (n, 2) array
-        """
+        """U0, U1 (n, 2), as the camera's stages take them, of pupil_uv (n, 2) in [0, 1]² at film_xy (n, 2), mm."""
         return pupil_uv
 
     @property
@@ -136,13 +124,7 @@ class CameraStages(PlacedShutter):
         return 1e-3
 
     def refocused(self, focus_distance: float) -> Self:
-        """The camera focused at another distance; for a camera kind with a field `focus_distance`.
-
-        Parameters
-        ----------
-        focus_distance : float
-            Of the new camera, mm.
-        """
+        """The camera at another focus_distance (mm); for a camera kind with such a field."""
         return replace(self, focus_distance=focus_distance)         # type: ignore[call-arg]
 
     @property
@@ -174,31 +156,17 @@ class CameraStages(PlacedShutter):
         return UPRIGHT
 
     def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """Stages that project traced light onto the raster, or None where the camera has none.
-
-        Parameters
-        ----------
-        wavelength : float
-            Wavelength of the light (µm); has no effect on an ideal lens.
-        """
+        """Stages that project traced light of a wavelength (µm) onto the raster, or None where the camera has none."""
         if not self._is_projective:
             return None
         return ideal_film_landing(self._weighted_gaussian, self.film_step, self._weighted_gain)
 
     def film_slopes(self, film_xy: np.ndarray, directions: np.ndarray) -> np.ndarray | None:
-        """Derivatives of rays by the film point at a fixed pupil sample, in the camera frame.
+        """Derivatives (2, n, 6) of rays by the film point at a fixed pupil sample, or None without a closed form;
+        camera frame.
 
-        Parameters
-        ----------
-        film_xy : (n, 2) array
-            Film points (mm) of the rays.
-        directions : (n, 3) array
-            Unit directions of the rays.
-
-        Returns
-        -------
-        (2, n, 6) array or None
-            What a mm of film in x and in y adds to origins (mm) and directions; None without a closed form.
+        By what a mm of film in x and in y changes origins (mm) and directions, for film_xy (n, 2) and directions (n,
+        3).
         """
         return self.gaussian.film_slopes(directions) if self._is_projective else None
 
@@ -207,10 +175,7 @@ class CameraStages(PlacedShutter):
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """Steps from the film point X, Y (mm) and pupil sample U0, U1 to a ray in the camera frame with its WEIGHT.
 
-        Parameters
-        ----------
-        wavelength : float
-            Wavelength of the light (µm); has no effect on a camera that does not disperse.
+        wavelength: µm; it has no effect on a camera that does not disperse.
         """
         return self._weighted_gaussian.steps(self._weighted_gain)
 
@@ -227,40 +192,24 @@ class CameraStages(PlacedShutter):
         return 1.0 if self.weights == "radiance" else self.gain
 
     def lens_steps(self, wavelength: float = D_LINE) -> list[Step]:
-        """Steps from a ray aimed at an exit-pupil region to the ray in front of the lens, for cameras that aim.
+        """Steps from a ray aimed at an exit-pupil region to the ray before the lens, at a wavelength (µm).
 
-        Parameters
-        ----------
-        wavelength : float
-            Wavelength of the light (µm).
-
-        Raises
-        ------
-        AssertionError
-            If the camera does not aim: it has no `aim_distance`.
+        AssertionError if the camera does not aim: it has no `aim_distance`.
         """
         raise AssertionError("a camera with an aim_distance defines its lens_steps")
 
     def steps(self, wavelength: float = D_LINE, timed: bool = False) -> list[Step]:
-        """Steps from raster X, Y, pupil sample U0, U1 and TIME to a ray in the world with its WEIGHT.
+        """Steps from raster X, Y, pupil sample U0, U1 and TIME to a ray in the world with its WEIGHT, at a wavelength
+        (µm).
 
-        Parameters
-        ----------
-        wavelength : float
-            Wavelength of the light (µm); has no effect on a camera that does not disperse.
-        timed : bool
-            Whether TIME becomes seconds since shutter_open. A camera that moves always converts it.
+        timed: whether TIME becomes seconds since shutter_open. A camera that moves always converts it.
         """
         clock = [self.clock] if timed or self.moves else []
         return [*clock, self.film_step, *self.aimed(wavelength), *self.carried]
 
     def aimed(self, wavelength: float = D_LINE) -> list[Step]:
-        """Steps from the film point and pupil sample to the ray in the scene's medium, in the camera frame.
-
-        Parameters
-        ----------
-        wavelength : float
-            Wavelength of the light (µm).
+        """Steps from the film point and pupil sample to the ray in the scene's medium, camera frame, at a wavelength
+        (µm).
         """
         return [*self.camera_steps(wavelength), *self.port]
 

@@ -289,17 +289,8 @@ class CustomCamera(Camera):
         return "the rays of a custom camera come from a function, of which no first-order map is known"
 
     def at(self, time=0.0) -> "CustomCamera":
-        """The same camera with its function held at one time; the movement of the camera as a whole remains.
-
-        Parameters
-        ----------
-        time : float
-            Time (s) on the clock of shutter_open.
-
-        Returns
-        -------
-        CustomCamera
-            One with time_dependent=False.
+        """The same camera with its function held at one time (s, on the clock of shutter_open); its own movement
+        remains.
         """
         rays = self.rays
         return replace(self, rays=lambda raster, uv, _: rays(raster, uv, np.full(len(raster), float(time))),
@@ -373,10 +364,7 @@ class CustomCamera(Camera):
     def raster_from_point(self, points, pupil_uv=None, time=0.0, wavelength: float = D_LINE):
         """Projection by Newton's method on the function; see `Camera.raster_from_point`.
 
-        Raises
-        ------
-        CameraError
-            Several times, or a rolling shutter, with a function that depends on time: project with `at`.
+        CameraError for several times, or a rolling shutter, with a function that depends on time: project with `at`.
         """
         if not self.time_dependent:
             return super().raster_from_point(points, pupil_uv, time, wavelength)

@@ -65,23 +65,10 @@ class FilmProjection(CameraStages):
         return project_onto_open_rows(self, project, len(points))
 
     def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray, wavelength: float = D_LINE):
-        """Film points whose rays through given pupil samples meet points of the camera frame.
+        """Film points (n, 2), mm, whose rays through pupil_uv (n, 2) in [0, 1]² meet points (n, 3), mm, of the camera
+        frame.
 
-        Parameters
-        ----------
-        points : (n, 3) array
-            Points in the camera frame (mm).
-        pupil_uv : (n, 2) array
-            Pupil samples in [0, 1]².
-        wavelength : float
-            Wavelength of the light (µm).
-
-        Returns
-        -------
-        film : (n, 2) array
-            Film points (mm).
-        visible : (n,) bool array
-            Whether the camera sees the points.
+        Also returns whether the camera sees each point, (n,) bool; wavelength: µm.
         """
         if self._is_projective:
             return self.gaussian.film_points(points, pupil_uv)
@@ -98,17 +85,7 @@ class FilmProjection(CameraStages):
         return None
 
     def raster_from_film(self, film_xy: np.ndarray) -> np.ndarray:
-        """Raster points of film points: the inverse of `film_step`.
-
-        Parameters
-        ----------
-        film_xy : (n, 2) array
-            Film points (mm).
-
-        Returns
-        -------
-        (n, 2) array of raster points (pixels).
-        """
+        """Raster points (n, 2), pixels, of film_xy (n, 2), mm: the inverse of `film_step`."""
         across, right, down, bottom = self.film_step.parameters
         return np.stack([(right - film_xy[:, 0]) / across, (film_xy[:, 1] + bottom) / down], 1)
 
@@ -169,19 +146,10 @@ class FilmProjection(CameraStages):
 
     def film_importance(self, origins: np.ndarray, directions: np.ndarray,
                         wavelength: float = D_LINE) -> FilmImportance:
-        """Importance and densities of rays in the camera frame.
+        """Importance and densities of rays in the camera frame: origins (mm) and unit directions, (n, 3) each;
+        wavelength: µm.
 
-        Parameters
-        ----------
-        origins, directions : (n, 3) arrays
-            Points on the rays (mm) and their unit directions, camera frame.
-        wavelength : float
-            Wavelength of the light (µm).
-
-        Raises
-        ------
-        CameraError
-            A camera kind that is not projective and does not override this.
+        CameraError for a camera kind that is not projective and does not override this.
         """
         return gaussian_importance(self._weighted_gaussian, self._weighted_gain, self._film_area, origins, directions)
 

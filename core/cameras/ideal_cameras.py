@@ -250,40 +250,17 @@ class PinholeCamera(Camera):
         return self.distance / (2.0 * self.radius)
 
     def blur(self, object_distance: float = math.inf) -> float:
-        """Diameter of the disk of light from an object point on the film.
+        """Diameter (mm) of the disk of light on the film from a point at object_distance (mm, also math.inf) before the
+        hole.
 
-        Parameters
-        ----------
-        object_distance : float
-            Distance (mm) from the hole to the point; math.inf is allowed.
-
-        Returns
-        -------
-        float
-            Diameter (mm).
-
-        Raises
-        ------
-        CameraError
-            A distance that is not positive.
+        CameraError for a distance that is not positive.
         """
         if not object_distance > 0.0:
             raise CameraError(f"object distance {significant(object_distance)} mm: it must be positive")
         return 2.0 * self.radius * (1.0 + self.distance / object_distance)
 
     def diffraction(self, wavelength: float = D_LINE) -> float:
-        """Diameter of Airy's disk on the film, to its first dark ring.
-
-        Parameters
-        ----------
-        wavelength : float
-            Wavelength of the light (µm).
-
-        Returns
-        -------
-        float
-            Diameter (mm).
-        """
+        """Diameter (mm) of Airy's disk on the film at a wavelength (µm), to its first dark ring."""
         return AIRY * wavelength * 1e-3 * self.distance / (2.0 * self.radius)
 
 

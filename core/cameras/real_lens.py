@@ -184,17 +184,8 @@ class LensCamera(Camera):
         return thick(self.lens, self.film_distance) if self.follows_rays else self.ideal(self.model)
 
     def ideal(self, model: str) -> Gaussian:
-        """First-order map of this lens by an ideal model.
-
-        Parameters
-        ----------
-        model : str
-            "thick", "thin" or "pinhole".
-
-        Raises
-        ------
-        CameraError
-            A pupil where the model cannot place it.
+        """First-order map of this lens by an ideal model, "thick", "thin" or "pinhole"; CameraError for a pupil it
+        cannot place.
         """
         return ideal_lens(self.lens, self.film_distance, self.focus_distance, model)
 
@@ -288,13 +279,7 @@ class LensCamera(Camera):
         return nearest_focus(self.lens, self.focus_method)
 
     def refocused(self, focus_distance: float) -> Self:
-        """The camera focused at another distance, also one that was placed by its film distance.
-
-        Parameters
-        ----------
-        focus_distance : float
-            Of the new camera, mm.
-        """
+        """The camera at another focus_distance (mm), also one that was placed by its film distance."""
         return replace(self, focus_distance=focus_distance, film_at=None)
 
     def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
@@ -349,14 +334,10 @@ class LensCamera(Camera):
         return np.asarray(found * shrunk[:, None])
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
-        """Importance of rays traced back to the film, which emits z² / normaliser evenly over its area.
+        """Importance of rays traced back to the film, which emits z² / normaliser evenly; see `Camera.film_importance`.
 
-        In a medium, cos θ dω dA is smaller and W larger by the squared index.
-
-        Raises
-        ------
-        CameraError
-            With a film out of line behind another model than the full trace.
+        In a medium, cos θ dω dA is smaller and W larger by the squared index. CameraError with a tilted, shifted or
+        curved film behind another model than the full trace.
         """
         if not self.follows_rays:
             if not self.film_pose.is_upright:

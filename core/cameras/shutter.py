@@ -102,16 +102,8 @@ class PlacedShutter:
         return self.shutter_close + self.readout
 
     def world_from_camera_at(self, seconds) -> np.ndarray:
-        """Transform from the camera frame to the world at given times.
-
-        Parameters
-        ----------
-        seconds : float or (n,) array
-            Times (s) on the clock of shutter_open.
-
-        Returns
-        -------
-        (4, 4) array, or (n, 4, 4) for n times.
+        """Transform (4, 4) from the camera frame to the world at seconds on the clock of shutter_open; (n, 4, 4) for n
+        times.
         """
         pose = self.world_from_camera
         if isinstance(pose, AnimatedTransform):
@@ -119,18 +111,11 @@ class PlacedShutter:
         return np.broadcast_to(pose, (*np.shape(seconds), 4, 4))
 
     def placement(self, time=0.0, raster=None) -> np.ndarray:
-        """Transform from the camera frame to the world, at shutter times and for raster points.
+        """Transform (4, 4) from the camera frame to the world, at a shutter time in [0, 1) and for raster points (n,
+        2), pixels.
 
-        Parameters
-        ----------
-        time : float or (n,) array
-            Shutter times in [0, 1), as `generate_rays` takes them.
-        raster : (n, 2) array or None
-            Raster points (pixels), on which the time depends with a rolling shutter; None: the centre of the film.
-
-        Returns
-        -------
-        (4, 4) array, or (n, 4, 4) where there are n times or raster points and the camera has an AnimatedTransform.
+        raster, on which the time depends with a rolling shutter, is by default the film's centre. (n, 4, 4) for n times
+        or points and an AnimatedTransform.
         """
         if not isinstance(self.world_from_camera, AnimatedTransform):
             return self.world_from_camera

@@ -125,17 +125,7 @@ class Production:
     names: tuple[tuple[str, int], ...]
 
     def band(self, percentiles=(5.0, 50.0, 95.0)) -> np.ndarray:
-        """Percentiles of the contrast over the copies.
-
-        Parameters
-        ----------
-        percentiles : sequence of float
-            p numbers from 0 to 100.
-
-        Returns
-        -------
-        (p, fields, n, 2) array
-        """
+        """Percentiles (p, fields, n, 2) of the contrast over the copies; percentiles: p numbers from 0 to 100."""
         return np.percentile(self.contrast, percentiles, axis=0)
 
 

@@ -135,24 +135,10 @@ class Exposure:
         return self.lux_seconds * self.iso / SATURATION
 
     def brighter(self, stops: float, by: str = "time") -> "Exposure":
-        """The exposure for brighter pictures, by a change of one quantity alone.
+        """The exposure for pictures brighter by so many stops, which may be negative, by a change of one quantity
+        alone.
 
-        Parameters
-        ----------
-        stops : float
-            How much brighter; negative numbers darken.
-        by : str
-            "time", "iso" or "f_number": the quantity that changes.
-
-        Returns
-        -------
-        Exposure
-            The other two quantities are kept.
-
-        Raises
-        ------
-        ExposureError
-            A number beyond MOST_STOPS, or another word.
+        by: "time", "iso" or "f_number". ExposureError for a number beyond MOST_STOPS, or another word.
         """
         factor = 2.0 ** _checked_stops("stops", stops)
         if by == "f_number":
@@ -162,24 +148,10 @@ class Exposure:
         return replace(self, **{by: getattr(self, by) * factor})
 
     def at_ev100(self, ev100: float, by: str = "time") -> "Exposure":
-        """The exposure with a given EV100, by a change of one quantity alone.
+        """The exposure with another EV100, given as ev100 in stops, by a change of one quantity: `by` as for
+        `brighter`.
 
-        Parameters
-        ----------
-        ev100 : float
-            Exposure value at ISO 100, in stops.
-        by : str
-            "time", "iso" or "f_number": the quantity that changes.
-
-        Returns
-        -------
-        Exposure
-            The other two quantities are kept.
-
-        Raises
-        ------
-        ExposureError
-            A number that is not finite, or beyond MOST_STOPS from this exposure, or another word.
+        ExposureError as there.
         """
         _checked_stops("EV100", ev100)
         return self.brighter(self.ev100 - ev100, by)

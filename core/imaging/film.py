@@ -86,22 +86,8 @@ class Film:
         return hypot(self.width, self.height)
 
     def extent(self, axis: str) -> float:
-        """Size of the film along an axis.
-
-        Parameters
-        ----------
-        axis : str
-            One of AXES: shorter, longer, horizontal, vertical or diagonal.
-
-        Returns
-        -------
-        float
-            mm.
-
-        Raises
-        ------
-        FilmError
-            Another axis.
+        """Size (mm) of the film along an axis: shorter, longer, horizontal, vertical or diagonal; FilmError for
+        another.
         """
         w, h = self.width, self.height
         sizes = {"shorter": min(w, h), "longer": max(w, h), "horizontal": w, "vertical": h, "diagonal": self.diagonal}
@@ -225,17 +211,9 @@ class FilmPose:
         return np.array([-self.shift, -self.rise, 0.0])
 
     def points(self, film_xy: np.ndarray) -> np.ndarray:
-        """Points of the camera frame for film points.
+        """Points (n, 3), camera frame (mm), of film_xy (n, 2), mm from the centre in the plane of the film's middle.
 
-        Parameters
-        ----------
-        film_xy : array_like, shape (n, 2)
-            In the plane of the film's middle, mm from its centre.
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
-            Camera frame, mm; nan beside the sphere of a curved film.
+        NaN beyond the sphere of a curved film.
         """
         film_xy, c = np.asarray(film_xy, float), self.curvature
         with np.errstate(invalid="ignore"):
@@ -244,34 +222,13 @@ class FilmPose:
         return self.centre + film_xy @ self.axes[:2] + sag[..., None] * self.axes[2]
 
     def normals(self, points: np.ndarray) -> np.ndarray:
-        """Unit normals away from the lens at points of the film.
-
-        Parameters
-        ----------
-        points : ndarray, shape (n, 3)
-            Of the film, camera frame, mm.
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
-            Camera frame.
-        """
+        """Unit normals (n, 3) away from the lens at points (n, 3) of the film, camera frame, mm."""
         return self.axes[2] - self.curvature * (points - self.centre)
 
     def film_points(self, points: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-        """Film points where lines meet the film.
+        """Film points (n, 2), mm, where lines meet the film that cross z = 0 at points (n, 2), mm, with slopes (n, 2).
 
-        Parameters
-        ----------
-        points : ndarray, shape (n, 2)
-            Where the lines cross z = 0, camera frame, mm.
-        slopes : ndarray, shape (n, 2)
-            By how much the lines move sideways for each mm of z.
-
-        Returns
-        -------
-        ndarray, shape (n, 2)
-            In the plane of the film's middle, mm from its centre; nan for a line that misses a curved film.
+        slopes: how far the lines move sideways per mm of z, camera frame. NaN for a line that misses a curved film.
         """
         x, y, normal = self.axes
         start = np.column_stack([points, np.zeros(len(points))]) - self.centre
@@ -290,51 +247,22 @@ class FilmPose:
         return np.column_stack([met @ x, met @ y])
 
     def mirrored(self, across: bool, up: bool) -> "FilmPose":
-        """The pose behind a mirrored lens, whose film points (x, y) are mirrored alike.
-
-        Parameters
-        ----------
-        across : bool
-            Along x.
-        up : bool
-            Along y.
-        """
+        """The pose behind a lens mirrored across (along x), up (along y), or both; film points are mirrored too."""
         x, y = -1.0 if across else 1.0, -1.0 if up else 1.0
         return FilmPose(y * self.tilt, x * self.swing, y * self.rise, x * self.shift, self.radius)
 
     def corners(self, width: float, height: float) -> np.ndarray:
-        """Corners of a film in this pose.
-
-        Parameters
-        ----------
-        width, height : float
-            Size of the film, mm.
-
-        Returns
-        -------
-        ndarray, shape (4, 3)
-            Camera frame, mm; around the film from (−x, −y) over (+x, −y).
+        """Corners (4, 3), camera frame (mm), of a film of this width and height (mm): around it from (−x, −y) over (+x,
+        −y).
         """
         half = 0.5 * np.array([width, height])
         return self.points(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * half)
 
     def extent(self, width: float, height: float) -> np.ndarray:
-        """Points all over a film in this pose, its corners first: what bounds them bounds the film.
+        """Points (n, 3), camera frame (mm), all over a film of this width and height (mm), its corners first.
 
-        Parameters
-        ----------
-        width, height : float
-            Size of the film, mm.
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
-            Camera frame, mm; of a flat film the four corners alone.
-
-        Raises
-        ------
-        FilmError
-            For a film that is too large for its curvature.
+        What bounds them bounds the film; of a flat one the corners alone. FilmError for a film too large for its
+        curvature.
         """
         corners = self.corners(width, height)
         if not self.is_curved:

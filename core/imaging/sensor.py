@@ -81,20 +81,9 @@ class Sensor:
     @classmethod
     def of(cls, film: Film, quantum_efficiency: float = 0.5, read_noise: float = 3.0, base_iso: float = 100.0,
            bits: int = 14) -> "Sensor":
-        """The sensor with the film's pixels, whose wells are full at saturation at the base ISO.
+        """The sensor with the pixels of a film, whose wells are full at saturation at the ISO speed base_iso.
 
-        Parameters
-        ----------
-        film : Film
-            Its pitch is that of the pixels.
-        quantum_efficiency : float
-            Electrons per photon.
-        read_noise : float
-            Electrons rms.
-        base_iso : float
-            ISO speed at which saturation fills the wells.
-        bits : int
-            Of the converter.
+        quantum_efficiency: electrons per photon; read_noise: electrons rms; bits: of the converter.
         """
         pitch = film.pitch * 1000.0
         per_lux_second = quantum_efficiency * PHOTONS * pitch**2
@@ -114,42 +103,13 @@ class Sensor:
         return math.sqrt(self.electrons / (self.quantum_efficiency * PHOTONS))
 
     def top(self, iso: float) -> float:
-        """Electrons at the top of the converter's range.
-
-        Parameters
-        ----------
-        iso : float
-            ISO speed.
-
-        Returns
-        -------
-        float
-            Electrons.
-
-        Raises
-        ------
-        ExposureError
-            An ISO that is not positive.
-        """
+        """Electrons at the top of the converter's range at an ISO speed, iso; ExposureError if it is not positive."""
         return self.full_well * self.base_iso / checked_positive("ISO", iso)
 
     def clips_at(self, iso: float) -> float:
-        """Exposure at which pictures clip: the well is full, or the converter at its end.
+        """Exposure (lux s) at which pictures clip at an ISO speed, iso: the well is full, or the converter at its end.
 
-        Parameters
-        ----------
-        iso : float
-            ISO speed.
-
-        Returns
-        -------
-        float
-            Lux seconds.
-
-        Raises
-        ------
-        ExposureError
-            An ISO that is not positive.
+        ExposureError if it is not positive.
         """
         return min(self.full_well, self.top(iso)) / self.electrons
 

@@ -267,32 +267,12 @@ class AnimatedTransform:
         return bool(np.array_equal(self.start, self.end))
 
     def changes_between(self, first: float, last: float) -> bool:
-        """Whether the matrix changes in an interval.
-
-        Parameters
-        ----------
-        first, last : float
-            Ends of the interval, s.
-
-        Returns
-        -------
-        bool
-            False for a static transform too.
-        """
+        """Whether the matrix changes between the times first and last (s)."""
         return not self.is_static and max(first, self.start_time) < min(last, self.end_time)
 
     def at(self, seconds) -> np.ndarray:
-        """Matrix at given times; exactly `start` up to start_time and `end` from end_time.
-
-        Parameters
-        ----------
-        seconds : float or array_like, shape (n,)
-            Times, s.
-
-        Returns
-        -------
-        ndarray, shape (4, 4) or (n, 4, 4)
-            World from object; translations in mm.
+        """Matrix (4, 4), or (n, 4, 4), at given seconds, world from object (mm); `start` before start_time, `end` after
+        end_time.
         """
         when = np.asarray(seconds, float)
         part = np.clip((when - self.start_time) / (self.end_time - self.start_time), 0.0, 1.0)
@@ -318,39 +298,14 @@ class AnimatedTransform:
         return both[0], both[1]
 
     def scale_at(self, seconds) -> np.ndarray:
-        """Uniform scale at given times.
-
-        Parameters
-        ----------
-        seconds : float or array_like, shape (n,)
-            Times, s.
-
-        Returns
-        -------
-        ndarray, shape () or (n,)
-            A factor, linear between the keyframes.
-        """
+        """Uniform scale, a factor or (n,), at given seconds, linear between the keyframes."""
         return np.interp(seconds, (self.start_time, self.end_time), self.scales)
 
     def steps(self, first: float, last: float) -> list[Step]:
-        """Steps that transform rays at their TIME; a constant matrix costs no more than a static one.
+        """Steps that transform rays at their TIME, from the time first (s), at which it is 0, to last (s); none for the
+        identity.
 
-        Parameters
-        ----------
-        first : float
-            Time at which TIME is 0, s.
-        last : float
-            Time after which there is no ray, s.
-
-        Returns
-        -------
-        list of Step
-            Steps of a `Program`; an empty list where the matrix is the identity.
-
-        Raises
-        ------
-        TransformError
-            A stretch that is not uniform.
+        A constant matrix costs no more than a static one. TransformError for a stretch that is not uniform.
         """
         if self.changes_between(first, last):
             return [self._step(first)]

@@ -132,17 +132,9 @@ class LightField:
         return spread_offsets(*self.views) if self.aside is None else self.aside
 
     def view(self, across: int, down: int) -> np.ndarray:
-        """The picture through one cell of the pupil.
+        """The picture through one cell of the pupil, across from the left and down from the lowest row.
 
-        Parameters
-        ----------
-        across, down
-            Number of the cell, from the left and from the lowest row.
-
-        Returns
-        -------
-        ndarray
-            float32 (h, w, 3), linear RGB; 0 where the cell passes no light.
+        float32 (h, w, 3), linear RGB; 0 where the cell passes no light.
         """
         covered = self.coverage[down, across].astype(np.float32)
         light = self.light[down, across].astype(np.float32)
@@ -190,15 +182,8 @@ class LightField:
     def recorded(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
         """How much of the light that `refocus` asks for was recorded: by distance the margin is too narrow.
 
-        Parameters
-        ----------
-        distance, f_number, view
-            As for `refocus`.
-
-        Returns
-        -------
-        ndarray
-            float32 (h, w), 0 to 1: the part of the aperture whose views saw what the pixel needs.
+        distance, f_number, view: as for `refocus`. float32 (h, w), from 0 to 1: the part of the aperture whose views
+        saw what the pixel needs.
         """
         whole = self.wide or self
         _, weights, begins, _, scale = whole._reading(distance, f_number, view)
@@ -216,22 +201,9 @@ class LightField:
     def slice(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
         """The picture of `refocus` as a plane slice of the light field's spectrum: slow, an independent check.
 
-        Each frequency of the picture is the sum of the views' spectra with the phases of their shifts, which is the
-        spectrum over (u, v, s, t) where fu = σ fs and fv = σ ft. Views repeat beyond their edges.
-
-        Parameters
-        ----------
-        distance, f_number, view
-            As for `refocus`.
-
-        Returns
-        -------
-        ndarray
-            float32 (h, w, 3), linear RGB, relative weights.
-
-        References
-        ----------
-        Ng, "Fourier slice photography", 2005.
+        distance, f_number, view: as for `refocus`. float32 (h, w, 3), linear RGB, relative weights. Each frequency is
+        the sum of the views' spectra with the phases of their shifts, the spectrum over (u, v, s, t) where fu = σ fs
+        and fv = σ ft (Ng, "Fourier slice photography", 2005). Views repeat beyond their edges.
         """
         used, weights, shifts, step, scale = self._shifts_and_weights(distance, f_number, view)
         h, w = self.light.shape[3:]
@@ -256,17 +228,8 @@ class LightField:
         return used, shares[taken], self.shifts(shear)[used[:, 0], used[:, 1]], self._step(shear), scale
 
     def shifts(self, shear: float) -> np.ndarray:
-        """Shifts of all views for a shear.
-
-        Parameters
-        ----------
-        shear
-            σ of `shear`, mm.
-
-        Returns
-        -------
-        ndarray
-            (views down, views across, 2) pixels to the right and down, the offsets of the pixel grids included.
+        """Shifts (views down, views across, 2) of all views for a shear σ (mm): pixels to the right and down, with
+        their offsets.
         """
         return shear * self.places * self._pixels - self.offsets
 
@@ -275,17 +238,8 @@ class LightField:
         return 2.0 * self.reach * shear * self._pixels / self.views
 
     def stacked(self, shear: float) -> np.ndarray:
-        """The sum of all shifted views, in the recorded scale of the picture.
-
-        Parameters
-        ----------
-        shear
-            σ of `shear`, mm.
-
-        Returns
-        -------
-        ndarray
-            float32 (h, w, 3), light × number of views.
+        """The sum of all views shifted by a shear σ (mm): float32 (h, w, 3), light × number of views, in the recorded
+        scale.
         """
         if self.margined is not None:
             return _middle_of(self.margined.stacked(shear), *self.light.shape[3:])
@@ -310,38 +264,17 @@ class LightField:
         return max(float(self._on_axis[used[:, 0], used[:, 1]] @ weights), 1e-30)
 
     def shear(self, distance: float) -> tuple[float, float]:
-        """Scale and shear of another focus.
+        """Scale and shear (k, σ) of a focus distance (mm), measured as the camera measures its own.
 
-        Parameters
-        ----------
-        distance
-            Focus distance, mm, measured as the camera measures its own.
-
-        Returns
-        -------
-        tuple of float
-            (k, σ): the ray by the place a in the pupil to the film point x (mm) at this focus met the recording
-            film at k x + σ a (mm).
+        The ray by a in the pupil to the film point x (mm) at this focus met the recording film at k x + σ a (mm).
         """
         return _shear(self.camera.gaussian, self.camera.refocused(distance).gaussian)
 
     def shares(self, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
-        """Share of each cell that an aperture takes.
+        """Share of each cell that an aperture takes, (views down, views across), from 0 to 1; f_number, view as for
+        `refocus`.
 
-        Parameters
-        ----------
-        f_number, view
-            As for `refocus`.
-
-        Returns
-        -------
-        ndarray
-            (views down, views across), 0 to 1.
-
-        Raises
-        ------
-        LightFieldError
-            For an aperture that was not recorded.
+        LightFieldError for an aperture that was not recorded.
         """
         if not all(map(math.isfinite, view)):
             raise LightFieldError("a view is two finite numbers, in radii of the pupil")
@@ -387,18 +320,7 @@ class LightField:
         return self.camera.nearest_focus
 
     def apart(self, distance: float) -> float:
-        """Shift between neighbouring views at a focus distance.
-
-        Parameters
-        ----------
-        distance
-            Focus distance, mm, measured as the camera measures its own.
-
-        Returns
-        -------
-        float
-            Pixels, of the axis on which it is larger.
-        """
+        """Shift between neighbouring views at a focus distance (mm), in pixels of the axis on which it is larger."""
         return float(np.abs(self._step(self.shear(distance)[1])).max())
 
     @cached_property

@@ -200,17 +200,8 @@ class RawPicture:
     white: np.ndarray
 
     def behind(self, across: int, down: int) -> np.ndarray:
-        """The picture behind one microlens.
-
-        Parameters
-        ----------
-        across, down
-            Number of the microlens, from the top left.
-
-        Returns
-        -------
-        ndarray
-            (pixels, pixels, 3), a view into the raw picture.
+        """The picture (pixels, pixels, 3) behind one microlens, across and down from the top left: a view into the raw
+        picture.
         """
         k = self.camera.pixels
         return self.picture[down * k:(down + 1) * k, across * k:(across + 1) * k]

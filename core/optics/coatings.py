@@ -130,46 +130,26 @@ class Coating:
 
     @classmethod
     def single_layer(cls, index: float = MGF2, wavelength: float = DESIGN_WAVELENGTH) -> "Coating":
-        """A quarter wave of one material, by default magnesium fluoride at 0.55 µm.
-
-        Parameters
-        ----------
-        index : float
-            Refractive index of the layer.
-        wavelength : float
-            Wavelength at which its optical thickness is a quarter wave, µm.
+        """A quarter wave, at a wavelength (µm), of one material of this index; by default magnesium fluoride at 0.55
+        µm.
         """
         return cls((Layer(index, 0.25),), wavelength)
 
     @classmethod
     def broadband(cls, wavelength: float = DESIGN_WAVELENGTH) -> "Coating":
-        """Three layers of a quarter, half and quarter wave: MgF₂, ZrO₂, and a third that is matched to the glass.
-
-        Parameters
-        ----------
-        wavelength : float
-            Design wavelength, µm.
+        """Three layers of a quarter, half and quarter wave at the wavelength (µm): MgF₂, ZrO₂, and one matched to the
+        glass.
         """
         return cls((Layer(MGF2, 0.25), Layer(HALF_WAVE, 0.5), Layer(None, 0.25)), wavelength)
 
     @classmethod
     def table(cls, wavelengths: Sequence[float], reflectances: ArrayLike, angles: Sequence[float] = (0.0,)
               ) -> "Coating":
-        """A measured curve.
+        """A measured curve: reflectances from 0 to 1, (wavelengths,) or (wavelengths, angles), at rising wavelengths
+        (µm).
 
-        Parameters
-        ----------
-        wavelengths : sequence of float
-            Rising, µm.
-        reflectances : (wavelengths,) or (wavelengths, angles) array_like
-            From 0 to 1.
-        angles : sequence of float
-            Rising angles of incidence in the medium of the smaller index, radians.
-
-        Raises
-        ------
-        CoatingError
-            For reflectances without a row for each wavelength and a column for each angle, or beyond 0 to 1.
+        angles: rising angles of incidence in the medium of the smaller index, radians. CoatingError for other shapes or
+        values.
         """
         rows = np.asarray(reflectances, float)
         rows = rows[:, None] if rows.ndim == 1 else rows

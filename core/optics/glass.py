@@ -165,22 +165,8 @@ class Glass:
         return self.formula != "model" or (self.v_d is not None and self.n_d > 1.0)
 
     def index(self, wavelength: float = D_LINE) -> float:
-        """Refractive index at a wavelength.
-
-        Parameters
-        ----------
-        wavelength : float
-            µm.
-
-        Returns
-        -------
-        float
-            Relative to air, as catalogues state it.
-
-        Raises
-        ------
-        GlassError
-            A wavelength outside the range of the glass, or not positive.
+        """Refractive index relative to air at a wavelength (µm), as catalogues state it; GlassError outside the glass's
+        range.
         """
         if not (isfinite(wavelength) and wavelength > 0.0):
             raise GlassError(f"wavelength {wavelength} µm: it must be a positive number")

@@ -196,34 +196,19 @@ class Iris:
         return 1.0 if self.image is not None else math.sqrt(self.area / math.pi)
 
     def closed(self, share: float) -> tuple[float, float]:
-        """The stop with its blades closed, or a round one made smaller.
+        """The stop with its blades closed, or a round one made smaller, to a share (0 to 1) of the opening's current
+        area.
 
-        Parameters
-        ----------
-        share : float
-            Area of the opening over the present one, 0 to 1.
-
-        Returns
-        -------
-        tuple of float
-            Radius of the stop in units of the present one, and the `reach` of the blades for it.
+        Returns the radius of the stop in units of the current one, and the `reach` of the blades for it.
         """
         if self.blades == 0 or self.roundness == 1.0 or share == 1.0:      # an open stop stays round to the last bit
             return math.sqrt(share), self.reach
         return _closed(self, share)
 
     def radius(self, azimuth) -> np.ndarray:
-        """Distance of the edge from the axis.
+        """Distance of the edge from the axis at an azimuth (radians from +x towards +y, also an array), in stop radii.
 
-        Parameters
-        ----------
-        azimuth : float or array_like
-            Radians from +x towards +y.
-
-        Returns
-        -------
-        ndarray, shape of `azimuth`
-            In units of the stop's radius; 1 for a picture, whose edge is that of the stop.
+        1 for a picture, whose edge is that of the stop.
         """
         azimuth = np.asarray(azimuth, float)
         if self._is_circle:
@@ -235,22 +220,11 @@ class Iris:
         return np.minimum(2.0 * self.reach * rim / (b + np.sqrt(b * b + 4.0 * bulge * rim)), 1.0)
 
     def mean(self, function: Callable[[np.ndarray], np.ndarray]) -> float:
-        """Mean over all azimuths of a function of the edge's distance, by Gauss's rule along half a blade.
+        """Mean over all azimuths of a function of the edge's distance (n,) in stop radii, by Gauss's rule along half a
+        blade.
 
-        Where the rim cuts off a corner, the rule begins behind it.
-
-        With a picture in the stop, each ring counts by its mean transmission.
-
-        Parameters
-        ----------
-        function : callable
-            Takes distances of the edge from the axis, (n,), in units of the stop's radius; returns what lies within
-            these distances, (n,): 0 at 0.
-
-        Returns
-        -------
-        float
-            In the unit of the function.
+        The function returns what lies within these distances, (n,), 0 at 0. With a picture in the stop, each ring
+        counts by its mean transmission.
         """
         if self.image is not None:
             return float(self.image.ring_means @ np.diff(function(np.sqrt(np.arange(RINGS + 1) / RINGS))))
@@ -263,68 +237,27 @@ class Iris:
         return along if cut == 0.0 else (cut * float(function(np.ones(1))[0]) + (half - cut) * along) / half
 
     def outline(self, points: int = 24) -> np.ndarray:
-        """Points of the edge, counter-clockwise from a corner.
-
-        Parameters
-        ----------
-        points : int
-            Number of points for each blade; a round opening has three times as many.
-
-        Returns
-        -------
-        ndarray, shape (n, 2)
-            In units of the stop's radius.
+        """Points (n, 2) of the edge, counter-clockwise from a corner, in stop radii: so many points a blade, 3 × of a
+        circle.
         """
         count = max(self.blades, 3) * points
         azimuth = self.rotation + 0.5 * math.pi + 2.0 * math.pi * np.arange(count) / count
         return self.radius(azimuth)[:, None] * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
 
     def contains(self, x, y) -> np.ndarray:
-        """Whether points lie in the opening, the edge included; of a picture where it passes any light.
+        """Whether points x, y (in units of the stop's radius, broadcast) lie in the opening, edge included.
 
-        Parameters
-        ----------
-        x, y : float or array_like
-            Points, broadcast against each other; in units of the stop's radius.
-
-        Returns
-        -------
-        ndarray of bool
-            One for each point.
+        Of a picture where it passes any light.
         """
         within = np.hypot(x, y) <= self.radius(np.arctan2(y, x)) * (1.0 + 1e-12)
         return within if self.image is None else within & (self.image.at(x, y) > 0.0)
 
     def transmission(self, x, y) -> np.ndarray:
-        """Part of the light that passes at points.
-
-        Parameters
-        ----------
-        x, y : float or array_like
-            Points, broadcast against each other; in units of the stop's radius.
-
-        Returns
-        -------
-        ndarray
-            0 to 1 for each point; 0 outside the opening.
-        """
+        """Part of the light that passes at points x, y (in units of the stop's radius, broadcast), from 0 to 1."""
         return self.contains(x, y).astype(float) if self.image is None else self.image.at(x, y)
 
     def axis_irradiance(self, radius: float, z: float) -> float:
-        """∫ cos⁴θ dA over the opening, seen from a point on the axis.
-
-        Parameters
-        ----------
-        radius : float
-            Radius of the stop, mm.
-        z : float
-            Distance of the point from the stop, mm.
-
-        Returns
-        -------
-        float
-            mm².
-        """
+        """∫ cos⁴θ dA (mm²) over the opening of a stop of this radius (mm), seen from a point on the axis z mm away."""
         return self.mean(lambda r: math.pi * (r * radius * z) ** 2 / (z * z + (r * radius) ** 2))
 
     @property
@@ -338,17 +271,8 @@ class Iris:
         return [] if self.image is None else [self.image.sample_step]
 
     def blocking(self, radius: float) -> list[Step]:
-        """The step that blocks rays at the blades of the stop, or weighs them by its picture.
-
-        Parameters
-        ----------
-        radius : float
-            Radius of the stop, mm.
-
-        Returns
-        -------
-        list of Step
-            One step; none for a round opening.
+        """The step that blocks rays at the blades of a stop of this radius (mm), or weighs them by its picture; none if
+        round.
         """
         if self.image is not None:
             return [self.image.step(radius)]

@@ -84,13 +84,7 @@ class SurfacePose:
         return not (self.decentre_x or self.decentre_y or self.tilt_x or self.tilt_y or self.roll)
 
     def scaled(self, factor: float) -> "SurfacePose":
-        """The pose in a scaled lens.
-
-        Parameters
-        ----------
-        factor : float
-            Factor on the decentres.
-        """
+        """The pose in a lens scaled by a factor, with its decentres."""
         return replace(self, decentre_x=self.decentre_x * factor, decentre_y=self.decentre_y * factor)
 
     def turned(self) -> "SurfacePose":
@@ -99,15 +93,7 @@ class SurfacePose:
                            -self.roll or 0.0)
 
     def mirrored(self, across: bool, up: bool) -> "SurfacePose":
-        """The pose in a mirrored lens.
-
-        Parameters
-        ----------
-        across : bool
-            Along x.
-        up : bool
-            Along y.
-        """
+        """The pose in a lens that is mirrored across (along x), up (along y), or both."""
         x, y = -1.0 if across else 1.0, -1.0 if up else 1.0
         return SurfacePose(x * self.decentre_x, y * self.decentre_y, y * self.tilt_x, x * self.tilt_y, self.pivot,
                            x * y * self.roll)
@@ -288,22 +274,9 @@ class Surface:
         return "" if self.curvature_x is None else "a cylinder or toroid"
 
     def section(self, axis: str) -> "Surface":
-        """The rotationally symmetric surface that has one section of this one.
+        """The rotationally symmetric surface of the section x–z (axis "x") or y–z ("y"); LensError for another axis.
 
-        Parameters
-        ----------
-        axis : str
-            "x" for the section x–z, "y" for y–z.
-
-        Returns
-        -------
-        Surface
-            This surface itself if it is rotationally symmetric.
-
-        Raises
-        ------
-        LensError
-            For another axis.
+        This surface itself if it is rotationally symmetric.
         """
         if axis not in ("x", "y"):
             raise LensError(f"section {axis!r}: it is 'x' for x–z or 'y' for y–z")
@@ -336,27 +309,14 @@ class Surface:
         return shape(self.curvature, self.conic, self.aspheric, self.curvature_x, self.semi_diameter)
 
     def sag(self, x, y=0.0) -> np.ndarray:
-        """Height above the plane that touches the vertex.
-
-        Parameters
-        ----------
-        x, y : float or array
-            Points in the frame of the surface, mm, broadcast against each other.
-
-        Returns
-        -------
-        array
-            z in mm, in the shape of the points; NaN beyond the equator.
+        """Height z (mm) above the plane that touches the vertex at points x, y (mm, surface frame, broadcast); NaN
+        beyond.
         """
         return sags(*self.shape, x, y)
 
     def scaled(self, factor: float) -> "Surface":
-        """The surface and the gap behind it, scaled.
-
-        Parameters
-        ----------
-        factor : float
-            Factor on all lengths; coefficients of r^p take its (1 − p)-th power.
+        """The surface and the gap behind it, all lengths multiplied by a factor; coefficients of r^p by its (1 − p)-th
+        power.
         """
         return replace(self, curvature=self.curvature / factor, thickness=self.thickness * factor,
                        semi_diameter=self.semi_diameter * factor,
@@ -365,15 +325,7 @@ class Surface:
                        pose=self.pose and self.pose.scaled(factor))
 
     def reversed(self, thickness: float, glass: Glass) -> "Surface":
-        """The surface met from behind, turned about y, with another gap and medium behind it.
-
-        Parameters
-        ----------
-        thickness : float
-            Gap (mm) behind the surface, in its new place.
-        glass : Glass
-            Medium of that gap.
-        """
+        """The surface met from behind, turned about y, with another thickness (mm) and glass of the gap behind it."""
         return replace(self, curvature=-self.curvature or 0.0, thickness=thickness, glass=glass,
                        aspheric=tuple((power, -a) for power, a in self.aspheric),
                        curvature_x=None if self.curvature_x is None else -self.curvature_x or 0.0,

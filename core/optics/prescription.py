@@ -181,53 +181,17 @@ class Lens:
         return tuple(found)
 
     def vertex(self, i: int) -> np.ndarray:
-        """Where the vertex of a surface stands.
-
-        Parameters
-        ----------
-        i : int
-            Index of the surface.
-
-        Returns
-        -------
-        (3,) array
-            Lens frame, mm.
-        """
+        """Position (3,) of the vertex of surface i, lens frame (mm)."""
         frame, z = self.frames[i], self.vertices[i]
         return np.array([0.0, 0.0, z]) if frame is None else frame.at(z)
 
     def in_frame_of(self, i: int, points: np.ndarray) -> np.ndarray:
-        """Points in the frame of a surface: its vertex is the origin, and +z its axis.
-
-        Parameters
-        ----------
-        i : int
-            Index of the surface.
-        points : (n, 3) array
-            Points of the lens frame, mm.
-
-        Returns
-        -------
-        (n, 3) array, mm
-        """
+        """Points (n, 3) of the lens frame, mm, in the frame of surface i: its vertex is the origin, and +z its axis."""
         moved, frame = points - self.vertex(i), self.frames[i]
         return moved if frame is None else moved @ frame.rotation
 
     def mirrored(self, across: bool, up: bool) -> "Lens":
-        """The lens mirrored; the iris keeps its place.
-
-        Parameters
-        ----------
-        across : bool
-            Along x.
-        up : bool
-            Along y.
-
-        Returns
-        -------
-        Lens
-            This lens itself if it is in line.
-        """
+        """The lens mirrored across (along x), up (along y), or both; the iris stays. Itself if it has no poses."""
         return self if self.is_in_line else replace(self, surfaces=tuple(
             replace(surface, pose=surface.pose and surface.pose.mirrored(across, up)) for surface in self.surfaces))
 
@@ -237,22 +201,9 @@ class Lens:
         return self if self.front_index == 1.0 else replace(self, front_index=1.0)
 
     def section(self, axis: str) -> "Lens":
-        """The rotationally symmetric lens, in line, that has one section of this lens.
+        """The centred lens that has the section x–z (axis "x") or y–z ("y") of this one; LensError for another axis.
 
-        Parameters
-        ----------
-        axis : str
-            "x" for the section x–z, "y" for y–z.
-
-        Returns
-        -------
-        Lens
-            This lens itself if it is rotationally symmetric.
-
-        Raises
-        ------
-        LensError
-            For another axis.
+        This lens itself if it is rotationally symmetric.
         """
         if axis not in ("x", "y"):
             raise LensError(f"section {axis!r}: it is 'x' for x–z or 'y' for y–z")
@@ -303,18 +254,7 @@ class Lens:
         return self.system.primary_wavelength
 
     def indices(self, wavelength: float = D_LINE) -> tuple[float, ...]:
-        """Refractive indices of all media.
-
-        Parameters
-        ----------
-        wavelength : float
-            µm.
-
-        Returns
-        -------
-        tuple of float
-            The index before the first surface, then that behind each: one more than there are surfaces.
-        """
+        """Refractive indices of all media at a wavelength (µm): before the first surface, then behind each."""
         known = self.known.get(("indices", wavelength))
         if known is None:
             known = self.front_index, *(surface.glass.index(wavelength) for surface in self.surfaces)
@@ -327,17 +267,8 @@ class Lens:
         return {}
 
     def scaled(self, factor: float) -> "Lens":
-        """The lens with all lengths multiplied by a factor, those of its positions and system data too.
-
-        Parameters
-        ----------
-        factor : float
-            A positive number.
-
-        Raises
-        ------
-        LensError
-            If the factor is not positive and finite.
+        """The lens with all lengths multiplied by a factor, those of positions and system data too; LensError if not
+        positive.
         """
         if not (isfinite(factor) and factor > 0.0):
             raise LensError(f"scale {significant(factor)}: it must be a positive number")
@@ -347,13 +278,7 @@ class Lens:
                        system=self.system.scaled(factor))
 
     def with_stop_radius(self, radius: float) -> "Lens":
-        """The lens with another size of its stop, at its other positions in proportion.
-
-        Parameters
-        ----------
-        radius : float
-            Semi-diameter of the stop, mm.
-        """
+        """The lens with another radius (mm) of its stop, at its other positions in proportion."""
         surfaces = list(self.surfaces)
         surfaces[self.stop_index] = replace(self.stop, semi_diameter=radius)
         positions = self.positions and self.positions.with_stops(radius / self.stop.semi_diameter)
@@ -376,19 +301,11 @@ class Lens:
         return self.positions is not None and self.positions.focuses
 
     def at(self, zoom: float | None = None, close: float | None = None) -> "Lens":
-        """The lens with its groups moved; the varying gaps, a varying stop and the stated figures follow.
+        """The lens with its groups moved; the varying gaps, a varying stop and the stated data follow.
 
-        Parameters
-        ----------
-        zoom : float or None
-            From 0, wide, to 1, tele; None leaves it as it is.
-        close : float or None
-            Focus of a lens with focus groups, from 0, infinity, to 1, the nearest position; None leaves it as it is.
-
-        Raises
-        ------
-        LensError
-            Beyond 0 to 1, or for a position other than 0 that the lens does not have.
+        zoom: from 0, wide, to 1, tele. close: focus of a lens with focus groups, from 0, infinity, to 1, the nearest
+        position. None leaves either. LensError beyond 0 to 1, or for a position other than 0 that the lens does not
+        have.
         """
         for asked, has, what in ((zoom, self.zooms, "does not zoom: zoom must be 0"),
                                  (close, self.has_focus_groups, "has no focus groups and is focused as a whole: "

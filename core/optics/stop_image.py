@@ -47,17 +47,11 @@ class StopImage:
 
     @classmethod
     def of(cls, transmission) -> "StopImage":
-        """A picture in the stop, averaged down to MOST texels on a side.
+        """A picture in the stop from its transmission (h, w), 0 to 1, the top row first, averaged down to MOST texels
+        on a side.
 
-        Parameters
-        ----------
-        transmission : (h, w) array_like
-            Part of the light that each pixel passes, from 0 to 1, the top row first; at least 2 × 2 pixels.
-
-        Raises
-        ------
-        StopImageError
-            For another shape, numbers outside [0, 1], and a picture that passes no light within the circle.
+        StopImageError for fewer than 2 × 2 pixels, numbers outside [0, 1], and a picture that passes no light in the
+        circle.
         """
         given = np.asarray(transmission, float)
         if given.ndim != 2 or min(given.shape) < 2:
@@ -87,18 +81,9 @@ class StopImage:
         return np.asarray(self.at(radius * np.cos(azimuth), radius * np.sin(azimuth)).mean(1))
 
     def at(self, x, y) -> np.ndarray:
-        """Transmission at points of the stop.
+        """Transmission, from 0 to 1, at points x, y of the stop, x right and y up as seen from behind the camera.
 
-        Parameters
-        ----------
-        x, y : float or array_like
-            Points, broadcast against each other; in units of the stop's radius, x right and y up as seen from behind
-            the camera.
-
-        Returns
-        -------
-        ndarray
-            From 0 to 1 for each point; 0 beyond the circle of the stop.
+        In units of the stop's radius, broadcast; 0 beyond its circle.
         """
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         half = 0.5 * self.side
@@ -119,13 +104,7 @@ class StopImage:
         return StopImage(self.side, np.ascontiguousarray(self.grid[:, ::-1]).tobytes())
 
     def step(self, radius: float) -> Step:
-        """Step that multiplies WEIGHT by the transmission at the point X, Y of the stop.
-
-        Parameters
-        ----------
-        radius : float
-            Radius of the stop, mm.
-        """
+        """Step that multiplies WEIGHT by the transmission at the point X, Y of a stop of this radius (mm)."""
         return Step(pass_stop_image, self._numbers(1.0 / radius))
 
     @property

@@ -176,13 +176,7 @@ class SystemData:
         return max((hypot(point.x, point.y) for point in self.fields), default=0.0)
 
     def scaled(self, factor: float) -> "SystemData":
-        """The data of a scaled lens; angles, ratios and wavelengths stay.
-
-        Parameters
-        ----------
-        factor : float
-            Factor on all lengths.
-        """
+        """The data of a lens scaled by a factor; angles, ratios and wavelengths stay."""
         aperture, fields = self.aperture, self.fields
         if aperture is not None and aperture.kind in LENGTHS:
             aperture = replace(aperture, values=tuple(value * factor for value in aperture.values))

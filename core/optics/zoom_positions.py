@@ -104,15 +104,7 @@ class Positions:
         return len(self.focus_stations) > 1
 
     def at(self, zoom: float, close: float) -> "Positions":
-        """The same table at another position.
-
-        Parameters
-        ----------
-        zoom : float
-            0 (wide) to 1 (tele).
-        close : float
-            0 (infinity) to 1 (nearest).
-        """
+        """The same table at another position: zoom 0 (wide) to 1 (tele), close 0 (infinity) to 1 (nearest)."""
         return replace(self, zoom=zoom, close=close)
 
     @property
@@ -142,13 +134,7 @@ class Positions:
         return monotone_cubic(self.focus_stations, along, self.close)
 
     def label(self, i: int, j: int = 0) -> str:
-        """Name of a station, such as “70 mm, infinity”, “tele” or “close”.
-
-        Parameters
-        ----------
-        i, j : int
-            Numbers of the zoom station and of the focus station.
-        """
+        """Name of zoom position i and focus position j, such as “70 mm, infinity”, “tele” or “close”."""
         words = []
         if self.zooms:
             named = self.names[i] if self.names else ""
@@ -163,13 +149,7 @@ class Positions:
         return ", ".join(words)
 
     def scaled(self, factor: float) -> "Positions":
-        """The positions of a scaled lens.
-
-        Parameters
-        ----------
-        factor : float
-            Every length is multiplied by it.
-        """
+        """The positions of a lens scaled by a factor."""
         return replace(
             self, focal_lengths=tuple(f * factor for f in self.focal_lengths),
             thicknesses=tuple(tuple(tuple(gap * factor for gap in gaps) for gaps in row) for row in self.thicknesses),
@@ -177,13 +157,7 @@ class Positions:
             stops=tuple(tuple(stop * factor for stop in row) for row in self.stops))
 
     def with_stops(self, factor: float) -> "Positions":
-        """The positions with another stop.
-
-        Parameters
-        ----------
-        factor : float
-            The radius of the stop is multiplied by it at every station.
-        """
+        """The positions with the radius of the stop multiplied by a factor at each."""
         return replace(self, stops=tuple(tuple(stop * factor for stop in row) for row in self.stops))
 
 

@@ -57,18 +57,7 @@ class ExitPupil:
     irregular: dict[int, IrregularRegion] = field(default_factory=dict)
 
     def boundary(self, i: int) -> np.ndarray:
-        """Rim of one region.
-
-        Parameters
-        ----------
-        i : int
-            Index of the film radius.
-
-        Returns
-        -------
-        (2 m − 2, 2) array
-            Points (mm), counter-clockwise from the farthest in +x.
-        """
+        """Rim of region i: points (2 m − 2, 2), mm, counter-clockwise from the farthest in +x."""
         half = self.rims[i] + [self.centres[i], 0.0]
         return np.concatenate([half, half[-2:0:-1] * [1.0, -1.0]])
 
