@@ -72,8 +72,8 @@ def function_faults(function, texts):
     return faults if texts else ["no docstring"]
 
 
-UNITS = re.compile(r"\b(mm|µm|rad(ians)?|seconds|pixels|electrons|stops|lux|mm²|from 0 to 1|in units of|ratio|ind(ex|ices))\b"
-                   r"|\(s[,)]|\((\w+, ?)+(\w+)?\)")      # or a shape, such as (n, 2)
+UNITS = re.compile(r"\b(mm²?|µm|rad(ians)?|seconds|pixels|electrons|stops|lux|0 to 1|units of|ratio|ind(ex|ices))\b"
+                   r"|\(s[,)]|\((\w+, ?)+(\w+)?\)", re.IGNORECASE)                # or a shape, such as (n, 2)
 
 
 def prose_faults(function, texts):
