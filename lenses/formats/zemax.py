@@ -26,6 +26,7 @@ do not return before the image are refused.
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from math import inf, radians
 
 from lensbench.core.optics.finding import Kind, Severity
@@ -84,152 +85,195 @@ PARAMETERS = {"EVENASPH": range(1, 9), "ODDASPHE": range(1, 9), "TOROIDAL": rang
 Values = dict[tuple[str, int], float]       # of PARM and XDAT, by their numbers
 EVEN_POWERS = range(2, 17, 2)
 ODD_POWERS = range(1, 9)
+Entry = tuple[int, list[str]]                # line and words of a keyword
+
+
+@dataclass
+class _Block:
+    """Keywords of a SURF block with their lines and words, and words of its PARM and XDAT by their numbers."""
+
+    path: str
+    index: int
+    entries: dict[str, Entry]
+    numbered: dict[tuple[str, int], tuple[int, str]] = field(default_factory=dict)
+
+    def words(self, key: str) -> list[str]:
+        """Those of a keyword; none where it is missing."""
+        return self.entries.get(key, (0, []))[1]
+
+    def value(self, key: str, place: int = 0, infinite: bool = False) -> float:
+        """The number at this place of a keyword. LensFileError: missing or invalid."""
+        line, words = self.entries[key]
+        return number_in(self.path, line, key, words, place, infinite)
+
+    def parameter(self, n: int) -> float:
+        """PARM n; 0 where it is missing."""
+        line, word = self.numbered.get(("PARM", n), (0, "0"))
+        return number_in(self.path, line, "PARM", [word], 0)
+
+    @property
+    def gap(self) -> float:
+        """The distance behind a coordinate break."""
+        return self.value("DISZ") if "DISZ" in self.entries else 0.0
+
+    @property
+    def kind(self) -> str:
+        """Its TYPE; "" where it is missing."""
+        return "".join(self.words("TYPE")[:1]).upper()
+
+
+@dataclass
+class _File:
+    """A file as it is written: header, blocks of surfaces, notes and configurations."""
+
+    path: str
+    header: dict[str, Entry] = field(default_factory=dict)
+    blocks: list[_Block] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    listed: configurations.Configurations = field(default_factory=configurations.Configurations)
 
 
 def read(text: str, path: str) -> Lens:
     """The lens of a file's text. LensFileError names `path`, the line, the keyword and the mistake."""
-    design = Design(path)
-    surfaces: list[dict[str, tuple[int, list[str]]]] = []
-    numbered: list[dict[tuple[str, int], tuple[int, str]]] = []
-    header: dict[str, tuple[int, list[str]]] = {}
-    notes, listed = [], configurations.Configurations()
-    in_table, indented = True, re.search(r"(?m)^\s+CURV\b", text) is not None
-    for line, content in enumerate(text.split("\n"), start=1):
-        key, rest = (*content.split(None, 1), "", "")[:2]
-        key, words = key.upper(), rest.split()
-        if key == "SURF":
-            surfaces.append({"SURF": (line, words)})
-            numbered.append({})
-        elif surfaces and key == "MNUM":
-            in_table = False
-            listed.count = int(number_in(path, line, key, words, 0))
-            listed.current = int(number_in(path, line, key, words, 1)) if len(words) > 1 else 1
-        elif surfaces and not in_table:
-            _configure(listed, path, line, key, words, surfaces)
-        elif surfaces and (key in ("TOL", "BLNK") or (indented and OPERAND.fullmatch(content))):
-            continue                                # tolerances, the merit function
-        elif key == "NOTE":
-            notes.append(rest.partition(" ")[2].strip())
-        elif surfaces and key in ("PARM", "XDAT"):
-            index = number_in(path, line, key, words, 0)
-            if len(words) > 1 and index == int(index):
-                numbered[-1][key, int(index)] = (line, words[1])
-        elif surfaces and key:
-            surfaces[-1].setdefault(key, (line, words))
-        elif key == "WAVM" and words:
-            header.setdefault(f"WAVM {words[0]}", (line, words))
-        elif key:
-            header.setdefault(key, (line, words if key != "NAME" else [rest]))
-    if not surfaces:
-        raise LensFileError(path, None, "there are no surfaces (SURF): this is no Zemax lens")
-
-    for key, (line, _) in header.items():
-        if key.split()[0] not in HARMLESS_HEADER | HEADER | zemax_system.KEYS:
-            raise LensFileError(path, line, not_understood(key))
-    _read_header(design, header)
-    design.name = header.get("NAME", (0, [""]))[1][0].strip().strip('"')
-    design.notes = " ".join(" ".join(notes).split())
-    catalogues = [name.upper() for name in header.get("GCAT", (0, []))[1]]
-    row_of: dict[int, int] = {}
-    broken: list[Break] = []                            # coordinate breaks before the next surface
-    for i, (keys, values) in enumerate(zip(surfaces, numbered, strict=True)):
-        row_of[i] = len(design.rows)
-        kind = (keys.get("TYPE", (0, []))[1] or [""])[0].upper()
-        if kind == "COORDBRK" and 0 < i < len(surfaces) - 1 and ("gap", i) not in listed.values and not any(
-                number_in(path, line, "PARM", [word], 0) for (key, n), (line, word) in values.items()
-                if key == "PARM" and n <= 5):
-            design.rows[-1].thickness += _value(path, keys, "DISZ") if "DISZ" in keys else 0.0
-            del row_of[i]
-            design.found(Kind.LEFT_OUT, f"SURF {i}: a coordinate break that neither tilts nor moves anything is left "
-                                        "out")
-        elif kind == "COORDBRK" and 0 < i < len(surfaces) - 1:
-            broken.append(_break(path, i, keys, values))
-            del row_of[i]
-            if "STOP" in keys:
-                design.found(Kind.STOP, f"SURF {i}: the stop is marked on a coordinate break, which is no surface of "
-                                        "the lens", severity=Severity.WARNING)
-        elif kind == "PARAXIAL" and 1 < i == len(surfaces) - 2 and "STOP" not in keys \
-                and design.rows[-1].glass.n_d == 1.0:
-            design.rows[-1].thickness = inf
-            design.found(Kind.LEFT_OUT, f"SURF {i}: the ideal lens (TYPE PARAXIAL) between the lens and its image is "
-                                        "left out")
-        else:
-            design.add(_row(design, i, keys, values, i == len(surfaces) - 1, catalogues))
-            design.rows[-1].breaks, broken = broken, []
+    file, design = _scanned(text, path), Design(path)
+    _read_header(design, file)
+    row_of = _add_rows(design, file)
+    listed, blocks = file.listed, file.blocks
     first = listed.first("aperture", 0)
     if first is not None and design.system.aperture is not None:
         design.state_aperture(design.system.aperture.kind, first)
-    stop = next((i for i, keys in enumerate(surfaces) if "STOP" in keys), None)
+    stop = next((block.index for block in blocks if "STOP" in block.entries), None)
     design.stations = listed.stations(row_of.get, stop, design.rows[0].thickness)
     if design.stations:
-        for i, keys in enumerate(surfaces[:-1]):
-            design.solves += _solves(design, i, keys, row_of, i == len(surfaces) - 2)
+        for block in blocks[:-1]:
+            design.solves += _solves(design, block, row_of, block.index == len(blocks) - 2)
     with located(path, None):
         listed.check(ASIDE | FIRST.keys())
     design.findings += listed.findings()
-    for i, keys in enumerate(surfaces[:-1]):
-        _keep_solves(design, i, keys, surfaces, row_of)
+    for block in blocks[:-1]:
+        _keep_solves(design, block, blocks, row_of)
     if listed.current != 1:                 # their thicknesses are those of another configuration
         design.checked = [solve for solve in design.checked if solve.quantity != "thickness"]
     return design.lens()
 
 
-def _break(path: str, number: int, keys: dict, values: dict) -> Break:
+def _scanned(text: str, path: str) -> _File:
+    """The file, keyword by keyword. LensFileError: no surfaces, or a keyword of the header that is not known."""
+    file, in_table = _File(path), True
+    header, blocks = file.header, file.blocks
+    indented = re.search(r"(?m)^\s+CURV\b", text) is not None
+    for line, content in enumerate(text.split("\n"), start=1):
+        key, rest = (*content.split(None, 1), "", "")[:2]
+        key, words = key.upper(), rest.split()
+        if key == "SURF":
+            blocks.append(_Block(path, len(blocks), {"SURF": (line, words)}))
+        elif blocks and key == "MNUM":
+            in_table = False
+            file.listed.count = int(number_in(path, line, key, words, 0))
+            file.listed.current = int(number_in(path, line, key, words, 1)) if len(words) > 1 else 1
+        elif blocks and not in_table:
+            _configure(file, line, key, words)
+        elif blocks and (key in ("TOL", "BLNK") or (indented and OPERAND.fullmatch(content))):
+            continue                                # tolerances, the merit function
+        elif key == "NOTE":
+            file.notes.append(rest.partition(" ")[2].strip())
+        elif blocks and key in ("PARM", "XDAT"):
+            index = number_in(path, line, key, words, 0)
+            if len(words) > 1 and index == int(index):
+                blocks[-1].numbered[key, int(index)] = (line, words[1])
+        elif blocks and key:
+            blocks[-1].entries.setdefault(key, (line, words))
+        elif key == "WAVM" and words:
+            header.setdefault(f"WAVM {words[0]}", (line, words))
+        elif key:
+            header.setdefault(key, (line, words if key != "NAME" else [rest]))
+    if not blocks:
+        raise LensFileError(path, None, "there are no surfaces (SURF): this is no Zemax lens")
+    for key, (line, _) in header.items():
+        if key.split()[0] not in HARMLESS_HEADER | HEADER | zemax_system.KEYS:
+            raise LensFileError(path, line, not_understood(key))
+    return file
+
+
+def _add_rows(design: Design, file: _File) -> dict[int, int]:
+    """Add the rows of the surfaces, and return them by the numbers of their blocks; coordinate breaks have none."""
+    catalogues = [name.upper() for name in file.header.get("GCAT", (0, []))[1]]
+    row_of: dict[int, int] = {}
+    breaks: list[Break] = []                            # before the next surface
+    last = len(file.blocks) - 1
+    for block in file.blocks:
+        i, is_break = block.index, block.kind == "COORDBRK" and 0 < block.index < last
+        if is_break and ("gap", i) not in file.listed.values and not any(block.parameter(n) for n in range(1, 6)):
+            design.rows[-1].thickness += block.gap
+            design.found(Kind.LEFT_OUT, f"SURF {i}: a coordinate break that neither tilts nor moves anything is left "
+                                        "out")
+        elif is_break:
+            breaks.append(_break(block))
+            if "STOP" in block.entries:
+                design.found(Kind.STOP, f"SURF {i}: the stop is marked on a coordinate break, which is no surface of "
+                                        "the lens", severity=Severity.WARNING)
+        elif block.kind == "PARAXIAL" and 1 < i == last - 1 and "STOP" not in block.entries \
+                and design.rows[-1].glass.n_d == 1.0:
+            row_of[i] = len(design.rows)
+            design.rows[-1].thickness = inf
+            design.found(Kind.LEFT_OUT, f"SURF {i}: the ideal lens (TYPE PARAXIAL) between the lens and its image is "
+                                        "left out")
+        else:
+            row_of[i] = len(design.rows)
+            design.add(_row(design, block, i == last, catalogues))
+            design.rows[-1].breaks, breaks = breaks, []
+    return row_of
+
+
+def _break(block: _Block) -> Break:
     """A coordinate break: decentres x, y (PARM 1, 2), tilts about x, y, z (3 to 5, degrees), and their order (6)."""
-    x, y, *tilts, order = (number_in(path, *_parameter(values, n)) for n in range(1, 7))
+    x, y, *tilts, order = map(block.parameter, range(1, 7))
     a, b, c = map(radians, tilts)
-    distance = _value(path, keys, "DISZ") if "DISZ" in keys else 0.0
     turned = intrinsic(a, b, c) if order == 0.0 else intrinsic(0.0, 0.0, c) @ intrinsic(0.0, b) @ intrinsic(a, 0.0)
-    return Break((x, y, 0.0), turned, order != 0.0, distance, keys["SURF"][0], number)
+    return Break((x, y, 0.0), turned, order != 0.0, block.gap, block.entries["SURF"][0], block.index)
 
 
-def _parameter(values: dict, n: int) -> tuple[int, str, list[str], int]:
-    """Line, keyword, words and place of PARM n, for `number_in`; 0 where it is not given."""
-    line, word = values.get(("PARM", n), (0, "0"))
-    return line, "PARM", [word], 0
-
-
-def _solves(design: Design, index: int, keys: dict, row_of: dict[int, int], is_last: bool) -> list[Solve]:
+def _solves(design: Design, block: _Block, row_of: dict[int, int], is_last: bool) -> list[Solve]:
     """The solve of the gap behind a surface, as a list of none or one.
 
     TCOM i total (with the gap behind i), TOLE i total (with all gaps from i on), or MAZH 0 of the last gap (height of
     the marginal ray on the image).
     """
-    row = row_of.get(index)
+    row = row_of.get(block.index)
     if row is None:
         return []
-    if is_last and "MAZH" in keys and _value(design.path, keys, "MAZH") == 0.0:
+    if is_last and "MAZH" in block.entries and block.value("MAZH") == 0.0:
         design.found(Kind.POSITION, "MAZH: the back focus of each position is that of its paraxial image")
         return [Solve(row, "image")]
     for key, kind in (("TCOM", "pair"), ("TOLE", "sum")):
-        if key in keys:
-            start = row_of.get(int(_value(design.path, keys, key)))
+        if key in block.entries:
+            start = row_of.get(int(block.value(key)))
             if start is not None:
-                return [Solve(row, kind, start, _value(design.path, keys, key, 1))]
+                return [Solve(row, kind, start, block.value(key, 1))]
     return []
 
 
-def _keep_solves(design: Design, index: int, keys: dict, surfaces: list[dict], row_of: dict[int, int]) -> None:
+def _keep_solves(design: Design, block: _Block, blocks: list[_Block], row_of: dict[int, int]) -> None:
     """Keep the solves and pickups of a surface, whose values the file states, for a check."""
-    path, row = design.path, row_of.get(index)
+    row = row_of.get(block.index)
     if not row:
         return
-    line, words = keys.get("CURV", (None, []))
+    words = block.words("CURV")
     if len(words) > 1 and words[1] not in FREE:
         rules = {"2": ("axial slope", 2, None, None), "3": ("chief slope", 2, None, None), "4": ("pickup", 4, 2, 3)}
         rule, *places = rules.get(words[1], ("other", None, None, None))
-        _keep(design, row, "curvature", rule, "CURV", (line, words), places, row_of)
+        _keep(design, row, "curvature", rule, "CURV", block.entries["CURV"], places, row_of)
     for key, (quantity, rule, *places) in SOLVES.items():
-        if key in keys:
-            zone = len(keys[key][1]) > 1 and key == "MAZH" and _value(path, keys, key, 1)      # of a real ray
-            _keep(design, row, quantity, "other" if zone else rule, key, keys[key], places, row_of)
-    line, words = keys.get("GLAS", (None, []))
+        if key in block.entries:
+            zone = len(block.words(key)) > 1 and key == "MAZH" and block.value(key, 1)      # of a real ray
+            _keep(design, row, quantity, "other" if zone else rule, key, block.entries[key], places, row_of)
+    words = block.words("GLAS")
     if words[1:2] == ["2"] and len(words) > 2:
-        source = int(min(abs(number_in(path, line, "GLAS", words, 2)), 1e6))
-        other = surfaces[source].get("GLAS", (0, ["air"]))[1] if source < len(surfaces) else ["no surface"]
+        source = int(min(abs(block.value("GLAS", 2)), 1e6))
+        other = (blocks[source].words("GLAS") or ["air"]) if source < len(blocks) else ["no surface"]
         if other[:1] != words[:1]:
-            design.found(Kind.UNSOLVED, f"SURF {index}: its glass {words[0]} is picked up from surface {source}, which "
-                                        f"has {' '.join(other[:1])}: {words[0]} is read", severity=Severity.WARNING)
+            design.found(Kind.UNSOLVED, f"SURF {block.index}: its glass {words[0]} is picked up from surface {source}, "
+                                        f"which has {other[0]}: {words[0]} is read", severity=Severity.WARNING)
 
 
 def _keep(design: Design, row: int, quantity: str, rule: str, key: str, entry: tuple[int | None, list[str]],
@@ -245,9 +289,11 @@ def _keep(design: Design, row: int, quantity: str, rule: str, key: str, entry: t
                                    source or 0, at(places[2], 1.0)))
 
 
-def _read_header(design: Design, header: dict) -> None:
-    """Unit, aperture, fields and wavelengths."""
-    path = design.path
+def _read_header(design: Design, file: _File) -> None:
+    """Name, notes, unit, aperture, fields and wavelengths."""
+    path, header = file.path, file.header
+    design.name = header.get("NAME", (0, [""]))[1][0].strip().strip('"')
+    design.notes = " ".join(" ".join(file.notes).split())
     if "MODE" in header and header["MODE"][1][:1] not in (["SEQ"], []):
         raise LensFileError(path, header["MODE"][0], f"MODE {header['MODE'][1][0]}: only sequential lenses are read")
     line, words = header.get("UNIT", (None, ["MM"]))
@@ -258,80 +304,73 @@ def _read_header(design: Design, header: dict) -> None:
     zemax_system.read(design, header)
 
 
-def _configure(listed: configurations.Configurations, path: str, line: int, key: str, words: list[str],
-               surfaces: list[dict]) -> None:
+def _configure(file: _File, line: int, key: str, words: list[str]) -> None:
     """Process a line of the configurations; values of the first one replace those of the current one."""
     if len(words) < 3 or not words[0].isdecimal() or not words[1].isdecimal() or len(words[0] + words[1]) > 12:
         return
-    index, number = int(words[0]), int(words[1])
+    index, number, listed = int(words[0]), int(words[1]), file.listed
+    block = file.blocks[index] if index < len(file.blocks) else None
     if key == "LTTL":
         quoted = re.match(r'"([^"]*)"', " ".join(words[2:]))
         listed.names[number] = quoted[1] if quoted else words[2]
         return
     if key == "APER":
-        listed.put("aperture", 0, number, number_in(path, line, key, words, 2))
+        listed.put("aperture", 0, number, number_in(file.path, line, key, words, 2))
         return
     if key not in FIRST:
         if key != "MOFF":
             listed.differs(f"{key} {index}", words[2])
         return
-    if key == "THIC" and index < len(surfaces) - 1:
-        listed.put("gap", index, number, number_in(path, line, key, words, 2, infinite=index == 0))
-    elif key == "SDIA" and 0 <= index < len(surfaces) and "STOP" in surfaces[index]:
-        listed.put("stop", index, number, number_in(path, line, key, words, 2))
+    if key == "THIC" and index < len(file.blocks) - 1:
+        listed.put("gap", index, number, number_in(file.path, line, key, words, 2, infinite=index == 0))
+    elif key == "SDIA" and block is not None and "STOP" in block.entries:
+        listed.put("stop", index, number, number_in(file.path, line, key, words, 2))
     elif key != "THIC":
         listed.differs(f"{key} {index}", words[2])
-    if number == 1 and index < len(surfaces):
-        surfaces[index][FIRST[key]] = (line, words[2:3])
+    if number == 1 and block is not None:
+        block.entries[FIRST[key]] = (line, words[2:3])
 
 
-def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool, catalogues: list[str]) -> Row:
+def _row(design: Design, block: _Block, is_image: bool, catalogues: list[str]) -> Row:
     """The row of one SURF block. catalogues: of glasses, in the order of the file."""
-    path, line = design.path, keys["SURF"][0]
+    path, index, entries = design.path, block.index, block.entries
+    line = entries["SURF"][0]
     row = Row(line)
-    kind_line, words = keys.get("TYPE", (line, ["STANDARD"]))
-    kind = (words or ["STANDARD"])[0].upper()
+    kind_line, kind = entries.get("TYPE", (line, []))[0], block.kind or "STANDARD"
     if kind not in SURFACES and not (is_image and kind != "COORDBRK"):
         raise LensFileError(path, kind_line, f"SURF {index} is TYPE {kind}: "
                                              f"{REFUSED.get(kind, 'a kind of surface that')} is not traced")
-    if "CURV" in keys and keys["CURV"][1]:
-        row.curvature = _value(path, keys, "CURV")
-    if "DISZ" in keys and keys["DISZ"][1]:
-        row.thickness = _value(path, keys, "DISZ", infinite=True)
-    if "CONI" in keys and keys["CONI"][1]:
-        row.conic = _value(path, keys, "CONI")
-    row.is_stop = "STOP" in keys
+    row.curvature, row.thickness, row.conic = (
+        block.value(key, infinite=key == "DISZ") if block.words(key) else 0.0 for key in ("CURV", "DISZ", "CONI"))
+    row.is_stop = "STOP" in entries
     for key, place in (("DIAM", 0), ("CLAP", 1)):
-        if key in keys and len(keys[key][1]) > place:
-            size = _value(path, keys, key, place)
-            if size > 0.0:
-                row.semi_diameter = size
-    if "COAT" in keys:
+        if len(block.words(key)) > place and (size := block.value(key, place)) > 0.0:
+            row.semi_diameter = size
+    if "COAT" in entries:
         design.found(Kind.LEFT_OUT, "coatings (COAT) are left out")
     for key, what in APERTURES.items():
-        if key in keys and not is_image and (key != "CLAP" or keys[key][1] and _value(path, keys, key) > 0.0):
+        if key in entries and not is_image and (key != "CLAP" or block.words(key) and block.value(key) > 0.0):
             design.found(Kind.LEFT_OUT, f"SURF {index}: {what} ({key}) is left out, its circle is used",
                          len(design.rows) - 1)
-    if "SCBD" in keys and any(number_in(path, keys["SCBD"][0], "SCBD", keys["SCBD"][1], place)
-                              for place in range(3, len(keys["SCBD"][1]))):
-        raise LensFileError(path, keys["SCBD"][0], f"SURF {index}: a tilt or decentre among the properties of a "
-                                                   "surface (SCBD) is not read: give it as coordinate breaks")
-    for key in keys:
+    if any(block.value("SCBD", place) for place in range(3, len(block.words("SCBD")))):
+        raise LensFileError(path, entries["SCBD"][0], f"SURF {index}: a tilt or decentre among the properties of a "
+                                                      "surface (SCBD) is not read: give it as coordinate breaks")
+    for key in entries:
         if key not in READ and key not in HARMLESS:
-            raise LensFileError(path, keys[key][0], f"SURF {index}: {not_understood(key)}")
+            raise LensFileError(path, entries[key][0], f"SURF {index}: {not_understood(key)}")
     if not is_image:
         with located(path, kind_line, f"SURF {index}, TYPE {kind}: "):
-            _shape(design, row, kind, numbered, path)
-    if "GLAS" in keys and keys["GLAS"][1] and not is_image:
-        row.glass = _glass(design, index, keys["GLAS"], " ".join(keys.get("COMM", (0, []))[1]), catalogues)
+            _shape(design, row, kind, block.numbered)
+        if block.words("GLAS"):
+            row.glass = _glass(design, block, catalogues)
     return row
 
 
-def _shape(design: Design, row: Row, kind: str, numbered: dict, path: str) -> None:
+def _shape(design: Design, row: Row, kind: str, numbered: dict[tuple[str, int], tuple[int, str]]) -> None:
     """Aspheric terms and the second curvature of a surface, from its PARM and XDAT. RowError: not traced."""
     values = {}
     for (key, index), (line, word) in numbered.items():
-        with located(path, line):
+        with located(design.path, line):
             values[key, index] = file_number(word, f"{key} {index}")
     if kind in ("EVENASPH", "ODDASPHE"):
         for index, power in enumerate(EVEN_POWERS if kind == "EVENASPH" else ODD_POWERS, start=1):
@@ -385,32 +424,24 @@ def _extra_data(design: Design, kind: str, step: int, values: Values) -> Values:
     return {("XDAT", 1): float(max(given)), **{("XDAT", number + 2): value for number, value in given.items()}}
 
 
-def _glass(design: Design, index: int, entry: tuple[int, list[str]], comment: str, catalogues: list[str]) -> Glass:
+def _glass(design: Design, block: _Block, catalogues: list[str]) -> Glass:
     """The medium of a GLAS line, from the first catalogue that has it; the surface's comment may name a model glass."""
-    path, (line, words) = design.path, entry
-    name = words[0]
+    index, (line, words), comment = block.index, block.entries["GLAS"], " ".join(block.words("COMM"))
+    name, flag = words[0], words[1] if len(words) > 1 else "0"
     if name.upper() == "MIRROR":
-        raise LensFileError(path, line, f"SURF {index} is a mirror (GLAS MIRROR): only lenses are traced")
-    flag = words[1] if len(words) > 1 else "0"
-    n_d = number_in(path, line, "GLAS", words, 3) if len(words) > 3 else 0.0
-    v_d = number_in(path, line, "GLAS", words, 4) if len(words) > 4 else 0.0
+        raise LensFileError(design.path, line, f"SURF {index} is a mirror (GLAS MIRROR): only lenses are traced")
+    n_d, v_d = (block.value("GLAS", place) if len(words) > place else 0.0 for place in (3, 4))
     shown = "" if name.startswith("___") else name
     if not shown and comment.startswith(GLASS_COMMENT):
         shown = comment.removeprefix(GLASS_COMMENT)
-    with located(path, line, f"SURF {index}, GLAS: "):
+    with located(design.path, line, f"SURF {index}, GLAS: "):
         if flag not in ("0", "1", "2", "3"):            # catalogue, model, pick-up, substitute
             raise RowError(not_understood(f"the flag {flag} of a glass"))
         if flag == "1" or not shown:
-            deviation = number_in(path, line, "GLAS", words, 5) if len(words) > 5 else 0.0
-            if deviation:
+            if deviation := block.value("GLAS", 5) if len(words) > 5 else 0.0:
                 design.found(Kind.GLASS, f"SURF {index}: the deviation of its model glass from the normal line of "
                                          f"partial dispersion, {significant(deviation)}, is left out",
                              len(design.rows) - 1, deviation=deviation)
             return media.stated(shown, n_d, v_d)
         spare = None if (n_d, v_d) in LEFTOVERS else (n_d, v_d)
         return media.glass_in(design, name, media.maker_among(name, catalogues), spare)
-
-
-def _value(path: str, keys: dict, key: str, place: int = 0, infinite: bool = False) -> float:
-    """A number of a keyword in the block."""
-    return number_in(path, keys[key][0], key, keys[key][1], place, infinite)
