@@ -14,8 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.scenes.draco import decoded
-from lensbench.app.scenes.mesh_parts import WHITE, Look, MeshFile, Part, compact, of_looks
+from lensbench.app.scenes.mesh_parts import WHITE, Look, MeshFile, Part, compact, draco_decoded, of_looks
 from lensbench.core.text import excerpt, significant
 
 MOST_JSON = 64 << 20            # bytes
@@ -310,7 +309,7 @@ class _Gltf:
             return self._accessors(attributes), indices
         view = _get(packed, "bufferView", int)
         if view not in self._draco:
-            self._draco[view] = decoded(bytes(self.view(view)[0]))
+            self._draco[view] = draco_decoded(bytes(self.view(view)[0]))
         faces, columns = self._draco[view]
         columns = {name: (columns[index], _get(self.item("accessors", attributes.get(name)), "normalized", bool, False))
                    for name, index in _get(packed, "attributes", dict).items() if index in columns}

@@ -1,5 +1,6 @@
-"""What the readers of mesh files share: files next to the mesh, parts of one look, polygons cut to triangles."""
+"""What the readers of mesh files share: files next to the mesh, parts of one look, polygons cut to triangles, Draco."""
 
+import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -172,3 +173,48 @@ def _cut(polygon: np.ndarray) -> np.ndarray:
     corners = triangulate_float64(np.ascontiguousarray(flat), np.array([len(polygon)], np.uint32))
     triangles = corners.astype(np.int64).reshape(-1, 3)
     return triangles if (_normals(polygon[triangles]).sum(0) @ normal) >= 0.0 else triangles[:, ::-1]
+
+
+# Triangles packed by Draco, as KHR_draco_mesh_compression holds them; read by DracoPy, an optional part
+
+FEW_TRIANGLES = 100_000         # that any data may claim
+MOST_A_BYTE = 16                # triangles that a byte of longer data holds at most; more is damage, or a trap
+METADATA = 0x8000               # a flag
+
+
+def draco_decoded(data: bytes) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """Corners (3 n,) of the triangles, and the columns of the vertices by their Draco number; SceneError for others."""
+    try:
+        from DracoPy import FileTypeException, decode
+    except ImportError as error:
+        raise lb.SceneError("its triangles are compressed by Draco (KHR_draco_mesh_compression), which needs DracoPy: "
+                            "pip install lensbench[mesh]; or save it without compression") from error
+    faces, vertices = _claimed(data)
+    if faces > max(FEW_TRIANGLES, MOST_A_BYTE * len(data)) or vertices > 3 * faces:
+        raise lb.SceneError(f"its Draco data claim {significant(faces)} triangles and {significant(vertices)} vertices")
+    try:
+        mesh = decode(data)
+        return np.asarray(mesh.faces).reshape(-1).astype(np.int64), {
+            column["unique_id"]: np.asarray(column["data"]).reshape(-1, column["num_components"])
+            for column in mesh.attributes}
+    except (FileTypeException, ValueError, AttributeError, LookupError, RuntimeError, MemoryError) as error:
+        raise lb.SceneError("its Draco data are damaged") from error
+
+
+def _claimed(data: bytes) -> tuple[int, int]:
+    """The numbers of triangles and vertices that the data state; the decoder takes memory for them at once."""
+    try:
+        magic, major, minor, kind, method, flags = struct.unpack("<5s4BH", data[:11])
+        if magic != b"DRACO" or kind != 1 or method > 1 or (major, minor) < (2, 2) or flags & METADATA:
+            raise lb.SceneError("its Draco data are no triangles of the version 2.2 without metadata: save it again")
+        start, numbers = 12 if method else 11, []
+        for _ in range(2):
+            number, shift = 0, 0
+            while data[start] & 0x80:
+                number |= (data[start] & 0x7F) << shift
+                start, shift = start + 1, shift + 7
+            numbers.append(number | data[start] << shift)
+            start += 1
+    except (struct.error, IndexError) as error:
+        raise lb.SceneError("its Draco data are cut short") from error
+    return (numbers[1], numbers[0]) if method else (numbers[0], numbers[1])
