@@ -108,6 +108,12 @@ PITCH = B + 16                  # numbers from row to row; with a power of two a
  BEAM,                                          # of the block, not of its lanes: bounds of its rays
  ) = range(58)
 ROWS = 58
+# Scratch rows that a stage leaves for later ones, which the stages between keep (`test_scratch_rows`). SHADOW_RAY: of
+# lit lanes the lit point (mm), the unit direction to a light, and its distance (mm); ARRIVING: the light along it,
+# which shadows darken; TINT: its colour where lanes differ; ONWARD: where a path goes on: point (mm), unit direction,
+# and a mark
+SHADOW_RAY, ARRIVING, TINT = (A0, A1, A2, A3, A4, A5, A6), A7, (A8, A9, A10)
+ONWARD = (H0, H1, H2, H3, H4, H5, H6)
 
 PIXEL, SAMPLE, SEED, ALIVE, LIT, KEYS = range(6)        # entries of key, and their number
 LOST = 2                        # value of key[ALIVE] where no lane has a WEIGHT

@@ -35,6 +35,7 @@ from lensbench.core.optics.ghost_path import DIRECT, Pair, ghost_pairs, no_such_
 from lensbench.core.optics.ghost_trace import GhostTracer
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.rendering.ghost_lights import GhostLights, add_cells, add_lines, ghost_lights
+from lensbench.core.rendering.light_layer import add_mean
 from lensbench.core.scenery.scene import Scene
 from lensbench.core.text import significant
 
@@ -144,10 +145,7 @@ class GhostImage:
         """Add the mean of the passes so far to lines of a picture (lines, w, 3), the first of which is `top`."""
         if self.reason:
             return
-        share = np.float32(1.0 / max(self._passes, 1))
-        own = self._sums.reshape(self._down, self._across, 3)[top:top + len(picture)]
-        for line, sums in zip(picture, own, strict=True):
-            line += sums * share
+        add_mean(picture, self._sums.reshape(self._down, self._across, 3)[top:top + len(picture)], self._passes)
 
     @property
     def state(self) -> dict[str, np.ndarray]:

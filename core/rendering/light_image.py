@@ -36,7 +36,7 @@ from lensbench.core.kernels.sampling import concentric_disk, sobol_net
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.rendering.light_layer import (
     DECIDED, FIRST_PASSES, LIST_BLUE, LIST_GREEN, LIST_RED, LIST_SIZE, LIST_V0, LIST_X, LIST_Y, LightLayer, LightPeriod,
-    add_rays
+    add_mean, add_rays
 )
 from lensbench.core.rendering.light_rays import (
     LIGHT_MARK, LIGHT_SIZE, MARK, apply_throughput, require_mirror, reverse_ray, trace_by_ball, trace_to_light
@@ -107,14 +107,8 @@ class LightImage:
         return self._sums.reshape(self._down, self._across, 3) * np.float32(1.0 / max(self._passes, 1))
 
     def add_to(self, picture: np.ndarray, top: int = 0) -> None:
-        """Add the mean of the passes so far to lines of a picture (lines, w, 3), the first of which is `top`.
-
-        One after the other: a large picture has no room to spare.
-        """
-        share = np.float32(1.0 / max(self._passes, 1))
-        own = self._sums.reshape(self._down, self._across, 3)[top:top + len(picture)]
-        for line, sums in zip(picture, own, strict=True):
-            line += sums * share
+        """Add the mean of the passes so far to lines of a picture (lines, w, 3), the first of which is `top`."""
+        add_mean(picture, self._sums.reshape(self._down, self._across, 3)[top:top + len(picture)], self._passes)
 
     @property
     def state(self) -> dict[str, np.ndarray]:

@@ -145,6 +145,13 @@ def _placed(camera: Camera, centres: np.ndarray) -> Placed:
     return Placed(raster[:, 0], raster[:, 1], blur, scale)
 
 
+def add_mean(picture: np.ndarray, sums: np.ndarray, passes: int) -> None:
+    """Add the mean of passes to lines (lines, w, 3) one after the other: a large picture has no room to spare."""
+    share = np.float32(1.0 / max(passes, 1))
+    for line, own in zip(picture, sums, strict=True):
+        line += own * share
+
+
 @njit(nogil=True, cache=True, error_model="numpy")
 def add_rays(sums, found, n, across, top, bottom, image, points, shared):
     """Add listed rays to the pixels on which they fall, in the rows top … bottom − 1.

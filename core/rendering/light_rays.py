@@ -18,30 +18,22 @@ import numpy as np
 
 from lensbench.core.kernels.block import (
     A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, ALIVE, BLUE, EMITS, GREEN, H0, H1, H2, H3, H4, H5, LOST, PIXEL, RED,
-    TB, TG, TR, U0, U1, V0, V1, WEIGHT, B, L, M, N, X, Y, Z, rows, stage
+    TB, TG, TR, U0, U1, V0, V1, WEIGHT, B, L, M, N, X, Y, Z, offsets, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.sampling import concentric_disk
+from lensbench.core.scenery.intersect.moving_objects import keep_world
 from lensbench.core.scenery.shading.illumination import INDEX
 
-# Layout of one light's parameters. Vectors take three numbers.
-ENTRANCE = 0            # middle of the rectangle on the entrance plane, mm
-ENTRANCE_A = 3          # its half-axes, mm
-ENTRANCE_B = 6
-ENTRANCE_NORMAL = 9     # unit, towards the light
-CENTRE = 12             # of what covers the light, mm
-RIGHT = 15              # its half-axes, mm
-UP = 18
-NORMAL = 21             # unit normal of these
-ETENDUE = 24            # area of the light × area of the rectangle × share of one sample, mm⁴
+# One light. ENTRANCE, ENTRANCE_A, ENTRANCE_B: middle and half-axes of the rectangle on the entrance plane (mm), and its
+# unit normal towards the light; CENTRE, RIGHT, UP: of what covers the light, middle and half-axes (mm), NORMAL: unit,
+# of these; ETENDUE: area of the light × area of the rectangle × share of one sample (mm⁴); LIGHT_MARK, MIRROR_MARK:
+# MARK of the object that shines and of the specular one on the path; BALL: centre and radius (mm) of the ball on the
+# path; BALL_SIDE: on which side of its centre the ray passes, seen from the light: 1 metal, −1 glass; BALL_START: first
+# guess of b (mm)
+(ENTRANCE, ENTRANCE_A, ENTRANCE_B, ENTRANCE_NORMAL, CENTRE, RIGHT, UP, NORMAL, ETENDUE, LIGHT_MARK, MIRROR_MARK, BALL,
+ BALL_RADIUS, BALL_SIDE, BALL_START, LIGHT_SIZE) = offsets(3, 3, 3, 3, 3, 3, 3, 3, 1, 1, 1, 3, 1, 1, 1)
 MARK = EMITS            # the row where `Scene.marking_steps` leaves which object was met
-LIGHT_MARK = 25         # MARK of the object that shines
-MIRROR_MARK = 26        # MARK of the specular object on the path
-BALL = 27               # centre of the ball on the path, mm
-BALL_RADIUS = 30        # mm
-BALL_SIDE = 31          # on which side of the ball's centre the ray passes, seen from the light: 1 metal, −1 glass
-BALL_START = 32         # first guess of b, mm
-LIGHT_SIZE = 33
 
 # Rows that `trace_by_ball` and its parts share
 (AXIS_X, AXIS_Y, AXIS_Z,        # unit, from the entrance point to the ball's centre
@@ -87,8 +79,7 @@ def trace_to_light(lanes, p, ints, key):
     real = lanes.dtype.type
     row = rows(lanes)
     s = np.int64(key[PIXEL]) * LIGHT_SIZE
-    wx, wy, wz = p[s + ENTRANCE_NORMAL], p[s + ENTRANCE_NORMAL + 1], p[s + ENTRANCE_NORMAL + 2]
-    ux, uy, uz, etendue = p[s + NORMAL], p[s + NORMAL + 1], p[s + NORMAL + 2], p[s + ETENDUE]
+    (wx, wy, wz), (ux, uy, uz), etendue = vector(p, s + ENTRANCE_NORMAL), vector(p, s + NORMAL), p[s + ETENDUE]
 
     # Sample both ends
     _sample_ends(lanes, p, s, ints[np.int64(key[PIXEL])])
@@ -102,7 +93,7 @@ def trace_to_light(lanes, p, ints, key):
         # cos · cos / d²: each product below holds one d
         weight[i] = abs(a * wx + b * wy + c * wz) * per * abs(a * ux + b * uy + c * uz) * per * etendue
         l[i], m[i], n[i] = a * size, b * size, c * size
-    _keep_ray(lanes)
+    keep_world(lanes, X, L, False)
 
 
 @stage
@@ -115,12 +106,9 @@ def _sample_ends(lanes, p, s, is_round):
     row = rows(lanes)
     x, y, z, l, m, n, u, v = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U0], row[U1]
     v0, v1 = row[V0], row[V1]
-    px, py, pz = p[s + ENTRANCE], p[s + ENTRANCE + 1], p[s + ENTRANCE + 2]
-    ax, ay, az = p[s + ENTRANCE_A], p[s + ENTRANCE_A + 1], p[s + ENTRANCE_A + 2]
-    bx, by, bz = p[s + ENTRANCE_B], p[s + ENTRANCE_B + 1], p[s + ENTRANCE_B + 2]
-    cx, cy, cz = p[s + CENTRE], p[s + CENTRE + 1], p[s + CENTRE + 2]
-    ex, ey, ez = p[s + RIGHT], p[s + RIGHT + 1], p[s + RIGHT + 2]
-    fx, fy, fz = p[s + UP], p[s + UP + 1], p[s + UP + 2]
+    (px, py, pz), (ax, ay, az) = vector(p, s + ENTRANCE), vector(p, s + ENTRANCE_A)
+    (bx, by, bz), (cx, cy, cz) = vector(p, s + ENTRANCE_B), vector(p, s + CENTRE)
+    (ex, ey, ez), (fx, fy, fz) = vector(p, s + RIGHT), vector(p, s + UP)
     for i in range(B):
         a, b = real(2) * u[i] - real(1), real(2) * v[i] - real(1)
         x[i], y[i], z[i] = px + a * ax + b * bx, py + a * ay + b * by, pz + a * az + b * bz
@@ -129,16 +117,6 @@ def _sample_ends(lanes, p, s, is_round):
         a = q if is_round else real(2) * v0[i] - real(1)
         b = r if is_round else real(2) * v1[i] - real(1)
         l[i], m[i], n[i] = cx + a * ex + b * fx, cy + a * ey + b * fy, cz + a * ez + b * fz
-
-
-@stage
-def _keep_ray(lanes):
-    """KEPT_X … KEPT_N: the ray as it is now."""
-    row = rows(lanes)
-    x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    hx, hy, hz, hl, hm, hn = row[KEPT_X], row[KEPT_Y], row[KEPT_Z], row[KEPT_L], row[KEPT_M], row[KEPT_N]
-    for i in range(B):
-        hx[i], hy[i], hz[i], hl[i], hm[i], hn[i] = x[i], y[i], z[i], l[i], m[i], n[i]
 
 
 @njit(inline="always")
@@ -193,7 +171,7 @@ def trace_by_ball(lanes, p, ints, key):
 
     # Set the ray and its étendue
     _aim_at_ball(lanes, p, s)
-    _keep_ray(lanes)
+    keep_world(lanes, X, L, False)
 
 
 @stage(part=True)
@@ -204,7 +182,7 @@ def _find_path_plane(lanes, p, s):
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
     ax, ay, az, bx, by, bz = row[AXIS_X], row[AXIS_Y], row[AXIS_Z], row[CROSS_X], row[CROSS_Y], row[CROSS_Z]
     distance, along, across, offset = row[BALL_DISTANCE], row[LIGHT_ALONG], row[LIGHT_ACROSS], row[OFFSET]
-    cx, cy, cz = p[s + BALL], p[s + BALL + 1], p[s + BALL + 2]
+    cx, cy, cz = vector(p, s + BALL)
     side, start = p[s + BALL_SIDE], p[s + BALL_START]
     for i in range(B):
         a, b, c = cx - x[i], cy - y[i], cz - z[i]
@@ -228,8 +206,7 @@ def _aim_at_ball(lanes, p, s):
     ax, ay, az, bx, by, bz = row[AXIS_X], row[AXIS_Y], row[AXIS_Z], row[CROSS_X], row[CROSS_Y], row[CROSS_Z]
     distance, along, across = row[BALL_DISTANCE], row[LIGHT_ALONG], row[LIGHT_ACROSS]
     offset, residual = row[OFFSET], row[RESIDUAL]
-    wx, wy, wz = p[s + ENTRANCE_NORMAL], p[s + ENTRANCE_NORMAL + 1], p[s + ENTRANCE_NORMAL + 2]
-    ux, uy, uz, etendue = p[s + NORMAL], p[s + NORMAL + 1], p[s + NORMAL + 2], p[s + ETENDUE]
+    (wx, wy, wz), (ux, uy, uz), etendue = vector(p, s + ENTRANCE_NORMAL), vector(p, s + NORMAL), p[s + ETENDUE]
     radius, metal = p[s + BALL_RADIUS], p[s + BALL_SIDE] > real(0)
     per = real(1) / radius
     for i in range(B):

@@ -28,8 +28,8 @@ class Family:
 
     field: the field of `Scene` that holds them, all of the class `kind`. intersection: stages that find shapes at rest,
     behind `beam`. shadows: stages of the shadows of its own shapes, given also a lamp among them that hides its own
-    light, or None; None where `Shape.occluder_numbers` has their shadows. lamp: stage of a lamp that has rays of its
-    own; None where `Shape.lamp_parameters` describes it. hollow: a ray through a shape of glass meets it twice.
+    light, or None; None where `soft_shadows` has them. lamp: stage of a lamp that has rays of its
+    own; None where `soft_shadows.lamp_rays` samples it. hollow: a ray through a shape of glass meets it twice.
     """
 
     field: str

@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 human = st.floats(1e-6, 1e6) | st.floats(-1e6, -1e-6)
 digits = st.integers(1, 9)
 RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-FILES = {"core/text.py", "core/scenery/builtin/focus_ruler.py", "lenses/tables/text.py", "lenses/tables/rows.py",
+FILES = {"core/text.py", "core/scenery/builtin/charts.py", "lenses/tables/text.py", "lenses/tables/rows.py",
          "lenses/formats/toml_header.py", "lenses/checks/figures.py", "app/drawing/sheet.py",
          "app/bench/lens_choice.py", "app/settings/dial_scales.py", "app/studies/charts/curves.py",
          "app/studies/charts/methods.py", "app/studies/stability/sweep.py", "app/studies/stability/focusing.py"}

@@ -138,6 +138,13 @@ def _between(seen, k, near, far):
             seen[k + GREATEST] + max(near * least, far * least, near * greatest, far * greatest))
 
 
+@njit(inline="always")
+def widen(real, low, high, x, inside):
+    """An interval of integers, widened to a number rounded towards 0 where it is `inside`."""
+    n = np.int32(x if inside else real(0))
+    return min(low, n if inside else np.int32(MOST)), max(high, n if inside else np.int32(-MOST))
+
+
 @stage
 def shadow_bounds(lanes):
     """Box around the shadow rays of the block: its least x, y, z and its greatest, in mm.
@@ -155,12 +162,12 @@ def shadow_bounds(lanes):
         t = far[i] if far[i] < real(1e6) else real(1e6)
         ax, ay, az = hx[i], hy[i], hz[i]
         bx, by, bz = ax + t * wx[i], ay + t * wy[i], az + t * wz[i]
-        p, q = np.int32(ax if lit else real(0)), np.int32(bx if lit else real(0))
-        x0, x1 = min(x0, min(p, q) if lit else np.int32(MOST)), max(x1, max(p, q) if lit else np.int32(-MOST))
-        p, q = np.int32(ay if lit else real(0)), np.int32(by if lit else real(0))
-        y0, y1 = min(y0, min(p, q) if lit else np.int32(MOST)), max(y1, max(p, q) if lit else np.int32(-MOST))
-        p, q = np.int32(az if lit else real(0)), np.int32(bz if lit else real(0))
-        z0, z1 = min(z0, min(p, q) if lit else np.int32(MOST)), max(z1, max(p, q) if lit else np.int32(-MOST))
+        x0, x1 = widen(real, x0, x1, ax, lit)
+        x0, x1 = widen(real, x0, x1, bx, lit)
+        y0, y1 = widen(real, y0, y1, ay, lit)
+        y0, y1 = widen(real, y0, y1, by, lit)
+        z0, z1 = widen(real, z0, z1, az, lit)
+        z0, z1 = widen(real, z0, z1, bz, lit)
     one = np.int32(2)
     return (real(np.int32(x0 - one)), real(np.int32(y0 - one)), real(np.int32(z0 - one)),
             real(np.int32(x1 + one)), real(np.int32(y1 + one)), real(np.int32(z1 + one)))
@@ -176,12 +183,9 @@ def lit_bounds(lanes):
     x0, x1, y0, y1, z0, z1 = most, least, most, least, most, least
     for i in range(B):
         lit = red[i] + green[i] + blue[i] > real(0)
-        n = np.int32(hx[i] if lit else real(0))
-        x0, x1 = min(x0, n if lit else most), max(x1, n if lit else least)
-        n = np.int32(hy[i] if lit else real(0))
-        y0, y1 = min(y0, n if lit else most), max(y1, n if lit else least)
-        n = np.int32(hz[i] if lit else real(0))
-        z0, z1 = min(z0, n if lit else most), max(z1, n if lit else least)
+        x0, x1 = widen(real, x0, x1, hx[i], lit)
+        y0, y1 = widen(real, y0, y1, hy[i], lit)
+        z0, z1 = widen(real, z0, z1, hz[i], lit)
     return (real(np.int32(x0 - one)), real(np.int32(y0 - one)), real(np.int32(z0 - one)),
             real(np.int32(x1 + one)), real(np.int32(y1 + one)), real(np.int32(z1 + one)))
 

@@ -148,12 +148,9 @@ def find_meshes(lanes, p, ints, key):
         _, (bx, by, bz), (cx, cy, cz) = corner_places(real, corners, vertices, number)
         fx, fy, fz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
         area = math.sqrt(fx * fx + fy * fy + fz * fz)
-        sx = first * _at(real, vertices, q, NORMAL) + second * _at(real, vertices, m, NORMAL) + third * _at(
-            real, vertices, n, NORMAL)
-        sy = first * _at(real, vertices, q, NORMAL + 1) + second * _at(real, vertices, m, NORMAL + 1) + third * _at(
-            real, vertices, n, NORMAL + 1)
-        sz = first * _at(real, vertices, q, NORMAL + 2) + second * _at(real, vertices, m, NORMAL + 2) + third * _at(
-            real, vertices, n, NORMAL + 2)
+        sx = _between(real, vertices, q, m, n, first, second, third, NORMAL)
+        sy = _between(real, vertices, q, m, n, first, second, third, NORMAL + 1)
+        sz = _between(real, vertices, q, m, n, first, second, third, NORMAL + 2)
         smooth = math.sqrt(sx * sx + sy * sy + sz * sz)
         facing = real(-1) if fx * dx[i] + fy * dy[i] + fz * dz[i] > real(0) else real(1)
         if smooth > real(1e-3):
@@ -178,12 +175,9 @@ def find_meshes(lanes, p, ints, key):
         nx[i], ny[i], nz[i], back[i] = sx, sy, sz, real(0.5) * (real(1) - facing)
         u[i], v[i] = real(2) * (ua - np.floor(ua)) - real(1), real(2) * (va - np.floor(va)) - real(1)
         wide[i] = real(2) * abs(side[i] + t * spread[i]) * math.sqrt(abs(ub * vc - uc * vb) / area)
-        r[i] = first * _at(real, vertices, q, TINT) + second * _at(real, vertices, m, TINT) + third * _at(
-            real, vertices, n, TINT)
-        g[i] = first * _at(real, vertices, q, TINT + 1) + second * _at(real, vertices, m, TINT + 1) + third * _at(
-            real, vertices, n, TINT + 1)
-        b[i] = first * _at(real, vertices, q, TINT + 2) + second * _at(real, vertices, m, TINT + 2) + third * _at(
-            real, vertices, n, TINT + 2)
+        r[i] = _between(real, vertices, q, m, n, first, second, third, TINT)
+        g[i] = _between(real, vertices, q, m, n, first, second, third, TINT + 1)
+        b[i] = _between(real, vertices, q, m, n, first, second, third, TINT + 2)
 
 
 @njit(inline="always")
@@ -204,6 +198,12 @@ def corner_places(real, corners, vertices, number):
 def _at(real, table, first, k):
     """A number of a vertex in the type of the lanes."""
     return real(table[first + np.uint64(k)])
+
+
+@njit(inline="always")
+def _between(real, table, q, m, n, first, second, third, k):
+    """A number of three vertices, from q, m and n on, weighed by their shares."""
+    return first * _at(real, table, q, k) + second * _at(real, table, m, k) + third * _at(real, table, n, k)
 
 
 @stage(allocates=True)

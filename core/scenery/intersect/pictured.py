@@ -13,9 +13,11 @@ from lensbench.core.kernels.block import (
     M, N, Step, X, Y, Z, offsets, pack, rows, stage, vector
 )
 from lensbench.core.scenery.intersect.planar import (
-    COLOUR as PLANAR_COLOUR, PLANAR, fields_of, footprint, intersect, record
+    COLOUR as PLANAR_COLOUR, PLANAR, fields_of, footprint, intersect, paint_image, record
 )
-from lensbench.core.scenery.intersect.sky import floor_axes, half_turn
+from lensbench.core.scenery.intersect.sky import (
+    AXIS_A, AXIS_B, COLOUR as FLOOR_COLOUR, FLOOR, SHIFT, floor_parameters, half_turn, meet_floor
+)
 from lensbench.core.scenery.intersect.spheres import closest_approach
 from lensbench.core.scenery.intersect.texture import AROUND, REPEATED, look_up_texture, texture
 from lensbench.core.scenery.objects.surroundings import Floor
@@ -23,10 +25,8 @@ from lensbench.core.scenery.shading.pattern_filter import footprint_stretch
 
 LARGE = 1 << 20         # texels of an image of a planar shape that is read where it lies
 
-# GREATEST, the last of each, is that of the `Texture`
+# BALL_GREATEST: that of the `Texture`; so is the last number of planar shapes and of the floor
 CENTRE, RADIUS2, RADIUS, COLOUR, EMISSION, OWN_FINISH, BALL_GREATEST, BALL = offsets(3, 1, 1, 3, 1, 1, 1)
-# AXIS_A, AXIS_B: unit axes over the sides of the picture (1/mm); SHIFT in pictures; MEAN: of its colours
-NORMAL, HEIGHT, AXIS_A, AXIS_B, SHIFT, MEAN, FLOOR_FINISH, FLOOR_GREATEST, FLOOR = offsets(3, 1, 3, 3, 2, 3, 1, 1)
 
 
 def is_large(shape: Any) -> bool:
@@ -54,13 +54,9 @@ def pictured_step(shape: Any, emission: float) -> Step:
 def pictured_floor_step(floor: Floor) -> Step:
     """The stage of a floor with an image."""
     assert floor.image is not None
-    found = texture(floor.image)
-    normal, a, b = floor_axes(floor)
-    tall = floor.tile * floor.image.height / floor.image.width
-    return Step(pictured_floor,
-                pack(FLOOR, {NORMAL: normal, HEIGHT: floor.height, AXIS_A: a / floor.tile, AXIS_B: -b / tall,
-                             SHIFT: floor.offset, MEAN: floor.image.mean, FLOOR_FINISH: floor.gloss,
-                             FLOOR_GREATEST: found.greatest}), found.integers(REPEATED), kept=found)
+    found, numbers = texture(floor.image), floor_parameters(floor)
+    numbers[AXIS_B:AXIS_B + 3] *= -floor.image.width / floor.image.height       # its rows run against the axis
+    return Step(pictured_floor, [*numbers, found.greatest], found.integers(REPEATED), kept=found)
 
 
 @stage
@@ -71,21 +67,7 @@ def pictured_planar(lanes, p, ints, key):
     record(lanes, p)
     footprint(lanes, p)
     look_up_texture(lanes, p[PLANAR], ints[1:])
-    _paint(lanes, p[PLANAR_COLOUR:])
-
-
-@stage
-def _paint(lanes, colour):
-    """RED, GREEN, BLUE: A4 A5 A6 times a colour (3), where A0 is positive."""
-    real = lanes.dtype.type
-    row = rows(lanes)
-    met, er, eg, eb, red, green, blue = row[A0], row[A4], row[A5], row[A6], row[RED], row[GREEN], row[BLUE]
-    r, g, b = vector(colour, 0)
-    for i in range(B):
-        hit = met[i] > real(0)
-        red[i] = r * er[i] if hit else red[i]
-        green[i] = g * eg[i] if hit else green[i]
-        blue[i] = b * eb[i] if hit else blue[i]
+    paint_image(lanes, p[PLANAR_COLOUR:])
 
 
 @stage
@@ -127,59 +109,42 @@ def pictured_sphere(lanes, p, ints, key):
         emits[i] = emission if hit else emits[i]
         finish[i] = own_finish if hit else finish[i]
     look_up_texture(lanes, p[BALL_GREATEST], ints)
-    _paint(lanes, p[COLOUR:])
+    paint_image(lanes, p[COLOUR:])
 
 
 @stage
 def pictured_floor(lanes, p, ints, key):
     """Intersect rays with a floor that has an image, repeated.  p, ints: pictured_floor_step."""
+    if meet_floor(lanes, p) == 0:
+        return
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, emits, finish, nx, ny, nz = row[DEPTH], row[EMITS], row[FINISH], row[NX], row[NY], row[NZ]
     met, u, v, wide_u, wide_v = row[A0], row[A1], row[A2], row[A7], row[A8]
     red, green, blue, side, spread = row[RED], row[GREEN], row[BLUE], row[PIXEL_SIDE], row[PIXEL_SPREAD]
-    (ux, uy, uz), height, own_finish = vector(p, NORMAL), p[HEIGHT], p[FLOOR_FINISH]
     (ax, ay, az), (bx, by, bz), a0, b0 = vector(p, AXIS_A), vector(p, AXIS_B), p[SHIFT], p[SHIFT + 1]
     per_a, per_b = math.sqrt(ax * ax + ay * ay + az * az), math.sqrt(bx * bx + by * by + bz * bz)
 
-    # Find the distance at which each ray meets the floor, 0 where it does not
-    many = np.int32(0)
+    # Find the place in the picture and the footprint there; A1 holds the steepness up to here
     for i in range(B):
-        steep = real(1) / (ux * dx[i] + uy * dy[i] + uz * dz[i])
-        t = (height - (ux * x[i] + uy * y[i] + uz * z[i])) * steep
-        hit = (t > real(0)) & (t < depth[i]) & (steep < real(0))
-        met[i] = t if hit else real(0)
-        many = np.int32(many + np.int32(hit))
-    if many == 0:
-        return
-
-    # Record the surface, its place in the picture and the footprint there
-    for i in range(B):
-        t = met[i]
-        hit = t > real(0)
-        steep = real(1) / (ux * dx[i] + uy * dy[i] + uz * dz[i])
+        t, steep = met[i], u[i]
         hx, hy, hz = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
         a, b = a0 + ax * hx + ay * hy + az * hz, b0 + bx * hx + by * hy + bz * hz
         u[i], v[i] = real(2) * (a - np.floor(a)) - real(1), real(2) * (b - np.floor(b)) - real(1)
         wide = real(2) * abs(side[i] + t * spread[i])
         wide_u[i] = wide * per_a * footprint_stretch(real, (ax * dx[i] + ay * dy[i] + az * dz[i]) / per_a, steep)
         wide_v[i] = wide * per_b * footprint_stretch(real, (bx * dx[i] + by * dy[i] + bz * dz[i]) / per_b, steep)
-        depth[i] = t if hit else depth[i]
-        emits[i] = real(0) if hit else emits[i]
-        finish[i] = own_finish if hit else finish[i]
-        nx[i], ny[i], nz[i] = ux if hit else nx[i], uy if hit else ny[i], uz if hit else nz[i]
 
     # A footprint of half a picture or more sees the mean of its colours
     er, eg, eb = row[A4], row[A5], row[A6]
-    r, g, b = vector(p, MEAN)
+    r, g, b = vector(p, FLOOR_COLOUR)
     for i in range(B):
         widest = wide_u[i] if wide_u[i] > wide_v[i] else wide_v[i]
         fade = real(2) * widest - real(1)
         fade = fade if fade > real(0) else real(0)
         fade = fade if fade < real(1) else real(1)
         met[i] = met[i] if met[i] == real(0) else fade + real(1e-6)
-    look_up_texture(lanes, p[FLOOR_GREATEST], ints)
+    look_up_texture(lanes, p[FLOOR], ints)
     for i in range(B):
         hit, fade = met[i] > real(0), met[i]
         fade = fade if fade < real(1) else real(1)

@@ -66,10 +66,6 @@ def fields_of(shape, emission: float) -> dict[int, Any]:
 @stage
 def planar(lanes, p, ints, key):
     """Intersect rays with planar shapes, after `beam`; the nearest surface stays.  p, ints: planar_parameters."""
-    real = lanes.dtype.type
-    row = rows(lanes)
-    red, green, blue, met = row[RED], row[GREEN], row[BLUE], row[A0]
-    er, eg, eb = row[A4], row[A5], row[A6]
     s, k = 0, 0
     while s < p.size:
         q, kind, is_disk, image = p[s:s + ints[k + LENGTH]], ints[k + KIND], ints[k + IS_DISK], k + PLANAR_INTEGERS
@@ -82,12 +78,7 @@ def planar(lanes, p, ints, key):
         footprint(lanes, q)
         if kind == IMAGE:
             look_up(lanes, q[PLANAR:], ints[image:k])
-            r, g, b = vector(q, COLOUR)
-            for i in range(B):
-                hit = met[i] > real(0)
-                red[i] = r * er[i] if hit else red[i]
-                green[i] = g * eg[i] if hit else green[i]
-                blue[i] = b * eb[i] if hit else blue[i]
+            paint_image(lanes, q[COLOUR:])
             continue
         if kind == CHECKER:
             _checker(lanes, q)
@@ -207,6 +198,20 @@ def _paint(lanes, q):
         red[i] = r if hit else red[i]
         green[i] = g if hit else green[i]
         blue[i] = b if hit else blue[i]
+
+
+@stage
+def paint_image(lanes, colour):
+    """RED, GREEN, BLUE: A4 A5 A6 times a colour (3), where A0 is positive."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    met, er, eg, eb, red, green, blue = row[A0], row[A4], row[A5], row[A6], row[RED], row[GREEN], row[BLUE]
+    r, g, b = vector(colour, 0)
+    for i in range(B):
+        hit = met[i] > real(0)
+        red[i] = r * er[i] if hit else red[i]
+        green[i] = g * eg[i] if hit else green[i]
+        blue[i] = b * eb[i] if hit else blue[i]
 
 
 @stage

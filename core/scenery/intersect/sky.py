@@ -63,43 +63,53 @@ def tile_side(real, hx, hy, hz, dx, dy, dz, steep, wide, a_axis, b_axis, a0, b0,
     return (real(4) * odd - real(1)) * checker_contrast(real, a, b, wide_a, wide_b)
 
 
-@stage
-def floor(lanes, p, ints, key):
-    """Intersect rays with the floor, visible from above only; the nearest surface stays.  p: floor_parameters."""
+@stage(part=True)
+def meet_floor(lanes, p):
+    """Record the floor, but its colour, where it is the nearest surface. Returns how many rays meet it.
+
+    A0: its distance, 0 for the other rays; A1: 1 / (normal · ray). p: floor_parameters.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, emits, finish, nx, ny, nz = row[DEPTH], row[EMITS], row[FINISH], row[NX], row[NY], row[NZ]
-    red, green, blue, side, spread = row[RED], row[GREEN], row[BLUE], row[PIXEL_SIDE], row[PIXEL_SPREAD]
-    (ux, uy, uz), height, a_axis, b_axis = vector(p, NORMAL), p[HEIGHT], vector(p, AXIS_A), vector(p, AXIS_B)
-    a0, b0, (mr, mg, mb), (hr, hg, hb) = p[SHIFT], p[SHIFT + 1], vector(p, COLOUR), vector(p, HALF_DIFFERENCE)
-    own_finish, per = p[OWN_FINISH], p[PER_TILE]
-    tile, met, slant = real(1) / per, row[A0], row[A1]
-
-    # Find the distance at which each ray meets the floor, 0 where it does not
-    many = np.int32(0)
+    (ux, uy, uz), height, own_finish, met, slant = vector(p, NORMAL), p[HEIGHT], p[OWN_FINISH], row[A0], row[A1]
+    count = np.int32(0)
     for i in range(B):
         steep = real(1) / (ux * dx[i] + uy * dy[i] + uz * dz[i])
         t = (height - (ux * x[i] + uy * y[i] + uz * z[i])) * steep
         hit = (t > real(0)) & (t < depth[i]) & (steep < real(0))
         met[i], slant[i] = t if hit else real(0), steep
-        many = np.int32(many + np.int32(hit))
-    if many == 0:
-        return
+        count = np.int32(count + np.int32(hit))
+    if count == 0:
+        return count
+    for i in range(B):
+        hit = met[i] > real(0)
+        depth[i] = met[i] if hit else depth[i]
+        emits[i] = real(0) if hit else emits[i]
+        finish[i] = own_finish if hit else finish[i]
+        nx[i], ny[i], nz[i] = ux if hit else nx[i], uy if hit else ny[i], uz if hit else nz[i]
+    return count
 
-    # Record the surface there, its tiles averaged over the footprint
+
+@stage
+def floor(lanes, p, ints, key):
+    """Intersect rays with the floor, visible from above only; the nearest surface stays.  p: floor_parameters."""
+    if meet_floor(lanes, p) == 0:
+        return
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    red, green, blue, side, spread = row[RED], row[GREEN], row[BLUE], row[PIXEL_SIDE], row[PIXEL_SPREAD]
+    a_axis, b_axis, a0, b0, per = vector(p, AXIS_A), vector(p, AXIS_B), p[SHIFT], p[SHIFT + 1], p[PER_TILE]
+    (mr, mg, mb), (hr, hg, hb) = vector(p, COLOUR), vector(p, HALF_DIFFERENCE)
+    tile, met, slant = real(1) / per, row[A0], row[A1]
     for i in range(B):
         t, steep = met[i], slant[i]
         hit = t > real(0)
         hx, hy, hz = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
         wide = abs(side[i] + t * spread[i]) * per
         light = tile_side(real, hx, hy, hz, dx[i], dy[i], dz[i], steep, wide, a_axis, b_axis, a0, b0, tile)
-        depth[i] = t if hit else depth[i]
-        emits[i] = real(0) if hit else emits[i]
-        finish[i] = own_finish if hit else finish[i]
-        nx[i] = ux if hit else nx[i]
-        ny[i] = uy if hit else ny[i]
-        nz[i] = uz if hit else nz[i]
         red[i] = mr + light * hr if hit else red[i]
         green[i] = mg + light * hg if hit else green[i]
         blue[i] = mb + light * hb if hit else blue[i]

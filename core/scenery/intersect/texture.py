@@ -209,6 +209,13 @@ def _code(values: np.ndarray, greatest: float, into: np.ndarray) -> None:
         into[top:top + STRIP] = np.sqrt(np.maximum(values[top:top + STRIP], 0.0) / greatest) * 65535.0 + 0.5
 
 
+@njit(inline="always")
+def _decoded(real, texels, k, m, q, w, e, f, g, h):
+    """One channel between four texels of a coded picture, weighed by e, f, g, h; codes are square roots."""
+    a, b, c, d = real(texels[k]), real(texels[m]), real(texels[q]), real(texels[w])
+    return e * a * a + f * b * b + g * c * c + h * d * d
+
+
 @stage
 def look_up_texture(lanes, greatest, ints):
     """Colours A4 A5 A6 of a picture at A1, A2 (u, v in [−1, 1]; its first row at v = 1), bilinear between texels.
@@ -246,7 +253,7 @@ def look_up_texture(lanes, greatest, ints):
         least *= real(2)
 
     # Interpolate between four texels, counted in integers
-    one, three, none = np.uint64(1), np.uint64(3), np.uint64(0)
+    one, two, three, none = np.uint64(1), np.uint64(2), np.uint64(3), np.uint64(0)
     around, repeated = (ints[WRAPS] & 1) != 0, (ints[WRAPS] & 2) != 0
     for i in range(B):
         a = (u[i] + real(1)) * real(0.5) * wide_at[i] - real(0.5)
@@ -271,11 +278,6 @@ def look_up_texture(lanes, greatest, ints):
         left, right = (np.uint64(first) + line * wide) * three, (np.uint64(first) + below * wide) * three
         k, m, q, w = left + column * three, left + beside * three, right + column * three, right + beside * three
         e, f, g, h = (real(1) - s) * (real(1) - t), s * (real(1) - t), (real(1) - s) * t, s * t
-        c0, c1, c2, c3 = real(texels[k]), real(texels[m]), real(texels[q]), real(texels[w])
-        red[i] = scale * (e * c0 * c0 + f * c1 * c1 + g * c2 * c2 + h * c3 * c3)
-        k, m, q, w = k + one, m + one, q + one, w + one
-        c0, c1, c2, c3 = real(texels[k]), real(texels[m]), real(texels[q]), real(texels[w])
-        green[i] = scale * (e * c0 * c0 + f * c1 * c1 + g * c2 * c2 + h * c3 * c3)
-        k, m, q, w = k + one, m + one, q + one, w + one
-        c0, c1, c2, c3 = real(texels[k]), real(texels[m]), real(texels[q]), real(texels[w])
-        blue[i] = scale * (e * c0 * c0 + f * c1 * c1 + g * c2 * c2 + h * c3 * c3)
+        red[i] = scale * _decoded(real, texels, k, m, q, w, e, f, g, h)
+        green[i] = scale * _decoded(real, texels, k + one, m + one, q + one, w + one, e, f, g, h)
+        blue[i] = scale * _decoded(real, texels, k + two, m + two, q + two, w + two, e, f, g, h)

@@ -7,11 +7,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lensbench.core.kernels.block import Packed, pack
 from lensbench.core.lazy import hashed_once
 from lensbench.core.scenery.intersect.triangle_tree import MOST_TRIANGLES
 from lensbench.core.scenery.objects.material import Material
-from lensbench.core.scenery.shading.soft_shadows import LAMP, LAMP_RADIUS2, MIDDLE, SPHERE_LAMP
 from lensbench.core.scenery.values import SceneError, Triple, triple
 from lensbench.core.text import significant
 
@@ -207,18 +205,6 @@ class Mesh:
     def facets(self, most: int) -> np.ndarray:
         """Triangles (n, 3, 3) for a drawing, evenly chosen where there are more than `most`."""
         return self.points[self.triangles[::-(-len(self.triangles) // most)]].astype(float)
-
-    def lamp_parameters(self) -> Packed:
-        """Parameters of a sphere of the same silhouette, for pictures without shadows; see `mesh_lamp_rays`."""
-        return Packed(pack(LAMP, {MIDDLE: self.centre, LAMP_RADIUS2: self.area / math.pi}), [SPHERE_LAMP])
-
-    def occluder_numbers(self) -> np.ndarray:
-        """A mesh has shadows of its own: `mesh_shadows`."""
-        raise SceneError("a mesh has shadows of its own")
-
-    def reflection_numbers(self) -> np.ndarray:
-        """Sharp coats do not reflect meshes."""
-        raise SceneError("sharp coats do not reflect meshes")
 
 
 def _solid(points: np.ndarray, corners: np.ndarray) -> np.ndarray:

@@ -7,12 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.core.kernels.block import Packed
 from lensbench.core.lazy import hashed_once
 from lensbench.core.scenery.objects.material import Material
 from lensbench.core.scenery.objects.shape import Moving
-from lensbench.core.scenery.shading.clearcoat import planar_reflection
-from lensbench.core.scenery.shading.soft_shadows import planar_lamp, planar_occluder
 from lensbench.core.scenery.values import SceneError, Triple, across, check, cross, triple
 
 
@@ -103,18 +100,6 @@ class Planar(Moving):
         edge = np.column_stack([np.cos(angle), np.sin(angle)]) if self.round else \
             np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         return np.asarray(self.centre) + edge @ np.array(self.half_axes)
-
-    def lamp_parameters(self) -> Packed:
-        """Parameters of `soft_shadows.lamp_rays`."""
-        return planar_lamp(self)
-
-    def occluder_numbers(self) -> np.ndarray:
-        """Parameters of `soft_shadows.shadow`."""
-        return planar_occluder(self)
-
-    def reflection_numbers(self) -> np.ndarray:
-        """Parameters of `clearcoat.sharp_lights`."""
-        return planar_reflection(self)
 
 
 @hashed_once

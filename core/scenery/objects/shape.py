@@ -12,7 +12,6 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
-from lensbench.core.kernels.block import Packed
 from lensbench.core.scenery.objects.material import Material
 from lensbench.core.scenery.values import Triple, triple
 
@@ -175,40 +174,6 @@ class Shape(Protocol):
         -------
         (n, 3, 3) array
             Corners of each, world frame, mm; n ≤ most, 0 for a sphere or planar shape.
-        """
-
-    def lamp_parameters(self) -> Packed:
-        """Parameters of the stage `soft_shadows.lamp_rays` for this shape as a lamp.
-
-        Returns
-        -------
-        Packed
-        """
-
-    def occluder_numbers(self) -> np.ndarray:
-        """Parameters of the stage `soft_shadows.shadow` for this shape.
-
-        Returns
-        -------
-        array
-
-        Raises
-        ------
-        SceneError
-            For a shape with shadows of its own, as a mesh.
-        """
-
-    def reflection_numbers(self) -> np.ndarray:
-        """Parameters of the stage `clearcoat.sharp_lights` for this shape as a light.
-
-        Returns
-        -------
-        array
-
-        Raises
-        ------
-        SceneError
-            For a shape that coats do not mirror, as a mesh.
         """
 
 

@@ -5,12 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.core.kernels.block import Packed
 from lensbench.core.lazy import hashed_once
 from lensbench.core.scenery.objects.material import Material
 from lensbench.core.scenery.objects.shape import Moving
-from lensbench.core.scenery.shading.clearcoat import sphere_reflection
-from lensbench.core.scenery.shading.soft_shadows import sphere_lamp, sphere_occluder
 from lensbench.core.scenery.values import SceneError, Triple, check
 from lensbench.core.text import significant
 
@@ -90,15 +87,3 @@ class Sphere(Moving):
         """Its equator, (count, 3)."""
         angle = 2.0 * np.pi * np.arange(count) / count
         return np.asarray(self.centre) + self.radius * np.column_stack([np.cos(angle), 0.0 * angle, np.sin(angle)])
-
-    def lamp_parameters(self) -> Packed:
-        """Parameters of `soft_shadows.lamp_rays`."""
-        return sphere_lamp(self)
-
-    def occluder_numbers(self) -> np.ndarray:
-        """Parameters of `soft_shadows.shadow`."""
-        return sphere_occluder(self)
-
-    def reflection_numbers(self) -> np.ndarray:
-        """Parameters of `clearcoat.sharp_lights`."""
-        return sphere_reflection(self)

@@ -62,20 +62,13 @@ def reflected_parameters(spheres, planar) -> Packed:
 
     Integers: the number of planar lights, then for each of them 1 for a disk and 0 for a rectangle.
     """
-    return Packed(np.concatenate([np.zeros(0), *(o.reflection_numbers() for o in (*planar, *spheres))]),
-                  [len(planar), *(o.round for o in planar)])
-
-
-def planar_reflection(shape) -> np.ndarray:
-    """A planar light as `sharp_lights` reads it."""
-    centre, a, b, normal = shape.frame
-    return pack(PANEL, {CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
-                        COLOUR: shape.material.colour})
-
-
-def sphere_reflection(sphere) -> np.ndarray:
-    """A spherical light as `sharp_lights` reads it."""
-    return pack(BULB, {CENTRE: sphere.centre, RADIUS2: sphere.radius**2, BULB_COLOUR: sphere.material.colour})
+    numbers = [np.zeros(0)]
+    for o in planar:
+        centre, a, b, normal = o.frame
+        numbers.append(pack(PANEL, {CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
+                                    COLOUR: o.material.colour}))
+    numbers += [pack(BULB, {CENTRE: o.centre, RADIUS2: o.radius**2, BULB_COLOUR: o.material.colour}) for o in spheres]
+    return Packed(np.concatenate(numbers), [len(planar), *(o.round for o in planar)])
 
 
 @stage

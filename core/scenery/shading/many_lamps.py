@@ -18,6 +18,7 @@ from lensbench.core.kernels.block import (
 )
 from lensbench.core.kernels.sampling import concentric_disk
 from lensbench.core.kernels.tile_order import STRIP_WIDTH
+from lensbench.core.scenery.intersect.block_bounds import widen
 from lensbench.core.scenery.intersect.spheres import sphere_tree
 from lensbench.core.scenery.objects.shape import Shape
 from lensbench.core.scenery.shading.illumination import met_points
@@ -68,12 +69,9 @@ def group_lanes(lanes, groups, many):
                     i = first + k * STRIP_WIDTH + e
                     beyond = depth[i] > cut
                     inside = (red[i] + green[i] + blue[i] > real(0)) & (beyond == (part == 1))
-                    n = np.int32(hx[i] * step if inside else real(0))
-                    x0, x1 = min(x0, n if inside else most), max(x1, n if inside else least)
-                    n = np.int32(hy[i] * step if inside else real(0))
-                    y0, y1 = min(y0, n if inside else most), max(y1, n if inside else least)
-                    n = np.int32(hz[i] * step if inside else real(0))
-                    z0, z1 = min(z0, n if inside else most), max(z1, n if inside else least)
+                    x0, x1 = widen(real, x0, x1, hx[i] * step, inside)
+                    y0, y1 = widen(real, y0, y1, hy[i] * step, inside)
+                    z0, z1 = widen(real, z0, z1, hz[i] * step, inside)
                     sx = np.int32(sx + np.int32(nx[i] * fine if inside else real(0)))
                     sy = np.int32(sy + np.int32(ny[i] * fine if inside else real(0)))
                     sz = np.int32(sz + np.int32(nz[i] * fine if inside else real(0)))

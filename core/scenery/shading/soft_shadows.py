@@ -53,18 +53,14 @@ MIDDLE, HALF_A, HALF_B, FACING, AREA, LAMP_RADIUS2, LAMP = offsets(3, 3, 3, 3, 1
 RECTANGLE_LAMP, DISK_LAMP, SPHERE_LAMP = range(3)
 
 
-def sphere_occluder(sphere) -> np.ndarray:
-    """A sphere as `shadow` reads it."""
-    return pack(BALL, {CENTRE: sphere.centre, RADIUS2: sphere.radius**2,
-                       TRANSMITTED: GLASS_BALL if sphere.material.kind == "glass" else 0.0})
-
-
-def planar_occluder(shape) -> np.ndarray:
-    """A planar shape as `shadow` reads it."""
+def _occluder(shape) -> np.ndarray:
+    """A sphere or planar shape as `shadow` reads it."""
+    glass = shape.material.kind == "glass"
+    if shape.family == "sphere":
+        return pack(BALL, {CENTRE: shape.centre, RADIUS2: shape.radius**2, TRANSMITTED: GLASS_BALL if glass else 0.0})
     centre, a, b, normal = shape.frame
     return pack(SHADE, {CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
-                        PANE_TRANSMITTED: 1.0 if shape.material.kind == "glass" else 0.0,
-                        HALF_WIDTHS: abs(a) + abs(b)})
+                        PANE_TRANSMITTED: 1.0 if glass else 0.0, HALF_WIDTHS: abs(a) + abs(b)})
 
 
 def occluder_parameters(spheres, planar) -> Packed:
@@ -76,8 +72,8 @@ def occluder_parameters(spheres, planar) -> Packed:
             middle, reach = bounding_sphere(centres[members], radii[members])
             numbers.append(pack(BALL, {CENTRE: middle, RADIUS2: reach**2}))
         else:
-            numbers.append(spheres[members[0]].occluder_numbers())
-    return Packed(np.concatenate([*numbers, *(o.occluder_numbers() for o in planar)]),
+            numbers.append(_occluder(spheres[members[0]]))
+    return Packed(np.concatenate([*numbers, *(_occluder(o) for o in planar)]),
                   [len(tree), len(planar), *counts_below(tree), *(o.round for o in planar)])
 
 
@@ -91,28 +87,26 @@ def all_occluders(shapes: Iterable[Shape], opening: float) -> Packed:
                  moving_groups([o for o in shapes if o.moves], opening, occluder_parameters))
 
 
-def sphere_lamp(sphere) -> Packed:
-    """A sphere as `lamp_rays` reads it."""
-    return Packed(pack(LAMP, {MIDDLE: sphere.centre, LAMP_RADIUS2: sphere.radius**2}), [SPHERE_LAMP])
-
-
-def planar_lamp(shape) -> Packed:
-    """A planar shape as `lamp_rays` reads it."""
-    centre, a, b, normal = shape.frame
-    return Packed(pack(LAMP, {MIDDLE: centre, HALF_A: a, HALF_B: b, FACING: normal, AREA: shape.area}),
-                  [DISK_LAMP if shape.round else RECTANGLE_LAMP])
+def _lamp(shape) -> Packed:
+    """A lamp as `lamp_rays` reads it; a mesh as the sphere of its silhouette, for pictures without shadows."""
+    if shape.family == "planar":
+        centre, a, b, normal = shape.frame
+        return Packed(pack(LAMP, {MIDDLE: centre, HALF_A: a, HALF_B: b, FACING: normal, AREA: shape.area}),
+                      [DISK_LAMP if shape.round else RECTANGLE_LAMP])
+    radius2 = shape.radius**2 if shape.family == "sphere" else shape.area / math.pi
+    return Packed(pack(LAMP, {MIDDLE: shape.centre, LAMP_RADIUS2: radius2}), [SPHERE_LAMP])
 
 
 def lamp_parameters(lamp: Shape, opening: float) -> Packed:
     """Parameters of `lamp_rays`. opening: seconds at TIME 0, if it moves."""
     lamp = displaced(lamp, opening)
     motion = [Packed(motion_parameters([lamp], opening))] if lamp.moves else []
-    return join(lamp.lamp_parameters(), *motion)
+    return join(_lamp(lamp), *motion)
 
 
 def point_parameters(shape) -> np.ndarray:
     """A lamp as `open_light` reads it: a point at its middle."""
-    lamp = shape.lamp_parameters().parameters
+    lamp = _lamp(shape).parameters
     return pack(POINT, {POINT_PLACE: lamp[MIDDLE:MIDDLE + 3],
                         POINT_AREA: lamp[FACING:FACING + 3] * lamp[AREA] / math.pi,
                         POINT_RADIUS2: lamp[LAMP_RADIUS2], POINT_LIGHT: shape.material.colour})
