@@ -78,7 +78,7 @@ class ChiefRay:
 
 def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wavelength: float = D_LINE,
            colour: tuple[float, float] | None = None) -> Seidel:
-    """Seidel sums for an object at infinity.
+    """Seidel sums for an object at infinity (Welford, ch. 8 and 10).
 
     Parameters
     ----------
@@ -98,10 +98,6 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
     LensError
         For a lens with a cylinder, a toroid or an r³ term, an entrance pupil at infinity, angles from 90° on, and a
         pupil radius that is not positive.
-
-    References
-    ----------
-    Welford, "Aberrations of Optical Systems", ch. 8 and 10.
     """
     check_symmetry(lens)
     if not abs(field_angle) < 0.5 * pi:
@@ -188,7 +184,7 @@ def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: 
 
 
 def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) -> tuple[float, float]:
-    """Tangential and sagittal foci along the chief ray of an object at infinity.
+    """Tangential and sagittal foci along the chief ray of an object at infinity (Welford, ch. 9).
 
     Parameters
     ----------
@@ -208,10 +204,6 @@ def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) 
     ------
     LensError
         As `chief_ray`.
-
-    References
-    ----------
-    Coddington's equations, in Welford, "Aberrations of Optical Systems", ch. 9.
     """
     ray = chief_ray(lens, field_angle, wavelength)
     start = np.array([[0.0, sin(field_angle), cos(field_angle)]])

@@ -70,6 +70,8 @@ class FieldCurves:
 def field_curves(lens: Lens, film_distance: float, conditions: Conditions, points: int = POINTS) -> FieldCurves:
     """Field curvature, astigmatism, distortion and lateral colour.
 
+    Source: Welford, Aberrations of Optical Systems, ch. 9 (Coddington's equations).
+
     Parameters
     ----------
     lens : Lens
@@ -90,10 +92,6 @@ def field_curves(lens: Lens, film_distance: float, conditions: Conditions, point
     ------
     LensError
         For a lens with a cylinder or toroid, an afocal lens, or fewer than 2 points.
-
-    References
-    ----------
-    Welford, "Aberrations of Optical Systems", ch. 9: Coddington's equations.
     """
     check_symmetry(lens)
     if points < 2:

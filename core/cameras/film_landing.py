@@ -25,6 +25,8 @@ HIT = 1e-6              # mm from the one point, or radians from the one directi
 class Importance(NamedTuple):
     """Importance and densities of n rays. A ray that no film point sends has zeros and a NaN raster point.
 
+    Source: Veach 1997, ch. 8.
+
     Behind a bare sensor or a real lens, both densities are those of the ray where it leaves the film, which determines
     the ray in the scene: W and cos θ dω dA are the same before and behind a lens.
 
@@ -42,10 +44,6 @@ class Importance(NamedTuple):
         Raster points (pixels) of the rays.
     visible : (n,) bool array
         Whether each ray is a ray of this camera.
-
-    References
-    ----------
-    Veach 1997, Robust Monte Carlo Methods for Light Transport Simulation, ch. 8.
     """
 
     we: np.ndarray

@@ -267,6 +267,8 @@ class PinholeCamera(Camera):
 def best_pinhole(distance: float, object_distance: float = math.inf, wavelength: float = D_LINE) -> float:
     """Diameter of the sharpest pinhole: 1.9 √(λ b), with 1 / b = 1 / distance + 1 / object_distance.
 
+    Source: Rayleigh 1891, On pin-hole photography.
+
     The sharpest hole passes 0.9 of the first Fresnel zone.
 
     Parameters
@@ -287,10 +289,6 @@ def best_pinhole(distance: float, object_distance: float = math.inf, wavelength:
     ------
     CameraError
         A distance or wavelength that is not positive.
-
-    References
-    ----------
-    Rayleigh 1891, On pin-hole photography.
     """
     if not (distance > 0.0 and object_distance > 0.0 and wavelength > 0.0):
         raise CameraError("the sharpest pinhole needs positive distances and a positive wavelength")

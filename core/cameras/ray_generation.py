@@ -28,16 +28,14 @@ CELLS_ACROSS, CELLS_DOWN, FIRST_SIDE, SPREADS = range(4)
 class Differentials(NamedTuple):
     """Derivatives of rays per pixel to the right, or per pixel down, at a fixed pupil point.
 
+    Source: Igehy 1999, Tracing ray differentials.
+
     Parameters
     ----------
     origins : (n, 3) array
         Derivatives of the origins (mm per pixel), world.
     directions : (n, 3) array
         Derivatives of the unit directions (radians per pixel), world; perpendicular to the rays.
-
-    References
-    ----------
-    Igehy 1999, Tracing ray differentials, Proceedings of SIGGRAPH.
     """
 
     origins: np.ndarray

@@ -106,6 +106,8 @@ class Places(NamedTuple):
 class Spaces:
     """The matrices of a perspective or orthographic camera.
 
+    Source: Shirley and others, Fundamentals of Computer Graphics, ch. 8.
+
     Parameters
     ----------
     pixels_x, pixels_y : int
@@ -128,10 +130,6 @@ class Spaces:
     ------
     ValueError
         If 0 < near < far does not hold.
-
-    References
-    ----------
-    Shirley and others, "Fundamentals of Computer Graphics", ch. 8.
     """
 
     pixels_x: int

@@ -158,7 +158,7 @@ class Exposure:
 
 
 def luminance(ev100: float) -> float:
-    """Luminance of an exposure value by the meter's constant.
+    """Luminance of an exposure value by the meter's constant (ISO 2720).
 
     Parameters
     ----------
@@ -174,16 +174,12 @@ def luminance(ev100: float) -> float:
     ------
     ExposureError
         A number beyond MOST_STOPS.
-
-    References
-    ----------
-    ISO 2720.
     """
     return METER / 100.0 * 2.0 ** _checked_stops("EV100", ev100)
 
 
 def ev100(luminance: float) -> float:
-    """Exposure value at ISO 100 that a meter gives for a luminance.
+    """Exposure value at ISO 100 that a meter gives for a luminance (ISO 2720).
 
     Parameters
     ----------
@@ -199,10 +195,6 @@ def ev100(luminance: float) -> float:
     ------
     ExposureError
         If the luminance is not positive and finite.
-
-    References
-    ----------
-    ISO 2720.
     """
     return math.log2(checked_positive("luminance", luminance) * 100.0 / METER)
 

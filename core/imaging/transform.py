@@ -205,6 +205,8 @@ def slerp(p, q, part) -> np.ndarray:
 class AnimatedTransform:
     """A transform that moves from one matrix to another, and is constant before and after; compared by value.
 
+    Source: Shoemake and Duff 1992.
+
     Parameters
     ----------
     start, end : (4, 4) array_like
@@ -216,10 +218,6 @@ class AnimatedTransform:
     ------
     TransformError
         For matrices that are not finite and affine, or are singular or mirrored, and for other times.
-
-    References
-    ----------
-    Shoemake and Duff, "Matrix Animation and Polar Decomposition", Graphics Interface 1992.
     """
 
     start: np.ndarray

@@ -287,7 +287,7 @@ def recording_bytes(camera: Camera, views: tuple[int, int] = (9, 9), moments: in
 def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), samples: int = 16,
                         seed: int = 0, threads: int | None = None,
                         progress: Callable[[float], bool] = lambda share: True, moments: int = 1) -> LightField:
-    """A light field: a picture through every cell of a camera's pupil, to be refocused afterwards.
+    """A light field: a picture through every cell of a camera's pupil, to be refocused afterwards (Ng and others 2005).
 
     It is recorded with twice the pixels across and down, and with the margin about the picture that focusing within
     `LightField.clear_range` needs, at most an eighth of each side.
@@ -317,10 +317,6 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     LightFieldError
         For invalid numbers, a camera without an aperture, moments where nothing moves, too little memory, and when
         `progress` cancels.
-
-    References
-    ----------
-    Ng, Levoy, Brédif, Duval, Horowitz and Hanrahan, "Light field photography with a hand-held plenoptic camera", 2005.
     """
     across, down = checked_views(camera.film, views, samples, np.float16, moments)
     if moments > 1 and not (camera.moves or scene.moves):

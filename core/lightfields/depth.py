@@ -58,7 +58,7 @@ class Depth:
 
 def find_depth(field: LightField, nearest: float | None = None, farthest: float = math.inf,
                progress: Callable[[float], bool] = lambda share: True) -> Depth:
-    """The depth of a light field between two distances.
+    """The depth of a light field between two distances (Okutomi and Kanade 1993).
 
     Parameters
     ----------
@@ -76,10 +76,6 @@ def find_depth(field: LightField, nearest: float | None = None, farthest: float 
     ------
     LightFieldError
         For a single view, invalid distances, and when `progress` cancels.
-
-    References
-    ----------
-    Okutomi and Kanade, "A multiple-baseline stereo", 1993.
     """
     if min(field.views) < 2 and max(field.views) < 3:
         raise LightFieldError("a single view has no depth: record a light field of at least 3 × 3")

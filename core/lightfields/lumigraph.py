@@ -112,7 +112,7 @@ class Lumigraph:
         return np.array([across * scale, down * scale, middle / across, low / down])
 
     def seen_by(self, camera: Camera, surface="recorded") -> NovelView:
-        """Picture that a camera at any position sees through the middle of its pupil.
+        """Picture that a camera at any position sees through the middle of its pupil (Gortler and others 1996).
 
         A ray is covered where it crosses the array, points to what the array's pinholes saw, and its light was free
         to reach them: the camera lies behind the array, or before the array with nothing between. A pixel takes one
@@ -134,10 +134,6 @@ class Lumigraph:
             For any other surface.
         CameraError
             For a camera that is not projective.
-
-        References
-        ----------
-        Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph", 1996.
         """
         h, w = camera.film.pixels_y, camera.film.pixels_x
         many, own = self._rays(camera), isinstance(surface, str)
@@ -318,6 +314,8 @@ def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9,
                       progress: Callable[[float], bool] = lambda share: True) -> Lumigraph:
     """A lumigraph: pictures and depths by an array of pinholes about the middle of a camera's pupil.
 
+    Source: Levoy and Hanrahan 1996.
+
     Parameters
     ----------
     camera
@@ -343,10 +341,6 @@ def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9,
         For invalid numbers, cameras that `lumigraph_pinhole` refuses, too little memory, and when `progress` cancels.
     CameraError
         For a camera that is not projective.
-
-    References
-    ----------
-    Levoy and Hanrahan, "Light field rendering", 1996.
     """
     middle = lumigraph_pinhole(camera)
     if distance is None:

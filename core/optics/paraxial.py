@@ -90,7 +90,7 @@ def ray_matrix(lens: Lens, start: int, end: int, wavelength: float = D_LINE) -> 
 
 
 def first_order(lens: Lens, wavelength: float | None = None) -> FirstOrder:
-    """First-order data of a lens; kept after the first call.
+    """First-order data of a lens; kept after the first call (Welford, Aberrations of Optical Systems, ch. 3).
 
     Parameters
     ----------
@@ -103,10 +103,6 @@ def first_order(lens: Lens, wavelength: float | None = None) -> FirstOrder:
     ------
     GlassError
         If a glass of the lens is not known at this wavelength.
-
-    References
-    ----------
-    Welford, "Aberrations of Optical Systems", ch. 3.
     """
     if wavelength is None:
         wavelength = lens.reference_wavelength

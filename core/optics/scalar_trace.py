@@ -68,7 +68,7 @@ class Trace:
 def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: float = D_LINE,
           dtype: DTypeLike = np.float64, clip: bool = True, record: bool = False,
           forward: bool | None = None) -> Trace:
-    """Rays through the whole lens, by the reference tracer.
+    """Rays through the whole lens, by the reference tracer (Welford, Aberrations of Optical Systems, ch. 4).
 
     Parameters
     ----------
@@ -97,10 +97,6 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
         For arrays of other shapes, numbers that are not finite, a direction of length 0, or another dtype.
     GlassError
         If a glass of the lens is not known at this wavelength.
-
-    References
-    ----------
-    Welford, "Aberrations of Optical Systems", ch. 4.
     """
     real = np.dtype(dtype)
     if real not in (np.dtype(np.float32), np.dtype(np.float64)):
