@@ -16,14 +16,14 @@ import numpy as np
 
 from lensbench.core.imaging.film import UPRIGHT, FilmPose, film_normal, place_on_film
 from lensbench.core.kernels.block import (
-    A0, A1, A2, A3, A4, A6, A7, A8, A9, A10, A11, ALIVE, LOST, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage,
-    weigh_four
+    A0, A1, A2, A3, A4, A6, A7, A8, A9, A10, A11, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage, weigh_four
 )
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.pupils.film_grid import (
     COLUMNS, DEGREE, EDGE_POINTS, GENERAL_TERMS, RINGS, SECTORS, TERMS, Nodes, course_at, course_terms, solve_nodes
 )
+from lensbench.core.pupils.radial_sampler import skip_if_dark
 
 ROUNDING = 1e-5                 # share by which rounding may put a point in the film's corner beyond the last ring
 
@@ -283,12 +283,7 @@ def aim_in_quadrant(lanes, p, ints, key):
         area = real(0.5) * (ax[i] * by[i] - bx[i] * ay[i])
         weight[i] *= gain * cosine2 * cosine2 * real(SECTORS) * (area if area > real(0) else real(0))
         z[i] = real(0)
-    # Skip all further steps where no lane has any weight
-    alive = np.int32(0)
-    for i in range(B):
-        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
-    if alive == 0:
-        key[ALIVE] = np.uint32(LOST)
+    skip_if_dark(lanes, key)
 
 
 @stage
@@ -330,12 +325,7 @@ def aim_from_posed_grid(lanes, p, ints, key):
         x[i] -= back * l[i]
         y[i] -= back * m[i]
         z[i] = real(0)
-    # Skip all further steps where no lane has any weight
-    alive = np.int32(0)
-    for i in range(B):
-        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
-    if alive == 0:
-        key[ALIVE] = np.uint32(LOST)
+    skip_if_dark(lanes, key)
 
 
 SOLVED = (0.44, D_LINE, 0.64)           # µm; the d line is solved for every camera

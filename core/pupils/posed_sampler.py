@@ -13,10 +13,10 @@ import numpy as np
 
 from lensbench.core.imaging.film import NUMBERS, FilmPose, film_normal, place_on_film
 from lensbench.core.kernels.block import (
-    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, ALIVE, DEPTH, LOST, NX, NY, NZ, U0, U1, WEIGHT, B, L, M, N, Step,
-    X, Y, Z, gather, rows, stage
+    A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, DEPTH, NX, NY, NZ, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z,
+    gather, rows, stage
 )
-from lensbench.core.pupils.radial_sampler import CELLS, GRID, RING_CORNERS, RINGS, SECTORS, PupilTable
+from lensbench.core.pupils.radial_sampler import CELLS, GRID, RING_CORNERS, RINGS, SECTORS, PupilTable, skip_if_dark
 
 FINENESS = 0.04                 # largest step of the film distance between two tables, as a part of it
 MOST_SLICES = 9
@@ -149,18 +149,11 @@ def aim_from_posed_film(lanes, p, ints, key):
 
     p: the pose, then FILM_DISTANCE and following. ints: offsets of the rings' offsets and of the corners in p.
     """
-    real = lanes.dtype.type
-    weight = rows(lanes)[WEIGHT]
     _place_film_point(lanes, p)
     for side in range(2):
         _add_slice(lanes, p, ints, side)
     _aim(lanes, p)
-    # Skip all further steps where no lane has any weight
-    alive = np.int32(0)
-    for i in range(B):
-        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
-    if alive == 0:
-        key[ALIVE] = np.uint32(LOST)
+    skip_if_dark(lanes, key)
 
 
 @stage(part=True)

@@ -275,6 +275,16 @@ def _filled(rims):
     return corners
 
 
+@stage(part=True)
+def skip_if_dark(lanes, key):
+    """Skip all further steps where no lane has any weight."""
+    weight, alive = rows(lanes)[WEIGHT], np.int32(0)
+    for i in range(B):
+        alive += np.int32(1) if weight[i] > lanes.dtype.type(0) else np.int32(0)
+    if alive == 0:
+        key[ALIVE] = np.uint32(LOST)
+
+
 @stage
 def aim_radial(lanes, p, ints, key):
     """Aim from a film point X, Y (mm, Z = 0) into its exit-pupil region: L, M, N and WEIGHT. p: see FILM_DISTANCE.
@@ -345,9 +355,4 @@ def aim_radial(lanes, p, ints, key):
         area = ax * by - bx * ay
         weight[i] *= cosine2 * cosine2 * real(SECTORS) * (area if area > real(0) else real(0))
         z[i] = real(0)
-    # Skip all further steps where no lane has any weight
-    alive = np.int32(0)
-    for i in range(B):
-        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
-    if alive == 0:
-        key[ALIVE] = np.uint32(LOST)
+    skip_if_dark(lanes, key)
