@@ -4,18 +4,19 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from lensbench.app.plots.aberration_plots import seidel_figure, wavefront_figure
-from lensbench.app.plots.aperture_plots import axial_figure, breathing_figure, focus_shift_figure, illumination_figure
+from lensbench.app.plots.aperture_plots import (
+    axial_figure, breathing_figure, focus_shift_figure, illumination_figure, stack_figure
+)
 from lensbench.app.plots.bokeh_plots import bokeh_figure, star_figure
 from lensbench.app.plots.field_plots import depth_figure, field_figure
 from lensbench.app.plots.ghost_plots import ghosts_figure
-from lensbench.app.plots.mtf_plots import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.plots.plot import Figure
-from lensbench.app.plots.point_plots import encircled_figure, line_spread_figure, psf_figure
+from lensbench.app.plots.point_plots import (
+    encircled_figure, line_spread_figure, mtf_field_figure, mtf_frequency_figure, mtf_map_figure, psf_figure
+)
 from lensbench.app.plots.query import Query
-from lensbench.app.plots.ray_plots import fans_figure, grid_figure
+from lensbench.app.plots.ray_plots import fans_figure, grid_figure, seidel_figure, wavefront_figure
 from lensbench.app.plots.spots import spots_figure
-from lensbench.app.plots.stack_plots import stack_figure
 
 
 class Analysis(NamedTuple):

@@ -23,7 +23,7 @@ PANELS = {
     "Spots": "plots", "Ray fans": "plots", "Field curves": "plots", "MTF": "plots", "MTF map": "plots",
     "Point spread": "point_spread", "Bokeh": "point_spread", "Sunstar": "plots", "Ghosts": "ghosts",
     "Depth of field": "plots", "Wavefront": "plots", "Seidel": "plots", "On the axis": "plots", "Focus shift": "plots",
-    "Illumination": "plots", "Sensor stack": "plots", "Tolerances": "tolerances",
+    "Illumination": "plots", "Sensor stack": "plots", "Tolerances": "plots",
 }
 
 

@@ -32,8 +32,7 @@ from lensbench.app.window.comparing import Comparing
 from lensbench.app.window.docking import MINIMUM, Folding
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.layouts import LAYOUTS
-from lensbench.app.window.lens_browsing import LensBrowsing
-from lensbench.app.window.lens_editing import LensEditing
+from lensbench.app.window.lens_browsing import LensBrowsing, LensEditing
 from lensbench.app.window.menus import Help
 from lensbench.app.window.palette import Palette
 from lensbench.app.window.panels import Panels

@@ -220,7 +220,7 @@ def analyses(settings: Any) -> None:
     """Compute every figure of the analysis panels that this lens has."""
     from lensbench.app.plots.bokeh_plots import Ripple, bokeh_figure
     from lensbench.app.plots.catalogue import ANALYSES
-    from lensbench.app.plots.mtf_plots import mtf_field_figure
+    from lensbench.app.plots.point_plots import mtf_field_figure
     from lensbench.app.plots.query import query
 
     bladed = query(replace(settings, blades=7))

@@ -1,5 +1,6 @@
 """The analysis panels that show one plot with a few choices: a table of them, and those that need more."""
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -12,22 +13,25 @@ from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.focus_plane import focus_at
 from lensbench.app.bench.readouts import blur_limit
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import beside, check_box, number, toggles
+from lensbench.app.drawing.controls import beside, check_box, number, paragraph, toggles
 from lensbench.app.drawing.plot_painter import Grip
 from lensbench.app.panels.analysis.frame import AnalysisState, Draw, Sheet, analysis, point_at_ray, tools
-from lensbench.app.plots.aberration_plots import seidel_figure, wavefront_figure
-from lensbench.app.plots.aperture_plots import axial_figure, breathing_figure, focus_shift_figure, illumination_figure
+from lensbench.app.plots.aperture_plots import (
+    Stack, axial_figure, breathing_figure, focus_shift_figure, illumination_figure, stack_figure
+)
 from lensbench.app.plots.bokeh_plots import star_figure
 from lensbench.app.plots.field_plots import SHOWN, depth_figure, field_figure
-from lensbench.app.plots.mtf_plots import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.plots.plot import Bars, Figure
+from lensbench.app.plots.point_plots import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.plots.query import query
-from lensbench.app.plots.ray_plots import fans_figure, grid_figure
+from lensbench.app.plots.ray_plots import fans_figure, grid_figure, seidel_figure, wavefront_figure
 from lensbench.app.plots.spots import COLUMNS, spots_figure
-from lensbench.app.plots.stack_plots import Stack, stack_figure
+from lensbench.app.plots.tolerance_plots import SHARES, copies_figure, cost_figure, pictures_figure, with_copy
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_distance
-from lensbench.core.text import fixed
+from lensbench.core.design.tolerances import LARGEST, Tolerances
+from lensbench.core.optics.lens_surface import LensError
+from lensbench.core.text import fixed, significant, true_minus
 
 
 @dataclass(frozen=True)
@@ -267,7 +271,78 @@ def spots_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
     point_at_ray(settings, state, sheet, under)
 
 
+TOLERANCES = "Tolerances"
+SHOW = Choice("Show", {
+    "costs": ("Costs", "Growth of the spot and loss of contrast by each error alone, the costliest first"),
+    "copies": ("Copies", "Contrast of 1,000 copies with all errors drawn at random: median, 5th and 95th percentile"),
+    "pictures": ("Pictures", "A star at three image heights through the design and five copies, from a good one to a "
+                             "poor one")})
+FIGURES: dict[str, tuple[Callable[..., Figure], tuple[int, int]]] = {
+    "costs": (cost_figure, (1, 1)), "copies": (copies_figure, (100, 1000)), "pictures": (pictures_figure, (1, 1))}
+# Of each tolerance: the unit, its size in that of `Tolerances`, and what it is of
+UNITS = {"radius": ("%", 0.01, "of every radius of curvature"), "thickness": ("mm", 1.0, "of every thickness and gap"),
+         "index": ("", 1.0, "of every glass"), "decentre": ("mm", 1.0, "of every element across the axis"),
+         "tilt": ("′", math.radians(1.0 / 60.0), "of every element about its front vertex, in minutes of arc")}
+
+
+def tolerances_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> Settings:
+    """Draw the costs, the copies or their pictures in the rest of the window; settings with the copy that is taken."""
+    choices = state.choices
+    kind = SHOW.drawn(state)
+    imgui.same_line(0.0, 12.0)
+    choices["within"] = _edited(choices.get("within", Tolerances()), choices)
+    tools(TOLERANCES, state)
+    taken = settings
+    if kind == "pictures" and state.figure is not None:
+        taken = _take(settings, choices["within"])
+    make, points = FIGURES[kind]
+    analysis(TOLERANCES, settings, state, sheet, make, (choices["within"],), points)
+    return taken
+
+
+def _take(settings: Settings, within: Tolerances) -> Settings:
+    """A button whose popup offers the five copies: the settings with the lens of the one that is chosen."""
+    if imgui.button("Take a copy…"):
+        imgui.open_popup("Take a copy")
+    imgui.set_item_tooltip("Replace the lens by one of the five copies, to see its picture (undo to go back)")
+    if imgui.begin_popup("Take a copy"):
+        imgui.text_disabled("Percentile of contrast")
+        for number, name in enumerate(SHARES):
+            if imgui.menu_item(f"{name}###{number}", "", False)[0]:
+                settings = with_copy(settings, within, number)
+        imgui.end_popup()
+    return settings
+
+
+def _edited(within: Tolerances, choices: dict) -> Tolerances:
+    """A button whose popup holds the five tolerances; those that it leaves."""
+    if imgui.button("Errors…"):
+        imgui.open_popup("Errors of manufacture")
+    imgui.set_item_tooltip("The tolerances: the largest errors, 2 σ of what is drawn")
+    if not imgui.begin_popup("Errors of manufacture"):
+        return within
+    for name, (unit, size, what) in UNITS.items():
+        imgui.set_next_item_width(theme.em(5.0))
+        changed, value = imgui.input_double(f"{name.capitalize()} {unit}###{name}", getattr(within, name) / size, 0.0,
+                                            0.0, "%.5g")
+        imgui.set_item_tooltip(f"Tolerance {what}; 0 for none")
+        if changed:
+            try:
+                within, choices["refused"] = replace(within, **{name: value * size}), ""
+            except LensError:
+                refused = " ".join((name.capitalize(), true_minus(significant(value)), unit)).strip()
+                choices["refused"] = f"{refused}: type a number from 0 to below {significant(LARGEST / size)}"
+    if choices.get("refused"):
+        imgui.push_style_color(imgui.Col_.text, theme.colours().warning)
+        paragraph(choices["refused"], strong=True)
+        imgui.pop_style_color()
+    if imgui.button("Usual values"):
+        within, choices["refused"] = Tolerances(), ""
+    imgui.end_popup()
+    return within
+
+
 DRAW: dict[str, Draw] = {name: partial(plain_panel, name) for name in PLAIN} | {
     "Spots": spots_panel, "Ray fans": fans_panel, "Field curves": field_curves_panel, "MTF": mtf_panel,
     "MTF map": mtf_map_panel, "Seidel": seidel_panel, "Focus shift": focus_shift_panel,
-    "Sensor stack": sensor_stack_panel}
+    "Sensor stack": sensor_stack_panel, TOLERANCES: tolerances_panel}

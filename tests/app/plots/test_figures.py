@@ -10,19 +10,19 @@ from lensbench import lenses
 from lensbench.app.bench.focus_plane import focus_at
 from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.bench.ray_fans import lit_radius
-from lensbench.app.plots.aberration_plots import seidel_figure, wavefront_figure
-from lensbench.app.plots.aperture_plots import focus_shift_figure, illumination_figure
+from lensbench.app.plots.aperture_plots import Stack, focus_shift_figure, illumination_figure, stack_figure
 from lensbench.app.plots.bokeh_plots import Ripple, bokeh_figure, ripple_surface, star_figure
 from lensbench.app.plots.field_plots import depth_figure, field_figure
-from lensbench.app.plots.mtf_plots import focus_range, mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.plots.pixel_rays import beam, film_place
 from lensbench.app.plots.pixel_spot import pixel_readings
 from lensbench.app.plots.plot import Bars, Curve, Map, told
-from lensbench.app.plots.point_plots import encircled_figure, line_spread_figure, psf_figure, seen_point_figure
+from lensbench.app.plots.point_plots import (
+    encircled_figure, focus_range, line_spread_figure, mtf_field_figure, mtf_frequency_figure, mtf_map_figure,
+    psf_figure, seen_point_figure
+)
 from lensbench.app.plots.query import query
-from lensbench.app.plots.ray_plots import fans_figure, grid_figure
+from lensbench.app.plots.ray_plots import fans_figure, grid_figure, seidel_figure, wavefront_figure
 from lensbench.app.plots.spots import field_label, spots_figure
-from lensbench.app.plots.stack_plots import Stack, stack_figure
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_distance
 from lensbench.core.analysis.grids.traced_grid import close_foci

@@ -3,8 +3,8 @@
 import numpy as np
 
 from lensbench.app.bench.lens_choice import with_lens
-from lensbench.app.plots.mtf_plots import mtf_map_figure, of_one_maximum
 from lensbench.app.plots.plot import Curve
+from lensbench.app.plots.point_plots import mtf_map_figure, of_one_maximum
 from lensbench.app.plots.query import query
 from lensbench.app.settings.settings import Settings
 

@@ -20,7 +20,7 @@ from lensbench.app.session import lens_cells
 from lensbench.app.session.edited_lens import document_of, original
 from lensbench.app.session.lens_handles import HandleKind, pose_handles
 from lensbench.app.session.states import Autosave, left_behind
-from lensbench.app.window.lens_editing import LensEditing
+from lensbench.app.window.lens_browsing import LensEditing
 from lensbench.core.design import substitution
 from lensbench.lenses.editing.document import Solve
 from tests.app.conftest import SMALL
