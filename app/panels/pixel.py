@@ -1,4 +1,4 @@
-"""The pixel under the mouse, or the pinned one: the spot of what it shows, on the film, and its figures in words.
+"""The pixel under the mouse, or the pinned one: the spot of what it shows, on the film, and its values in words.
 
 The spot is drawn upright, as the picture shows it, in µm from the middle of the pixel. The square is the pixel, the
 circle the circle of confusion. A point under the mouse is a ray, which the section and the exit pupil show.
@@ -6,25 +6,26 @@ circle the circle of confusion. A point under the mouse is a ray, which the sect
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
-from imgui_bundle import ImVec2, imgui, implot
+from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from lensbench.app.bench import tone
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph
-from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, text
-from lensbench.app.drawing.recorded import Memo
+from lensbench.app.drawing.plot_painter import Drawn, draw_plot, drawn_map
 from lensbench.app.plots.pixel_rays import Place, Pointed, PointedRay, film_place, landing
 from lensbench.app.plots.pixel_spot import PixelReadings, Spot, colour_of, pixel_readings, spot
+from lensbench.app.plots.plot import Axis, Curve, Label, Plot, Points, reach
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_distance
 from lensbench.core.text import fixed, significant, true_minus
 
 NOTHING = "Point at the picture: this panel shows how the pixel under the mouse comes about. " \
           "I, or Alt+click, pins the pixel; Escape unpins it"
-STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)    # half the plot is one of these × 10ⁿ µm: it rests as the mouse moves
+NAME = "Spot plot"
 NEAR = 7.0                      # screen pixels from the mouse to a point of the spot
 LABEL = 4.4                     # em, the column of names
 
@@ -33,8 +34,8 @@ LABEL = 4.4                     # em, the column of names
 class PixelState:
     """State of the panel between frames."""
 
-    memo: Memo = field(default_factory=lambda: Memo(4))    # the spot in screen pixels
-    shape: tuple[float, float] = (1.0, 1.0)                 # screen pixels of the plot, across and down
+    drawn: Drawn = field(default_factory=Drawn)
+    hovered: bool = False                                   # the plot, in the frame before
     places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))    # of the drawn spot on the screen
 
 
@@ -60,95 +61,87 @@ def pixel_panel(settings: Settings, links: Pointed, image: NDArray[np.float32] |
     table = rows(got, colour_of(image, raster), links.pinned is not None)
     below = len(table) * _pitch()
     room = ImVec2(size.x, size.y - below - theme.em(0.6))
-    found = None
+    seen = None
     if room.y > theme.em(4.0):
         try:
-            found = spot(settings, raster)
+            seen = spot(settings, raster)
         except (ValueError, OSError) as error:
             paragraph(str(error))
-    if found is not None:
-        chosen = _plot(settings, got, film_place(settings, raster), found, room, links.surfaces, state)
+    if seen is not None:
+        chosen = _plot(settings, got, film_place(settings, raster), seen, room, links.surfaces, state)
         if chosen is not None:
-            links.point_at_ray(_ray(settings, found, chosen))
+            links.point_at_ray(_ray(settings, seen, chosen))
     _table(table)
     imgui.pop_font()
 
 
-def _ray(settings: Settings, found: Spot, i: int) -> PointedRay:
+def _ray(settings: Settings, seen: Spot, i: int) -> PointedRay:
     """A ray of the spot, and where it comes from."""
-    there = landing(settings, found.paths[i])
-    return PointedRay(found.paths[i], -1, there.text, there.point, there.raster)
+    end = landing(settings, seen.paths[i])
+    return PointedRay(seen.paths[i], -1, end.text, end.point, end.raster)
 
 
 # The spot
 
 
-def _plot(settings: Settings, got: PixelReadings, at: Place, found: Spot, size: ImVec2, lit: tuple[int, ...],
+def _plot(settings: Settings, got: PixelReadings, at: Place, seen: Spot, size: ImVec2, lit: tuple[int, ...],
           state: PixelState) -> int | None:
     """Draw the spot; returns the index of the ray under the mouse.
 
     at: the middle of the pixel on the film (mm). lit: surfaces whose lost rays are counted.
     """
     film, chosen = settings.film, None
-    pitch = 1000.0 * np.array([film.width / film.pixels_x, film.height / film.pixels_y])
-    away = 1000.0 * (np.asarray(at) - found.landings)             # the picture is the film turned by 180°
-    reach = max(1.05 * float(np.abs(away).max()), 550.0 * (got.diameter or 0.0), float(pitch.max()))
-    decade = 10.0 ** math.floor(math.log10(reach))
-    half = decade * next(step for step in STEPS if decade * step >= 0.999 * reach)
-    if not implot.begin_plot("Spot plot", size, PLOT_FLAGS):
-        return None
-    roomy = size.x > theme.em(13) and size.y > theme.em(9)
-    implot.setup_axes("µm" if roomy else "", "µm" if roomy else "", AXIS_FLAGS | implot.AxisFlags_.lock,
-                      AXIS_FLAGS | implot.AxisFlags_.lock)
-    wide, high = (half * side / min(state.shape) for side in state.shape)
-    implot.setup_axes_limits(-wide, wide, -high, high, implot.Cond_.always)
-    for axis, end, side, room in ((implot.ImAxis_.x1, wide, size.x, 3.4), (implot.ImAxis_.y1, high, size.y, 1.4)):
-        implot.setup_axis_ticks(axis, *linear_ticks(-end, end, 0.8 * side, room * imgui.get_text_line_height()), False)
-    implot.setup_finish()
-    plot = PlotMap.current(log=False)
-    state.shape = max(plot.right - plot.left, 1.0), max(plot.bottom - plot.top, 1.0)
-    draw, colour, pixel = implot.get_plot_draw_list(), theme.colours(), theme.scale()
-    implot.push_plot_clip_rect()
-    a, b = plot.at(*(-0.5 * pitch)), plot.at(*(0.5 * pitch))
-    draw.add_rect(ImVec2(a.x, b.y), ImVec2(b.x, a.y), theme.packed(colour.text), 0.0, 1.5 * pixel)
-    points = state.memo.of((found, plot), lambda: plot.pixels(*away.T))
-    dot, r = theme.packed(colour.field0, 0.85), 1.1 * pixel
-    for x, y in points.tolist():
-        draw.add_rect_filled(ImVec2(x - r, y - r), ImVec2(x + r, y + r), dot)
-    state.places = points
-    if got.diameter is not None:
-        centre = 1000.0 * (np.asarray(at) - found.centroid)
-        radius = plot.at(500.0 * got.diameter, 0.0).x - plot.at(0.0, 0.0).x
-        draw.add_circle(plot.at(*centre), radius, theme.packed(colour.amber), 0, 1.5 * pixel)
-    mouse = imgui.get_mouse_pos()
-    if implot.is_plot_hovered():
+    pitch = film.width / film.pixels_x, film.height / film.pixels_y
+    away = 1000.0 * (np.asarray(at) - seen.landings)              # the picture is the film turned by 180°
+    before = drawn_map(NAME, state.drawn)
+    over: tuple[Points, ...] = ()
+    if before is not None and state.hovered and len(away):
+        mouse, points = imgui.get_mouse_pos(), before.pixels(away[:, 0], away[:, 1])
         distance = np.hypot(*(points - [mouse.x, mouse.y]).T)
-        if distance.min() < NEAR * pixel:
+        if distance.min() < NEAR * theme.scale():
             chosen = int(distance.argmin())
-            x, y = points[chosen]
-            draw.add_circle(ImVec2(x, y), 4.0 * pixel, theme.packed(theme.pointed()), 0, 2.0 * pixel)
-    aimed = len(points) + sum(found.lost.values())
-    words, ended = f"{len(points)} rays, of a box of {aimed}", sum(found.lost.get(surface, 0) for surface in lit)
-    if lit:
-        names = " and ".join(map(str, lit))
-        words = f"Surface{'s' if len(lit) > 1 else ''} {names}: {ended} of {aimed} rays end there"
-    text(draw, ImVec2(plot.left + 4.0 * pixel, plot.top + 2.0 * pixel), colour.warning if ended else colour.dim, words,
-         plate=True)
-    implot.pop_plot_clip_rect()
-    implot.end_plot()
+            over = (Points("", away[[chosen], 0], away[[chosen], 1], "chart1", "ring", size=4.0),)
+    under = draw_plot(NAME, spot_plot(seen, at, pitch, got.diameter, lit), size, state.drawn, over=over)
+    state.hovered, shown = under is not None, drawn_map(NAME, state.drawn)
+    if shown is not None:
+        state.places = shown.pixels(away[:, 0], away[:, 1])
     if chosen is not None and imgui.begin_tooltip():
         x, y = away[chosen]
-        imgui.text_unformatted(true_minus(f"x {fixed(x, 1)}, y {fixed(y, 1)} µm from the pixel's middle"))
+        imgui.text_unformatted(true_minus(f"x {fixed(x, 1)}, y {fixed(y, 1)} µm from the middle of the pixel"))
         imgui.text_disabled("The section and the exit pupil show this ray")
         imgui.end_tooltip()
     return chosen
 
 
-# The figures
+@lru_cache(maxsize=4)
+def spot_plot(seen: Spot, at: Place, pitch: tuple[float, float], diameter: float | None, lit: tuple[int, ...]) -> Plot:
+    """The spot in µm about the middle of the pixel, the pixel, and the circle of confusion.
+
+    at: the middle of the pixel on the film; pitch: its sides; diameter: of the circle (all mm), or None. lit: surfaces
+    whose lost rays are counted.
+    """
+    away = 1000.0 * (np.asarray(at) - seen.landings)
+    half = reach([*np.abs(1.05 * away).ravel(), 550.0 * (diameter or 0.0), 1000.0 * max(pitch)])
+    x, y = 500.0 * pitch[0], 500.0 * pitch[1]
+    layers: list = [Curve("", np.array([-x, x, x, -x, -x]), np.array([-y, -y, y, y, -y]), "text", weight=1.5),
+                    Points("", away[:, 0], away[:, 1], "field0", size=1.1)]
+    if diameter is not None:
+        turn, centre = np.linspace(0.0, 2.0 * math.pi, 97), 1000.0 * (np.asarray(at) - seen.centroid)
+        layers.append(Curve("", centre[0] + 500.0 * diameter * np.cos(turn),
+                            centre[1] + 500.0 * diameter * np.sin(turn), "amber", weight=1.5))
+    aimed = len(away) + sum(seen.lost.values())
+    words, blocked = f"{len(away)} of {aimed} rays", sum(seen.lost.get(surface, 0) for surface in lit)
+    if lit:
+        words = f"Surface{'s' if len(lit) > 1 else ''} {' and '.join(map(str, lit))}: {blocked} of {aimed} rays blocked"
+    layers.append(Label(-half, half, words, "warning" if blocked else "dim", "right below"))
+    return Plot(Axis("µm", -half, half), Axis("µm", -half, half), tuple(layers), equal=True)
+
+
+# The numbers
 
 
 def rows(got: PixelReadings, light: tuple[float, float, float] | None, pinned: bool) -> list[tuple[str, str, str]]:
-    """Name, value and meaning of each figure of a pixel."""
+    """Name, value and meaning of each value of a pixel."""
     x, y = int(got.raster[0]), int(got.raster[1])
     film = "" if got.film is None else f"   film {fixed(got.film[0], 2)}, {fixed(got.film[1], 2)} mm"
     table = [("Pinned" if pinned else "Pixel", true_minus(f"{x}, {y}{film}"),
