@@ -127,17 +127,6 @@ def pieces(points: np.ndarray, on: float = 0.0, off: float = 0.0) -> list[list[I
     return [[ImVec2(x, y) for x, y in piece] for piece in found]
 
 
-def dashed_line(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int, on: float = 5.0, off: float = 4.0) -> None:
-    """A straight line in dashes of `on` pixels with gaps of `off`, one pixel wide."""
-    pixel = theme.scale()
-    dx, dy = b.x - a.x, b.y - a.y
-    length = max((dx * dx + dy * dy) ** 0.5, 1e-6)
-    dx, dy, step = dx / length, dy / length, (on + off) * pixel
-    for k in range(min(int(length / step) + 1, 1000)):
-        s, t = k * step, min(k * step + on * pixel, length)
-        draw.add_line(ImVec2(a.x + s * dx, a.y + s * dy), ImVec2(a.x + t * dx, a.y + t * dy), colour, pixel)
-
-
 def _runs(points: np.ndarray) -> list[np.ndarray]:
     good = np.isfinite(points).all(axis=1)
     if good.all() or not good.any():

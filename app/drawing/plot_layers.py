@@ -4,7 +4,7 @@ Words next to a curve or a mark stand where they touch no line, no mark and no o
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -20,10 +20,10 @@ from lensbench.core.text import significant
 
 MARKERS = {"triangle": implot.Marker_.up, "square": implot.Marker_.square, "diamond": implot.Marker_.diamond,
            "cross": implot.Marker_.cross}
-CORNERS = {"triangle": (3, -0.5), "square": (4, 0.25), "diamond": (4, 0.0), "hexagon": (6, 0.0), "circle": (24, 0.0)}
+CORNERS = {"triangle": (3, -0.5), "square": (4, 0.25), "diamond": (4, 0.0), "hexagon": (6, 0.0)}
 ARMS = {"cross": 0.25, "plus": 0.0}     # turn of the first arm, × π; of CORNERS that of the first corner
 GHOST = 0.5                     # opacity of the figure A
-SPACING = 3.0                   # pixels between the points of a curve that words keep clear of
+CELL = 3.0                      # pixels: words know to so many where lines run
 TRIED = 40                      # positions along a curve for its words, at most
 AWAY = (5.0, 9.0, 13.0, 18.0, 26.0)     # pixels from a mark to its words: the first that is free
 Boxes = dict[str, tuple[float, float, float, float]]    # words: left, top, right and bottom, pixels
@@ -52,7 +52,8 @@ def draw_layers(draw: imgui.ImDrawList, shown: PlotMap, layers: Sequence[Any], t
 
     column: of a line in pixels that is drawn above them, which words keep clear of.
     """
-    words = Words(shown, layers, column)
+    paths = {id(layer): _pixels(shown, layer) for layer in layers if isinstance(layer, Curve)}
+    words = Words(shown, layers, paths, column)
     if title:
         words.taken.append((shown.left, shown.top, shown.left + imgui.calc_text_size(title).x,
                             shown.top + imgui.get_text_line_height()))
@@ -61,7 +62,7 @@ def draw_layers(draw: imgui.ImDrawList, shown: PlotMap, layers: Sequence[Any], t
             _draw_patch(draw, shown, layer)
     for layer in layers:
         if isinstance(layer, Curve):
-            _draw_curve(draw, shown, layer)
+            _draw_curve(draw, layer, paths[id(layer)])
         elif isinstance(layer, Points) and layer.size >= SIZED:
             tint = theme.packed(colour_of(layer.tint), GHOST if layer.ghost else 1.0)
             for x, y in shown.pixels(layer.x, layer.y).tolist():
@@ -89,25 +90,33 @@ def _draw_patch(draw: imgui.ImDrawList, shown: PlotMap, patch: Patch) -> None:
                                     theme.packed(colour_of(patch.tint), patch.opacity))
 
 
-def _draw_curve(draw: imgui.ImDrawList, shown: PlotMap, curve: Curve) -> None:
-    """A line in strokes of pixels."""
+def _draw_curve(draw: imgui.ImDrawList, curve: Curve, points: np.ndarray) -> None:
+    """A line through pixels (n, 2), in strokes."""
     pixel = theme.scale()
     tint = theme.packed(colour_of(curve.tint), GHOST if curve.ghost else 1.0)
-    for stroke in pieces(simplified(_pixels(shown, curve)), *(length * pixel for length in curve.dash)):
+    for stroke in pieces(simplified(points), *(length * pixel for length in curve.dash)):
         draw.add_polyline(stroke, tint, curve.weight * pixel, imgui.ImDrawFlags_.none)
 
 
 def _pixels(shown: PlotMap, curve: Curve) -> np.ndarray:
-    """The points (n, 2) of a curve in pixels; one of two points, whose ends may lie far off, is cut at the edges."""
+    """The points (n, 2) of a curve in pixels, NaN where it is out of sight; a straight line is cut at the edges."""
     if curve.x.size != 2:
-        return shown.pixels(curve.x, curve.y)
+        pixels = shown.pixels(curve.x, curve.y)
+        low, high = (shown.left - 9.0, shown.top - 9.0), (shown.right + 9.0, shown.bottom + 9.0)
+        seen = ((pixels > low) & (pixels < high)).all(1)
+        seen[1:] |= seen[:-1].copy()
+        seen[:-1] |= seen[1:].copy()
+        pixels[~seen] = np.nan
+        return pixels
     ends = np.column_stack([curve.x, curve.y])
     cut = within(shown, ends)
     if not len(cut):
         return cut
     pixels = shown.pixels(*cut[np.argsort(cut @ (ends[1] - ends[0]))][[0, -1]].T)
-    level = pixels[0] == pixels[1]                      # an upright or a level line lies on whole pixels
-    pixels[:, level] = np.floor(pixels[:, level]) + 0.5
+    level = pixels[0] == pixels[1]
+    if level.any():                                     # an upright or a level line lies on whole pixels
+        pixels[:, level] = np.floor(pixels[:, level]) + 0.5
+        pixels[:, ~level] = np.clip(pixels, (shown.left, shown.top), (shown.right, shown.bottom))[:, ~level]
     return pixels
 
 
@@ -135,6 +144,8 @@ def draw_mark(draw: imgui.ImDrawList, shape: str, at: ImVec2, size: float, tint:
     """A mark, `size` pixels from its middle to its border; shape and turn (radians): as of Points."""
     if shape == "ring":
         draw.add_circle(at, size, tint, 0, 2.0 * theme.scale())
+    elif shape == "circle":
+        draw.add_circle_filled(at, size, tint)
     elif shape in ARMS:
         for turn in (ARMS[shape], ARMS[shape] + 0.5):
             arm = size * np.exp(1j * np.pi * turn)
@@ -142,8 +153,7 @@ def draw_mark(draw: imgui.ImDrawList, shape: str, at: ImVec2, size: float, tint:
                           2.0 * theme.scale())
     else:
         count, turn = CORNERS[shape]
-        reach = size if shape == "circle" else 1.2 * size
-        corners = reach * np.exp(1j * (clockwise + np.pi * (turn + 2.0 * np.arange(count) / count)))
+        corners = 1.2 * size * np.exp(1j * (clockwise + np.pi * (turn + 2.0 * np.arange(count) / count)))
         draw.add_convex_poly_filled([ImVec2(at.x + corner.real, at.y + corner.imag) for corner in corners], tint)
 
 
@@ -172,15 +182,17 @@ def _draw_bars(draw: imgui.ImDrawList, shown: PlotMap, bars: Bars) -> None:
 class Words:
     """The words of a plot: what they must not touch, in pixels, and where each may stand."""
 
-    def __init__(self, shown: PlotMap, layers: Iterable[Any], column: float | None = None):
+    def __init__(self, shown: PlotMap, layers: Sequence[Any], paths: dict[int, np.ndarray],
+                 column: float | None = None):
         self._shown, self._pad = shown, 2.0 * theme.scale()
         self.boxes: Boxes = {}                                          # of the words that were written
         self.taken: list[tuple[float, float, float, float]] = []       # and of all else that they must not touch
         self._above: list[tuple[float, float, float]] = []             # labels above their places: left, right, top
+        self._lines: dict[int, np.ndarray] = {}                        # the points of each curve, close together
         lines = [np.zeros((0, 2))]
-        layers = list(layers)
         if any(getattr(layer, "tag", "") or getattr(layer, "free", False) for layer in layers):
-            lines += [_dense(_pixels(shown, layer)) for layer in layers if isinstance(layer, Curve) and not (
+            self._lines = {key: _dense(points) for key, points in paths.items()}
+            lines += [self._lines[id(layer)] for layer in layers if isinstance(layer, Curve) and not (
                 layer.x.size == 2 and layer.x[0] == layer.x[1])]           # words may hide a bit of an upright line
             for layer in layers:
                 if isinstance(layer, Points) and layer.size >= SIZED:
@@ -189,7 +201,8 @@ class Words:
                                    for x, y in shown.pixels(layer.x, layer.y).tolist()]
         if column is not None:
             lines.append(_dense(np.array([[column, shown.top], [column, shown.bottom]])))
-        self._lines = np.concatenate(lines)
+        self._counts = _counted(np.concatenate(lines) - (shown.left, shown.top),
+                                (shown.right - shown.left, shown.bottom - shown.top))
 
     def fixed(self, draw: imgui.ImDrawList, label: Label) -> None:
         """Small text on a plate next to its place, moved into the plot where its end would be cut.
@@ -225,10 +238,10 @@ class Words:
         shown = self._shown
         words = theme.shortened(curve.tag, shown.right - shown.left - 8.0 * self._pad)
         size = imgui.calc_text_size(words)
-        points = _dense(_pixels(shown, curve))
+        points = self._lines[id(curve)]
         inside = (points >= (shown.left - 1.0, shown.top - 1.0)).all(1) & (points <= (shown.right, shown.bottom)).all(1)
         points = points[inside][::-1]
-        every = max(int(6.0 / SPACING), -(-len(points) // TRIED))
+        every = max(int(6.0 / CELL), -(-len(points) // TRIED))
         self._first_free(draw, words, curve.tint, (
             _corner(side, ImVec2(x, y), size, pad, 0.5 * self._pad) for x, y in points[::every].tolist()
             for side, pad in (("left above", 0.0), ("left below", 0.0), ("right", 2.0 * self._pad),
@@ -250,8 +263,12 @@ class Words:
             return False
         if any(x < r + pixel and right > l - pixel and y < b and bottom > t for l, t, r, b in self.taken):
             return False
-        low, high = (x - pixel, y + 2.0 * pixel), (right + pixel, bottom - pixel)
-        return not clear or not ((self._lines > low) & (self._lines < high)).all(1).any()
+        if not clear:
+            return True
+        left, right = int((x - shown.left) / CELL) + 1, int((right - shown.left) / CELL)
+        top, bottom = int((y - shown.top) / CELL) + 1, int((bottom - shown.top) / CELL)
+        counts = self._counts
+        return bool(counts[bottom, right] - counts[top, right] - counts[bottom, left] + counts[top, left] == 0)
 
     def _write(self, draw: imgui.ImDrawList, words: str, tint: Tint, corner: ImVec2) -> None:
         size = imgui.calc_text_size(words)
@@ -267,13 +284,22 @@ def _corner(side: str, at: ImVec2, size: ImVec2, pad: float, rise: float) -> tup
     return x, {"above": at.y - size.y - rise, "below": at.y + rise}.get(upright, at.y - 0.5 * size.y)
 
 
+def _counted(points: np.ndarray, size: tuple[float, float]) -> NDArray[np.int64]:
+    """How many points (n, 2) of a plot of this size in pixels lie above and left of each corner of its cells."""
+    across, down = (int(side / CELL) + 2 for side in size)
+    places = np.floor(points / CELL)
+    places = places[((places >= 0) & (places < (across, down))).all(1)].astype(int)
+    cells = np.bincount(places[:, 1] * across + places[:, 0], minlength=across * down).reshape(down, across)
+    return np.pad(cells.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+
+
 def _dense(points: np.ndarray) -> np.ndarray:
-    """Points at most SPACING pixels apart along a curve (n, 2)."""
+    """Points at most CELL pixels apart along a curve (n, 2)."""
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) < 2:
         return points
     lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    marks = np.linspace(0.0, lengths[-1], min(int(lengths[-1] / SPACING) + 2, 4000))
+    marks = np.linspace(0.0, lengths[-1], min(int(lengths[-1] / CELL) + 2, 4000))
     return np.column_stack([np.interp(marks, lengths, part) for part in points.T])
 
 

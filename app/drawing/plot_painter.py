@@ -118,26 +118,25 @@ def drawn_map(name: str, state: Drawn) -> PlotMap | None:
 def _legend(figure: Figure, width: float, memo: FrameMemo) -> None:
     """Names with a sample of each line or mark, in as many lines as they need."""
     corner = imgui.get_cursor_screen_pos()
-    calls, height = memo.of((figure.rows, width, corner.x, corner.y, theme.look()),
-                            lambda: _drawn_legend(figure, width, corner))
+    named: dict = {}
+    for layer in (layer for row in figure.rows for plot in row for layer in plot.named()):
+        named.setdefault(layer.name, layer)
+    key = tuple((name, type(layer), layer.tint, getattr(layer, "dash", getattr(layer, "shape", "")))
+                for name, layer in named.items())
+    calls, height = memo.of((key, width, corner.x, corner.y, theme.look()), lambda: _drawn_legend(named, width, corner))
     repeat(calls, imgui.get_window_draw_list())
     if height > 0.0:
         imgui.dummy(ImVec2(width, height))
 
 
-def _drawn_legend(figure: Figure, width: float, corner: ImVec2) -> tuple[Calls, float]:
-    """The calls that draw it, and its height in pixels, 0 without names."""
-    found: dict = {}
+def _drawn_legend(named: dict, width: float, corner: ImVec2) -> tuple[Calls, float]:
+    """The calls that draw the names of these layers, and the height in pixels, 0 without names."""
     draw: Any = Recorder()
-    for row in figure.rows:
-        for plot in row:
-            for layer in plot.named():
-                found.setdefault(layer.name, layer)
-    if not found:
+    if not named:
         return [], 0.0
     pixel, line = theme.scale(), imgui.get_text_line_height()
     x, y = corner.x, corner.y
-    for name, layer in found.items():
+    for name, layer in named.items():
         sample = (18.0 if isinstance(layer, Curve) else 9.0) * pixel
         wide = sample + 4.0 * pixel + imgui.calc_text_size(name).x
         if x > corner.x and x + wide > corner.x + width:
@@ -182,7 +181,8 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None =
     calls, state.words[name] = state.memo.of((name, plot, shown, surfaces, column, theme.look()),
                                              lambda: _recorded(shown, layers, plot.title, column))
     repeat(calls, draw)
-    draw_layers(draw, shown, over)
+    if over:
+        draw_layers(draw, shown, over)
     if grip is not None and column is not None:
         _draw_grip(draw, shown, grip, column)
     implot.pop_plot_clip_rect()

@@ -5,7 +5,7 @@ import pytest
 from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.plot_layers import SPACING
+from lensbench.app.drawing.plot_layers import CELL
 from lensbench.app.drawing.plot_painter import Drawn, draw_figure
 from lensbench.app.plots.aperture_plots import axial_figure
 from lensbench.app.plots.plot import Axis, Curve, Figure, Label, Map, Plot, Points, Table
@@ -77,6 +77,6 @@ def test_the_words_of_curves_touch_no_curve(turns):
     for left, top, right, bottom in boxes.values():
         for curve in curves:
             points = shown.pixels(curve.x, curve.y)
-            margin = SPACING                            # of the points by which lines are known: one may cut a corner
+            margin = CELL                               # to which lines are known
             inside = (points > (left + margin, top + margin)) & (points < (right - margin, bottom - margin))
             assert not inside.all(1).any()
