@@ -1,4 +1,7 @@
-"""A small section of a lens, to scale: its glass and its stop, as a picture that a frame only has to show."""
+"""A small section of a lens, to scale: its glass and its stop, as a picture that a frame only has to show.
+
+Run as a process, it draws sections for the lens browser; its arguments are the look of these pictures.
+"""
 
 import sys
 from typing import NamedTuple
@@ -7,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
+from lensbench import lenses
 from lensbench.app.drawing import theme
 from lensbench.app.plots.section import elements
+from lensbench.app.workers.lens_pictures import answer
+from lensbench.app.workers.task import lower_priority
 
 FINER = 3                       # points of the drawing along a pixel
 WIDTH, HEIGHT = 0.92, 0.92      # of the picture that the lens fills
@@ -18,7 +24,7 @@ Pixels = NDArray[np.uint8]
 
 
 class SectionLook(NamedTuple):
-    """All that changes the picture of a section, beside the lens: pixels across and down, theme, width of a line."""
+    """All that changes the picture of a section, besides the lens: pixels across and down, theme, width of a line."""
 
     size: tuple[int, int]
     dark: bool
@@ -27,7 +33,7 @@ class SectionLook(NamedTuple):
     @property
     def command(self) -> tuple[str, ...]:
         """Start a process that draws sections of this look."""
-        return (sys.executable, "-m", "lensbench.app.panels.lens_browser.section_process", *map(str, self.size),
+        return (sys.executable, "-m", "lensbench.app.panels.lens_browser.section", *map(str, self.size),
                 "dark" if self.dark else "light", repr(self.pixel))
 
 
@@ -81,3 +87,15 @@ def section_picture(lens: lb.Lens, look: SectionLook) -> Pixels:
 
 def _codes(colour: theme.Colour) -> tuple[int, ...]:
     return tuple(round(255.0 * part) for part in colour)
+
+
+def main() -> None:
+    """Answer as `workers.lens_pictures` describes."""
+    lower_priority()
+    width, height, theme_name, pixel = sys.argv[1:]     # as `SectionLook.command` writes them
+    look = SectionLook((int(width), int(height)), theme_name == "dark", float(pixel))
+    answer(lambda name: section_picture(lenses.load(name), look))
+
+
+if __name__ == "__main__":
+    main()
