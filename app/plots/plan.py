@@ -97,7 +97,7 @@ def _cut(rays: tuple[Points, Points], origin: Points, forward: Points, distance:
     return above(starts + t[:, None] * directions)
 
 
-def _tilted(rays: tuple[Points, Points], frame: Points, found: "lb.analysis.SharpFocus") -> tuple[
+def _tilted(rays: tuple[Points, Points], frame: Points, sharp: "lb.analysis.SharpFocus") -> tuple[
         Points | None, Points | None]:
     """Where the plane of sharp focus of a tilted film crosses two rays, and the corners of its wedge; None: nowhere."""
     starts, directions = ((rays[0] - frame[:3, 3]) @ frame[:3, :3], rays[1] @ frame[:3, :3])
@@ -112,8 +112,8 @@ def _tilted(rays: tuple[Points, Points], frame: Points, found: "lb.analysis.Shar
             return None
         return above(rays[0] + np.where((t > 0.0) & (t < AWAY), t, AWAY)[:, None] * rays[1])
 
-    focus = None if found.plane is None else cut(found.plane, False)
-    near, far = cut(found.near, True), cut(found.far, True)
+    focus = None if sharp.plane is None else cut(sharp.plane, False)
+    near, far = cut(sharp.near, True), cut(sharp.far, True)
     band = None if near is None or far is None or focus is None else np.array([near[0], near[1], far[1], far[0]])
     return focus, band
 
@@ -131,13 +131,13 @@ def things(scene: str, moment: float) -> tuple[Thing, ...]:
 @lru_cache(maxsize=4)
 def _things(scene: str, moment: float, stamp: tuple[Stamp, ...]) -> tuple[Thing, ...]:
     try:
-        found = cached_scene(scene)
+        objects = cached_scene(scene).objects
     except (SceneFileError, OSError):
         return ()
     outlines = []
-    for shape in sorted(found.objects, key=lambda shape: shape.centre[1]):
-        here = displaced(shape, moment) if shape.moves else shape
-        outlines.append(Thing(above(here.outline(POINTS)), here.material.shines))
+    for shape in sorted(objects, key=lambda shape: shape.centre[1]):
+        moved = displaced(shape, moment) if shape.moves else shape
+        outlines.append(Thing(above(moved.outline(POINTS)), moved.material.shines))
     return tuple(outlines)
 
 

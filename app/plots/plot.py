@@ -196,11 +196,11 @@ class Plot:
 
     def named(self) -> list:
         """The curves, points and bars of the legend: one of each name."""
-        found: dict[str, Curve | Points | Bars] = {}
+        named: dict[str, Curve | Points | Bars] = {}
         for layer in self.layers:
             if isinstance(layer, Curve | Points | Bars) and layer.name and not layer.ghost and layer.surface is None:
-                found.setdefault(layer.name, layer)
-        return list(found.values())
+                named.setdefault(layer.name, layer)
+        return list(named.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,7 +224,7 @@ class Table:
         writer = csv.writer(out, delimiter=separator, lineterminator="\n")
         writer.writerow(self.head)
         for row in self.rows:
-            writer.writerow([_cell(each) for each in row])
+            writer.writerow([_cell(value) for value in row])
         return out.getvalue()
 
 
@@ -329,7 +329,7 @@ def _value(layer: Curve | Map, plot: Plot, x: float, y: float) -> float | None:
 
 
 def _beside(value: float, other: float | None) -> str:
-    """The value of A after that of B, and B less A."""
+    """The value of A after that of B, and B − A."""
     if other is None or not (math.isfinite(other) and math.isfinite(value)):
         return ""
     return f"   A {_number(other)}   {true_minus(significant(value - other, 2, signed=True))}"
@@ -341,10 +341,10 @@ def read(curve: Curve, at: float, across: bool = False) -> float | None:
     if keys.size < 2:
         return None
     a, b = keys[:-1], keys[1:]
-    held = np.flatnonzero((np.minimum(a, b) <= at) & (at <= np.maximum(a, b)) & np.isfinite(values[:-1] + values[1:]))
-    if not held.size:
+    around = np.flatnonzero((np.minimum(a, b) <= at) & (at <= np.maximum(a, b)) & np.isfinite(values[:-1] + values[1:]))
+    if not around.size:
         return None
-    i = int(held[0])
+    i = int(around[0])
     part = 0.0 if b[i] == a[i] else (at - a[i]) / (b[i] - a[i])
     return float(values[i] + part * (values[i + 1] - values[i]))
 

@@ -1,4 +1,4 @@
-"""A figure with that of another lens behind it: A as a ghost in every plot of B, and beside it in the numbers.
+"""A figure with that of another lens behind it: the reference A in every plot of B, and next to it in the numbers.
 
 Curves, bars and points of A are faint. Points of cells, such as spots, are brought to the scale of B. A plot of maps,
 such as a point spread or a bokeh gallery, is drawn to the right of that of B, with the same axes.
@@ -29,7 +29,7 @@ def with_ghost(b: Figure, a: Figure | None, name: str, reason: str = "") -> Figu
                  for pairs in zip(b.rows, a.rows, strict=True))
     return replace(b, rows=rows, table=_table(b.table, a.table),
                    remarks=(*b.remarks, _where(rows, name),
-                            *(f"A: {each}" for each in a.remarks if each not in b.remarks)))
+                            *(f"A: {remark}" for remark in a.remarks if remark not in b.remarks)))
 
 
 def _where(rows: tuple[tuple[Plot, ...], ...], name: str) -> str:
@@ -55,7 +55,7 @@ def _plots(b: Plot, a: Plot) -> tuple[Plot, ...]:
 
 def _plot(b: Plot, a: Plot) -> Plot:
     """One plot with its ghost, its axes wide enough for both."""
-    ghosts = [found for layer in a.layers if (found := _ghost(layer, b, a)) is not None]
+    ghosts = [ghost for layer in a.layers if (ghost := _ghost(layer, b, a)) is not None]
     words = {layer.text.split("\n")[0]: layer.text for layer in a.layers if isinstance(layer, Area)}
     areas = {(layer.x, layer.y): layer.text for layer in a.layers if isinstance(layer, Area)}
     own = [replace(layer, text=_both(layer.text, areas.get((layer.x, layer.y)) or words.get(
@@ -63,7 +63,7 @@ def _plot(b: Plot, a: Plot) -> Plot:
     maps = [layer for layer in own if isinstance(layer, Map)]
     rest = [layer for layer in own if not isinstance(layer, Map)]
     legend = [Curve("A", np.zeros(0), np.zeros(0), "dim", weight=1.0)] if any(
-        not isinstance(each, Map) for each in ghosts) else []
+        not isinstance(ghost, Map) for ghost in ghosts) else []
     return replace(b, x=_axis(b.x, a.x), y=_axis(b.y, a.y), layers=(*maps, *ghosts, *rest, *legend))
 
 
@@ -75,8 +75,8 @@ def _ghost(layer, b: Plot, a: Plot):
         shown = layer.name and layer.tint not in SKIPPED and not b.cell
         return replace(layer, ghost=True, weight=1.0, rays=None) if shown else None
     if isinstance(layer, Bars):
-        places = next((each.x for each in b.layers if isinstance(each, Bars) and each.name == layer.name
-                       and each.x.shape == layer.x.shape), None)
+        places = next((bars.x for bars in b.layers if isinstance(bars, Bars) and bars.name == layer.name
+                       and bars.x.shape == layer.x.shape), None)
         return None if places is None else replace(layer, x=places, ghost=True, name="", width=1.6 * layer.width,
                                                    tint="dim")
     if isinstance(layer, Points):
@@ -111,10 +111,10 @@ def _table(b: Table, a: Table) -> Table:
     head = (*b.head, *(name for name in a.head if name not in b.head))
 
     def rows() -> list[tuple]:
-        found = []
+        both = []
         for lens, table in (("B", b), ("A", a)):
-            at = [table.head.index(name) if name in table.head else None for name in head]
-            found += [(lens, *(math.nan if i is None else row[i] for i in at)) for row in table.rows]
-        return found
+            columns = [table.head.index(name) if name in table.head else None for name in head]
+            both += [(lens, *(math.nan if i is None else row[i] for i in columns)) for row in table.rows]
+        return both
 
     return Table((LENS, *head), rows)

@@ -55,8 +55,8 @@ def section_picture(lens: lb.Lens, look: SectionLook) -> Pixels:
     from PIL import Image, ImageDraw
 
     size, dark, pixel = look
-    found = elements(lens)
-    edges = [element.outline[:, 0] for element in found] or [np.array([0.0, lens.length])]
+    glass = elements(lens)
+    edges = [element.outline[:, 0] for element in glass] or [np.array([0.0, lens.length])]
     begin = min(0.0, *(float(z.min()) for z in edges))
     end = max(lens.length, *(float(z.max()) for z in edges))
     radius = max(surface.semi_diameter for surface in lens.surfaces)
@@ -70,8 +70,8 @@ def section_picture(lens: lb.Lens, look: SectionLook) -> Pixels:
     colours, line = theme.palette(dark), max(1, round(FINER * pixel))
     image = Image.new("RGBA", (across, down), (*_codes(colours.glass_outline)[:3], 0))
     draw = ImageDraw.Draw(image)
-    outlines = [placed(element.outline) for element in found]
-    for element, outline in zip(found, outlines, strict=True):
+    outlines = [placed(element.outline) for element in glass]
+    for element, outline in zip(glass, outlines, strict=True):
         v_d = element.glass.v_d if element.glass.v_d is not None else 60.0
         draw.polygon(outline, fill=_codes(colours.glass(element.glass.n_d, v_d)))
     ink = _codes((*colours.glass_outline[:3], 0.85))
