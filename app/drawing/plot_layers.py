@@ -23,6 +23,7 @@ MARKERS = {"triangle": implot.Marker_.up, "square": implot.Marker_.square, "diam
 CORNERS = {"triangle": (3, -0.5), "square": (4, 0.25), "diamond": (4, 0.0), "hexagon": (6, 0.0)}
 ARMS = {"cross": 0.25, "plus": 0.0}     # turn of the first arm, × π; of CORNERS that of the first corner
 GHOST = 0.5                     # opacity of the figure A
+MARGIN = 9.0                    # pixels about a plot, within which curves are drawn
 CELL = 3.0                      # pixels: words know to so many where lines run
 TRIED = 40                      # positions along a curve for its words, at most
 AWAY = (5.0, 9.0, 13.0, 18.0, 26.0)     # pixels from a mark to its words: the first that is free
@@ -102,11 +103,10 @@ def _pixels(shown: PlotMap, curve: Curve) -> np.ndarray:
     """The points (n, 2) of a curve in pixels, NaN where it is out of sight; a straight line is cut at the edges."""
     if curve.x.size != 2:
         pixels = shown.pixels(curve.x, curve.y)
-        low, high = (shown.left - 9.0, shown.top - 9.0), (shown.right + 9.0, shown.bottom + 9.0)
-        seen = ((pixels > low) & (pixels < high)).all(1)
-        seen[1:] |= seen[:-1].copy()
-        seen[:-1] |= seen[1:].copy()
-        pixels[~seen] = np.nan
+        beyond = np.column_stack([pixels < (shown.left - MARGIN, shown.top - MARGIN),
+                                  pixels > (shown.right + MARGIN, shown.bottom + MARGIN)])
+        seen = ~(beyond[:-1] & beyond[1:]).any(1)           # stretches that are not all on one side
+        pixels[~(np.append(seen, False) | np.append(False, seen))] = np.nan
         return pixels
     ends = np.column_stack([curve.x, curve.y])
     cut = within(shown, ends)

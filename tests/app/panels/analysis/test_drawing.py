@@ -5,7 +5,8 @@ import pytest
 from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.plot_layers import CELL
+from lensbench.app.drawing.plot_axes import PlotMap
+from lensbench.app.drawing.plot_layers import CELL, _pixels
 from lensbench.app.drawing.plot_painter import Drawn, draw_figure
 from lensbench.app.plots.aperture_plots import axial_figure
 from lensbench.app.plots.plot import Axis, Curve, Figure, Label, Map, Plot, Points, Table
@@ -65,6 +66,13 @@ def test_words_about_a_mark_touch_no_other_words_and_none_without_room_are_writt
     for i, (left, top, right, bottom) in enumerate(boxes):
         assert shown.left <= left and right <= shown.right and shown.top <= top and bottom <= shown.bottom
         assert all(right <= l or left >= r or bottom <= t or top >= b for l, t, r, b in boxes[:i])
+
+
+def test_a_curve_is_drawn_where_it_crosses_a_plot_between_two_points_outside():
+    shown = PlotMap(0.0, 0.0, 100.0, 100.0, 0.0, 1.0, 0.0, 1.0, False)
+    x, y = np.array([-5.0, -3.0, 3.0, 5.0, 6.0]), np.array([-4.0, -2.0, 4.0, 5.0, 5.0])
+    kept = np.isfinite(_pixels(shown, Curve("", x, y))).all(1)
+    assert kept.tolist() == [False, True, True, False, False]
 
 
 @pytest.mark.parametrize("turns", [1.0, 3.0, 12.0])
