@@ -26,10 +26,7 @@ from lensbench.core.text import fixed, significant, true_minus
 
 @dataclass(frozen=True)
 class AppliedExposure:
-    """The gain of the light, the ISO, and the exposure triangle; None for a camera without an f-number.
-
-    share: of the triangle's light that falls on the film; see `light_share`.
-    """
+    """Gain, ISO and triangle, None without an f-number; share: of its light that falls on the film (`light_share`)."""
 
     gain: float
     iso: float

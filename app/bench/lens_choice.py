@@ -83,10 +83,7 @@ def covered_format(circle: float) -> tuple[float, float]:
 
 
 def image_circle(name: str, lens: lb.Lens) -> float | None:
-    """Diameter (mm) that a lens covers: of the library, else of the stated field, else where the light ends.
-
-    Light that reaches past the corners of 36 × 24 mm says nothing on the film, and counts as that diagonal.
-    """
+    """Diameter (mm) that a lens covers: of the library, else stated, else where light ends within 36 × 24 mm."""
     card = lenses.card(name)
     if card is not None and card.image_circle is not None:
         return card.image_circle

@@ -43,10 +43,7 @@ def true_focus(lens: lb.Lens, seen: float, settings: Settings, method: str = "pa
 
 
 def seen_focus(lens: lb.Lens, settings: Settings) -> float:
-    """The focus distance (mm) of the settings as a lens sees it that is focused paraxially, through its window.
-
-    FocusError, with distances beyond the window, where that is nearer than the lens can focus.
-    """
+    """The focus distance (mm) as a lens, focused paraxially, sees it through its window; FocusError if too near."""
     wanted = settings.focus_distance
     if port_index(settings) == 1.0 or not math.isfinite(wanted):
         return wanted

@@ -156,10 +156,7 @@ def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, 
 
 
 def _field_of_view(lens, film, wavelength: float) -> dict[str, float | None]:
-    """Degrees across, down and across the diagonal at infinity: by rays; 2 atan(h / 2f) of a lens with cylinders.
-
-    Of a smaller image circle where the film is dark outside; None where no light through the middle of the stop comes.
-    """
+    """Degrees across, down, diagonal at infinity: by rays, in the lit part; 2 atan(h / 2f) with cylinders; or None."""
     import lensbench as lb
     from lensbench.app.bench.readouts import traced_angles
 

@@ -222,10 +222,7 @@ def read_views(text: str) -> tuple[int, int]:
 
 
 def prepare_capture(arguments: argparse.Namespace) -> tuple[Settings, Path]:
-    """The settings of a capture and its output file, which is checked to be writable before the work begins.
-
-    What a light field does not record is left out of the settings, and named.
-    """
+    """Settings of a capture, without what it does not record, which is named; and its file, which can be written."""
     from lensbench.app.session.export import check_writable
     from lensbench.app.session.recordings import checked_suffix
 

@@ -15,10 +15,7 @@ from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 
 
 def asset_path(name: str, folder: Path, what: str, most_bytes: int) -> Path:
-    """The path of a file that a scene file names; SceneError where it is none, is too large or lies elsewhere.
-
-    folder: of the scene file, resolved. what: word for the file in messages, such as "texture".
-    """
+    """The path of a file that a scene in `folder` names, called `what`; SceneError if missing, too large, elsewhere."""
     if Path(name).is_absolute() or "\0" in name:
         raise lb.SceneError(f"{what} {excerpt(name)}: name it relative to the scene file")
     try:

@@ -129,11 +129,7 @@ ORDERS: dict[str, tuple[str, Callable[[Card], tuple]]] = {
 
 def shelved(cards: Sequence[Card], shelf: Shelf, favourites: Collection[str] = (),
             recent: Sequence[str] = ()) -> tuple[Card, ...]:
-    """The cards of the library that a shelf shows, in its order; a search orders by relevance first.
-
-    favourites: names of the part "favourites". recent: names of the part "recent", the newest first, which is its
-    order.
-    """
+    """The cards that a shelf shows, in its order, a search by relevance; recent: names, the newest first."""
     kept = _filtered(cards, shelf)
     if shelf.part == "favourites":
         kept = [card for card in kept if card.name in favourites]

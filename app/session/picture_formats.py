@@ -151,10 +151,7 @@ MAX_COMMENT = 1 << 20           # bytes of a line in a header
 
 def write_ppm(file: BinaryIO, bands: Iterable[NDArray[np.unsignedinteger]], size: tuple[int, int], deepest: int,
               comment: str, text: bool = False) -> None:
-    """Write a picture of `size` (across, down) from its bands of rows, (rows, across, 3) codes from 0 to `deepest`.
-
-    text: as P3, for people and simple programs; otherwise P6. The comment is one line of ASCII.
-    """
+    """Write a picture (across, down) from bands (rows, across, 3) of codes to `deepest`; as text: P3, else P6."""
     kind = "P3" if text else "P6"
     file.write(f"{kind}\n# {comment}\n{size[0]} {size[1]}\n{deepest}\n".encode("ascii"))
     for codes in bands:

@@ -55,10 +55,7 @@ class Answer:
 
 
 class AnalysisWorker:
-    """The newest answer of each panel; it stays until the next one is there.
-
-    wake: called when there is news. waits: whether the picture waits for its first pass.
-    """
+    """The newest answer of each panel. wake: called with news. waits: whether the picture waits for a first pass."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None, waits: Callable[[], bool] = lambda: False):
         self._wake, self._waits = wake, waits

@@ -152,10 +152,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves on common axes, both logarithmic; x and y: their labels, with units.
-
-    levels: values of horizontal lines, with labels. ticks: of x, if few values are possible.
-    """
+    """Curves on common logarithmic axes, with labels x and y; levels: of horizontal lines; ticks: the few of x."""
 
     key: str
     title: str

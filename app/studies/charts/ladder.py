@@ -82,10 +82,7 @@ def _box(table: PupilTable) -> tuple[float, float]:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _fill(entries):
-    """Fill entries (6, RADII, ALONG, ACROSS) that no ray reached with the mean of their neighbours in the rear plane.
-
-    Repeated from known entries outwards; 0 for film radii without a single ray.
-    """
+    """Fill entries (6, RADII, ALONG, ACROSS) without a ray with means of neighbours, outwards; 0 in a dark radius."""
     for k in range(RADII):
         known = np.ones((ALONG, ACROSS), np.bool_)
         for i in range(ALONG):

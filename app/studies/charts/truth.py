@@ -142,10 +142,7 @@ class Truth:
         return {X: film[0], Y: film[1], L: way[0], M: way[1], N: way[2], WEIGHT: np.ones(self.rays)}
 
     def _on_disk(self, turn: float) -> dict[int, np.ndarray]:
-        """Lane rows of the corresponding rays of an ideal model: same part of the area, same direction from the middle.
-
-        U0 of a pupil table goes around the half on one side of the meridian, then around its mirror image.
-        """
+        """Lane rows of an ideal model's rays at the same part of the area; U0 of a table goes around each half."""
         x, y, u0, u1 = self._spread[:, self._chosen]
         around = 2.0 * math.pi * np.where(u0 < 0.5, u0, 0.5 - u0)
         v, u = _square(np.sqrt(u1), around + np.arctan2(y, x) + turn)

@@ -137,10 +137,7 @@ def rival(hits: np.ndarray) -> Found:
 
 
 def worst(found: Found, truth: np.ndarray, meant: np.ndarray) -> float | str:
-    """Largest distance (mm) of the hits from the exact ones, or the fate that was returned instead.
-
-    A ray that misses only by its own rounding may miss, or may hit the point at which it was aimed.
-    """
+    """Largest distance (mm) of hits from the exact ones, or the fate; a ray off by its own rounding may do either."""
     hits, fates = found
     there = np.isfinite(floats(truth)).all(1)
     lost = [fate for fate, known in zip(fates, there, strict=True) if known and fate]
