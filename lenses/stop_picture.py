@@ -51,7 +51,8 @@ def transmission(picture: Any) -> np.ndarray:
     curve = np.asarray(linear(np.arange(256) / 255.0), float)
     red, green, blue, opacity = (np.asarray(band) for band in picture.convert("RGBA").split())
     light = sum(share * curve[band] for share, band in zip(SHARES, (red, green, blue), strict=True))
-    return np.minimum(light, 1.0) * (opacity / 255.0)
+    passed: np.ndarray = np.minimum(light, 1.0) * (opacity / 255.0)
+    return passed
 
 
 def picture_beside(folder: Path | None, name: object) -> StopImage:

@@ -13,9 +13,10 @@ from lensbench.core.optics.surface_numbers import (
     CURVATURE, CURVATURE_X, QUANTITIES, THICKNESS, with_surfaces, with_value_of
 )
 from lensbench.core.optics.zoom_positions import Positions
-from lensbench.core.text import excerpt, significant
+from lensbench.core.text import excerpt
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve, words
 from lensbench.lenses.editing.solves import settled
+from lensbench.lenses.editing.structure import surface_at
 from lensbench.lenses.file_error import RowError
 from lensbench.lenses.glass import catalogue
 from lensbench.lenses.tables.rows import check_sizes, curvature
@@ -32,7 +33,7 @@ def with_value(document: LensDocument, surface: int, quantity: str, value: float
     """
     if quantity not in QUANTITIES:
         raise EditError(f"quantity {excerpt(quantity)}: choose one of {', '.join(QUANTITIES)}")
-    before = _surface(document, surface)
+    before = surface_at(document, surface)
     rule = document.rule(surface, quantity)
     if rule is not None:
         raise EditError(f"the {words(quantity)} of surface {surface} follows from a rule ({rule}): remove it first")
@@ -94,7 +95,7 @@ def with_radius(document: LensDocument, surface: int, radius: object, section: s
 
 def with_glass(document: LensDocument, surface: int, glass: Glass | str) -> LensDocument:
     """The document with another medium behind a surface: a value, or a text as of `named_glass`."""
-    before = _surface(document, surface)
+    before = surface_at(document, surface)
     made = named_glass(glass) if isinstance(glass, str) else glass
     try:
         changed = replace(before, glass=made)
@@ -129,7 +130,7 @@ def named_glass(text: str) -> Glass:
 
 def with_comment(document: LensDocument, surface: int, comment: str) -> LensDocument:
     """The document with a comment on a surface, in one line of at most LONGEST_COMMENT characters."""
-    _surface(document, surface)
+    surface_at(document, surface)
     comments = list(document.comments or ("",) * len(document.surfaces))
     comments[surface] = " ".join(comment.split())[:LONGEST_COMMENT]
     return replace(document, comments=tuple(comments))
@@ -151,10 +152,3 @@ def without_rule(document: LensDocument, surface: int, quantity: str) -> LensDoc
     return settled(replace(document, solves=tuple(filter(other, document.solves)),
                            pickups=tuple(filter(other, document.pickups)),
                            findings=tuple(f for f in document.findings if f.surface != surface)))
-
-
-def _surface(document: LensDocument, surface: int):
-    if not 0 <= surface < len(document.surfaces):
-        raise EditError(f"there is no surface {significant(surface)}: they are numbered from 0 to "
-                        f"{len(document.surfaces) - 1}")
-    return document.surfaces[surface]

@@ -105,7 +105,8 @@ def pose_behind(surface: Surface) -> SurfacePose | None:
 
 def surface_at(document: LensDocument, surface: int) -> Surface:
     """A surface by its index; EditError for one that does not exist."""
-    check_range(document, surface, surface)
+    if not 0 <= surface < len(document.surfaces):
+        raise EditError(f"there is no surface {surface}: they are numbered from 0 to {len(document.surfaces) - 1}")
     return document.surfaces[surface]
 
 

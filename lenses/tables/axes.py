@@ -69,8 +69,11 @@ START = Place(np.zeros(3), np.eye(3))
 def intrinsic(about_x: float, about_y: float, about_z: float = 0.0) -> np.ndarray:
     """Axes (3, 3), in columns, after right-handed rotations about x, then the new y, then the new z."""
     ca, sa, cb, sb, cc, sc = (f(angle) for angle in (about_x, about_y, about_z) for f in (cos, sin))
-    return np.array([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]]) @ np.array(
-        [[cb, 0.0, sb], [0.0, 1.0, 0.0], [-sb, 0.0, cb]]) @ np.array([[cc, -sc, 0.0], [sc, cc, 0.0], [0.0, 0.0, 1.0]])
+    about = ([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]], [[cb, 0.0, sb], [0.0, 1.0, 0.0], [-sb, 0.0, cb]],
+             [[cc, -sc, 0.0], [sc, cc, 0.0], [0.0, 0.0, 1.0]])
+    x, y, z = map(np.array, about)
+    axes: np.ndarray = x @ y @ z
+    return axes
 
 
 def angles(axes: np.ndarray) -> tuple[float, float, float]:

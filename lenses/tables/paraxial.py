@@ -57,7 +57,8 @@ def f_number(surfaces: Sequence[Any], stop_index: int, wavelength: float = D_LIN
              front_index: float = 1.0) -> float:
     """Focal length over the entrance-pupil diameter given by the stop alone; inf for an afocal system."""
     height = ray(surfaces, wavelength=wavelength, front_index=front_index)[0][stop_index]
-    return abs(focal_length(surfaces, wavelength, front_index) * height) / (2.0 * surfaces[stop_index].semi_diameter)
+    radius: float = surfaces[stop_index].semi_diameter
+    return abs(focal_length(surfaces, wavelength, front_index) * height) / (2.0 * radius)
 
 
 def ray(surfaces: Sequence[Any], height: float = 1.0, slope: float = 0.0, wavelength: float = D_LINE,

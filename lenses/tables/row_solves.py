@@ -55,7 +55,7 @@ def solution(rows: Sequence[Any], solve: RowSolve, axial: Start | None, chief: S
         sources = rows[solve.source:solve.end or solve.source + 1]
         return solve.factor * sum(float(getattr(each, solve.quantity)) for each in sources) + value
     if solve.rule == "sum":
-        return value - sum(each.thickness for each in rows[solve.source:i])
+        return value - sum(float(each.thickness) for each in rows[solve.source:i])
     if solve.rule == "pair":
         return value - float(rows[solve.source].thickness)
     if solve.rule == "edge":

@@ -224,7 +224,7 @@ def _grid(stations: list[Station]) -> list[list[Station]] | None:
 
 def _track(lens: Lens, gaps: Sequence[int], thicknesses: Sequence[float]) -> float:
     """First vertex → film with these gaps."""
-    return sum(surface.thickness for surface in with_gaps(lens.surfaces, gaps, thicknesses))
+    return sum(float(surface.thickness) for surface in with_gaps(lens.surfaces, gaps, thicknesses))
 
 
 def _from_film(lens: Lens, gaps: Sequence[int], station: Station) -> float:
