@@ -12,7 +12,7 @@ effects on numba:
 - No wrapper for C is made of functions of lensbench and numba: a fifth of the time to compile. The types of operators
   between the same kinds of numbers are found once in a process: another tenth.
 - All code that this process compiles, other libraries' too, is made for the highest x86-64 level of the processor (v3,
-  or v4 with 512-bit registers) in place of its exact model: machine code of one computer then fits another. Numba has
+  or v4 with 512-bit registers) instead of its exact model: machine code of one computer then fits another. Numba has
   one setting for the whole process. LENSBENCH_LEVEL names another level, to compile a wheel for. LENSBENCH_NATIVE=1,
   or any value of NUMBA_CPU_NAME or NUMBA_CPU_FEATURES, leaves numba's setting as it is.
 

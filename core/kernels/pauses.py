@@ -19,7 +19,7 @@ def never() -> bool:
 
 
 def due() -> Callable[[], bool]:
-    """Tells, from any thread, whether the computation of the present thread shall pause."""
+    """Tells, from any thread, whether the computation of the current thread shall pause."""
     found: Callable[[], bool] = getattr(_thread, "due", never)
     return found
 

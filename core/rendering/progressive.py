@@ -80,7 +80,7 @@ class Rendering:
     shape
         (h, w) pixels.
     samples
-        Samples per pixel so far, on average; in bands, per pixel of the present one.
+        Samples per pixel so far, on average; in bands, per pixel of the current one.
 
     Raises
     ------
@@ -119,7 +119,7 @@ class Rendering:
 
     @property
     def lines(self) -> range:
-        """The lines of the film that are held: all, or those of the present band."""
+        """The lines of the film that are held: all, or those of the current band."""
         return self._sums.lines
 
     @property
@@ -189,7 +189,7 @@ class Rendering:
         return light_image
 
     def adopt(self, light_image: LightImage) -> None:
-        """Take the picture's own light image in place of the borrowed layer.
+        """Take the picture's own light image instead of the borrowed layer.
 
         Where the camera's rays have left out other light, the samples so far are dropped: `samples` is 0 again.
 
@@ -317,7 +317,7 @@ class Rendering:
         Returns
         -------
         bool
-            False when there is none: the present band stays.
+            False when there is none: the current band stays.
         """
         is_next = self._sums.next_band()
         if is_next:
@@ -330,7 +330,7 @@ class Rendering:
         Returns
         -------
         ndarray
-            float32 (h, w, 3), linear RGB, the top row first; a fresh array. In bands: the present `lines`.
+            float32 (h, w, 3), linear RGB, the top row first; a fresh array. In bands: the current `lines`.
         """
         return self._image(self.lines)
 

@@ -28,7 +28,7 @@ LEAST, MOST = -2, 2     # log₂ of the shares
 
 
 class SampleAllocation:
-    """Shares of the blocks of a picture in its present round.
+    """Shares of the blocks of a picture in its current round.
 
     band: number of blocks in each band of lines but the last; real: the type of the sums; even: all blocks take the
     same samples throughout.

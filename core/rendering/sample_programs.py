@@ -196,7 +196,7 @@ class FilmSums:
         return all(list(pool.map(work, range(threads))))
 
     def next_band(self) -> bool:
-        """Go on to the next band of lines, of 0 samples; False when there is none: the present band stays."""
+        """Go on to the next band of lines, of 0 samples; False when there is none: the current band stays."""
         if self.lines.stop == self._height:
             return False
         self.lines = range(self.lines.stop, min(self.lines.stop + BAND_LINES, self._height))

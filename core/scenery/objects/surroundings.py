@@ -32,7 +32,7 @@ class Floor:
     offset : (a, b)
         Shift of the tiles, in tiles.
     image : Image, optional
-        In place of the two colours: repeated, `tile` mm wide, its rows upright for a camera that looks along −z.
+        Instead of the two colours: repeated, `tile` mm wide, its rows upright for a camera that looks along −z.
 
     Raises
     ------
