@@ -196,8 +196,8 @@ def pupil_plot(rear: float, fields: tuple[Region, ...], seen: Region, samples: B
 
 
 def _outline(outline: np.ndarray, tint: str, weight: float) -> Curve:
-    """A closed line through points (n, 2)."""
-    return Curve.through("", np.concatenate([outline, outline[:1]]), tint, weight=weight)
+    """A closed line through points (n, 2); its ends overlap, so that no notch is seen."""
+    return Curve.through("", np.concatenate([outline, outline[:2]]), tint, weight=weight)
 
 
 def _samples(seen: Region, samples: BoxSamples, count: int, lit: tuple[int, ...]) -> list:
