@@ -1,9 +1,8 @@
 """The real beam of an axis point at infinity, at full aperture: whether it passes, where it focuses and how well.
 
-Lengths in mm. The aperture is that of the stop, or the stated one if that is smaller. Rims are no part of the beam's
-course: they are often estimates, and `open_share` says where they begin to cut.
-
-Real rays of the axial beam, at full aperture: they must pass, and meet as well as in lenses of the same kind.
+Lengths in mm. The aperture is that of the stop, or the stated one if that is smaller. Clear apertures do not end the
+beam: they are often estimates, and `open_share` states where they begin to cut. The rays must pass, and meet as well as
+in lenses of the same kind.
 """
 
 from dataclasses import dataclass

@@ -1,14 +1,10 @@
-"""One wrong sign or digit that explains a wrong focus or focal length.
+"""One wrong sign or digit that explains a wrong focus or focal length, or a glass that nobody makes.
 
-Every radius, gap and index is changed by the usual copying mistakes: sign lost, point
-moved, two digits swapped, one digit misread. A change must restore both the stated
-focal length and the stored back focus. If only one of them is known, changed digits
-match it by chance, and only changes of a sign are tried.
-
-The digit of an index or Abbe number that makes a known glass of one that nobody makes.
-
-Candidates that the lens has elsewhere come first. Others are told apart by the lens: its focus for an index, its
-longitudinal colour for an Abbe number.
+Every radius, gap and index is changed by the usual copying mistakes: sign lost, point moved, two digits swapped, one
+digit misread. A change must restore both the stated focal length and the stored back focus. If only one of them is
+known, changed digits match it by chance, and only changes of a sign are tried. Of the known glasses that one digit of
+an index or Abbe number makes, those that the lens has elsewhere come first; others are judged by its focus for an
+index, by its longitudinal colour for an Abbe number.
 """
 
 from collections.abc import Iterator

@@ -1,14 +1,10 @@
 """Zoom and focus positions: conversion between the list of configurations of a lens file and a table.
 
-Lengths in mm. Design programs number their configurations; each can have any thicknesses. A zoom is such a list, and so
-is a lens that focuses by moving groups, whose close positions have a near object. A list of both has either all zoom
-settings at infinity first, then all at each nearer distance, or all distances of each zoom setting in turn.
-
-Configurations of a lens as design programs list them: rows of values, one quantity of one surface each.
-
-Lengths in the file's unit. A lens takes gaps, the object's distance, the stop's size and the stated aperture from
-them. Of every other quantity that differs it takes the value of the first configuration, and a finding
-says so.
+Lengths in mm; those of `Configurations` in the file's unit. Design programs number their configurations, and list one
+quantity of one surface a row. A zoom is such a list, and so is a lens that focuses by moving groups, whose close
+positions have a near object. A list of both has either all zoom settings at infinity first, then all at each nearer
+distance, or all distances of each zoom setting in turn. Gaps, the object's distance, the stop's size and the stated
+aperture are read from it; every other quantity that differs has the value of the first configuration, with a finding.
 """
 
 from collections.abc import Callable, Collection, Sequence
