@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from lensbench.app.workers.shipped_kernels import called_kernels, is_stage
-from lensbench.core.design import perturbed_copies
+from lensbench.core.design import tolerance_rays
 from lensbench.core.kernels import sampling
 from lensbench.core.optics import scalar_trace, surfaces
 from lensbench.core.scenery.intersect import meshes
@@ -18,7 +18,7 @@ from lensbench.core.scenery.shading import illumination
 def test_the_functions_that_python_code_names_are_found_and_their_parts_are_not():
     found = called_kernels()
     names = {(kernel.py_func.__module__, kernel.py_func.__qualname__) for kernel in (
-        meshes._distances, perturbed_copies.judge_copies, perturbed_copies.trace_copies, scalar_trace.trace_ray,
+        meshes._distances, tolerance_rays.judge_copies, tolerance_rays.trace_copies, scalar_trace.trace_ray,
         surfaces._sags, sampling.sample_pixels)}
     assert names <= found.keys()
     for part in (sampling.mix, illumination.rise):          # of kernels alone, and also called without compilation
