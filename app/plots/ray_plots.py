@@ -70,7 +70,7 @@ def _plot(fans: Fans, values: np.ndarray, f: int, fan: int, limit: float, kind: 
     title = f"{field_label(rays, f)} {DIRECTIONS[fan][0].upper()}" + (f", {unit}" if rays.lit[f] else ": dark")
     ended = int((lost[given.primary] & (fans.victim[f, fan, given.primary] != rays.lens.stop_index)).sum())
     if ended and rays.lit[f]:
-        title += f"  {ended} lost"
+        title += f"  {ended} blocked"
     return Plot(Axis("Height in the stop", -1.0, 1.0), Axis(KINDS[kind], -limit, limit), tuple(layers), title)
 
 

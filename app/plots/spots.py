@@ -223,7 +223,7 @@ def _words(found: Spots, f: int, group: list, column: int, row: int, columns: st
 
 def _table(found: Spots) -> Table:
     head = ("field (mm)", "field (deg)", "film shift (mm)", "wavelength (um)", "rms sagittal (um)",
-            "rms tangential (um)", "rms radius (um)", "geo radius (um)", "Airy radius (um)", "rays lost", "rays")
+            "rms tangential (um)", "rms radius (um)", "geo radius (um)", "Airy radius (um)", "rays vignetted", "rays")
 
     def rows() -> Iterator[tuple]:
         rays = found.rays

@@ -46,7 +46,7 @@ def test_a_vignetted_part_of_a_fan_is_grey_and_meets_the_other():
     shown, lost = np.isfinite(full.y), np.isfinite(grey.y)
     assert 0 < shown.sum() < full.y.size and (shown | lost).all()
     assert 1 <= (shown & lost).sum() <= 2
-    assert "lost" in tangential.title and "lost" not in figure.rows[0][0].title
+    assert "blocked" in tangential.title and "blocked" not in figure.rows[0][0].title
 
 
 def test_curves_over_the_field_end_where_the_light_ends():
