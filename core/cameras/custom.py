@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from inspect import signature
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -251,9 +251,9 @@ class CustomCamera(Camera):
     """
 
     film: Film
-    rays: Callable = None                       # type: ignore[assignment]
+    rays: Callable[..., Any] = None                       # type: ignore[assignment]
     time_dependent: bool = True
-    back: Callable | None = None
+    back: Callable[..., Any] | None = None
 
     def __post_init__(self):
         if not isinstance(self.film, Film):
@@ -379,7 +379,7 @@ class CustomCamera(Camera):
         return float(Program([self.clock], np.float64).run({TIME: checked_times(time)[None]}, [TIME], 1)[0, 0])
 
 
-def _check_arguments(function: Callable, name: str, arguments: tuple[str, ...]) -> None:
+def _check_arguments(function: Callable[..., Any], name: str, arguments: tuple[str, ...]) -> None:
     """CameraError where a function cannot be called with these arguments."""
     try:
         signature(function).bind(*arguments)

@@ -9,6 +9,7 @@ y, z), of length 1. Times in seconds.
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -239,7 +240,7 @@ class AnimatedTransform:
                                  f"it must end after it starts, at {significant(self.start_time)} s")
 
     @cached_property
-    def _value(self) -> tuple:
+    def _value(self) -> tuple[Any, ...]:
         return self.start.tobytes(), self.end.tobytes(), self.start_time, self.end_time
 
     def __eq__(self, other):

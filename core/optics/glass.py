@@ -9,6 +9,7 @@ from bisect import bisect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isfinite, isnan, nan, sqrt
+from typing import Any
 
 from lensbench.core.text import excerpt, significant
 
@@ -69,7 +70,7 @@ def _table(points: Sequence[tuple[float, float]], w: float) -> float:
 
 
 # n(coefficients c, wavelength w), and the possible numbers of coefficients; None for any
-FORMULAS: dict[str, tuple[Callable[[Sequence, float], float], tuple[int, ...] | None]] = {
+FORMULAS: dict[str, tuple[Callable[[Sequence[Any], float], float], tuple[int, ...] | None]] = {
     # n² = 1 + Σ B λ² / (λ² − C): B1 C1 B2 C2 …
     "sellmeier": (lambda c, w: sqrt(1.0 + _resonances(c, w * w)), (2, 4, 6, 8, 10)),
     # n² = A + B λ² / (λ² − C²) + D / (λ² − E²), added to 1
@@ -126,7 +127,7 @@ class Glass:
     v_d: float | None = None
     name: str = ""
     formula: str = "model"
-    coefficients: tuple = ()
+    coefficients: tuple[Any, ...] = ()
     wavelengths: tuple[float, float] | None = None
 
     def __post_init__(self):
@@ -191,7 +192,7 @@ class Glass:
 AIR = Glass(1.0)
 
 
-def from_formula(name: str, formula: str, coefficients: Sequence,
+def from_formula(name: str, formula: str, coefficients: Sequence[Any],
                  wavelengths: tuple[float, float] | None = None) -> Glass:
     """The glass of a formula, with n_d and V_d computed by it.
 

@@ -347,7 +347,7 @@ def refracts(lens: Lens, surface: int) -> bool:
     return _index_law(medium_before(lens, surface)) != _index_law(lens.surfaces[surface].glass)
 
 
-def _index_law(glass: Glass) -> tuple:
+def _index_law(glass: Glass) -> tuple[Any, ...]:
     """The numbers from which the index of a medium follows."""
     if glass.formula != "model":
         return glass.formula, glass.coefficients

@@ -7,6 +7,7 @@ sharp coats, and stays at rest, as meshes do. A new family is its file in `objec
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from lensbench.core.kernels.block import Step
 from lensbench.core.scenery.intersect.meshes import mesh_steps
@@ -35,7 +36,7 @@ class Family:
     field: str
     kind: type
     intersection: Callable[[Seen], list[Step]]
-    shadows: Callable[[tuple, Shape | None], tuple[Step, ...]] | None = None
+    shadows: Callable[[tuple[Any, ...], Shape | None], tuple[Step, ...]] | None = None
     lamp: Callable[[Shape], Step] | None = None
     hollow: bool = False
 

@@ -19,6 +19,7 @@ have no positions of their own.
 
 import re
 from math import inf, isinf
+from typing import Any
 
 from lensbench.core.optics.finding import Finding, Kind, Severity, note
 from lensbench.core.optics.glass import AIR
@@ -91,7 +92,7 @@ def read(text: str, path: str) -> Lens:
     return design.lens()
 
 
-def _size_stop(design: Design, distances: dict) -> None:
+def _size_stop(design: Design, distances: dict[Any, Any]) -> None:
     """Give the stop the diameter of its row in [variable distances], at the first position."""
     stops = [i for i, row in enumerate(design.rows) if row.is_stop]
     size = _cell(distances, STOP, 0, design.path, words=True)
@@ -114,7 +115,7 @@ def _size_stop(design: Design, distances: dict) -> None:
     row.semi_diameter = size / 2.0
 
 
-def _state_field(design: Design, distances: dict) -> None:
+def _state_field(design: Design, distances: dict[Any, Any]) -> None:
     """The field of the first position: the angle of view, else the height of the image."""
     stated = {name: size for name in FIELDS
               if (size := _cell(distances, name.lower(), 0, design.path, words=True)) and 0.0 < size < inf}
@@ -127,7 +128,7 @@ def _state_field(design: Design, distances: dict) -> None:
                                     f"{significant(stated[used])}")
 
 
-def _stations(distances: dict, names: dict[int, str], path: str) -> list[Station]:
+def _stations(distances: dict[Any, Any], names: dict[int, str], path: str) -> list[Station]:
     """Positions of the columns of [variable distances]; empty for a lens with one position.
 
     names: of the varying gaps, by row. Positions are the columns that have distances.
@@ -152,7 +153,7 @@ def _stations(distances: dict, names: dict[int, str], path: str) -> list[Station
     return stations
 
 
-def _cell(distances: dict, name: str, k: int, path: str, words: bool = False) -> float | None:
+def _cell(distances: dict[Any, Any], name: str, k: int, path: str, words: bool = False) -> float | None:
     """Value at position k, the last one if the line is shorter; None for an empty cell or one of `words`."""
     line, cells = distances.get(name, (0, []))
     text = cells[min(k, len(cells) - 1)].strip() if cells else ""
@@ -178,13 +179,13 @@ def _sections(text: str, path: str) -> dict[str, list[tuple[int, list[str]]]]:
     return found
 
 
-def _first(distances: dict, name: str) -> tuple[int, str] | None:
+def _first(distances: dict[Any, Any], name: str) -> tuple[int, str] | None:
     """Line and text of a distance at the first position."""
     line, cells = distances.get(name.lower(), (0, []))
     return (line, cells[0].strip()) if cells and cells[0].strip() else None
 
 
-def _stated(distances: dict, name: str, path: str) -> float | None:
+def _stated(distances: dict[Any, Any], name: str, path: str) -> float | None:
     place = _first(distances, name)
     return _number(path, *place, name) if place and is_number(place[1]) else None
 
@@ -194,7 +195,7 @@ def _number(path: str, line: int, text: str, name: str, infinite: bool = False) 
         return file_number(text, name, infinite)
 
 
-def _row(design: Design, line: int, cells: list[str], distances: dict) -> Row:
+def _row(design: Design, line: int, cells: list[str], distances: dict[Any, Any]) -> Row:
     """The surface of a line of [lens data]."""
     name, radius, thickness, n_d, diameter, v_d, glass, maker = cells[:8]
     if beyond := next(filter(None, cells[8:]), ""):
@@ -226,7 +227,7 @@ def _row(design: Design, line: int, cells: list[str], distances: dict) -> Row:
     return row
 
 
-def _powers(sections: dict) -> list[int]:
+def _powers(sections: dict[Any, Any]) -> list[int]:
     """The powers of r of the aspheric columns."""
     constants = {cells[0].strip().lower(): (cells + [""])[1].strip() for _, cells in sections.get("constants", [])}
     count = constants.get("asphericaloddcount", "0")

@@ -12,6 +12,7 @@ import unicodedata
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from functools import lru_cache
+from typing import Any
 
 from lensbench.core.text import excerpt
 from lensbench.lenses.library.catalogue import Card
@@ -28,7 +29,7 @@ FILMS: dict[str, tuple[float, float]] = {       # by the diagonal of the film, f
     "phone or compact": (0.0, 12.0), "1 inch": (12.0, 17.0), "micro four thirds": (17.0, 23.0), "APS-C": (23.0, 36.0),
     "full frame": (36.0, 46.0), "medium format": (46.0, 110.0), "large format": (110.0, math.inf)}
 
-Order = Callable[[Card], tuple]
+Order = Callable[[Card], tuple[Any, ...]]
 
 
 def _late(value: float | None) -> float:

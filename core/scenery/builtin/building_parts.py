@@ -129,7 +129,7 @@ def bicycle(turn: float, place: ArrayLike, paint: Material) -> list[Mesh]:
     leather = Material((0.16, 0.07, 0.03))
     side = np.array([0.0, 0.0, 1.0])
 
-    def pipe(points: list, radius: float, material: Material, end: float = 1.0) -> Mesh:
+    def pipe(points: list[np.ndarray], radius: float, material: Material, end: float = 1.0) -> Mesh:
         return tube(np.array(points), radius, material, end, sides=10, name="bicycle")
 
     parts = [pipe([SEAT, HEAD - [0.0, 12.0, 0.0]], 14.0, paint), pipe([CRANK, FORK], 16.0, paint),

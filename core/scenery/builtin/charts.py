@@ -1,6 +1,7 @@
 """Charts: a luminous wall with a grid, a test chart of edges and stars, a focus ruler, and uniform white everywhere."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -116,7 +117,7 @@ def _scale() -> np.ndarray:
     return ink
 
 
-def _card(x: float, y: float, distance: float) -> list:
+def _card(x: float, y: float, distance: float) -> list[Any]:
     """A star on a card at a distance (mm) from the film, seen from there at the slopes x, y; its figure below it."""
     size = 0.042 * distance
     cx, cy = x * distance, y * distance

@@ -6,7 +6,7 @@ Two stages: `find_meshes` finds the nearest triangle, its normal, its place in a
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -67,7 +67,7 @@ class Surfaces(NamedTuple):
 
 
 @byte_cache(MOST_KEPT, 8, NEWEST)
-def surfaces(meshes: tuple) -> Surfaces:
+def surfaces(meshes: tuple[Any, ...]) -> Surfaces:
     """One tree over all triangles of some meshes."""
     corners, vertices, owners, first = [], [], [], 0
     for k, mesh in enumerate(meshes):
@@ -85,7 +85,7 @@ def surfaces(meshes: tuple) -> Surfaces:
     return Surfaces(tree, np.ascontiguousarray(all_corners, np.int32), all_vertices, np.concatenate(owners))
 
 
-def mesh_steps(meshes: Sequence, emission: Sequence[float]) -> list[Step]:
+def mesh_steps(meshes: Sequence[Any], emission: Sequence[float]) -> list[Step]:
     """The stages of meshes, after `beam`. emission: value of the row EMITS for each."""
     found = surfaces(tuple(meshes))
     numbers, integers, kept = [], [], []
@@ -265,7 +265,7 @@ def _distances(nodes, leaves, stack, origins, directions, out):
         out[i] = t if number >= 0 else np.nan
 
 
-def nearest_distances(meshes: tuple, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+def nearest_distances(meshes: tuple[Any, ...], origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Distance (n,) along rays (n, 3), in double precision; nan where a ray misses all meshes."""
     tree, out = surfaces(meshes).tree, np.empty(len(origins))
     _distances(tree.nodes.ravel(), tree.leaves.ravel(), depth_of_stack(len(tree.leaves) * 8),

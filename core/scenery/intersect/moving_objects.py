@@ -7,6 +7,7 @@ few comparisons.
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -56,12 +57,12 @@ def _neighbours(shapes: list[Shape]) -> list[list[Shape]]:
 
 
 def moving_groups(shapes: Sequence[Shape], opening: float,
-                  packer: Callable[[list, list], Packed]) -> Packed:
+                  packer: Callable[[list[Any], list[Any]], Packed]) -> Packed:
     """Groups of moving shapes, each followed by its spheres and planar shapes as packed by `packer`.
 
     opening: seconds at TIME 0.
     """
-    groups: dict[tuple, list[Shape]] = {}
+    groups: dict[Any, list[Shape]] = {}
     for o in shapes:
         centre_of_rotation = any(o.spin) and (o.centre if o.pivot is None else o.pivot)
         groups.setdefault((o.velocity, o.spin, centre_of_rotation), []).append(displaced(o, opening))
@@ -81,7 +82,7 @@ def after(still: Packed, moved: Packed) -> Packed:
 
 def moving_parameters(shapes: Sequence[Shape], opening: float) -> Packed:
     """Parameters of the stage `moving`; the integers of a group begin with how many its spheres have of each."""
-    def both(balls: list, flat: list) -> Packed:
+    def both(balls: list[Any], flat: list[Any]) -> Packed:
         first = sphere_parameters(balls) if balls else join()
         sizes = Packed(np.zeros(0), [first.parameters.size, np.size(first.integers)])
         return join(sizes, first, planar_parameters(flat))

@@ -177,7 +177,7 @@ class Shape(Protocol):
         """
 
 
-def by_family(shapes: Iterable) -> tuple[list, list]:
+def by_family(shapes: Iterable[Any]) -> tuple[list[Any], list[Any]]:
     """Spheres, and planar shapes."""
     shapes = list(shapes)
     spheres, planar = ([o for o in shapes if o.family == family] for family in ("sphere", "planar"))

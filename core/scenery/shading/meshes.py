@@ -1,6 +1,7 @@
 """Light around meshes: the shadows that they cast, the sky seen between them, and meshes that shine themselves."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ LIFT = 2e-5             # offset of a shadow ray from its surface, as a fraction
 CROSSINGS = 16          # surfaces of glass that light passes at the most
 
 
-def mesh_shadow_steps(meshes: tuple, lamp=None) -> tuple[Step, ...]:
+def mesh_shadow_steps(meshes: tuple[Any, ...], lamp=None) -> tuple[Step, ...]:
     """The stages `mesh_shadows` and `glass_shadows` for the meshes that hide light; none for those that shine.
 
     lamp: a mesh that hides its own light, or None.
