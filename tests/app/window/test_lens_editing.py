@@ -21,7 +21,7 @@ from lensbench.app.session.edited_lens import document_of, original
 from lensbench.app.session.lens_handles import HandleKind, pose_handles
 from lensbench.app.session.states import Autosave, left_behind
 from lensbench.app.window.lens_browsing import LensEditing
-from lensbench.core.design import substitution
+from lensbench.core.design import improve as improvement
 from lensbench.lenses.editing.document import Solve
 from tests.app.conftest import SMALL
 
@@ -606,7 +606,7 @@ def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(dr
 
 @pytest.mark.slow
 def test_improve_tries_other_glasses_until_it_is_stopped(drive, monkeypatch):
-    monkeypatch.setattr(substitution, "TRIED", 2)
+    monkeypatch.setattr(improvement, "TRIED", 2)
 
     def use(hand):
         state = table(hand)
