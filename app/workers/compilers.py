@@ -106,7 +106,7 @@ def _wanted(settings: Settings) -> Iterator[tuple[Any, Any]]:
 
 def _code(real: Any) -> Any:
     """Type of a `Code` with parameters of the type `real`."""
-    return types.NamedTuple((int64[::1], boolean[::1], real[::1], int64[::1], int64[:, ::1]), Code)
+    return types.NamedTuple((int64[::1], boolean[::1], boolean[::1], real[::1], int64[::1], int64[:, ::1]), Code)
 
 
 def _tracer(real: Any) -> Any:

@@ -113,7 +113,7 @@ def test_a_row_with_another_gap_than_its_position_is_reported(tmp_path):
     ("3 = [[104.0", "4 = [[104.0", 18, "there is no surface '4'"),
     ("3 = [[104.0", "1 = [[104.0", None, "TOML"),
     ("3 = [[104.0", "03 = [[x", None, "TOML"),
-    ("3 = [[104.0, 110]", "3 = [[104.0]", 18, "another number of stations"),
+    ("3 = [[104.0, 110]", "3 = [[104.0]", 18, "another number of positions"),
     ("3 = [[104.0, 110]", "3 = [104.0", 18, "list of"),
     ("3 = [[104.0, 110]", "3 = [[104.0, inf]", 18, "finite"),
     ("[positions.gaps]\n", "", None, "unknown"),

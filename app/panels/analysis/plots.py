@@ -82,7 +82,7 @@ OVER = Choice("Over", {
     "frequency": ("Frequency", "Contrast on the axis, at 0.7 and at the full field over the frequency")})
 METHOD = Choice("By", {"diffraction": ("Waves", "With diffraction, from the wavefront in the exit pupil"),
                        "geometric": ("Rays", "From the rays alone, without diffraction")})
-FREQUENCY = Choice("lp/mm", {value: (f"{value:.0f}", f"{value:.0f} line pairs per mm")
+FREQUENCY = Choice("lp/mm", {value: (fixed(value, 0), f"{fixed(value, 0)} line pairs per mm")
                              for value in (10.0, 20.0, 30.0, 40.0)}, start=30.0)
 WAY = Choice("Way", {"both": ("S + T", "The mean of the sagittal and the tangential contrast"),
                      "sagittal": ("S", "Lines towards the centre"), "tangential": ("T", "Lines about the centre")})

@@ -98,7 +98,7 @@ def test_the_picture_of_a_lens_file_gives_way_to_blades_and_to_that_of_the_setti
     (tmp_path / "there").mkdir()
     kept, remarks = save_document(edited, tmp_path / "there" / "saved.toml")
     assert kept.edited == "" and design(kept).stop_image == stop_picture(half)
-    assert any("copied beside it" in str(each) for each in remarks)
+    assert any("copied next to it" in str(each) for each in remarks)
 
 
 def test_a_picture_of_a_lens_that_changes_on_disk_is_read_again(tmp_path):

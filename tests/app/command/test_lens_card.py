@@ -13,7 +13,7 @@ from lensbench.core.optics.system import Aperture, ApertureKind, FieldKind, Fiel
 ZOOM = "canon-ef-usm-28-200-f35"
 
 THIN = ("no doubts; surface 1: the element between surfaces 1 and 2, 61.6 mm across, is 0.21 mm thick at its estimated "
-        "rim: an edge chips below 0.5 % of the diameter, or 0.1 mm")
+        "clear aperture: an edge chips below 0.5 % of the diameter, or 0.1 mm")
 
 
 def lines(capsys, *arguments):
