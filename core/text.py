@@ -106,7 +106,7 @@ def f_number_text(value: float | None, decimals: int | None = None, sign: str = 
 
 
 def true_minus(text: str) -> str:
-    """The text with a minus sign in place of each hyphen, for drawn figures."""
+    """The text with a minus sign instead of each hyphen, for drawn figures."""
     return text.replace("-", "−")
 
 

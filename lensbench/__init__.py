@@ -11,7 +11,7 @@ Each name is imported when it is first used: `import lensbench` alone loads neit
 
 The first kernel has two effects on numba. lensbench's kernels, and no other functions, are cached in
 $XDG_CACHE_HOME/lensbench/kernels (by default ~/.cache/lensbench/kernels). On x86-64 all code that this process compiles
-is made for a level of that architecture, v3 or v4, in place of the exact processor; LENSBENCH_NATIVE=1 in the
+is made for a level of that architecture, v3 or v4, instead of the exact processor; LENSBENCH_NATIVE=1 in the
 environment leaves numba's setting as it is. See `core.kernels.cache`.
 """
 

@@ -217,7 +217,7 @@ def main() -> int:
     """Run the faults, and print their fates."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="*", type=Path)
-    parser.add_argument("--random", type=int, metavar="N", help="random faults in place of those of KINDS")
+    parser.add_argument("--random", type=int, metavar="N", help="random faults instead of those of KINDS")
     parser.add_argument("--since", metavar="COMMIT", help="random ones in lines that are new since a commit")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--record", type=Path, help="file of fates: those in it are not run again")

@@ -35,7 +35,7 @@ class Presenter:
 
     def __init__(self, worker: RenderWorker):
         self.update: RenderUpdate | None = None
-        self.field_picture: FieldPicture | None = None  # of a light field, shown in place of the camera's picture
+        self.field_picture: FieldPicture | None = None  # of a light field, shown instead of the camera's picture
         self.pinned: RenderUpdate | None = None                 # the picture A
         self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # on the screen, before the tone curve
         self._light_of: Any = None                      # the key of that light

@@ -168,7 +168,7 @@ def begin_fitted_dialog(title: str) -> bool:
 
 def drop_list(label: str, text: str, tooltip: str, content: Callable[[], None], width: float = 0.0,
               colour: theme.Colour | None = None) -> None:
-    """A closed list that shows `text`, with a small angle in place of a button.
+    """A closed list that shows `text`, with a small angle instead of a button.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def drop_list(label: str, text: str, tooltip: str, content: Callable[[], None], 
 
 def picked(label: str, value: Key, names: Mapping[Key, str], tooltip: str, width: float = 0.0,
            text: str | None = None, colour: theme.Colour | None = None) -> Key:
-    """A `drop_list` of names, one for each key; the key that is chosen. text: shown in place of the chosen name."""
+    """A `drop_list` of names, one for each key; the key that is chosen. text: shown instead of the chosen name."""
     chosen = value
 
     def content() -> None:
@@ -218,7 +218,7 @@ def picked(label: str, value: Key, names: Mapping[Key, str], tooltip: str, width
 
 
 def angle(corner: ImVec2, width: float) -> None:
-    """A small angle at the right of a list, in place of a button."""
+    """A small angle at the right of a list, instead of a button."""
     colour, icon = theme.colours(), icons_fontawesome_6.ICON_FA_ANGLE_DOWN
     theme.small()
     size = imgui.calc_text_size(icon)

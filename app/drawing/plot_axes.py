@@ -39,7 +39,7 @@ PLOT_FLAGS = (implot.Flags_.no_title | implot.Flags_.no_legend | implot.Flags_.n
               | implot.Flags_.no_mouse_text)
 AXIS_FLAGS = implot.AxisFlags_.no_menus | implot.AxisFlags_.no_side_switch | implot.AxisFlags_.no_highlight
 FAR = 1e5                       # pixels, to which points far outside are clipped
-TINY = 1e-300                   # on a logarithmic axis, in place of what has no logarithm
+TINY = 1e-300                   # on a logarithmic axis, instead of what has no logarithm
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ class Map:
     """Values (rows, columns) between low and high as shades, over x0 to x1 and y0 to y1; row 0 lies at y0.
 
     levels: values at which contours are drawn. name: of the value, for the cursor; "" leaves it out. decades: below
-    `high` that the shades span in equal steps of the logarithm, in place of the range from `low`; 0 for none. ghost: of
+    `high` that the shades span in equal steps of the logarithm, instead of the range from `low`; 0 for none. ghost: of
     the figure A: it is read, and not drawn.
     """
 

@@ -61,7 +61,7 @@ class Query:
 
     @property
     def lines(self) -> "Query":
-        """For figures of single wavelengths: those of the lens, else F, d and C, in place of white light."""
+        """For figures of single wavelengths: those of the lens, else F, d and C, instead of white light."""
         return self if self.white == OWN else replace(self, wavelengths=(), white="")
 
     @property

@@ -372,7 +372,7 @@ class ExportDialog:
 
 
 def with_format(path: Path, suffix: str) -> Path:
-    """The path with this suffix, in place of that of another format; what else follows a dot is part of the name."""
+    """The path with this suffix, instead of that of another format; what else follows a dot is part of the name."""
     return path.with_suffix(suffix) if path.suffix.lower() in SUFFIXES else path.with_name(path.name + suffix)
 
 

@@ -87,7 +87,7 @@ class Docking:
         return call
 
     def _compiling(self) -> None:
-        """The progress of the compilers, in place of a panel that needs a kernel; nothing where none is compiled."""
+        """The progress of the compilers, instead of a panel that needs a kernel; nothing where none is compiled."""
         if self._state.compilers.busy:
             done, wanted = self._state.compilers.progress
             imgui.progress_bar(done / wanted, ImVec2(-1.0, 0.0), f"Compiling  {done} of {wanted}")

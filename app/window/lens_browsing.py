@@ -250,7 +250,7 @@ class LensBrowsing:
                 hello_imgui.save_lasting_pref("lenses", self._saved)
 
     def _try(self, name: str) -> None:
-        """Take a lens in place of the one that was tried before it."""
+        """Take a lens instead of the one that was tried before it."""
         window = self._window
         start = window.history.present
         if start == self._tried and self._before is not None:

@@ -227,7 +227,7 @@ class WindowState:
     def picture_now(self) -> tuple[NDArray[np.float32], Settings, lb.Choice | None] | None:
         """The linear picture (h, w, 3) that is shown, its settings and the choice of its model.
 
-        With its present samples; in place of the camera's that of a light field, where this is on the screen.
+        With its present samples; instead of the camera's that of a light field, where this is on the screen.
         """
         update, present = self.worker.newest(), self.history.present
         if self.presenter.field_picture is not None:

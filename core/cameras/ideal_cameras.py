@@ -81,7 +81,7 @@ class PerspectiveCamera(IdealLensCamera):
     roundness : float
         0 for straight blades to 1 for a circle; see `Iris`.
     stop_image : StopImage or None
-        A picture in the lens, in place of blades.
+        A picture in the lens, instead of blades.
     **placement
         Keyword arguments of `Camera`: transform, shutter, weights and medium.
 

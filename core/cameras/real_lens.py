@@ -69,7 +69,7 @@ class LensCamera(Camera):
         Position of the film, for every model: "paraxial", or "real" for the least blur of real rays at this aperture
         (see `film_distance`). At the latter an ideal model is out of focus.
     film_distance : float
-        Keyword, in place of a focus distance: where the film stands, in mm behind the last vertex. The lens stays as it
+        Keyword, instead of a focus distance: where the film stands, in mm behind the last vertex. The lens stays as it
         is, and `focus_distance` becomes the plane that is then in focus, math.inf where there is none.
     film_at : float or None
         The same as a field, which `dataclasses.replace` changes; None where a focus distance is given.

@@ -283,7 +283,7 @@ def _scale(lens: Lens, cell: Cell) -> float:
     return 0.5 if quantity == CONIC else 0.02 * size ** (1 - int(quantity[1:]))
 
 
-TRIED = 8               # glasses in place of each
+TRIED = 8               # glasses instead of each
 SETTLING = 5            # lenses that are tried before a glass is judged
 GAIN = 0.01             # relative fall of the merit that is worth another glass
 ROUNDS = 10             # at most

@@ -24,7 +24,7 @@ from lensbench.core.optics.transmission import surface_coatings
 
 Pair = tuple[int, int]          # (first, second): indices of surfaces, second the one that is met first by the light
 
-DIRECT: Pair = (-1, -1)         # in place of a pair: the light that no surface reflects
+DIRECT: Pair = (-1, -1)         # instead of a pair: the light that no surface reflects
 
 
 def ghost_pairs(lens: Lens, wavelength: float = D_LINE) -> tuple[Pair, ...]:

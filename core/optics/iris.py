@@ -121,7 +121,7 @@ class Iris:
     roundness : float
         0 for straight blades to 1 for a circle.
     image : StopImage or None
-        A picture in the stop, in place of blades.
+        A picture in the stop, instead of blades.
     reach : float
         Distance of the corners from the axis in units of the stop's radius, from 1; inf: behind the rim.
 

@@ -54,7 +54,7 @@ class Lens:
         Distance of the blades' corners from the axis in units of the stop's radius, from 1; inf: behind the rim, as
         those of a lens that is wide open, whose stop is round. `stopped_down` closes them.
     stop_image : StopImage or None
-        A picture in the stop, in place of blades; of lens files, those of the own format alone hold it.
+        A picture in the stop, instead of blades; of lens files, those of the own format alone hold it.
     front_index : float
         Index of the medium before the first surface: 1 for air, 1.33 for water.
     system : SystemData

@@ -14,7 +14,7 @@
     …
     END 3
 
-In place of the value a file may have a solve: PU and PUC, the slope of the axial and of the chief ray behind
+Instead of the value a file may have a solve: PU and PUC, the slope of the axial and of the chief ray behind
 the surface; PY and PYC, their heights on the next surface; EC, the distance from the axis at which both surfaces touch.
 PK picks up from an earlier surface: CV, CVM (its shape, reversed), TH, THM, LN, LNM (a length between two), AP, GLA.
 

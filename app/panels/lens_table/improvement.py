@@ -43,7 +43,7 @@ def improve_button(settings: Settings, document: LensDocument, state: LensTableS
         imgui.text_disabled(remark)
     state.hold_back_focus = check_box("Hold the back focus", state.hold_back_focus)
     state.try_glasses = check_box("Try other glasses", state.try_glasses)
-    imgui.set_item_tooltip("Then also puts glasses of the catalogues in place of those of the lens, one after the\n"
+    imgui.set_item_tooltip("Then also puts glasses of the catalogues instead of those of the lens, one after the\n"
                            "other, and keeps those that make the spots smaller. The stop button ends it")
     if imgui.button("Improve###Start improving"):
         state.worker.start(document, cells, height, state.hold_back_focus, state.try_glasses, state.aim)

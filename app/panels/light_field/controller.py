@@ -35,7 +35,7 @@ class LightFieldController:
 
     @property
     def field_picture(self) -> FieldPicture | None:
-        """The picture of the light field that is shown in place of the camera's; None while the camera's is shown."""
+        """The picture of the light field that is shown instead of the camera's; None while the camera's is shown."""
         return self.worker.field_picture if self.look.show != "camera" else None
 
     @property

@@ -31,7 +31,7 @@ LENS = "pbrt-dgauss-50mm"
 
 @pytest.fixture
 def viewed(monkeypatch, tmp_path):
-    """What `lensbench view` hands to the window, in place of a window; the machine has a display."""
+    """What `lensbench view` hands to the window, instead of a window; the machine has a display."""
     calls = []
     window = types.ModuleType("lensbench.app.window.window")
     window.run = lambda settings, screenshot=None, follows=False: calls.append((settings, screenshot))
@@ -44,7 +44,7 @@ def viewed(monkeypatch, tmp_path):
 
 @pytest.fixture
 def rendered(monkeypatch):
-    """What `lensbench render` hands to the export, in place of rendering."""
+    """What `lensbench render` hands to the export, instead of rendering."""
     calls = []
     def export_render(settings, path, bits, progress, **rest):
         calls.append((settings, str(path), {"bits": bits, **rest}))

@@ -22,7 +22,7 @@ def target(context):
 
 
 def noted(context, called):
-    """A queue that notes its calls in place of those of a window."""
+    """A queue that notes its calls instead of those of a window."""
     waiting = object.__new__(Queue)
     waiting.finish = lambda: called.append("finish")
     context.extra = waiting

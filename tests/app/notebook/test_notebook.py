@@ -1,4 +1,4 @@
-"""What the library offers at a prompt: pictures, names in place of objects, cards."""
+"""What the library offers at a prompt: pictures, names instead of objects, cards."""
 
 import base64
 import io

@@ -10,7 +10,7 @@ from lensbench.app.window.state import preference, texts
     ("", []), ("null", []), ("3", []), ("{", []), ('{"a": 1}', []), ('"text"', []), ("[]", []),
     ('["/a.png", "/b.png"]', ["/a.png", "/b.png"]), ('["/a.png", 3, null, ["/b.png"]]', ["/a.png"])])
 def test_a_damaged_list_of_recent_files_leaves_out_what_it_does_not_know(monkeypatch, kept, read):
-    """A number in place of the list kept the window from opening at all."""
+    """A number instead of the list kept the window from opening at all."""
     monkeypatch.setattr(module.hello_imgui, "load_lasting_pref", lambda name: kept if name == "recent" else "")
     assert texts(preference("recent", [])) == read
 

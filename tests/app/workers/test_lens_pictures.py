@@ -11,7 +11,7 @@ from PIL import Image
 from lensbench.app.workers.lens_pictures import DAYS, LONGER_SIDE, LensPictures, file_name, thumbnail_settings
 
 LENS, OTHER, THIRD = "pbrt-dgauss-50mm", "pbrt-fisheye-10mm", "pbrt-telephoto-250mm"
-# In place of the renderer: writes a grey picture, and fails for one lens
+# Instead of the renderer: writes a grey picture, and fails for one lens
 QUICK = (sys.executable, "-c", f"""
 import sys
 from PIL import Image

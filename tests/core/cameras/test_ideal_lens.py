@@ -1,4 +1,4 @@
-"""The thick lens: cardinal points and pupils in place of the traced lens."""
+"""The thick lens: cardinal points and pupils instead of the traced lens."""
 
 import math
 from dataclasses import replace

@@ -16,7 +16,7 @@ PIXELS = SHAPE[0] * SHAPE[1]
 
 
 class NoisySamples:
-    """Samples of a grey picture, of a given radiance and standard deviation, in place of a program."""
+    """Samples of a grey picture, of a given radiance and standard deviation, instead of a program."""
 
     real = np.float32
 

@@ -18,7 +18,7 @@ BLOCKS = 120
 
 @stage
 def everywhere(lanes, p, ints, key):
-    """In place of `beam`: the rays of the block can meet anything."""
+    """Instead of `beam`: the rays of the block can meet anything."""
     rows(lanes)[BEAM][0] = lanes.dtype.type(0)
 
 

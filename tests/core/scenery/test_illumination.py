@@ -99,7 +99,7 @@ def test_a_sky_lights_a_surface_as_its_quadrature_says(shadows):
     for normal in unit(np.array([(0, 1, 0.01), (0, 0.5, 1), (0, 0, 1), (0, -0.4, 1), (0, -1, 0.01)], float)):
         wanted = (radiance * (np.maximum(w @ normal, 0.0) * solid)[..., None]).sum((0, 1)) / math.pi
         scene = lb.Scene("one", sky=sky, plates=(lb.Disk((0.0, 0.0, -100.0), tuple(normal), 5.0, PAPER),))
-        # the quartic in place of the arc cosine is good to 0.002 of zenith − horizon
+        # the quartic instead of the arc cosine is good to 0.002 of zenith − horizon
         assert shoot(scene.steps(shadows), np.array([0.0, 0.0, -100.0]) + 50 * normal, -normal)[0] == pytest.approx(
             wanted, abs=2e-3)
 

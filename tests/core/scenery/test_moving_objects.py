@@ -155,7 +155,7 @@ def test_the_distance_to_a_moving_thing_is_that_to_one_that_stands_there(velocit
 
 # What they look like
 
-# in place of the floor, whose mirror image is lit as it is below the balls at 0 s
+# instead of the floor, whose mirror image is lit as it is below the balls at 0 s
 TABLE = lb.Rectangle((0.0, -250.0, -1000.0), (2000.0, 0.0, 0.0), (0.0, 0.0, -2000.0), lb.Material((0.4,) * 3, "coat"))
 CROWD = crowd(3)
 GLOSSY = tuple(lb.Sphere((x, y, -700.0), 90.0, lb.Material((0.3, 0.2, 0.1), "coat", gloss))

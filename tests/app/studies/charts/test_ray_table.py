@@ -24,7 +24,7 @@ def setup(name="pbrt-dgauss-50mm", distance=1200.0):
 
 
 class TableCamera(lb.LensCamera):
-    """A lens camera with the ray table in place of the surfaces."""
+    """A lens camera with the ray table instead of the surfaces."""
 
     is_traced = False
 
