@@ -53,8 +53,8 @@ class FocusPosition(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Setup:
-    """The lens in front of its film: stopped down and focused, with its film distance (mm).
+class Bench:
+    """What stands on the bench: the lens in front of its film, stopped down and focused, with its film distance (mm).
 
     first_order: of this focused lens. at_infinity: of the same lens focused at infinity, for which the focal length is
     defined. f_number: that in air, focused at infinity. port: the flat window into water before the lens.
@@ -194,13 +194,13 @@ def published(settings: Settings) -> lb.Lens:
     return lens.at(zoom=settings.zoom)
 
 
-def setup(settings: Settings) -> Setup:
+def bench_of(settings: Settings) -> Bench:
     """The lens of the settings in front of its film; ValueError or OSError if the lens cannot be loaded or built."""
-    return _setup(design(settings), settings.optics)
+    return _bench(design(settings), settings.optics)
 
 
 @lru_cache(maxsize=64)
-def _setup(lens: lb.Lens, settings: Settings) -> Setup:
+def _bench(lens: lb.Lens, settings: Settings) -> Bench:
     reasons = []
     if settings.f_number is not None:
         try:
@@ -217,7 +217,7 @@ def _setup(lens: lb.Lens, settings: Settings) -> Setup:
         reasons.append(str(error))
         refused = True
         lens, film_distance, seen = _at_nearest(lens, settings.focus_distance)
-    return Setup(lens, lb.first_order(lens), at_infinity, f_number, settings.film, film_distance, found,
+    return Bench(lens, lb.first_order(lens), at_infinity, f_number, settings.film, film_distance, found,
                  port_before(lens, film_distance, settings), seen, refused, "; ".join(reasons))
 
 
@@ -290,7 +290,7 @@ def focus_text(found: FocusPosition) -> str:
 
 def lens_camera(settings: Settings) -> lb.LensCamera:
     """A camera with the lens or its ideal model, in focus at the primary wavelength; focus groups as for the d line."""
-    lens, found = published(settings), setup(settings)
+    lens, found = published(settings), bench_of(settings)
     # A focus that cannot be: the camera refuses it, or here its window
     seen = seen_focus(lens, settings) if found.refused else found.focus_distance
     focus: dict[str, Any] = {"focus_distance": seen}

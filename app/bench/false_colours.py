@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.scenes.scene_file import cached_scene
 from lensbench.app.settings.camera_facts import LENS_MODELS
 from lensbench.app.settings.settings import Settings
@@ -64,7 +64,7 @@ def _front(settings: Settings) -> tuple[float, float]:
     rays_from = LENS_MODELS[settings.lens_model].rays_from if settings.has_lens else ""
     if not rays_from:
         return 0.0, 1.0
-    lens_setup = setup(settings)
+    lens_setup = bench_of(settings)
     if rays_from == "front":
         return -lens_setup.film_z, lens_setup.lens.surfaces[0].semi_diameter
     return lens_setup.first_order.entrance_pupil.z - lens_setup.film_z, lens_setup.first_order.entrance_pupil.radius

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import Setup, setup
+from lensbench.app.bench.build import Bench, bench_of
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.bench.readouts import blur_limit
 from lensbench.app.bench.water_window import port_index, port_of
@@ -35,9 +35,9 @@ TOO_NEAR = "It lies nearer than the nearest focus here"
 UNLIT = "No light here: focused as at the middle"
 
 
-def seen_from(settings: Settings, raster: Place) -> tuple[Setup, Place]:
+def seen_from(settings: Settings, raster: Place) -> tuple[Bench, Place]:
     """The lens in front of the film point of a raster point: with that point's own film distance, and its x, y."""
-    film, built = settings.film, setup(settings)
+    film, built = settings.film, bench_of(settings)
     at = (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
     if settings.film_pose.is_upright:
         return built, at
@@ -53,7 +53,7 @@ def leans(settings: Settings) -> bool:
 def lens_leans(settings: Settings) -> bool:
     """Whether elements of the lens are decentred or tilted."""
     try:
-        return settings.has_lens and not setup(settings).lens.is_in_line
+        return settings.has_lens and not bench_of(settings).lens.is_in_line
     except (ValueError, OSError):
         return False
 
@@ -73,7 +73,7 @@ def _sharp(settings: Settings, lens: Stamp) -> "lb.analysis.SharpFocus":
     made = camera(settings)
     assert isinstance(made, lb.LensCamera)
     if made.film_at is not None:            # placed for another wavelength than the d line, by which the plane is found
-        made = made.refocused(setup(settings).focus_distance)
+        made = made.refocused(bench_of(settings).focus_distance)
     return lb.analysis.sharp_focus(made, blur_limit(settings))
 
 
@@ -99,7 +99,7 @@ def in_section(settings: Settings, above: bool = False) -> InSection | None:
 
 @lru_cache(maxsize=16)
 def _in_section(settings: Settings, lens: Stamp, above: bool) -> InSection:
-    film_z, film, pose = setup(settings).film_z, settings.film, settings.film_pose
+    film_z, film, pose = bench_of(settings).film_z, settings.film, settings.film_pose
     up, aside = (0, 1) if above else (1, 0)
     side, turn = (film.width, pose.tilt) if above else (film.height, pose.swing)
     half = 0.5 * (side if turn == 0.0 else film.diagonal)
@@ -167,7 +167,7 @@ def focused_at(settings: Settings, part: Place, depth: float) -> ClickFocus:
     part: of its width and height, from the top left. Beyond a window into water, depth and focus are true distances.
     """
     if port_index(settings) != 1.0:                     # off the axis, water shows things nearer still than on it
-        port, efl = (setup(settings).port, setup(settings).first_order.efl) if settings.has_lens else \
+        port, efl = (bench_of(settings).port, bench_of(settings).first_order.efl) if settings.has_lens else \
             (port_of(settings), readings(settings).efl or math.inf)
         at = (part[0] - 0.5) * settings.film.width, (part[1] - 0.5) * settings.film.height
         here = replace(port, index=port.stretch(math.hypot(*at) / efl))
@@ -185,7 +185,7 @@ def focused_at(settings: Settings, part: Place, depth: float) -> ClickFocus:
 
 def _of_ideal_lens(settings: Settings, raster: Place, depth: float) -> ClickFocus:
     """The focus of an ideal lens, in closed form: its film point lies before or behind the film's middle."""
-    at_middle, (here, _) = setup(settings), seen_from(settings, raster)
+    at_middle, (here, _) = bench_of(settings), seen_from(settings, raster)
     at_depth = lb.film_distance(at_middle.lens, depth)
     found = lb.focused_distance(at_middle.lens, at_depth - (here.film_distance - at_middle.film_distance))
     return ClickFocus(found, BEYOND if math.isinf(found) and math.isfinite(depth) else "")
@@ -193,14 +193,14 @@ def _of_ideal_lens(settings: Settings, raster: Place, depth: float) -> ClickFocu
 
 def _traced(settings: Settings, raster: Place, depth: float) -> ClickFocus:
     """The focus distance by beams of the film point, which are traced for every trial."""
-    at_middle = setup(settings)
+    at_middle = bench_of(settings)
     method = at_middle.focusing.method
 
     def excess(nearness: float) -> float:
         """How much nearer (1/mm) than the depth the beam has its focus, for a focus distance of 1 / nearness."""
         trial = replace(settings, focus_distance=1.0 / nearness if nearness > 0.0 else math.inf, focus_position=method)
         here, (x, y) = seen_from(trial, raster)
-        film_distance = setup(trial).film_distance
+        film_distance = bench_of(trial).film_distance
         film = np.array([[x, y, here.film_distance - film_distance]])
         return float(beams(here.lens, film_distance, film, method == "real").depth_nearness[0]) - 1.0 / depth
 
@@ -230,13 +230,13 @@ def _traced(settings: Settings, raster: Place, depth: float) -> ClickFocus:
 # The focus distance that puts the film elsewhere: a lens with focus groups is moved as a whole, paraxially
 
 
-def film_z(built: Setup) -> float:
+def film_z(built: Bench) -> float:
     """Where the film of the lens as a whole is, in the lens frame; LensError for a lens that cannot be focused."""
     whole, nearest = _whole(built.lens)
     return whole.length + lb.film_distance(whole, max(built.focus_distance, nearest))
 
 
-def focus_at(built: Setup, shift: float) -> float:
+def focus_at(built: Bench, shift: float) -> float:
     """The focus distance of a film that is shifted by so much along +z; the current one where there is none."""
     try:
         whole, nearest = _whole(built.lens)

@@ -14,7 +14,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import design, setup
+from lensbench.app.bench.build import bench_of, design
 from lensbench.app.bench.camera_kinds import unfit
 from lensbench.app.bench.constraints import MARGIN, constrained, with_camera, with_film
 from lensbench.app.bench.pose import at_home
@@ -93,7 +93,7 @@ def image_circle(name: str, lens: lb.Lens) -> float | None:
     usual = replace(Settings(), lens=name, f_number=None, focus_distance=math.inf, focus_position="paraxial",
                     film_width=USUAL[0], film_height=USUAL[1])
     try:
-        return 2.0 * lit_radius(setup(usual)) or None       # 0: no light reaches the film
+        return 2.0 * lit_radius(bench_of(usual)) or None       # 0: no light reaches the film
     except (ValueError, OSError):
         return None
 

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import Setup
+from lensbench.app.bench.build import Bench
 from lensbench.core.pupils.rim_solver import solve_rims
 from lensbench.core.text import fixed
 
@@ -53,7 +53,7 @@ class Fan:
     dark: str = ""
 
 
-def fans(lens_setup: Setup, focus_distance: float, traced: bool, has_stop: bool, open_stop: float) -> tuple[Fan, ...]:
+def fans(lens_setup: Bench, focus_distance: float, traced: bool, has_stop: bool, open_stop: float) -> tuple[Fan, ...]:
     """The three fans of a lens before its film.
 
     traced: through the real lens instead of an ideal one. has_stop: False for a pinhole, which has chief rays only.
@@ -77,7 +77,7 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
                          focus_distance, count))
 
 
-def lit_radius(lens_setup: Setup, out_to: float | None = None) -> float:
+def lit_radius(lens_setup: Bench, out_to: float | None = None) -> float:
     """Radius (mm) of the film that the lens lights, up to `out_to` (mm), by default the film's corner."""
     return _lit_radius(lens_setup.lens, lens_setup.film_distance,
                        0.5 * lens_setup.film.diagonal if out_to is None else out_to)

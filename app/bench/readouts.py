@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import VISIBLE, FocusPosition, design, picture_wavelength, published, setup
+from lensbench.app.bench.build import VISIBLE, FocusPosition, bench_of, design, picture_wavelength, published
 from lensbench.app.bench.coating import coating
 from lensbench.app.bench.ray_fans import lit_radius
 from lensbench.app.bench.water_window import nearest_in_focus, true_focus
@@ -121,7 +121,7 @@ def lens_readings(settings: Settings) -> Readings:
 
 @lru_cache(maxsize=64)
 def _of_lens(lens: lb.Lens, settings: Settings) -> Readings:
-    lens_setup = setup(settings)
+    lens_setup = bench_of(settings)
     film, limit, port = lens_setup.film, blur_limit(settings), lens_setup.port
     wavelength = lens.reference_wavelength
     designed = lb.first_order(lens, wavelength)
@@ -247,7 +247,7 @@ def lit(settings: Settings) -> float:
     if not settings.has_lens:
         return corner
     try:
-        return lit_radius(setup(settings))
+        return lit_radius(bench_of(settings))
     except (ValueError, OSError):
         return corner
 
@@ -275,7 +275,7 @@ def _dark_shifted(settings: Settings) -> str:
     away, half = np.array([abs(pose.shift), abs(pose.rise)]), 0.5 * np.array([film.width, film.height])
     far, near = float(np.hypot(*(away + half))), float(np.hypot(*np.maximum(away - half, 0.0)))
     try:
-        reach = lit_radius(setup(settings), far)
+        reach = lit_radius(bench_of(settings), far)
     except (ValueError, OSError):
         return ""
     if near >= reach:
@@ -288,7 +288,7 @@ def _dark_shifted(settings: Settings) -> str:
 def _towards_the_corner(settings: Settings) -> float | None:
     """Part of the way to the film's corner that light reaches, for a lens without rotational symmetry; else None."""
     try:
-        lens_setup = setup(settings)
+        lens_setup = bench_of(settings)
     except (ValueError, OSError):
         return None
     if lens_setup.lens.is_rotationally_symmetric:

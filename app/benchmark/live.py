@@ -15,7 +15,7 @@ from imgui_bundle import hello_imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.plots.exit_pupil import box_samples
 from lensbench.app.plots.pixel_rays import film_place, pixel_fan
 from lensbench.app.plots.pixel_spot import pixel_readings
@@ -79,7 +79,7 @@ def pixels() -> Iterator[tuple[str, float, str]]:
     """User CPU time of everything that the panels compute for a pixel: fan, region, beam, spot and figures."""
     for name in LENSES:
         settings = replace(Settings(), lens=name, f_number=None)
-        built = setup(settings)
+        built = bench_of(settings)
         spent = []
         for i in range(HOVERS + 5):
             raster, before = (300.5 + 5 * i, 200.5 + 3 * i), getrusage(RUSAGE_SELF).ru_utime

@@ -87,8 +87,8 @@ def analyse(arguments: argparse.Namespace) -> int:
         check_writable(path)
     settings = _settings(arguments)
     asked = query(replace(settings, white=arguments.white or settings.white))
-    if asked.setup.reason:                              # an aperture or a focus that this lens does not reach
-        raise UsageError(asked.setup.reason)
+    if asked.bench.reason:                              # an aperture or a focus that this lens does not reach
+        raise UsageError(asked.bench.reason)
     asked = with_own(asked, arguments.fields, arguments.wavelengths)
     few = tuple(name for name, each in ANALYSES.items() if each.few)
     for word, chosen in {"fields": few, **OF_FEW}.items():

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.bench.build import Setup, setup
+from lensbench.app.bench.build import Bench, bench_of
 from lensbench.app.bench.focus_plane import seen_from
 from lensbench.app.bench.ray_fans import lit_radius
 from lensbench.app.drawing import theme
@@ -64,7 +64,7 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, 
         paragraph("A pinhole has no exit pupil: all light goes through a point")
         return film_radius
     try:
-        lens_setup = setup(settings)
+        lens_setup = bench_of(settings)
         corner, reach = 0.5 * lens_setup.film.diagonal, lit_radius(lens_setup)
         if size.y > theme.em(14):
             film_radius = dial("Film radius", min(film_radius, corner), radius_scale(corner, 0.7 * reach),
@@ -103,7 +103,7 @@ def _ghost(other: Settings | None, film_radius: float, azimuth: float) -> Region
     if other is None or not (other.has_lens and other.has_stop):
         return None
     try:
-        built = setup(other)
+        built = bench_of(other)
         of_a = region(built.lens, built.film_distance, film_radius, azimuth)
     except (ValueError, OSError):               # A has no region to compare with
         return None
@@ -139,7 +139,7 @@ def _rested(box: tuple[float, float, float, float]) -> tuple[float, float, float
     return x - half, y - half, x + half, y + half
 
 
-def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,
+def _plot(lens_setup: Bench, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,
           lit: tuple[int, ...], crossed: np.ndarray | None, ghost: Region | None,
           state: PupilState) -> np.ndarray | None:
     """Draw the plot; returns the point (2,) under the mouse, upright, in mm, if there is one.

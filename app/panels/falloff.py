@@ -13,7 +13,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
-from lensbench.app.bench.build import Setup, setup
+from lensbench.app.bench.build import Bench, bench_of
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph, toggles
@@ -61,7 +61,7 @@ class Falling:
 
 
 @lru_cache(maxsize=8)
-def falling(lens_setup: Setup) -> Falling:
+def falling(lens_setup: Bench) -> Falling:
     """Falloff, distortion and their plots; LensError for a lens that has none."""
     radii = np.linspace(0.0, 0.5 * lens_setup.film.diagonal, RADII)
     light, shape = lb.falloff(lens_setup.lens, lens_setup.film_distance, radii), film_distortion(lens_setup)
@@ -123,7 +123,7 @@ def falloff_panel(settings: Settings, state: FalloffState, other: Settings | Non
         paragraph(without_lens(settings.picture))
         return
     try:
-        lens_setup = setup(settings)
+        lens_setup = bench_of(settings)
         if not lens_setup.lens.is_rotationally_symmetric:
             paragraph(EVERY_WAY)
             return
@@ -173,7 +173,7 @@ def _ghost(other: Settings | None) -> Falling | None:
     if other is None or not other.has_lens:
         return None
     try:
-        built = setup(other)
+        built = bench_of(other)
         return falling(built) if built.lens.is_rotationally_symmetric else None
     except (ValueError, OSError):               # A has nothing to compare with
         return None

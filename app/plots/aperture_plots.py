@@ -33,12 +33,12 @@ def focus_shift_figure(query: Query, points: int, f_number: float | None = None)
 
     f_number: marked, where it is not that of the query.
     """
-    widest = lb.f_number_at_infinity(query.setup.lens)
+    widest = lb.f_number_at_infinity(query.bench.lens)
     stops = math.sqrt(2.0) ** (0.5 * np.arange(1 + max(2, math.ceil(4 * math.log2(max(SLOWEST / widest, 1.0))))))
     # The f-numbers are those at the primary wavelength of the design, whatever the light
     numbers = widest * stops
-    found = focus_shift(query.lens, query.setup.film_distance, query.conditions(),
-                        lb.f_number_at_infinity(query.lens) * stops, FREQUENCY, 2.0 * query.setup.film.pitch)
+    found = focus_shift(query.lens, query.bench.film_distance, query.conditions(),
+                        lb.f_number_at_infinity(query.lens) * stops, FREQUENCY, 2.0 * query.bench.film.pitch)
     most = 1000.0 * float(np.nanmax(np.abs([found.least_blur, found.best_mtf]), initial=0.0))
     deep = 1000.0 * float(found.depth[0])
     limit = reach([min(max(most, deep), max(ROOM * most, deep / DEEP))])
@@ -71,10 +71,10 @@ def breathing_figure(query: Query, points: int) -> Figure:
     The view ends at the film's corner, or at the edge of light of a smaller image circle.
     """
     query = query.lines
-    film, height = query.setup.film, query.largest_height
+    film, height = query.bench.film, query.largest_height
     part = 2.0 * height / film.diagonal
     found = breathing(query.lens, replace(film, width=part * film.width, height=part * film.height), None,
-                      query.conditions().primary_wavelength, query.setup.lens)
+                      query.conditions().primary_wavelength, query.bench.lens)
     near = np.isfinite(found.distances) & np.isfinite(found.half_angles)
     metres, change = found.distances[near] / 1000.0, found.change[near]
     limit = reach(change, 1.0)
@@ -100,10 +100,10 @@ def illumination_figure(query: Query, points: int) -> Figure:
     if query.lens.asymmetry:
         raise lb.LensError("relative illumination is a function of the image height alone for lenses with rotational "
                            f"symmetry: this one has {query.lens.asymmetry}")
-    lights = relative_illumination(query.lens, query.setup.film_distance, query.setup.film, points=max(points, 9),
+    lights = relative_illumination(query.lens, query.bench.film_distance, query.bench.film, points=max(points, 9),
                                    wavelength=query.conditions().primary_wavelength)
     # The f-numbers are those at the primary wavelength of the design, whatever the light
-    found = [(f_number_text(query.setup.f_number * math.sqrt(2.0)**k), light) for k, (_, light) in enumerate(lights)]
+    found = [(f_number_text(query.bench.f_number * math.sqrt(2.0)**k), light) for k, (_, light) in enumerate(lights)]
     first = found[0][1]
     curves = [Curve(name, light.radii, 100.0 * light.total, f"field{k - 1}" if k else "strong")
               for k, (name, light) in enumerate(found)]
@@ -124,7 +124,7 @@ def axial_figure(query: Query, points: int) -> Figure:
     points: heights in the stop. LensError for a lens with a cylinder or toroid, and one without a focus.
     """
     query = query.lines
-    given, away = query.conditions(), query.setup.film_distance
+    given, away = query.conditions(), query.bench.film_distance
     along = longitudinal_aberration(query.lens, away, given, max(points, 9))
     shift = chromatic_focal_shift(query.lens, away, given)
     limit = reach(np.concatenate([along.foci.ravel(), shift.foci]))
@@ -170,13 +170,13 @@ def stack_figure(query: Query, points: int, stack: Stack = USUAL) -> Figure:
     The lens is focused again paraxially for the stack, not for the adapter. LensError for a stack without room.
     """
     given = query.conditions(FIELDS)
-    lens, away = with_sensor_stack(query.lens, query.setup.film_distance, *stack)
-    bare = ray_grid(query.lens, query.setup.film_distance, given, points)
+    lens, away = with_sensor_stack(query.lens, query.bench.film_distance, *stack)
+    bare = ray_grid(query.lens, query.bench.film_distance, given, points)
     behind = ray_grid(lens, away, given, points)
     contrast = [mtf(rays, FREQUENCIES).white_modulus for rays in (bare, behind)]
     if query.lens.is_rotationally_symmetric:
         curves = [field_curves(each, film, given, 2 * points + 1)
-                  for each, film in ((query.lens, query.setup.film_distance), (lens, away))]
+                  for each, film in ((query.lens, query.bench.film_distance), (lens, away))]
         primary = given.primary
         foci = [(each.heights, each.sagittal[:, primary], each.tangential[:, primary]) for each in curves]
     else:
@@ -226,7 +226,7 @@ def _infinity(query: Query, stack: Stack) -> tuple[str, ...]:
     if stack.adapter_error < 0.0:
         return ("with this adapter the lens focuses beyond infinity at its mark: infinity is reached before it",)
     try:
-        whole = replace(query.setup.lens.at(close=0.0), positions=None)
+        whole = replace(query.bench.lens.at(close=0.0), positions=None)
         reached = lb.focused_distance(whole, lb.film_distance(whole, math.inf) + stack.adapter_error)
     except lb.LensError:
         return ()

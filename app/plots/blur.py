@@ -16,7 +16,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import Setup, setup
+from lensbench.app.bench.build import Bench, bench_of
 from lensbench.app.bench.camera_kinds import focused_lens, readings
 from lensbench.app.bench.focus_plane import lens_leans
 from lensbench.app.bench.readouts import Readings, blur_limit
@@ -84,13 +84,13 @@ def _blur(settings: Settings, lens: Stamp) -> Blur:
     pitch, sharp = settings.film.pitch, blur_limit(settings)
     pose = settings.film_pose
     if lens_leans(settings) or settings.follows_lens and (pose.is_tilted or pose.is_curved):
-        built = setup(settings)
+        built = bench_of(settings)
         return Blur(_through(built.port, _traced(settings), settings, built.first_order.efl), sharp / pitch)
     if settings.kind.ideal_lens:
         port, efl = port_of(settings), readings(settings).efl or 50.0
         focus, gain = 1.0 / port.apparent(settings.focus_distance), efl * efl / (settings.f_number or math.inf) / pitch
         return Blur(_through(port, np.array([[[gain * focus, gain, 0.0]]]), settings, efl), sharp / pitch)
-    built = setup(settings)
+    built = bench_of(settings)
     count = FINE if pose.is_curved else 2 if pose.is_tilted else 1
     behind = np.zeros((count, count)) if count == 1 else \
         pose.points(_film_places(settings, count, count).reshape(-1, 2))[:, 2].reshape(count, count)
@@ -98,7 +98,7 @@ def _blur(settings: Settings, lens: Stamp) -> Blur:
                 sharp / pitch)
 
 
-def _of_lens(built: Setup, behind: np.ndarray) -> np.ndarray:
+def _of_lens(built: Bench, behind: np.ndarray) -> np.ndarray:
     """Nodes (rows, columns, 3) of a lens in line, in mm, for film points so much farther from it (mm).
 
     A point at t from the entrance pupil, of the diameter D, is as wide on the film as D m |t′ − t| / t, t′ the distance
@@ -148,7 +148,7 @@ def _traced(settings: Settings) -> np.ndarray:
     the pupil, times the way of the image for a turn of the beam. Both come from beams side by side, which turn about
     the pupil.
     """
-    built, places = setup(settings), _film_places(settings, ACROSS, DOWN)
+    built, places = bench_of(settings), _film_places(settings, ACROSS, DOWN)
     film = settings.film_pose.points(places.reshape(-1, 2))
     narrow = beams(built.lens, built.film_distance, film)
     whole = beams(built.lens, built.film_distance, film, whole=True)
@@ -244,7 +244,7 @@ def _curves(settings: Settings, low: float, high: float, lens: Stamp) -> Curves:
         port = port_of(settings)
         thin = lb.circle_of_confusion(*focused_lens(settings), port.apparent(focus), port.apparent(distances))
         return Curves(distances / 1000.0, _micrometres(thin), None, None, _neighbours(got, thin))
-    lens_setup = setup(settings)
+    lens_setup = bench_of(settings)
     offset, metres = lens_setup.principal_offset, distances / 1000.0
     distances = lens_setup.port.apparent(distances)
     from_lens = np.maximum(distances - offset, 1e-3)

@@ -49,7 +49,7 @@ def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple
     view: "linear", or "log" over four decades. ripple: of one surface, whose rings show in the pictures. LensError
     where no light of any distance reaches the film, and for an impossible ripple.
     """
-    built, samples = query.setup, max(points, 32 if ripple is None else RINGS)
+    built, samples = query.bench, max(points, 32 if ripple is None else RINGS)
     heights = query.few(*BOKEH_FIELDS)
     layers: list = []
     rows: list[tuple] = []
@@ -169,13 +169,13 @@ def star_figure(query: Query, points: int, field: str = "axis") -> Figure:
 
     LensError for a round stop, and where no light reaches the film.
     """
-    lens = query.setup.lens
+    lens = query.bench.lens
     if lens.iris.is_round:
         raise lb.LensError(NO_BLADES)
     at = query.parts(STAR_FIELDS[field])[0]
     point = (0.0, at) if isinstance(at, float) else at
     height = math.hypot(*point)
-    found = _star(lens, query.setup.film_distance, point, points > 16)
+    found = _star(lens, query.bench.film_distance, point, points > 16)
     half = 1000.0 * float(found.radii[-1]) / math.sqrt(2.0)
     light = _picture(found, half / 1000.0)
     count, number = len(found.rays), lb.f_number_at_infinity(lens)

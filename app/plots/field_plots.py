@@ -36,7 +36,7 @@ def depth_figure(query: Query, points: int, limit: float | None = None) -> Figur
 
     limit: blur that counts as sharp (mm); None: diagonal / 1500. LensError where no light reaches the film.
     """
-    built = query.setup
+    built = query.bench
     sharp = built.film.diagonal / DIAGONALS if limit is None else limit
     fields = query.conditions(DEPTH_FIELDS if points > 16 else DEPTH_FIELDS // 2 + 1)
     found = field_depth(query.lens, built.film_distance, fields, sharp, min(points, 24))
@@ -75,7 +75,7 @@ def depth_figure(query: Query, points: int, limit: float | None = None) -> Figur
 
 def _paraxial(query: Query, sharp: float) -> tuple[float, ...]:
     """Near and far limit (m, from the film) of the thick lens; none where its two foci blur all more than the limit."""
-    built = query.setup
+    built = query.bench
     try:
         limits = lb.thick_depth_of_field(built.lens, built.film_distance, query.focus_distance, sharp)
     except lb.LensError:
@@ -102,7 +102,7 @@ TINTS = ("field0", "field2")
 
 def section_figure(query: Query, points: int, shown: tuple[str, ...]) -> Figure:
     """The plots of these names ("curvature", "distortion", "colour") side by side, along both sides of the film."""
-    film, count = query.setup.film, SECTION_FIELDS if points > 16 else SECTION_FIELDS // 2 + 1
+    film, count = query.bench.film, SECTION_FIELDS if points > 16 else SECTION_FIELDS // 2 + 1
     parts = np.concatenate([[0.0, CLOSE], np.linspace(0.0, 1.0, count)[1:]])
     if not query.lens.is_in_line:
         parts = np.concatenate([-parts[:0:-1], parts])
@@ -220,7 +220,7 @@ def field_figure(query: Query, points: int, shown: tuple[str, ...] = SHOWN) -> F
     if not query.lens.is_rotationally_symmetric:
         return section_figure(query, points, shown)
     rays = query.grid(16)
-    found = field_curves(query.lens, query.setup.film_distance, query.conditions(), 2 * points + 1)
+    found = field_curves(query.lens, query.bench.film_distance, query.conditions(), 2 * points + 1)
     dark = rays.image_heights[rays.lit]
     end = float(dark[-1]) if dark.size else math.inf
     makers = {"curvature": _field_curvature, "distortion": _field_distortion, "colour": _field_colour}

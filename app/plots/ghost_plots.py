@@ -29,12 +29,12 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     """
     query, name = query.lines, coating or usual_coating(query.lens)
     way = field_direction(query, field)
-    found = _ghosts(query.lens, query.setup.film_distance, way, query.conditions().primary_wavelength, name,
+    found = _ghosts(query.lens, query.bench.film_distance, way, query.conditions().primary_wavelength, name,
                     31 if points > 16 else 21)
     if not any(row.share > 0.0 for row in found.rows) and not found.direct > 0.0:
         raise lb.LensError("no light of this field reaches the film, directly or by a ghost" + (
             ": choose one nearer to the centre" if FIELDS[field] else ""))
-    film = query.setup.film
+    film = query.bench.film
     bright = [row for row in found.rows if row.share > 0.0]
     half_x, half_y = 0.5 * film.width, 0.5 * film.height
     layers: list = [Curve.through("", np.array([[-half_x, -half_y], [half_x, -half_y], [half_x, half_y],
@@ -113,7 +113,7 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
     from lensbench.core.optics.ghost_trace import GhostTracer
 
     query = query.lines
-    lens, distance, wavelength = query.lens, query.setup.film_distance, query.conditions().primary_wavelength
+    lens, distance, wavelength = query.lens, query.bench.film_distance, query.conditions().primary_wavelength
     tracer = GhostTracer(lens, distance, [landing_step(lb.Film(2.0, 2.0, 2, 2), 1.0)], wavelength, real=np.float64)
     light, lanes = light_place(lens, distance, (*field_direction(query, field), math.inf)), lane_buffer(np.float64)
     boxes = pair_boxes(tracer, lanes, light, pair)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import Setup, setup
+from lensbench.app.bench.build import Bench, bench_of
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.bench.focus_plane import seen_from
 from lensbench.app.bench.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan
@@ -379,7 +379,7 @@ def in_section(settings: Settings, raster: Place | None, ray: PointedRay, above:
 
     above: as (z, x), of a lens without rotational symmetry.
     """
-    lens = setup(settings).lens
+    lens = bench_of(settings).lens
     back = np.eye(2) if raster is None else turn(lens, film_place(settings, raster))
     if above and not lens.is_rotationally_symmetric:
         back = back[::-1]
@@ -390,18 +390,18 @@ def rear_place(settings: Settings, raster: Place | None, ray: PointedRay) -> np.
     """Where a pointed ray that passes crosses the plane of the last vertex: upright (2,) in mm; None for a lost ray."""
     if ray.surface >= 0:
         return None
-    lens, (last, film) = setup(settings).lens, ray.path[-2:]
+    lens, (last, film) = bench_of(settings).lens, ray.path[-2:]
     crossed = last + (lens.length - last[2]) / (film[2] - last[2]) * (film - last)
     back = np.eye(2) if raster is None else turn(lens, film_place(settings, raster))
     return crossed[:2] @ back.T
 
 
-def ray_through(settings: Settings, film_xy: Place, rear_xy: Place, here: Setup | None = None) -> PointedRay:
+def ray_through(settings: Settings, film_xy: Place, rear_xy: Place, here: Bench | None = None) -> PointedRay:
     """The ray from a film point (mm) through a point of the plane of the last vertex (mm), both in the lens frame.
 
     here: the lens with the film distance of this point, for a film out of line.
     """
-    built = setup(settings) if here is None else here
+    built = bench_of(settings) if here is None else here
     trace = from_film(built.lens, built.film_distance, film_xy, np.array([rear_xy]), record=True)
     surface = int(blockers(built.lens, trace, forward=False)[0])
     path = path_of(built.lens, trace, 0)

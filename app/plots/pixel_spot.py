@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.focus_plane import seen_from
 from lensbench.app.bench.ray_fans import blockers
 from lensbench.app.plots.blur import Blur
@@ -57,7 +57,7 @@ def spot(settings: Settings, raster: Place) -> Spot:
     seen = beam(settings, raster)
     if not len(seen.origins):
         raise ValueError("No light reaches this pixel")
-    built = setup(settings)
+    built = bench_of(settings)
     target = None
     if seen.target is not None:
         pose = settings.present_pose
@@ -191,7 +191,7 @@ def _open(settings: Settings, raster: Place) -> float | None:
     if not (settings.has_lens and settings.follows_lens):
         return None
     built, at = seen_from(settings, raster)
-    axis = region(built.lens, setup(settings).film_distance, 0.0).area
+    axis = region(built.lens, bench_of(settings).film_distance, 0.0).area
     here = region(built.lens, built.film_distance, math.hypot(*at), math.atan2(at[1], at[0])).area
     return here / axis if axis > 0.0 else None
 

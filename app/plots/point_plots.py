@@ -35,7 +35,7 @@ def psf_figure(query: Query, points: int, field: str = "axis", view: str = "log"
     film.
     """
     rays = query.grid(points, query.few(FIELDS[field])[:1])
-    spread = psf(rays, _samples(points), pixel=query.setup.film.pitch if pixel else 0.0)
+    spread = psf(rays, _samples(points), pixel=query.bench.film.pitch if pixel else 0.0)
     light, half = spread.white[0], 500.0 * spread.pitch[0] * spread.density.shape[-1]
     words = _words(query, spread, "log, 4 decades" if view == "log" else "linear",
                    *(("averaged over a pixel",) if pixel else ()))
@@ -63,7 +63,7 @@ def seen_point_figure(query: Query, points: int, at: tuple[float, float], ahead:
 
     at: the point (x, y) of the film, mm. ahead: the distance of what it shows, from the film along the axis, mm or inf.
     """
-    away = ahead - query.setup.film_z
+    away = ahead - query.bench.film_z
     if not away > 0.0:
         raise LensError("what this pixel shows touches the lens")
     here = replace(query, heights=(at,), object_distance=away, focus_distance=ahead)
@@ -218,7 +218,7 @@ def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str 
     reachable = focus_range(query)
     query = query if line is None else replace(query, wavelengths=((line, 1.0),), white=OWN)
     shifts = np.linspace(-reachable, reachable, 2 * points + 1)
-    found = mtf_map(query.lens, query.setup.film_distance, query.conditions(), frequency, shifts, points + 1,
+    found = mtf_map(query.lens, query.bench.film_distance, query.conditions(), frequency, shifts, points + 1,
                     min(points, 32))
     white = found.white.mean(1) if way == "both" else found.white[:, WAYS.index(way)]
     heights = found.heights
@@ -268,7 +268,7 @@ def focus_range(query: Query) -> float:
 
     The depths are those of a perfect lens, and what the film's grid resolves.
     """
-    n = query.setup.f_number
+    n = query.bench.f_number
     near = reach([DEPTHS * 2.0 * 0.00055 * n * n, 0.03 * n])
     foci = spots(query.grid(COARSE)).line_foci
     return min(reach(foci, near), reach([FARTHEST * near]))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import Setup, is_in_colour, published, setup
+from lensbench.app.bench.build import Bench, bench_of, is_in_colour, published
 from lensbench.app.bench.ray_fans import lit_radius
 from lensbench.app.settings.camera_facts import LENS_MODELS
 from lensbench.app.settings.settings import Settings
@@ -40,15 +40,15 @@ NO_LENS = "This camera has no lens to analyse. Choose one with a lens in the lef
 class Query:
     """A lens in front of its film, and the distance from its first vertex to the object (mm, inf).
 
-    setup: with the lens at the primary wavelength of its design alone. lens: the same, focused and stopped down, with
-    the dispersion of its glasses; where a glass is not known at the d line, that of `setup`, and `alone` says so.
+    bench: with the lens at the primary wavelength of its design alone. lens: the same, focused and stopped down, with
+    the dispersion of its glasses; where a glass is not known at the d line, that of `bench`, and `alone` says so.
     model: name of the ideal model that the picture is taken with, or "". posed: whether its film is out of line.
     heights: of the film, or points (x, y) of it (mm), for figures of a few fields; () leaves them the choice.
     wavelengths: µm and weights, the middle one primary; () are those of the lens. white: the name of these weights, one
     of WHITES; OWN for a user's wavelengths, "" for figures of single ones.
     """
 
-    setup: Setup
+    bench: Bench
     lens: lb.Lens
     object_distance: float
     focus_distance: float
@@ -67,7 +67,7 @@ class Query:
     @property
     def largest_height(self) -> float:
         """The last field (mm), as `largest_height`."""
-        return largest_height(self.setup)
+        return largest_height(self.bench)
 
     def conditions(self, fields: int = FIELDS) -> Conditions:
         """So many fields from the film's centre to the largest height; wavelengths of the query."""
@@ -82,7 +82,7 @@ class Query:
         largest = self.largest_height
         if self.lens.is_rotationally_symmetric:
             return tuple(part * largest for part in parts)
-        film = self.setup.film
+        film = self.bench.film
         x, y = (largest * side / film.diagonal for side in (film.width, film.height))
         return tuple((max(part, CENTRE) * x, max(part, CENTRE) * y) for part in parts)
 
@@ -96,7 +96,7 @@ class Query:
         heights: of the film, or points (x, y) of it, mm. LensError where there are no rays.
         """
         given = self.conditions() if heights is None else _conditions(self, heights)
-        return ray_grid(self.lens, self.setup.film_distance, given, points)
+        return ray_grid(self.lens, self.bench.film_distance, given, points)
 
     @property
     def primary_alone(self) -> str:
@@ -107,12 +107,12 @@ class Query:
         """The conditions in one line. more: what the analysis adds, such as its reference."""
         given = self.conditions() if rays is None else rays.conditions
         lines = ", ".join(fixed(1000.0 * line, 0) for line in given.wavelengths)
-        seen = "" if self.setup.port.index == 1.0 else " as seen through the window"
+        seen = "" if self.bench.port.index == 1.0 else " as seen through the window"
         weighted = ""
         if len(given.wavelengths) > 1 and self.white in WHITES:
             name = "fdc" if self.white == "lens" and not self.lens.system.wavelengths else self.white
             weighted = f", weighted {WHITES[name]}"
-        film = "film by the least blur" if self.setup.focusing.method == "real" else "film at the paraxial focus"
+        film = "film by the least blur" if self.bench.focusing.method == "real" else "film at the paraxial focus"
         parts = [f"object {format_distance(self.focus_distance)}{seen}", f"{lines} nm{weighted}", film]
         parts += [each for each in more if each != f"{lines} nm alone"]
         if rays is not None:
@@ -132,11 +132,11 @@ class Query:
         if lost:
             said.append(f"{lost} of {launched} rays through the stop are vignetted "
                         f"({significant(100.0 * lost / launched, 2)} %)")
-        corner = 0.5 * self.setup.film.diagonal
+        corner = 0.5 * self.bench.film.diagonal
         if self.largest_height < corner and not self.heights:
             where = f"{significant(self.largest_height, 3)} mm from the centre: the film's corner, at " \
                     f"{significant(corner, 3)} mm,"
-            said.append(f"the fields end at the edge of light, {where} is dark" if lit_radius(self.setup) < corner else
+            said.append(f"the fields end at the edge of light, {where} is dark" if lit_radius(self.bench) < corner else
                         f"the fields end {where} has light beside the middle of the stop alone")
         if not (self.lens.is_rotationally_symmetric or self.heights):
             said.append("the fields run to the lower left corner of the picture: in other directions a lens with "
@@ -145,12 +145,12 @@ class Query:
             said.append(f"numbers of the traced lens; the picture uses the model “{self.model}”")
         if self.posed:
             said.append("numbers for a flat, centred film; the film of the picture is tilted, shifted or curved")
-        if self.setup.reason:
-            said.append(self.setup.reason)
+        if self.bench.reason:
+            said.append(self.bench.reason)
         return (*said, *(finding.message for finding in findings))
 
 
-def largest_height(built: Setup) -> float:
+def largest_height(built: Bench) -> float:
     """Half the film's diagonal (mm), or just within the edge of light of a smaller image circle.
 
     A field has a ray through the middle of the stop, which the last sliver of light before the edge may not have.
@@ -178,7 +178,7 @@ def query(settings: Settings) -> Query:
     """The query of these settings; ValueError or OSError, with the reason, where there is nothing to analyse."""
     if not settings.has_lens:
         raise ValueError(NO_LENS)
-    built = setup(settings)
+    built = bench_of(settings)
     distance = built.focus_distance - built.film_z if math.isfinite(built.focus_distance) else math.inf
     if not distance > 0.0:
         raise ValueError("The plane in focus lies within the lens: there is no object to analyse. Focus farther away")
@@ -193,7 +193,7 @@ def query(settings: Settings) -> Query:
 
 
 def _with_dispersion(lens: lb.Lens, built: lb.Lens) -> tuple[lb.Lens, str]:
-    """The lens `built` of a setup with the glasses of `lens`; `built` itself, and why, where one is not known."""
+    """The lens `built` of a bench with the glasses of `lens`; `built` itself, and why, where one is not known."""
     wavelength = lens.reference_wavelength
     if is_d_line(wavelength):
         return built, ""
@@ -212,7 +212,7 @@ def _with_glasses(lens: lb.Lens, built: lb.Lens) -> lb.Lens:
 
 @lru_cache(maxsize=64)
 def _conditions(query: Query, fields: tuple[float, ...] | tuple[tuple[float, float], ...]) -> Conditions:
-    given = conditions(query.lens, query.setup.film, fields, query.wavelengths or None, query.object_distance)
+    given = conditions(query.lens, query.bench.film, fields, query.wavelengths or None, query.object_distance)
     if query.alone:
         others = tuple(finding for finding in given.findings if finding.kind is not Kind.GLASS)
         given = replace(given, findings=(*others, note(Kind.GLASS, query.alone)))
@@ -300,7 +300,7 @@ def _heights(query: Query, fields: OwnFields) -> tuple[float, ...] | tuple[tuple
         raise lb.LensError("the file of this lens states no fields")
     asked = Conditions(kind, points, given.wavelengths, given.weights, given.primary, query.object_distance)
     wanted, by_image = wanted_chief_rays(query.lens, asked)
-    images = find_chief_rays(query.lens, query.setup.film_distance, wanted, query.object_distance, by_image,
+    images = find_chief_rays(query.lens, query.bench.film_distance, wanted, query.object_distance, by_image,
                              given.primary_wavelength).images
     for (x, y), image in zip(points, images, strict=True):
         if not np.isfinite(image).all():

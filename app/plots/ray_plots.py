@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import Setup
+from lensbench.app.bench.build import Bench
 from lensbench.app.plots.plot import (
     SOLID, Area, Axis, Bars, Curve, Figure, Label, Map, Plot, Table, dash_of, reach, wavelength_name
 )
@@ -100,7 +100,7 @@ TITLE = 0.2                     # of half the height, above the grid
 WIDE = math.radians(55.0)       # from the axis: a wider lens is compared with a fisheye projection
 
 
-def film_distortion(built: Setup, wavelength: float = D_LINE) -> Distortion:
+def film_distortion(built: Bench, wavelength: float = D_LINE) -> Distortion:
     """Distortion over the radii of the film, of a very wide lens against the fisheye projection that it follows best.
 
     LensError for a lens without rotational symmetry, and for an afocal one.
@@ -123,7 +123,7 @@ def distortion_words(shape: Distortion) -> str:
     return f"{kind} against {against}"
 
 
-def grid_plot(built: Setup, wavelength: float = D_LINE) -> tuple[Plot, np.ndarray, np.ndarray]:
+def grid_plot(built: Bench, wavelength: float = D_LINE) -> tuple[Plot, np.ndarray, np.ndarray]:
     """The plot, and the ideal and the real crossings (rows, columns, 2), mm in the picture: upright, y up.
 
     The grid has the shape of the film, and fills it or the image circle if that is smaller.
@@ -160,14 +160,14 @@ def grid_figure(query: Query, points: int) -> Figure:
     """
     query = query.lines
     given = query.grid(min(points, DARK)).conditions            # LensError without light: chief rays pass all rims
-    plot, ideal, real = grid_plot(query.setup, given.primary_wavelength)
+    plot, ideal, real = grid_plot(query.bench, given.primary_wavelength)
     every = query.lens.is_rotationally_symmetric
     words = query.words(None, query.primary_alone,
                         "chief rays" if every else "chief rays against f tan θ of each direction",
                         f"{ideal.shape[1]} × {ideal.shape[0]} crossings")
     dark = int(np.isnan(real[..., 0]).sum())
     remarks = []
-    if query.largest_height < 0.5 * query.setup.film.diagonal:
+    if query.largest_height < 0.5 * query.bench.film.diagonal:
         remarks.append(f"the grid ends at the edge of light, {significant(query.largest_height, 3)} mm from the centre")
     if dark:
         remarks.append(f"no light reaches {dark} of {real[..., 0].size} crossings: they are left out")

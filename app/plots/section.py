@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import lensbench as lb
-from lensbench.app.bench.build import Setup, design, published, setup
+from lensbench.app.bench.build import Bench, bench_of, design, published
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.ray_fans import FIELDS, Fan, fans, ideal_fan
 from lensbench.app.bench.readouts import AIR
@@ -268,7 +268,7 @@ def sketch(settings: Settings, above: bool = False) -> Sketch:
     if not settings.has_lens:
         raise ValueError(readings(settings).reason or "This camera has no lens to draw")
     glasses = tuple(surface.glass for surface in published(settings).surfaces)
-    built = setup(settings)
+    built = bench_of(settings)
     if above:
         lens = quarter_turned(built.lens)
         built = replace(built, lens=lens, first_order=lb.first_order(lens))
@@ -276,7 +276,7 @@ def sketch(settings: Settings, above: bool = False) -> Sketch:
 
 
 @lru_cache(maxsize=16)
-def _of_lens(lens_setup: Setup, wide_open: lb.Lens, glasses: tuple[lb.Glass, ...], settings: Settings,
+def _of_lens(lens_setup: Bench, wide_open: lb.Lens, glasses: tuple[lb.Glass, ...], settings: Settings,
              above: bool) -> Sketch:
     lens, fo = lens_setup.lens, lens_setup.first_order
     focus = lens_setup.focus_distance

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.focus_plane import leans, seen_from, sharp_focus
 from lensbench.app.bench.ray_fans import lit_radius
@@ -37,7 +37,7 @@ def focused_surface(settings: Settings) -> np.ndarray:
     if not settings.focuses:
         raise ValueError("this camera has no plane in focus")
     if settings.has_lens and settings.follows_lens:
-        built = setup(settings)
+        built = bench_of(settings)
         if built.lens.is_rotationally_symmetric and settings.film_pose.is_upright:
             return _curved(built.lens, built.film_distance, built.film.width, built.film.height, lit_radius(built))
         return _narrowest(built.lens, built.film_distance, built.film, settings.film_pose)
@@ -176,7 +176,7 @@ def pixel_lines(settings: Settings, raster: Place) -> Strokes:
         far = min(seen.along, RAY_LINES_FARTHEST) if seen.along > 0.0 else RAY_LINES_FARTHEST
         paths = []
         for i in np.flatnonzero(trace.fate == lb.Fate.PASSED):
-            path = path_of(built.lens, trace, int(i)) - [0.0, 0.0, setup(settings).film_z]
+            path = path_of(built.lens, trace, int(i)) - [0.0, 0.0, bench_of(settings).film_z]
             path, way = _at_window(path, built.port)
             paths.append(np.vstack([path[0] + far * way, path]))
         return strokes("pixel", paths)

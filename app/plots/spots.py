@@ -47,7 +47,7 @@ def spots_figure(query: Query, points: int, columns: str = "focus", reference: s
         shifts = _step(rays, still) * (np.arange(COLUMNS) - COLUMNS // 2)
     found = still if columns != "focus" else spots(rays, reference, shifts)
     size = still.white_rms_radius[fields, 0]
-    pitch, airy = query.setup.film.pitch, float(np.nanmax(still.airy_radius[fields], initial=0.0))
+    pitch, airy = query.bench.film.pitch, float(np.nanmax(still.airy_radius[fields], initial=0.0))
     least = CELL * float(np.nanmax(size, initial=0.0))
     half = reach([least], 0.5 * pitch if pitch < COARSE * max(least, airy) else airy)
     plot, beyond = _plot(query, found, fields, columns, half, FEW if blur else DRAWN)
@@ -92,7 +92,7 @@ def _step(rays: RayGrid, still: Spots) -> float:
 def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: float, drawn_rays: int
           ) -> tuple[Plot, int]:
     """The cells, 1 wide and 1 high, from (0, 0) to the right and downward; and how many points lie outside them."""
-    rays, given, film = found.rays, found.rays.conditions, query.setup.film
+    rays, given, film = found.rays, found.rays.conditions, query.bench.film
     colours = range(len(given.wavelengths))
     across = [[(c, k) for c in colours] for k in range(len(found.shifts))] if columns == "focus" else \
         [[(c, 0)] for c in colours]
@@ -274,7 +274,7 @@ def pointed_ray(settings: Settings, points: int, key: Key) -> PointedRay:
     of_fields = np.ones((len(rays.images), 1))
     place = rays.beams.towards_scene(s * of_fields, t * of_fields)[0][f]
     start = rays.beams.starts(np.array([f]), place)
-    lens, away = asked.lens, asked.setup.film_distance
+    lens, away = asked.lens, asked.bench.film_distance
     film_z = lens.length + away
     traced = lb.trace(lens, start[:3].T + [0.0, 0.0, film_z], start[3:6].T, line, record=True, forward=True)
     assert traced.paths is not None

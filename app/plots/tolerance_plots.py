@@ -51,7 +51,7 @@ EDGE, GAMMA = 0.47, 2.2         # half a picture, of its cell; of the shades
 
 def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
     """The costliest errors as bars: growth of the rms spot, and loss of contrast; LensError where there are none."""
-    found = sensitivities(_lens(query), query.setup.film, within, None, query.wavelengths or None)
+    found = sensitivities(_lens(query), query.bench.film, within, None, query.wavelengths or None)
     shown, places = found[:SHOWN], np.arange(min(len(found), SHOWN), dtype=float)
     spots, losses = (np.array([scale * getattr(each, name) for each in shown])
                      for scale, name in ((1000.0, "spot"), (-100.0, "contrast")))
@@ -80,7 +80,7 @@ def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
 
 def copies_figure(query: Query, copies: int, within: Tolerances, seed: int = 0) -> Figure:
     """The contrast of copies against frequency: median, 5th and 95th percentile, and the design."""
-    run = production(_lens(query), query.setup.film, within, copies, seed, FREQUENCIES, query.wavelengths or None)
+    run = production(_lens(query), query.bench.film, within, copies, seed, FREQUENCIES, query.wavelengths or None)
     band, plots = run.band((LOW, MIDDLE, HIGH)), []
     for k in PLACES:
         layers = []
@@ -111,7 +111,7 @@ def _table(run: Production, band: np.ndarray) -> Table:
 
 def pictures_figure(query: Query, points: int, within: Tolerances) -> Figure:
     """A Siemens star at three image heights (down) through the design and five copies of a run (across)."""
-    lens, film, wavelengths = _lens(query), query.setup.film, query.wavelengths or None
+    lens, film, wavelengths = _lens(query), query.bench.film, query.wavelengths or None
     run = five_of(lens, film, within, wavelengths)
     seen, width = star_pictures(lens, run.production, run.copies, film, wavelengths)
     contrast = [_mean(run.production.nominal), *(_mean(run.production.contrast[copy]) for copy in run.copies)]
@@ -165,7 +165,7 @@ def with_copy(settings: Settings, within: Tolerances, number: int) -> Settings:
     from lensbench.lenses.editing.document_text import to_text
 
     asked = query(settings)
-    run = five_of(_lens(asked), asked.setup.film, within, asked.wavelengths or None)
+    run = five_of(_lens(asked), asked.bench.film, within, asked.wavelengths or None)
     lens = published(settings)
     copy = manufactured(lens.at(close=0.0) if lens.has_focus_groups else lens, run.production, run.copies[number])
     named = replace(copy, name=f"{lens.name}, copy {run.copies[number]}")

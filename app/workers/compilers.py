@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import boolean, float32, float64, int64, types, uint32
 
-from lensbench.app.bench.build import prescription, setup
+from lensbench.app.bench.build import bench_of, prescription
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.scenes.scene_file import cached_scene, find_scene
 from lensbench.app.settings.settings import Settings
@@ -125,7 +125,7 @@ def prepare(settings: Settings) -> None:
         got = readings(settings)
         sketch(settings)
         curves(settings.optics, *plot_range(got)[:2])
-        built = setup(settings)
+        built = bench_of(settings)
         box_samples(built.lens, built.film_distance, 0.0)
         pixel_readings(settings, (0.5 * settings.film.pixels_x, 0.5 * settings.film.pixels_y))
 

@@ -144,7 +144,7 @@ def cameras() -> Iterator[lb.LensCamera]:
 def exercise(progress: Any = print) -> None:
     """Ask for the kernels of every picture and panel."""
     from lensbench.app.bench.auto_model import choose, is_automatic
-    from lensbench.app.bench.build import setup
+    from lensbench.app.bench.build import bench_of
     from lensbench.app.bench.camera_kinds import camera
     from lensbench.app.bench.coating import flare
     from lensbench.app.scenes.scene_file import find_scene
@@ -173,7 +173,7 @@ def exercise(progress: Any = print) -> None:
             shown.add(settings.lens)
             prepare(settings)
             analyses(settings)
-            built, radii = setup(settings), np.linspace(0.0, 20.0, 9)
+            built, radii = bench_of(settings), np.linspace(0.0, 20.0, 9)
             if built.lens.is_rotationally_symmetric:
                 lb.falloff(built.lens, built.film_distance, radii)
                 lb.distortion(built.lens, built.film_distance, radii)

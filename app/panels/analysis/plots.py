@@ -209,7 +209,7 @@ def mtf_map_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> Set
     if grip.at == shift:
         return settings
     choices["shift"] = grip.at
-    return replace(settings, focus_distance=focus_at(query(begun).setup, grip.at))
+    return replace(settings, focus_distance=focus_at(query(begun).bench, grip.at))
 
 
 def _line(settings: Settings, state: AnalysisState) -> float | None:

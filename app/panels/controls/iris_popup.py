@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.bench.build import design, setup, stop_picture
+from lensbench.app.bench.build import bench_of, design, stop_picture
 from lensbench.app.bench.coating import coating
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import small_note, toggles
@@ -118,7 +118,7 @@ def _opening(settings: Settings) -> tuple[Iris, float, bool]:
     """The opening at this f-number, its radius over that of the open stop, and whether there is an open stop."""
     try:
         if settings.has_lens:
-            lens, wide = setup(settings).lens, design(settings)
+            lens, wide = bench_of(settings).lens, design(settings)
             return lens.iris, lens.stop.semi_diameter / wide.stop.semi_diameter, True
     except (ValueError, OSError):
         pass

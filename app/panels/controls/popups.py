@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, icons_fontawesome_6 as fa, imgui
 
-from lensbench.app.bench.build import design, focus_text, setup
+from lensbench.app.bench.build import bench_of, design, focus_text
 from lensbench.app.bench.focus_plane import sentence
 from lensbench.app.bench.readouts import colours
 from lensbench.app.drawing import theme
@@ -67,7 +67,7 @@ def film_dials(settings: Settings) -> Settings:
     imgui.end_disabled()
     imgui.same_line()
     with suppress(ValueError, OSError):
-        petzval = setup(settings).first_order.petzval_radius
+        petzval = bench_of(settings).first_order.petzval_radius
         imgui.begin_disabled(not abs(petzval) > _least(settings))
         if imgui.button("Petzval"):
             settings = replace(settings, film_radius=petzval if math.isfinite(petzval) else None)
@@ -106,7 +106,7 @@ def focus_popup(settings: Settings) -> Settings:
         settings = replace(settings, focus_position=one_of("Focus", FOCUS_POSITIONS, FOCUS_TIPS,
                                                            settings.focus_position))
         try:
-            small_note(focus_text(setup(settings).focusing))
+            small_note(focus_text(bench_of(settings).focusing))
         except (ValueError, OSError) as error:
             small_note(str(error))
     try:

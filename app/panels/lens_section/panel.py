@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
-from lensbench.app.bench.build import design, setup
+from lensbench.app.bench.build import bench_of, design
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.focus_plane import film_z, focus_at, in_section as in_section_of_film
 from lensbench.app.bench.ray_fans import Fan
@@ -307,7 +307,7 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas, state: Sect
         return settings
     before = state.mouse
     try:
-        built = setup(settings)
+        built = bench_of(settings)
         now = film_z(built)
         pulled = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale, state)
         if imgui.is_item_activated() or state.mouse == before:

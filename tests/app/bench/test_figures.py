@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.bench.constraints import constrained
 from lensbench.app.bench.readouts import Readings, blur_limit
@@ -29,7 +29,7 @@ def from_lens(stand, distance: float) -> float:
 @distances
 def test_principal_planes_carry_the_engraved_distance_to_the_film(focus):
     # 1/s + 1/s′ = 1/f between the principal planes; the film lies s′ behind the rear one
-    stand = setup(replace(START, focus_distance=focus))
+    stand = bench_of(replace(START, focus_distance=focus))
     fo = stand.first_order
     s, image = from_lens(stand, focus), stand.film_distance - fo.rear_principal
     assert 1.0 / s + 1.0 / image == pytest.approx(1.0 / fo.efl, rel=1e-12)
@@ -134,7 +134,7 @@ def test_what_a_lens_does_not_focus_on_through_its_window_is_said_in_true_distan
     settings = replace(START, medium="water", focus_distance=215.0)
     nearest = readings(settings).nearest_focus
     assert 200.0 < nearest < 250.0
-    assert f"{nearest / 1000.0:.4g}"[:5] in setup(settings).reason and "window" in setup(settings).reason
+    assert f"{nearest / 1000.0:.4g}"[:5] in bench_of(settings).reason and "window" in bench_of(settings).reason
     with pytest.raises(lb.FocusError, match="window"):
         camera(settings)
     assert constrained(settings).focus_distance == pytest.approx(nearest, rel=1e-3)
@@ -143,7 +143,7 @@ def test_what_a_lens_does_not_focus_on_through_its_window_is_said_in_true_distan
 @distances
 def test_magnification_is_image_over_object_distance(focus):
     settings = replace(START, focus_distance=focus)
-    stand = setup(settings)
+    stand = bench_of(settings)
     image = stand.film_distance - stand.first_order.rear_principal
     expected = 0.0 if math.isinf(focus) else image / from_lens(stand, focus)
     assert readings(settings).magnification == pytest.approx(expected, rel=1e-10, abs=1e-15)
@@ -225,7 +225,7 @@ def test_every_length_is_finite_or_none_save_the_far_limit():
     ("rodenstock-xr-heligon-100-f075", 600.0), ("nikon-fuwatto-soft-90-f48", 600.0)])
 def test_a_lens_that_all_its_rays_focus_is_focused_through_a_window_where_it_is_set(name, focus):
     settings = Settings(lens=name, medium="water", f_number=None, focus_distance=focus, lens_model="trace")
-    got, built = readings(settings), setup(settings)
+    got, built = readings(settings), bench_of(settings)
     assert got.focusing.method == "real" and not built.refused
     assert built.port.true(built.focus_distance) == pytest.approx(focus, rel=1e-9)
     assert got.near_limit < focus < got.far_limit
@@ -242,13 +242,14 @@ def test_a_lens_that_all_its_rays_focus_is_focused_through_a_window_where_it_is_
 
 def test_a_focus_that_is_refused_gives_the_figures_of_the_nearest_one():
     settings = Settings(lens="hasselblad-hc-300-f45", medium="water", f_number=None, focus_distance=3000.0)
-    got, built = readings(settings), setup(settings)
+    got, built = readings(settings), bench_of(settings)
     assert built.refused and "nearest" in got.reason
     assert got.near_limit < got.nearest_focus < got.far_limit
     assert Blur.of(settings).pixels(got.near_limit, (0.5, 0.5)) == pytest.approx(
         got.limit / settings.film.pitch, rel=0.02)
     dark = replace(START, f_number=0.5)                                 # refused as well, but focused as set
-    assert not setup(dark).refused and setup(dark).reason and setup(dark).focus_distance == START.focus_distance
+    built = bench_of(dark)
+    assert not built.refused and built.reason and built.focus_distance == START.focus_distance
 
 
 @pytest.mark.parametrize("change", [

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from lensbench.app.bench.build import design, focus_text, focusing, setup
+from lensbench.app.bench.build import bench_of, design, focus_text, focusing
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.settings.settings import Settings
@@ -21,7 +21,7 @@ WIDE = replace(Settings(), lens="pbrt-wide-22mm", f_number=None)
 @pytest.mark.parametrize("f_number", [None, 8.0, 22.0])
 def test_the_film_moves_where_a_point_in_focus_is_half_a_pixel_sharper_for_it(lens, f_number):
     settings = replace(Settings(), lens=lens, f_number=f_number)
-    ways = {how: setup(replace(settings, focus_position=how)) for how in ("auto", "paraxial", "real")}
+    ways = {how: bench_of(replace(settings, focus_position=how)) for how in ("auto", "paraxial", "real")}
     blur = {how: 2.0 * math.sqrt(2.0) * rms_on_film(way.lens, way.film_distance, 1200.0)
             for how, way in ways.items()}
     gain = blur["paraxial"] - blur["real"]
@@ -35,7 +35,7 @@ def test_the_film_moves_where_a_point_in_focus_is_half_a_pixel_sharper_for_it(le
 
 def test_at_a_switch_the_film_moves_by_less_than_anyone_can_see():
     """Opening the stop, the blur in focus grows without a step of more than half a pixel."""
-    blur = [setup(replace(WIDE, f_number=n)).focusing for n in (16.0, 8.0, 5.6, 4.8, 4.0, 3.6, 3.2, 2.9, 2.7)]
+    blur = [bench_of(replace(WIDE, f_number=n)).focusing for n in (16.0, 8.0, 5.6, 4.8, 4.0, 3.6, 3.2, 2.9, 2.7)]
     assert {found.method for found in blur} == {"paraxial", "real"}
     at = next(i for i, found in enumerate(blur) if found.method == "real")
     assert all(found.method == "real" for found in blur[at:])
@@ -48,7 +48,7 @@ def test_ideal_models_and_what_is_too_near_for_the_whole_bundle_are_focused_para
         ideal = replace(WIDE, lens_model=model, focus_position="real")
         assert focusing(lens, ideal, WIDE.focus_distance).method == "paraxial"
     near = replace(WIDE, focus_position="real", focus_distance=50.0)
-    assert focusing(lens, near, 50.0).method == "paraxial" and "nearest" in setup(near).reason
+    assert focusing(lens, near, 50.0).method == "paraxial" and "nearest" in bench_of(near).reason
     assert "ideal" in focus_text(focusing(lens, replace(WIDE, lens_model="thin"), WIDE.focus_distance))
 
 

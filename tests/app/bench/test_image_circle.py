@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.ray_fans import lit_radius
 from lensbench.app.bench.readouts import dark_corners, lit
 from lensbench.app.drawing.controls import chord
@@ -20,7 +20,7 @@ FISHEYE = replace(Settings(), lens="pbrt-fisheye-10mm", f_number=None)
 
 
 def test_light_reaches_the_film_up_to_the_edge_and_not_beyond():
-    stand = setup(FISHEYE)
+    stand = bench_of(FISHEYE)
     edge = lit(FISHEYE)
     # Regions narrow to a sliver before the edge
     assert region(stand.lens, stand.film_distance, 0.98 * edge).area > 0.0
@@ -36,7 +36,7 @@ def test_dark_corners_are_explained_by_both_diameters_and_only_where_there_are_s
 
 def test_a_film_shifted_towards_or_beyond_the_edge_of_light_is_explained():
     small = replace(FISHEYE, film_width=8.0, film_height=6.0)
-    circle = f"ø {2.0 * lit_radius(setup(small), 40.0):.1f} mm"
+    circle = f"ø {2.0 * lit_radius(bench_of(small), 40.0):.1f} mm"
     assert dark_corners(small) == dark_corners(replace(small, rise=2.0)) == ""
     assert dark_corners(replace(small, rise=9.0)) == ""
     assert dark_corners(replace(small, rise=11.0)) == f"Image circle {circle}, and the film is shifted out to ø 29.1 mm"
@@ -67,7 +67,7 @@ def test_the_film_point_stays_at_its_part_of_the_field(drive):
 @pytest.mark.parametrize("f_number", [None, 64.0, 200.0])
 def test_light_ends_where_the_last_of_many_rays_passes(f_number):
     """The read-out followed one ray to the middle of the stop, and missed up to a hundredth at pinholes."""
-    built = setup(replace(Settings(), lens="pbrt-wide-22mm", f_number=f_number, film_width=60.0, film_height=45.0))
+    built = bench_of(replace(Settings(), lens="pbrt-wide-22mm", f_number=f_number, film_width=60.0, film_height=45.0))
     radius, lens = lit_radius(built), built.lens
     at = np.linspace(-1.5, 1.5, 100_001) * lens.surfaces[-1].semi_diameter
 

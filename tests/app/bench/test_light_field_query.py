@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.light_field_query import Look, Recording, light_field_picture, picture_settings
 from lensbench.app.settings.settings import Settings
@@ -22,7 +22,7 @@ def recording():
 
 def test_a_camera_and_its_settings_know_the_same_window():
     for settings in (WATER, replace(WATER, lens_model="trace"), replace(WATER, medium="air")):
-        of, built = camera(settings).flat_port, setup(settings).port
+        of, built = camera(settings).flat_port, bench_of(settings).port
         assert of.index == built.index
         if of.index != 1.0:
             assert of.window == pytest.approx(built.window, rel=1e-12)

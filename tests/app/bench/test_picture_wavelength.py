@@ -10,7 +10,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import design, picture_wavelength, published, setup, wavelength_remark
+from lensbench.app.bench.build import bench_of, design, picture_wavelength, published, wavelength_remark
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.bench.coating import flare
 from lensbench.app.bench.readouts import colours
@@ -46,8 +46,8 @@ def thick(n, radius=50.0, thickness=5.0):
 def test_film_and_picture_of_a_design_for_248_nm_are_those_at_248_nm(settings):
     silica = settings(SILICA, focus_position="paraxial")
     efl, bfl = thick(1.50855)                           # Malitson's index at 0.248 µm; 1.45846 at the d line
-    assert setup(silica).film_distance == pytest.approx(bfl, rel=1e-4) == camera(silica).film_distance
-    assert setup(silica).film_distance < 0.92 * thick(1.45846)[1]
+    assert bench_of(silica).film_distance == pytest.approx(bfl, rel=1e-4) == camera(silica).film_distance
+    assert bench_of(silica).film_distance < 0.92 * thick(1.45846)[1]
     assert readings(silica).efl == pytest.approx(efl, rel=1e-4)
     # Rays from the middle of the film leave the lens parallel to the axis
     slow = camera(replace(silica, f_number=50.0))
@@ -102,13 +102,13 @@ def test_a_visible_design_keeps_its_colours_and_its_film_and_turns_to_its_line_w
     assert colours(green).used and wavelength_remark(green) == "" and camera(green).disperses
     for changed in ({}, {"focus_distance": 600.0}):         # the film is where the design has it, not the d line
         seen = replace(green, **changed)
-        assert camera(seen).disperses and camera(seen).film_distance == setup(seen).film_distance
+        assert camera(seen).disperses and camera(seen).film_distance == bench_of(seen).film_distance
     assert camera(green).film_distance == pytest.approx(thick(1.46008)[1], rel=1e-5)
     assert camera(green).film_distance < thick(1.45846)[1] - 0.1
     plain = replace(green, dispersion="off")
     assert picture_wavelength(plain, published(plain)) == 0.5461 and "546.1 nm" in colours(plain).why
     assert colours(plain).possible
-    assert setup(plain).film_distance == pytest.approx(thick(1.46008)[1], rel=1e-4)    # Malitson's at 0.5461 µm
+    assert bench_of(plain).film_distance == pytest.approx(thick(1.46008)[1], rel=1e-4)    # Malitson's at 0.5461 µm
 
 
 def test_the_section_of_a_visible_design_shows_its_glasses_and_the_rays_of_its_line(settings):

@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.command.main import main
 from lensbench.app.settings.settings import Settings
@@ -24,7 +24,8 @@ def test_a_lens_without_room_for_the_film_of_its_least_blur_is_focused_paraxiall
     assert lb.first_order(BALL).bfl == pytest.approx(1.0 / 1.8) and lb.film_distance(BALL, inf, "real") < 0.0
     lenses.save(BALL, tmp_path / "ball.toml")
     settings = replace(Settings(), lens=str(tmp_path / "ball.toml"), focus_distance=inf, f_number=None)
-    assert setup(settings).focusing.method == "paraxial" and camera(settings).film_distance == pytest.approx(1.0 / 1.8)
+    assert bench_of(settings).focusing.method == "paraxial"
+    assert camera(settings).film_distance == pytest.approx(1.0 / 1.8)
     with pytest.raises(lb.FocusError, match=r"mm before its last vertex, .*by real rays at this aperture; its paraxial "
                                             r"focus lies 0\.5556 mm behind it\. Stop down, focus paraxially"):
         lb.LensCamera(BALL, lb.Film(), focus_method="real")

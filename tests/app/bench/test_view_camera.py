@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.constraints import constrained, with_equivalent_film
 from lensbench.app.bench.focus_plane import focused_at, in_section, leans, seen_from, sentence, sharp_focus
@@ -137,7 +137,7 @@ def spot_pixels(settings, part, depth):
     ray = made.generate_rays([raster], [made.pupil_centre])
     point = (ray.origins - (depth + ray.origins[:, 2:]) / ray.directions[:, 2:] * ray.directions)[0]
     here, at = seen_from(settings, raster)
-    target = tuple((point + [0.0, 0.0, setup(settings).film_z]).tolist())
+    target = tuple((point + [0.0, 0.0, bench_of(settings).film_z]).tolist())
     return spot_of(here.lens, here.film_distance, at, target).diameter / settings.film.pitch
 
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings as limits, strategies as st
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.bench import constraints
-from lensbench.app.bench.build import design, setup
+from lensbench.app.bench.build import bench_of, design
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.bench.zoom import asked_zoom, engraved_zoom, focal_length, is_engraved, zoom_of
 from lensbench.app.command.main import main
@@ -76,7 +76,7 @@ def test_what_the_lens_cannot_do_at_the_long_end_gives_way_and_comes_back_wide_o
 
 def test_focusing_moves_the_groups_in_picture_section_and_read_outs_alike():
     near = replace(ZOOM, zoom=1.0, focus_distance=1600.0)
-    stand, taken = setup(near), camera(near)
+    stand, taken = bench_of(near), camera(near)
     assert stand.lens == taken.lens and stand.film_distance == taken.film_distance
     assert stand.lens.surfaces[4].thickness < design(near).surfaces[4].thickness
     got = readings(near)

@@ -8,7 +8,7 @@ import pytest
 from imgui_bundle import ImVec2
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.drawing.plot_axes import PlotMap, log_ticks, pieces
 from lensbench.app.panels import circle_of_confusion
@@ -27,7 +27,7 @@ def shown(settings: Settings):
 @pytest.mark.parametrize("focus", [600.0, 1200.0, math.inf])
 def test_the_thin_curve_is_the_closed_form_measured_from_the_lens(focus):
     settings = replace(START, focus_distance=focus)
-    got, stand, drawn = readings(settings), setup(settings), shown(settings)
+    got, stand, drawn = readings(settings), bench_of(settings), shown(settings)
     offset = stand.film_z - stand.first_order.front_principal
     s, s_f = 1000.0 * drawn.distances - offset, focus - offset
     # A f |1/s − 1/s_f| s_f / (s_f − f)
@@ -161,7 +161,7 @@ def test_the_focus_line_is_dragged_to_focus():
     # The axis is logarithmic: the drag takes the focus by as many decades as its share of the plot's
     assert 1200.0 < seen["focus"] < 50000.0
     assert seen["beyond"] == math.inf
-    assert seen["before"] == pytest.approx(lb.nearest_focus(setup(START).lens), rel=1e-9)
+    assert seen["before"] == pytest.approx(lb.nearest_focus(bench_of(START).lens), rel=1e-9)
 
 
 STATES = [START, replace(START, lens="no-such-lens"), replace(START, focus_distance=3.0),

@@ -8,7 +8,7 @@ import pytest
 from imgui_bundle import ImVec2
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.panels import exit_pupil
 from lensbench.app.plots.exit_pupil import box_samples, region
 from lensbench.app.plots.pixel_rays import Pointed
@@ -27,7 +27,7 @@ def passes(lens: lb.Lens, film_distance: float, film_radius: float, points: np.n
 
 @radii
 def test_light_passes_inside_the_outline_and_not_outside(film_radius):
-    stand = setup(START)
+    stand = bench_of(START)
     seen = region(stand.lens, stand.film_distance, film_radius)
     middle = seen.outline.mean(axis=0)
     assert passes(stand.lens, stand.film_distance, film_radius, middle + 0.995 * (seen.outline - middle)).all()
@@ -36,7 +36,7 @@ def test_light_passes_inside_the_outline_and_not_outside(film_radius):
 
 @radii
 def test_the_region_stands_upright_in_its_box_and_its_area_is_that_of_its_outline(film_radius):
-    stand = setup(START)
+    stand = bench_of(START)
     seen = region(stand.lens, stand.film_distance, film_radius)
     x, y = seen.outline.T
     assert seen.box == pytest.approx((x.min(), y.min(), x.max(), y.max()), abs=1e-3)
@@ -47,7 +47,7 @@ def test_the_region_stands_upright_in_its_box_and_its_area_is_that_of_its_outlin
 
 @radii
 def test_the_pass_rate_of_the_box_is_the_region_over_the_box(film_radius):
-    stand = setup(START)
+    stand = bench_of(START)
     seen = region(stand.lens, stand.film_distance, film_radius)
     samples = box_samples(stand.lens, stand.film_distance, film_radius)
     x0, y0, x1, y1 = seen.box
@@ -59,7 +59,7 @@ def test_the_pass_rate_of_the_box_is_the_region_over_the_box(film_radius):
 def test_the_axis_sees_a_disk_that_becomes_the_paraxial_exit_pupil_as_the_stop_closes():
     errors = []
     for f_number in (8.0, 16.0, 32.0):
-        stand = setup(replace(START, f_number=f_number))
+        stand = bench_of(replace(START, f_number=f_number))
         distances = np.hypot(*region(stand.lens, stand.film_distance, 0.0).outline.T)
         assert distances == pytest.approx(np.full(len(distances), distances.mean()), rel=1e-6)
         # The exit pupil's radius, carried along straight lines to the film as far as the last vertex
@@ -71,7 +71,7 @@ def test_the_axis_sees_a_disk_that_becomes_the_paraxial_exit_pupil_as_the_stop_c
 
 
 def test_a_film_point_without_light_has_no_region_and_no_samples():
-    stand = setup(replace(START, lens="pbrt-fisheye-10mm"))
+    stand = bench_of(replace(START, lens="pbrt-fisheye-10mm"))
     seen = region(stand.lens, stand.film_distance, 60.0)
     assert seen.area == 0.0 and len(seen.outline) == 0
     assert box_samples(stand.lens, stand.film_distance, 60.0).rate == 0.0
@@ -79,7 +79,7 @@ def test_a_film_point_without_light_has_no_region_and_no_samples():
 
 def test_the_plot_holds_the_region_of_a_beside_a_small_one():
     """It held that of the present settings alone, inside which no line of a wider A passes."""
-    small, wide = (setup(replace(START, f_number=f_number)) for f_number in (11.0, 2.8))
+    small, wide = (bench_of(replace(START, f_number=f_number)) for f_number in (11.0, 2.8))
     rear = small.lens.surfaces[-1].semi_diameter
     seen = region(small.lens, small.film_distance, 15.1)
     ghost = region(wide.lens, wide.film_distance, 15.1).outline

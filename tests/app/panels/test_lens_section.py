@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import design, setup
+from lensbench.app.bench.build import bench_of, design
 from lensbench.app.bench.ray_fans import Ray
 from lensbench.app.panels.lens_section import panel
 from lensbench.app.panels.lens_section.draw import field_names, fitted, round_length
@@ -143,7 +143,7 @@ def test_where_the_film_is_larger_than_the_image_the_last_fan_stands_at_the_edge
     shown = sketch(replace(START, lens="pbrt-fisheye-10mm", f_number=5.6, focus_distance=math.inf))
     edge = shown.fans[2]
     assert edge.name == "edge of light" and edge.height < shown.film_height and live(edge.rays)
-    stand = setup(replace(START, lens="pbrt-fisheye-10mm", f_number=5.6, focus_distance=math.inf))
+    stand = bench_of(replace(START, lens="pbrt-fisheye-10mm", f_number=5.6, focus_distance=math.inf))
     areas = lb.exit_pupil(stand.lens, stand.film_distance, [0.97 * edge.height, 1.06 * edge.height]).area
     assert areas[0] > 0.0 and areas[1] == 0.0
 
@@ -277,18 +277,18 @@ def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
     def test(ctx):
         ctx.yield_(3)
         scale = panel.state.view.scale
-        before = setup(panel.settings)
+        before = bench_of(panel.settings)
         drag(ctx, centre(ctx, "**/Film plane"), 10.0, 0.0)
-        after = setup(panel.settings)
+        after = bench_of(panel.settings)
         seen["film"] = (after.film_distance - before.film_distance) * scale
         drag(ctx, centre(ctx, "**/Film plane"), -60.0, 0.0)
         seen["far"] = panel.settings.focus_distance
         drag(ctx, centre(ctx, "**/Film plane"), 500.0, 0.0)
         seen["near"] = panel.settings.focus_distance
         ctx.mouse_move_to_pos(centre(ctx, "**/Stop edge"))
-        before = setup(panel.settings)
+        before = bench_of(panel.settings)
         drag(ctx, centre(ctx, "**/Stop edge"), 0.0, 8.0)
-        after = setup(panel.settings)
+        after = bench_of(panel.settings)
         seen["stop"] = (before.lens.stop.semi_diameter - after.lens.stop.semi_diameter) * scale
         drag(ctx, centre(ctx, "**/Stop edge, lower"), 0.0, 900.0)
         seen["open"] = panel.settings.f_number
@@ -312,9 +312,9 @@ def test_where_groups_focus_the_film_stays_and_is_pulled_to_what_it_would_focus(
     def test(ctx):
         ctx.yield_(3)
         scale = panel.state.view.scale
-        infinity = setup(panel.settings)
+        infinity = bench_of(panel.settings)
         drag(ctx, centre(ctx, "**/Film plane"), 10.0, 0.0)
-        near = setup(panel.settings)
+        near = bench_of(panel.settings)
         seen["distance"] = panel.settings.focus_distance
         seen["unit"] = lb.focused_distance(infinity.lens, infinity.film_distance + 10.0 / scale)
         seen["film"] = near.film_z - infinity.film_z

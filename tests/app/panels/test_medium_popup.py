@@ -8,7 +8,7 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
-from lensbench.app.bench.build import design, medium, setup
+from lensbench.app.bench.build import bench_of, design, medium
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.bench.constraints import with_camera
 from lensbench.app.settings.setting import SettingsError
@@ -33,8 +33,8 @@ def test_a_lens_in_the_water_has_no_window_and_one_behind_a_window_is_the_lens_i
 
 def test_the_read_outs_of_an_immersed_lens_are_those_of_the_stop_in_the_picture():
     immersed = replace(SMALL, medium="water", immersed=True, f_number=2.8)
-    assert setup(immersed).lens.stop == camera(immersed).lens.stop
-    assert setup(immersed).reason == "" and readings(immersed).f_number == pytest.approx(2.8, rel=1e-9)
+    assert bench_of(immersed).lens.stop == camera(immersed).lens.stop
+    assert bench_of(immersed).reason == "" and readings(immersed).f_number == pytest.approx(2.8, rel=1e-9)
     assert readings(immersed).widest_f_number == readings(SMALL).widest_f_number
 
 

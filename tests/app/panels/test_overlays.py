@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.tone import BINS, histogram
 from lensbench.app.plots.blur import Blur
 from lensbench.app.settings.settings import Settings
@@ -18,7 +18,7 @@ from lensbench.app.settings.settings import Settings
 def test_the_overlay_shows_the_circles_of_confusion_of_the_closed_form(focus, f_number):
     settings = replace(Settings(), focus_distance=focus, f_number=f_number, focus_position="paraxial")
     depth = np.array([[250.0, 400.0, 1000.0, 1200.0, 8000.0, 1e6]], np.float32)
-    blur, stand = Blur.of(settings), setup(settings)
+    blur, stand = Blur.of(settings), bench_of(settings)
     shown = np.array([[blur.pixels(each, (0.3, 0.7)) for each in depth[0].tolist()]])
     film_distance = lb.film_distance(stand.lens, focus)
     expected = lb.thick_circle_of_confusion(stand.lens, film_distance, depth[0].astype(float))[None]

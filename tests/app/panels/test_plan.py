@@ -10,7 +10,7 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.bench.readouts import intrinsics
 from lensbench.app.drawing.controls import chord
@@ -123,12 +123,12 @@ def test_intrinsics_are_the_focal_length_in_pixels():
 
 def test_falloff_and_distortion_reach_to_the_corner_and_a_fisheye_is_measured_as_one():
     settings = Settings()
-    found = falling(setup(settings))
+    found = falling(bench_of(settings))
     assert found.light.radii[-1] == pytest.approx(settings.film.diagonal / 2.0)
     assert found.light.total[-1] == pytest.approx(found.light.natural[-1] * found.light.vignetting[-1])
     assert found.shape.projection == "rectilinear" and found.shape.kind == "barrel"
     wide = next(card.name for card in lenses.describe() if "isheye" in card.title)
-    assert falling(setup(replace(settings, lens=wide))).shape.projection != "rectilinear"
+    assert falling(bench_of(replace(settings, lens=wide))).shape.projection != "rectilinear"
 
 
 @pytest.mark.slow

@@ -51,7 +51,7 @@ def test_a_vignetted_part_of_a_fan_is_grey_and_meets_the_other():
 
 def test_curves_over_the_field_end_where_the_light_ends():
     fisheye = query(replace(Settings(), lens="pbrt-fisheye-10mm", f_number=None))
-    corner = 0.5 * fisheye.setup.film.diagonal
+    corner = 0.5 * fisheye.bench.film.diagonal
     assert fisheye.largest_height < corner
     figure = field_figure(fisheye, 8)
     heights = column(figure, "image height (mm)")
@@ -63,8 +63,8 @@ def test_curves_over_the_field_end_where_the_light_ends():
 def test_the_fields_end_where_a_ray_through_the_middle_of_the_stop_does():
     """Of a phone lens the corner has a sliver of light beside it: the last field was dark in all figures."""
     asked = query(with_lens(Settings(), "apple-phone-6-elements-4-f18"))
-    corner = 0.5 * asked.setup.film.diagonal
-    assert lit_radius(asked.setup) == corner and 0.9 * corner < asked.largest_height < corner
+    corner = 0.5 * asked.bench.film.diagonal
+    assert lit_radius(asked.bench) == corner and 0.9 * corner < asked.largest_height < corner
     figure = spots_figure(asked, 16)
     assert not any("no ray" in each or "no light" in each for each in figure.remarks)
     assert any("has light beside the middle of the stop alone" in each for each in figure.remarks)
@@ -123,7 +123,7 @@ def test_the_field_of_a_leaning_lens_runs_from_edge_to_edge_and_is_mirrored_with
 
 def test_fields_of_a_lens_without_symmetry_lie_on_the_film_and_have_one_direction():
     squeezed = query(replace(Settings(), lens="lentil-schneider-anamorphic-31-2001", f_number=None))
-    film, places = squeezed.setup.film, np.array(squeezed.parts(0.0, 0.5, 1.0))
+    film, places = squeezed.bench.film, np.array(squeezed.parts(0.0, 0.5, 1.0))
     assert (np.abs(places) <= [0.5 * film.width, 0.5 * film.height]).all()
     rays = squeezed.grid(16, tuple(map(tuple, places.tolist())))
     assert field_label(rays, 0) == "axis"
@@ -147,7 +147,7 @@ def test_the_film_dragged_to_a_shift_of_the_map_is_focused_there():
     figure = mtf_map_figure(ASKED, 8)
     shades = figure.rows[0][0].layers[0]
     assert isinstance(shades, Map) and shades.values.shape == (9, 17)
-    assert focus_at(ASKED.setup, 0.0) == pytest.approx(ASKED.focus_distance, rel=1e-6)
+    assert focus_at(ASKED.bench, 0.0) == pytest.approx(ASKED.focus_distance, rel=1e-6)
     assert all(np.isfinite(curve.x).any() for curve in figure.rows[0][0].layers[1:3])
     blurred = mtf_map_figure(ASKED, 8, 2000.0)              # side maxima of nothing are no best focus
     assert all(np.isnan(curve.x).all() for curve in blurred.rows[0][0].layers[1:3])
@@ -156,11 +156,11 @@ def test_the_film_dragged_to_a_shift_of_the_map_is_focused_there():
     # Sharp far from the film at its edge
     wide = query(replace(Settings(), lens="canon-50-f12", f_number=1.2, white="fdc"))
     assert "no best focus is drawn where it lies more than 0.15 mm from the film" in mtf_map_figure(wide, 8).remarks
-    near = focus_at(ASKED.setup, 0.1)
+    near = focus_at(ASKED.bench, 0.1)
     assert near < ASKED.focus_distance
     moved = query(replace(Settings(), focus_distance=near, focus_position="paraxial"))
     still = query(replace(Settings(), focus_position="paraxial"))
-    assert moved.setup.film_distance - still.setup.film_distance == pytest.approx(0.1, abs=1e-3)
+    assert moved.bench.film_distance - still.bench.film_distance == pytest.approx(0.1, abs=1e-3)
 
 
 def test_the_map_of_one_colour_is_that_of_this_wavelength_alone():
@@ -168,10 +168,10 @@ def test_the_map_of_one_colour_is_that_of_this_wavelength_alone():
     lines = asked.conditions().wavelengths
     maps = [mtf_map_figure(asked, 8, line=line).rows[0][0].layers[0].values for line in (None, *lines)]
     for line, shades in zip(lines, maps[1:], strict=True):
-        alone = lb.analysis.conditions(asked.lens, asked.setup.film, asked.conditions().fields, [line],
+        alone = lb.analysis.conditions(asked.lens, asked.bench.film, asked.conditions().fields, [line],
                                        asked.object_distance)
         shifts = np.linspace(-focus_range(asked), focus_range(asked), 17)
-        found = lb.analysis.mtf_map(asked.lens, asked.setup.film_distance, alone, 30.0, shifts, 9, 8)
+        found = lb.analysis.mtf_map(asked.lens, asked.bench.film_distance, alone, 30.0, shifts, 9, 8)
         np.testing.assert_allclose(shades, found.white.mean(1), atol=1e-12)
     assert np.abs(maps[0] - maps[2]).max() > 0.01
 
@@ -189,7 +189,7 @@ def test_seidel_bars_add_up_to_those_of_the_lens():
 def test_the_bokeh_far_from_focus_is_as_wide_as_the_circle_of_confusion():
     figure = bokeh_figure(ASKED, 16)
     row = next(row for row in figure.table.rows if row[0] == 0.0 and np.isinf(row[1]))
-    diameter = real_circle_of_confusion(ASKED.lens, ASKED.setup.film_distance, [np.inf])[0][0]
+    diameter = real_circle_of_confusion(ASKED.lens, ASKED.bench.film_distance, [np.inf])[0][0]
     assert 2.0 * np.sqrt(2.0) * np.hypot(row[3], row[4]) == pytest.approx(1000.0 * diameter, rel=0.02)
     shades = [layer for layer in figure.rows[0][0].layers if isinstance(layer, Map)]
     assert len(shades) == 16 and max(float(np.nanmax(each.values)) for each in shades) == pytest.approx(1.0)
@@ -217,7 +217,7 @@ def test_the_bars_of_a_wavefront_in_the_fringe_order_are_noll_s_scaled_to_the_ri
 def test_focus_shift_and_illumination_are_those_of_the_lens_wide_open():
     open_ = query(replace(Settings(), f_number=None))
     shift = focus_shift_figure(open_, 16, 2.8)
-    assert shift.table.rows[0][0] == pytest.approx(open_.setup.f_number)
+    assert shift.table.rows[0][0] == pytest.approx(open_.bench.f_number)
     light = illumination_figure(open_, 16)
     corners = [row[2] for row in light.table.rows if row[1] == light.table.rows[-1][1]]
     assert light.table.rows[0][2:] == pytest.approx((1.0, 1.0, 1.0))
@@ -270,7 +270,7 @@ def test_the_picture_of_what_a_pixel_shows_is_as_wide_as_its_spot(raster):
 
 def test_a_point_that_touches_the_lens_has_no_picture():
     with pytest.raises(lb.LensError, match="touches the lens"):
-        seen_point_figure(ASKED, 16, (0.0, 0.0), 0.5 * ASKED.setup.film_z)
+        seen_point_figure(ASKED, 16, (0.0, 0.0), 0.5 * ASKED.bench.film_z)
 
 
 def test_depth_of_field_over_the_field_widens_with_the_stop():
@@ -324,7 +324,7 @@ def test_the_bokeh_of_an_afocal_lens_says_which_distance_it_does_not_image():
     relay = lb.Lens((front.surfaces[0], lb.Surface(gap, 8.0, curvature=0.0), lb.Surface(2.0, 8.0, glass, curvature=0.0),
                      lb.Surface(0.0, 8.0, curvature=-1 / 25)), 0)
     assert np.isinf(lb.first_order(relay).efl)
-    near = replace(ASKED, lens=relay, setup=replace(ASKED.setup, lens=relay, film_distance=60.0),
+    near = replace(ASKED, lens=relay, bench=replace(ASKED.bench, lens=relay, film_distance=60.0),
                    object_distance=500.0, focus_distance=500.0)
     figure = bokeh_figure(near, 16)
     assert figure.remarks[0].startswith("∞: an afocal lens")
@@ -347,8 +347,8 @@ def test_a_ripple_draws_rings_into_the_bokeh_and_says_what_it_is():
 def test_apertures_of_a_lens_that_focuses_by_its_groups_are_those_at_infinity():
     near = replace(Settings(), lens="lv-minolta-af-100mm-f28-macro", f_number=None, focus_distance=360.0)
     asked = query(near)
-    assert lb.first_order(asked.setup.lens).f_number < 1.9              # at magnification 0.8, where it is shorter
+    assert lb.first_order(asked.bench.lens).f_number < 1.9              # at magnification 0.8, where it is shorter
     assert focus_shift_figure(asked, 8).rows[0][0].x.low == pytest.approx(2.83, rel=1e-3)
     assert illumination_figure(asked, 8).rows[0][0].layers[0].name.startswith("f/2.8")
-    assert lb.stopped_down(asked.setup.lens, 5.66).stop.semi_diameter == pytest.approx(
-        0.5 * asked.setup.lens.stop.semi_diameter, rel=1e-3)
+    assert lb.stopped_down(asked.bench.lens, 5.66).stop.semi_diameter == pytest.approx(
+        0.5 * asked.bench.lens.stop.semi_diameter, rel=1e-3)

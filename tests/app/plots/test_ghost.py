@@ -128,7 +128,7 @@ def test_the_light_of_a_ghost_without_symmetry_comes_from_the_field_of_the_other
     figure = ghosts_figure(squeezed, 8, "middle")
     assert any(row[2] > 0.0 for row in figure.table.rows) and "lower left corner" in figure.conditions
     towards = np.array([*np.tan(field_direction(squeezed, "middle")), -1.0])
-    lens, away = squeezed.lens, squeezed.setup.film_distance
+    lens, away = squeezed.lens, squeezed.bench.film_distance
     aims = np.stack([*np.meshgrid(*2 * [np.linspace(-15.0, 15.0, 31)]), np.zeros((31, 31))], -1).reshape(-1, 3)
     traced = lb.trace(lens, aims + 100.0 * towards, np.tile(-towards, (len(aims), 1)), forward=True)
     good = traced.fate == lb.Fate.PASSED

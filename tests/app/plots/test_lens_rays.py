@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.plots.exit_pupil import box_samples, region
 from lensbench.app.plots.pixel_rays import Pointed, film_place, in_section, pixel_fan, ray_through
 from lensbench.app.settings.settings import Settings
@@ -21,7 +21,7 @@ some_lenses = pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye
 @pytest.mark.parametrize("raster", [(480.5, 320.5), (300.5, 200.5), (700.5, 500.5)])
 def test_rays_of_a_pixel_traced_from_the_scene_arrive_at_its_film_point(name, raster):
     settings = replace(START, lens=name)
-    built, fan = setup(settings), pixel_fan(settings, raster)
+    built, fan = bench_of(settings), pixel_fan(settings, raster)
     live = [ray for ray in fan.rays if ray.kind != "dead"]
     assert len(live) == 9 and sum(ray.kind == "chief" for ray in live) == 1
     assert fan.height == pytest.approx(math.hypot(*film_place(settings, raster)))
@@ -33,7 +33,7 @@ def test_rays_of_a_pixel_traced_from_the_scene_arrive_at_its_film_point(name, ra
 
 
 def test_the_marginal_rays_touch_a_rim_and_the_dead_ones_beyond_name_it():
-    built = setup(START)
+    built = bench_of(START)
     fan = pixel_fan(START, (300.5, 200.5))
     for ray in fan.rays:
         if ray.kind == "marginal":          # some rim is met within a hundred-thousandth of the beam
@@ -50,7 +50,7 @@ def test_blades_turn_with_the_film_point_and_cylinders_do_not():
     """Light passes inside the region of the true film point, turned upright, and not outside."""
     for settings, raster in ((replace(START, blades=5, f_number=5.6), (300.5, 200.5)),
                              (replace(START, lens=ANAMORPHIC), (600.5, 400.5))):
-        built, (x, y) = setup(settings), film_place(settings, raster)
+        built, (x, y) = bench_of(settings), film_place(settings, raster)
         seen = region(built.lens, built.film_distance, math.hypot(x, y), math.atan2(y, x))
         turned = 0.0 if settings.lens == ANAMORPHIC else 0.5 * math.pi - math.atan2(y, x)
         back = np.array([[math.cos(turned), math.sin(turned)], [-math.sin(turned), math.cos(turned)]])
@@ -63,7 +63,7 @@ def test_blades_turn_with_the_film_point_and_cylinders_do_not():
 
 
 def test_samples_of_a_box_are_blocked_by_the_surface_at_which_the_tracer_ends_them():
-    built = setup(START)
+    built = bench_of(START)
     samples = box_samples(built.lens, built.film_distance, 15.1)
     film = np.array([0.0, 15.1, built.film_z])
     ways = np.column_stack([samples.points, np.full(len(samples.points), built.lens.length)]) - film
@@ -80,7 +80,7 @@ def test_a_ray_of_the_pupil_says_what_it_comes_from_and_lies_in_the_section():
     assert ray.surface == -1 and ray.end.startswith("from the sphere") and ray.target is not None
     assert ray.raster == pytest.approx(raster, abs=8.0)     # in focus, as nearly as that sphere is
     path = in_section(START, raster, ray)
-    assert path[-1] == pytest.approx([setup(START).film_z, math.hypot(*at)])
+    assert path[-1] == pytest.approx([bench_of(START).film_z, math.hypot(*at)])
     blocked = ray_through(START, at, (0.0, 9.9))
     assert blocked.surface >= 0 and blocked.target is None and "surface" in blocked.end
 

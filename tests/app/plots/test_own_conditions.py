@@ -61,7 +61,7 @@ def test_ghosts_are_those_of_the_chosen_wavelength():
     """The label said the chosen wavelength, the light was that of the d line."""
     asked = query(replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=None, focus_distance=math.inf))
     blue = with_own(asked, None, read_wavelengths("410"))
-    lens, away, line = asked.setup.lens, asked.setup.film_distance, blue.conditions().primary_wavelength
+    lens, away, line = asked.bench.lens, asked.bench.film_distance, blue.conditions().primary_wavelength
     expected = lb.analysis.ghosts(lens, away, (0.0, 0.0, math.inf), line, "single-layer", 21)
     figure = ghosts_figure(blue, 8, "axis", "single-layer")
     assert "410 nm" in figure.conditions and sum(row[2] for row in figure.table.rows) == pytest.approx(expected.total)
@@ -114,7 +114,7 @@ def test_focus_shift_has_the_f_numbers_of_the_design(lithography):
     numbers = np.array([row[0] for row in figure.table.rows])
     assert widest == pytest.approx(5.0, rel=1e-9)
     # Of a point in even light: blur times the f-number; aberrations fall as 1 / N²
-    blur = 2.0 * lithography.setup.film.pitch
+    blur = 2.0 * lithography.bench.film.pitch
     assert depth[-1] == pytest.approx(blur * numbers[-1], rel=2e-3)
 
 
@@ -123,9 +123,9 @@ def test_illumination_is_that_of_the_chosen_wavelength():
                           focus_distance=math.inf))
     figure = illumination_figure(with_own(asked, None, read_wavelengths("410")), 9)
     name, radius, total = next(row[:3] for row in reversed(figure.table.rows[:9]) if row[2] > 0.2)
-    light = [lb.falloff(asked.setup.lens, asked.setup.film_distance, [radius], line).total[0]
+    light = [lb.falloff(asked.bench.lens, asked.bench.film_distance, [radius], line).total[0]
              for line in (0.41, lb.D_LINE)]
-    assert "410 nm" in figure.conditions and name == f_number_text(asked.setup.f_number)
+    assert "410 nm" in figure.conditions and name == f_number_text(asked.bench.f_number)
     assert total == pytest.approx(light[0], rel=1e-9) and light[0] > 1.03 * light[1]
 
 

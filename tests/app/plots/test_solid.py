@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.plots.pixel_rays import beam, film_place
 from lensbench.app.plots.pixel_spot import spot_of
 from lensbench.app.plots.section import elements, sag, sketch
@@ -67,7 +67,7 @@ def test_a_rolled_cylinder_stands_rolled_and_is_cut_in_the_section(tmp_path):
 @pytest.mark.parametrize("radius", [0.0, 10.0, 18.0])
 def test_the_focused_surface_is_where_the_traced_spot_is_smallest(radius):
     """Rays are traced from the film for the one, and from the scene for the other."""
-    built = setup(START)
+    built = bench_of(START)
     y, z = best_focus(built.lens, built.film_distance, radius)
     front = np.array([0.0, 0.0])
     way = np.array([y, z]) - front
@@ -79,7 +79,7 @@ def test_the_focused_surface_is_where_the_traced_spot_is_smallest(radius):
 def test_a_stopped_down_lens_focuses_the_axis_where_it_is_focused():
     errors = []
     for f_number in (11.0, 22.0):
-        built = setup(replace(START, f_number=f_number))
+        built = bench_of(replace(START, f_number=f_number))
         _, z = best_focus(built.lens, built.film_distance, 0.0)
         errors.append(built.film_z - z - START.focus_distance)
     # Spherical aberration moves the best focus by the square of the aperture

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.constraints import with_camera
 from lensbench.app.plots.pixel_rays import beam, distances
 from lensbench.app.plots.pixel_spot import colour_of, pixel_readings, spot, spot_of
@@ -20,7 +20,7 @@ PERSPECTIVE = replace(with_camera(START, "perspective"), f_number=2.0)
 
 @pytest.mark.parametrize("distance", [600.0, 1000.0, 1500.0, 6000.0, math.inf])
 def test_the_blur_of_an_axis_point_is_that_of_the_axial_bundle(distance):
-    built = setup(START)
+    built = bench_of(START)
     target = None if math.isinf(distance) else (0.0, 0.0, built.film_z - distance)
     found = spot_of(built.lens, built.film_distance, (0.0, 0.0), target)
     expected = lb.real_circle_of_confusion(built.lens, built.film_distance, [distance])[0][0]
@@ -31,7 +31,7 @@ def test_the_blur_of_an_axis_point_is_that_of_the_axial_bundle(distance):
 
 
 def test_every_ray_of_a_spot_goes_from_the_point_to_where_it_lands():
-    built = setup(START)
+    built = bench_of(START)
     target = np.array([150.0, -80.0, built.film_z - 900.0])
     film = (150.0 * 50.4 / 850.0, -80.0 * 50.4 / 850.0)
     found = spot_of(built.lens, built.film_distance, film, tuple(target))
@@ -84,7 +84,7 @@ def test_a_moving_scene_is_met_where_it_is_at_the_moment():
 def test_readings_of_the_middle_and_of_the_corner():
     middle, corner = pixel_readings(START, (480.0, 320.0)), pixel_readings(START, (30.5, 30.5))
     assert middle.light == pytest.approx(1.0, abs=2e-3) and middle.open == pytest.approx(1.0)
-    built = setup(START)
+    built = bench_of(START)
     radius = math.hypot(*corner.film)
     fall = lb.falloff(built.lens, built.film_distance, [radius])
     assert corner.light == pytest.approx(float(fall.total[0]), abs=3e-3)

@@ -17,7 +17,7 @@ from lensbench.core.text import significant
 def test_the_object_of_a_query_is_what_the_lens_is_focused_on():
     settings = Settings()
     asked = query(settings)
-    assert asked.object_distance == pytest.approx(settings.focus_distance - asked.setup.film_z)
+    assert asked.object_distance == pytest.approx(settings.focus_distance - asked.bench.film_z)
     assert math.isinf(query(replace(settings, focus_distance=math.inf)).object_distance)
     assert asked.conditions().fields[-1][1] == pytest.approx(0.5 * settings.film.diagonal)
 

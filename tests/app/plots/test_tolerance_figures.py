@@ -57,7 +57,7 @@ def test_the_pictures_stand_in_the_order_of_their_contrast_and_a_copy_is_taken_a
     taken = with_copy(longer, Tolerances(decentre=0.05), 4)
     lens = query(taken).lens
     assert not lens.is_rotationally_symmetric and lens.name.endswith(f"copy {copies[4][1]}")
-    assert query(taken).setup.at_infinity.efl == pytest.approx(75.0, rel=1e-2)
+    assert query(taken).bench.at_infinity.efl == pytest.approx(75.0, rel=1e-2)
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import setup
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import camera, readings, unfit
 from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.bench.readouts import dark_corners
@@ -34,7 +34,7 @@ def said(settings):
 def test_the_read_outs_tell_both_sections():
     table = said(NEAR)
     assert (table["Focal length"].value, table["Focal length across"].value) == ("60.6", "31.5")
-    stand = setup(NEAR)
+    stand = bench_of(NEAR)
     foci = lb.section_foci(stand.lens, 3000.0, stand.film_distance)
     across, up = (focus - stand.film_distance for focus in foci)
     assert table["Foci across, up"].value == f"−{abs(across):.2f} +{up:.2f}" and across < 0.0 < up
@@ -46,7 +46,7 @@ def test_the_read_outs_tell_both_sections():
 
 @pytest.mark.slow
 def test_what_ends_the_light_is_told_along_the_film_s_diagonal():
-    stand = setup(NEAR)
+    stand = bench_of(NEAR)
     share = float(dark_corners(NEAR).split(" at ")[1].split(" %")[0]) / 100.0
     for factor, dark in ((0.985, False), (1.015, True)):            # it is told to a hundredth
         place = factor * share * np.array([18.0, 12.0])

@@ -20,7 +20,7 @@ FILM = lb.Film(36.0, 24.0, 9000, 6000)
 SAMPLES = 4000
 
 
-def setup(name="pbrt-dgauss-50mm", f_number=2.8, distance=2000.0, radius=21.6, index=1.0):
+def bench_of(name="pbrt-dgauss-50mm", f_number=2.8, distance=2000.0, radius=21.6, index=1.0):
     """index: before the lens."""
     lens = replace(lenses.load(name), front_index=index)
     lens = lb.stopped_down(lens, f_number) if f_number else lens
@@ -66,7 +66,7 @@ def apart(lens, film_distance, table, polynomial, distance, real=np.float64):
     ("pbrt-dgauss-50mm", None, 1200.0), ("pbrt-dgauss-50mm", 2.8, 2000.0), ("pbrt-fisheye-10mm", None, 2000.0),
     ("pbrt-fisheye-10mm", None, math.inf)])
 def test_degree_nine_is_within_a_fiftieth_of_a_pixel_of_the_reference(name, f_number, distance):
-    lens, film_distance, table = setup(name, f_number, distance)
+    lens, film_distance, table = bench_of(name, f_number, distance)
     error, passed = apart(lens, film_distance, table, Polynomial.fit(lens, film_distance, table, 9, distance=distance),
                           distance)
     assert passed.mean() > 0.995            # the sampled regions pass what they promise
@@ -77,7 +77,7 @@ def test_degree_nine_is_within_a_fiftieth_of_a_pixel_of_the_reference(name, f_nu
 @pytest.mark.parametrize(("name", "index"), [
     ("pbrt-dgauss-50mm", 1.0), ("pbrt-wide-22mm", 1.0), ("pbrt-telephoto-250mm", 1.0), ("pbrt-dgauss-50mm", 1.33)])
 def test_the_stated_error_is_the_error_and_every_degree_is_better_than_the_one_before(name, index):
-    lens, film_distance, table = setup(name, None, 20000.0, index=index)
+    lens, film_distance, table = bench_of(name, None, 20000.0, index=index)
     stated = []
     for degree in DEGREES:
         polynomial = Polynomial.fit(lens, film_distance, table, degree, distance=20000.0)
@@ -103,7 +103,7 @@ def test_the_error_of_a_lens_that_leaves_the_picture_upright_is_a_length_as_any_
 
 
 def test_single_precision_is_within_three_thousandths_of_a_pixel():
-    lens, film_distance, table = setup()
+    lens, film_distance, table = bench_of()
     steps = [table.step(1.0), Polynomial.fit(lens, film_distance, table, 9, distance=2000.0).step]
     given = samples(table.radius)
     single, double = (Program(steps, real).run(given, [L, M, N], SAMPLES).astype(float)
@@ -114,7 +114,7 @@ def test_single_precision_is_within_three_thousandths_of_a_pixel():
 
 @pytest.mark.slow
 def test_a_turned_film_point_has_a_turned_ray():
-    lens, film_distance, table = setup()
+    lens, film_distance, table = bench_of()
     step = Polynomial.fit(lens, film_distance, table, 7).step
     turn = 0.7
     rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
@@ -180,7 +180,7 @@ def test_a_fit_that_does_not_hold_is_refused_and_any_other_gives_unit_directions
 
 
 def test_what_cannot_be_fitted_is_refused():
-    lens, film_distance, table = setup()
+    lens, film_distance, table = bench_of()
     with pytest.raises(lb.LensError, match="choose one of 3, 5, 7, 9, 11"):
         Polynomial.fit(lens, film_distance, table, 4)
     with pytest.raises(lb.CameraError, match="choose one of 3, 5, 7, 9, 11"):
@@ -190,7 +190,7 @@ def test_what_cannot_be_fitted_is_refused():
 
 
 def test_every_degree_runs_the_same_kernel_of_a_module():
-    lens, film_distance, table = setup()
+    lens, film_distance, table = bench_of()
     steps = [Polynomial.fit(lens, film_distance, table, degree).step for degree in DEGREES]
     assert [step.kernel for step in steps] == [polynomial_stage.polynomial] * len(DEGREES)
     assert len({step.integers for step in steps}) == len(DEGREES)

@@ -16,7 +16,7 @@ LINE = [X, Y, Z, L, M, N]
 FILM = lb.Film(36.0, 24.0, 600, 400)
 
 
-def setup(name="pbrt-dgauss-50mm", distance=1200.0):
+def bench_of(name="pbrt-dgauss-50mm", distance=1200.0):
     lens = lenses.load(name)
     away = lb.film_distance(lens, distance)
     table = PupilTable.of(lens, away, FILM.diagonal / 2.0, widened=False)
@@ -44,7 +44,7 @@ def aimed(film, rear, away):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])
 def test_the_table_has_the_reference_rays_at_its_nodes(name):
-    lens, away, table, program = setup(name)
+    lens, away, table, program = bench_of(name)
     reach, drift = _box(table)
     k, u, v = (axis.ravel() for axis in np.meshgrid(np.arange(0, RADII - 1, 7), np.arange(1, ALONG - 1, 3),
                                                     np.arange(0, ACROSS - 1, 2)))
@@ -79,7 +79,7 @@ def test_between_its_nodes_the_table_is_within_half_a_pixel_of_the_trace():
 
 @pytest.mark.slow
 def test_a_table_turns_with_the_film_and_is_mirrored():
-    program = setup()[3]
+    program = bench_of()[3]
     way = np.array([-0.1, 0.05, -1.0]) / np.linalg.norm([-0.1, 0.05, -1.0])
     turns = np.linspace(0.0, 2.0 * math.pi, 9)
     cosine, sine = np.cos(turns), np.sin(turns)
@@ -111,7 +111,7 @@ def test_a_lens_without_rotational_symmetry_has_no_table():
     rod = lb.Lens((lb.Surface(4.0, 5.0, lb.Glass(1.5), curvature=0.02, curvature_x=0.0),
                    lb.Surface(0.0, 5.0, curvature=0.0)), 0)
     with pytest.raises(lb.LensError, match="cylinder or toroid"):
-        ray_table_step(rod, 30.0, setup()[2])
+        ray_table_step(rod, 30.0, bench_of()[2])
 
 
 def test_no_camera_offers_the_table_as_its_model():
