@@ -118,7 +118,7 @@ def _labelled(label: str) -> None:
     """The label of a list, dim at the left; the list comes after it."""
     imgui.align_text_to_frame_padding()
     imgui.text_disabled(label)
-    imgui.same_line(theme.em(3.45) + imgui.get_style().window_padding.x)
+    imgui.same_line(theme.em(3.95) + imgui.get_style().window_padding.x)
 
 
 @lru_cache(maxsize=64)
@@ -216,10 +216,10 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
                                f"A side measures {significant(FILM_SIDES[0])} to {significant(FILM_SIDES[1])} mm")
 
     corner = imgui.get_cursor_screen_pos()
-    _labelled("Film")
+    _labelled("Format")
     drop_list("Film", film_name((settings.film_width, settings.film_height)), "The film's size", content)
     if settings.has_lens:
-        padlock(FILM, chooser.locked, ImVec2(corner.x + theme.em(2.2), corner.y + imgui.get_style().frame_padding.y))
+        padlock(FILM, chooser.locked, ImVec2(corner.x + theme.em(2.85), corner.y + imgui.get_style().frame_padding.y))
     return chosen if chosen == settings else constrained(chosen)
 
 

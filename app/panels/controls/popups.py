@@ -61,7 +61,7 @@ def film_dials(settings: Settings) -> Settings:
                                                   "the right"))
     settings = _curvature(settings)
     imgui.begin_disabled(not film_dials_in_use(settings))
-    if imgui.button("In line"):
+    if imgui.button("Centre"):
         settings = settings.plain("tilt", "swing", "rise", "shift", "film_radius")
     imgui.set_item_tooltip("All four to 0, and a flat film")
     imgui.end_disabled()

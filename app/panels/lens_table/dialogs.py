@@ -153,7 +153,7 @@ def paste_dialog(settings: Settings, state: LensTableState) -> Settings:
     return settings
 
 
-POPUP = "Out of line"
+POPUP = "Tilt and decentre"
 LABELS = {"decentre_x": "Decentre x (mm)", "decentre_y": "Decentre y (mm)", "tilt_x": "Tilt about x (°)",
           "tilt_y": "Tilt about y (°)", "roll": "Roll (°)"}
 ABOUT = {"decentre_x": "To the right, as the picture shows it", "decentre_y": "Upwards",

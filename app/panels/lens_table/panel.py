@@ -28,7 +28,7 @@ from lensbench.lenses.editing.document import LensDocument
 
 COLUMNS = (("row", "#", 3.0), (CURVATURE, "Radius", 4.7), (THICKNESS, "Thickness", 4.7), ("glass", "Glass", 5.0),
            (SEMI_DIAMETER, "Semi-ø", 4.2), (CONIC, "Conic", 3.8), ("asphere", "Asphere", 4.2),
-           ("pose", "Out of line", 6.0), ("comment", "Comment", 9.0))      # widths in em
+           ("pose", "Tilt, decentre", 7.0), ("comment", "Comment", 9.0))      # widths in em
 MARKED = {Kind.HEMISPHERE: SEMI_DIAMETER, Kind.EDGE: THICKNESS, Kind.CROSSING: THICKNESS, Kind.THICKNESS: THICKNESS,
           Kind.RAY: CURVATURE}
 ASPHERE = "Asphere"

@@ -214,7 +214,7 @@ def test_the_dials_of_a_view_camera_are_turned_by_hand_and_set_back():
             ctx.yield_(3)
         seen["turned"] = seen["settings"]
         ctx.yield_(2)
-        ctx.item_click("**/In line")
+        ctx.item_click("**/Centre")
         ctx.yield_(2)
 
     drive(show, test, (262, 640))

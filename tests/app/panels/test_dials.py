@@ -26,7 +26,7 @@ def test_all_of_the_popup_focus_is_seen_in_a_window_of_720_pixels():
     def test(ctx):
         ctx.item_click("**/###Focus")
         ctx.yield_(4)
-        for name in ("In line", "Petzval"):
+        for name in ("Centre", "Petzval"):
             item = ctx.item_info(f"//$FOCUSED/{name}")
             assert item.rect_clipped.min.y == item.rect_full.min.y > 0.0
             assert item.rect_clipped.max.y == item.rect_full.max.y < 720.0
@@ -51,7 +51,7 @@ def test_the_film_behind_a_lens_without_symmetry_is_set_in_line_again(lens):
     def test(ctx):
         ctx.item_click("**/###Focus")
         ctx.yield_(4)
-        ctx.item_click("//$FOCUSED/In line")
+        ctx.item_click("//$FOCUSED/Centre")
         ctx.yield_(2)
 
     chooser = Chooser()
