@@ -21,18 +21,11 @@ RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 def significant(value: float, digits: int = 6, signed: bool = False) -> str:
     """A number with at most `digits` significant digits: 0.0213, 2.5, 4900, 1.5×10⁻⁸.
 
-    Parameters
-    ----------
-    value : float
-        Any number, in the unit that the text after it names; inf is "∞", nan is "nan".
-    digits : int
-        Significant digits, at least 1; zeros at the end of decimals are left out.
-    signed : bool
-        Whether a positive number has a plus sign.
-
-    Returns
-    -------
-    str
+    Args:
+        value: Any number, in the unit that the text after it names; inf is "∞", nan is "nan".
+        digits: Significant digits, at least 1; zeros at the end of decimals are left out.
+        signed: Whether a positive number has a plus sign.
+    Returns:
         The text, with a hyphen as its minus sign.
     """
     value = float(value)
@@ -53,20 +46,12 @@ def significant(value: float, digits: int = 6, signed: bool = False) -> str:
 def fixed(value: float, decimals: int, signed: bool = False, grouped: bool = False) -> str:
     """A number with so many decimals, as in a column: 0.000, 12.50, 1,250.0.
 
-    Parameters
-    ----------
-    value : float
-        Any number; inf is "∞", nan is "nan".
-    decimals : int
-        Digits behind the point.
-    signed : bool
-        Whether a number that is not rounded to zero has a plus sign.
-    grouped : bool
-        Whether commas separate the thousands.
-
-    Returns
-    -------
-    str
+    Args:
+        value: Any number; inf is "∞", nan is "nan".
+        decimals: Digits behind the point.
+        signed: Whether a number that is not rounded to zero has a plus sign.
+        grouped: Whether commas separate the thousands.
+    Returns:
         The text, with a hyphen as its minus sign; a number that rounds to zero has no sign.
     """
     value = float(value)
@@ -82,18 +67,11 @@ def fixed(value: float, decimals: int, signed: bool = False, grouped: bool = Fal
 def f_number_text(value: float | None, decimals: int | None = None, sign: str = "f/") -> str:
     """An f-number as engraved on lenses: f/0.95, f/2, f/2.8, f/11; "none" where there is none.
 
-    Parameters
-    ----------
-    value : float or None
-        The f-number; inf is "f/∞"; None, nan, 0 and a negative number are none.
-    decimals : int or None
-        Digits behind the point; None for those of an engraving.
-    sign : str
-        Before the number: "T/" for a T-number.
-
-    Returns
-    -------
-    str
+    Args:
+        value: The f-number; inf is "f/∞"; None, nan, 0 and a negative number are none.
+        decimals: Digits behind the point; None for those of an engraving.
+        sign: Before the number: "T/" for a T-number.
+    Returns:
         The text.
     """
     if value is None or isnan(value) or value <= 0.0:

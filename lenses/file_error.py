@@ -16,14 +16,10 @@ from lensbench.core.text import cut, escaped, excerpt
 class LensFileError(ValueError):
     """A lens file that holds no lens or cannot be written, or an unknown lens name.
 
-    Parameters
-    ----------
-    path : str or path
-        The file, or the name.
-    line : int or None
-        Line from 1; None: the whole file.
-    reason : str
-        What is wrong and what to do, in one sentence.
+    Args:
+        path: The file, or the name.
+        line: Line from 1; None: the whole file.
+        reason: What is wrong and what to do, in one sentence.
     """
 
     def __init__(self, path: str | PathLike[str], line: int | None, reason: str):

@@ -25,27 +25,17 @@ LARGEST_FILE = 1_000_000    # bytes; the longest known prescriptions have a hund
 def load(name_or_path: str | os.PathLike[str], zoom: float | None = None, close: float | None = None) -> Lens:
     """The lens of a library name, or of a file in the format of its suffix.
 
-    Parameters
-    ----------
-    name_or_path : str or path
-        A name of the library ("pbrt-dgauss-50mm") or the path of a file.
-    zoom : float, optional
-        Zoom position from 0 (wide) to 1 (tele); by default the one of the file, which is 0.
-    close : float, optional
-        Position of the focus groups from 0 (infinity) to 1 (nearest); by default the one of the file, which is 0.
-
-    Returns
-    -------
-    Lens
-        Lengths in mm; a file of another unit is converted. It keeps its other positions, see
-        `Lens.at`; its `findings` say what had to be assumed to read the file.
-
-    Raises
-    ------
-    LensFileError
-        The name is unknown, or the file holds no lens; it names the line.
-    LensError
-        The lens has no such position.
+    Args:
+        name_or_path: A name of the library ("pbrt-dgauss-50mm") or the path of a file.
+        zoom: Zoom position from 0 (wide) to 1 (tele); by default the one of the file, which is 0.
+        close: Position of the focus groups from 0 (infinity) to 1 (nearest); by default the one of the file, which is
+            0.
+    Returns:
+        Lengths in mm; a file of another unit is converted. It keeps its other positions, see `Lens.at`; its `findings`
+            say what had to be assumed to read the file.
+    Raises:
+        LensFileError: The name is unknown, or the file holds no lens; it names the line.
+        LensError: The lens has no such position.
     """
     path = _path(name_or_path)
     content = _content(path)
@@ -59,20 +49,12 @@ def load(name_or_path: str | os.PathLike[str], zoom: float | None = None, close:
 def load_document(name_or_path: str | os.PathLike[str]) -> "LensDocument":
     """The lens of a library name or of a file, as `load`, with the comments, solves and pickups of a .toml file.
 
-    Parameters
-    ----------
-    name_or_path : str or path
-        As of `load`.
-
-    Returns
-    -------
-    LensDocument
+    Args:
+        name_or_path: As of `load`.
+    Returns:
         As it is in the file: nothing is solved anew. `save` writes it again.
-
-    Raises
-    ------
-    LensFileError
-        The name is unknown, or the file holds no lens; it names the line.
+    Raises:
+        LensFileError: The name is unknown, or the file holds no lens; it names the line.
     """
     from lensbench.lenses.editing.document import LensDocument
     from lensbench.lenses.editing.document_text import from_text
@@ -110,22 +92,13 @@ def save(lens: "Lens | LensDocument", path: str | os.PathLike[str]) -> tuple[Fin
     The file is written beside its place and then moved there: an old one survives whatever goes wrong. A picture in the
     stop is kept as a file in the same folder, which a .toml file names; it is copied there if it lies elsewhere.
 
-    Parameters
-    ----------
-    lens : Lens or LensDocument
-        The lens to write; a document with its comments, solves and pickups, which .toml holds.
-    path : str or path
-        The file; its suffix, one of `WRITERS`, says the format.
-
-    Returns
-    -------
-    tuple of Finding
+    Args:
+        lens: The lens to write; a document with its comments, solves and pickups, which .toml holds.
+        path: The file; its suffix, one of `WRITERS`, says the format.
+    Returns:
         What the format could not hold; a WARNING where what is written is another lens.
-
-    Raises
-    ------
-    LensFileError
-        No format with this suffix can be written, or the place cannot; or the file would not open again.
+    Raises:
+        LensFileError: No format with this suffix can be written, or the place cannot; or the file would not open again.
     """
     from lensbench.lenses.editing.document import LensDocument
     from lensbench.lenses.editing.document_text import lost_edits, to_text

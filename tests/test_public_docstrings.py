@@ -1,11 +1,10 @@
-"""Docstrings of all that `lb` and `lenses` offer: arguments, returns, raises; as numpydoc, of methods also in prose."""
+"""Docstrings of all that `lb` and `lenses` offer: arguments, returns, raises; in sections, of methods also in prose."""
 
 import ast
 import enum
 import inspect
 import re
 import textwrap
-from itertools import pairwise
 
 import pytest
 
@@ -19,26 +18,25 @@ CONTRACTS = {"lensbench.core.scenery.objects": Shape, **dict.fromkeys((
     f"lensbench.core.cameras.{part}" for part in ("camera_stages", "ray_generation", "film_projection")), Camera)}
 
 
+TITLE = re.compile("(Args|Attributes|Returns|Yields|Raises|References|Examples|Notes):")
+
+
 def sections(text):
     """Lines of each section by its title; "" for the text before the first."""
     found, title = {"": []}, ""
-    lines = inspect.cleandoc(text or "").splitlines()
-    for line, below in pairwise([*lines, ""]):
-        if line and re.fullmatch("-{3,}", below) and len(below) == len(line):
-            found[title := line] = []
-        elif not re.fullmatch("-{3,}", line):
+    for line in inspect.cleandoc(text or "").splitlines():
+        if begins := TITLE.fullmatch(line):
+            found[title := begins[1]] = []
+        else:
             found[title].append(line)
     return found
 
 
 def described(found):
-    """Names that have a description below them, of parameters and attributes."""
-    names = set()
-    for title in ("Parameters", "Attributes"):
-        for line, below in pairwise([*found.get(title, []), ""]):
-            if line and not line[0].isspace() and re.match(r" +\S", below):
-                names |= {name.strip(" *") for name in line.split(":")[0].split(",")}
-    return names
+    """Names that have a description behind them, of arguments and attributes."""
+    lines = found.get("Args", []) + found.get("Attributes", [])
+    entries = [re.match(r" {4}(\S[^:]*): +\S", line) for line in lines]
+    return {name.strip(" *") for entry in entries if entry for name in entry[1].split(",")}
 
 
 def raises(function):
@@ -145,12 +143,12 @@ def test_every_public_function_and_method_says_what_it_takes_returns_and_raises(
     assert sorted({f"{name}: {fault}" for name, fault in faults()}) == []
 
 
-GIVEN = "Sum.\n\n    Parameters\n    ----------\n    a"
+GIVEN = "Sum.\n\n    Args:\n        a"
 
 
 @pytest.mark.parametrize(("text", "left"), [
-    (f"{GIVEN}, b : float\n        mm.\n\n    Returns\n    -------\n    float\n", []),
-    (f"{GIVEN} : float\n        mm.\n    b : float\n", ["no description of b", "no section Returns"]),
+    (f"{GIVEN}, b: mm.\n    Returns:\n        mm.\n", []),
+    (f"{GIVEN}: mm.\n        b:\n", ["no description of b", "no section Returns"]),
     ("Sum of a and b.", ["no description of a", "no description of b", "no section Returns"])])
 def test_the_check_of_docstrings_finds_what_is_left_out(text, left):
     def add(a, b) -> float:

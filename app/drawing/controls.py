@@ -170,20 +170,13 @@ def drop_list(label: str, text: str, tooltip: str, content: Callable[[], None], 
               colour: theme.Colour | None = None) -> None:
     """A closed list that shows `text`, with a small angle instead of a button.
 
-    Parameters
-    ----------
-    label : str
-        Its name, which is not shown.
-    text : str
-        The value, cut to the width.
-    tooltip : str
-        Shown while the list is closed.
-    content : callable
-        Draws the open list.
-    width : float
-        Pixels; 0 for the rest of the line.
-    colour : colour of the theme, optional
-        Of the text, where it is not the usual one.
+    Args:
+        label: Its name, which is not shown.
+        text: The value, cut to the width.
+        tooltip: Shown while the list is closed.
+        content: Draws the open list.
+        width: Pixels; 0 for the rest of the line.
+        colour: Of the text, where it is not the usual one.
     """
     corner = imgui.get_cursor_screen_pos()
     width = width or imgui.get_content_region_avail().x

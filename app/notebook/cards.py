@@ -32,20 +32,12 @@ def section(lens: lb.Lens, film_distance: float | None = None, film_height: floa
             focus_distance: float = math.inf) -> str:
     """Section of a lens as SVG: glass, stop, film and the rays of an axial object point.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens as it stands.
-    film_distance : float or None
-        Last vertex to film (mm); None: the paraxial focus, or no film where there is none.
-    film_height : float
-        Half of the film's diagonal (mm).
-    focus_distance : float
-        From the film to the object point on the axis (mm).
-
-    Returns
-    -------
-    str
+    Args:
+        lens: The lens as it stands.
+        film_distance: Last vertex to film (mm); None: the paraxial focus, or no film where there is none.
+        film_height: Half of the film's diagonal (mm).
+        focus_distance: From the film to the object point on the axis (mm).
+    Returns:
         An element `svg`, upright, the scene on the left.
     """
     curves = surface_curves(lens)
@@ -184,10 +176,8 @@ class Page:
     def save(self, path: str | Path) -> None:
         """Write the page to an HTML file that stands alone.
 
-        Parameters
-        ----------
-        path : str or path
-            Of the file.
+        Args:
+            path: Of the file.
         """
         Path(path).write_text(f'<!doctype html><meta charset="utf-8"><title>lensbench</title>{self.html}',
                               encoding="utf-8")
@@ -196,27 +186,16 @@ class Page:
 def show(*things: Any, exposure: float = 0.0, tone: str = "filmic", open_browser: bool | None = None) -> Page:
     """Show lenses, cameras, scenes and pictures side by side.
 
-    Parameters
-    ----------
-    *things : Lens, Camera, Scene, array or str
-        Lenses and cameras as a section with figures, scenes as a small picture with figures, pictures (h, w, 3)
-        developed, text as a caption.
-    exposure : float
-        Stops, for the pictures in linear light.
-    tone : str
-        "none", "filmic" or "agx", for these.
-    open_browser : bool or None
-        Whether the page opens in the web browser; None: not in a notebook, which shows the page itself.
-
-    Returns
-    -------
-    Page
+    Args:
+        *things: Lenses and cameras as a section with figures, scenes as a small picture with figures, pictures (h, w,
+            3) developed, text as a caption.
+        exposure: Stops, for the pictures in linear light.
+        tone: "none", "filmic" or "agx", for these.
+        open_browser: Whether the page opens in the web browser; None: not in a notebook, which shows the page itself.
+    Returns:
         With `html` and `save(path)`.
-
-    Raises
-    ------
-    TypeError
-        For things of other kinds.
+    Raises:
+        TypeError: For things of other kinds.
     """
     if not things:
         raise TypeError("show what? Give a lens, a camera, a scene or a picture")

@@ -19,13 +19,10 @@ DEVELOPED = "raw"               # tone of values that are screen codes
 class Picture(np.ndarray):
     """Picture that a notebook shows as it looks on the screen; an array like any other.
 
-    Parameters
-    ----------
-    values : (h, w, 3) array
-        Red, green and blue. The picture is a view of it, not a copy.
-    tone : str
-        Tone curve with which it is shown: "filmic" for linear light; "raw" for a picture that is developed. It stays as
-        the attribute `tone`.
+    Args:
+        values: (h, w, 3) array. Red, green and blue. The picture is a view of it, not a copy.
+        tone: Tone curve with which it is shown: "filmic" for linear light; "raw" for a picture that is developed. It
+            stays as the attribute `tone`.
     """
 
     tone: str
@@ -57,24 +54,14 @@ class Picture(np.ndarray):
 def develop(image, exposure: float = 0.0, tone: str = "filmic") -> Picture:
     """Developed picture: exposure, a tone curve and sRGB, as in the window.
 
-    Parameters
-    ----------
-    image : (h, w, 3) array
-        Linear light, as `render` returns it. NaN becomes black.
-    exposure : float
-        Stops; +1 doubles the light.
-    tone : str
-        "none", "filmic" or "agx".
-
-    Returns
-    -------
-    Picture
+    Args:
+        image: (h, w, 3) array. Linear light, as `render` returns it. NaN becomes black.
+        exposure: Stops; +1 doubles the light.
+        tone: "none", "filmic" or "agx".
+    Returns:
         (h, w, 3) sRGB values in [0, 1], float64.
-
-    Raises
-    ------
-    ValueError
-        For an array of another shape, an exposure that is not finite or an unknown tone curve.
+    Raises:
+        ValueError: For an array of another shape, an exposure that is not finite or an unknown tone curve.
     """
     return Picture(_developed(checked(image), exposure, tone), DEVELOPED)
 
@@ -82,25 +69,16 @@ def develop(image, exposure: float = 0.0, tone: str = "filmic") -> Picture:
 def save(image, path: str | os.PathLike[str], exposure: float = 0.0, tone: str = "filmic", bits: int = 8) -> None:
     """Write a picture to a file; an older file is replaced when the new one is complete.
 
-    Parameters
-    ----------
-    image : (h, w, 3) array
-        Linear light, as `render` returns it, or what `develop` returns.
-    path : str or path
-        ".png" and ".ppm" hold the developed picture, ".exr" and ".pfm" linear light.
-    exposure : float
-        Stops; for developed pictures only.
-    tone : str
-        "none", "filmic" or "agx"; for developed pictures only.
-    bits : int
-        8 or 16, of a PNG or PPM.
-
-    Raises
-    ------
-    ExportError
-        For another suffix or depth, errors of the disk, and a developed picture in a format of linear light.
-    ValueError
-        As `develop`.
+    Args:
+        image: (h, w, 3) array. Linear light, as `render` returns it, or what `develop` returns.
+        path: ".png" and ".ppm" hold the developed picture, ".exr" and ".pfm" linear light.
+        exposure: Stops; for developed pictures only.
+        tone: "none", "filmic" or "agx"; for developed pictures only.
+        bits: 8 or 16, of a PNG or PPM.
+    Raises:
+        ExportError: For another suffix or depth, errors of the disk, and a developed picture in a format of linear
+            light.
+        ValueError: As `develop`.
     """
     picture, path = checked(image), Path(path)
     linear = path.suffix.lower() in LINEAR_SUFFIXES

@@ -82,41 +82,27 @@ def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str 
            progress: bool | Callable[[float], object] | None = None, flare: "lb.Flare | None" = None) -> Picture:
     """Picture of a scene.
 
-    Parameters
-    ----------
-    camera : Camera or str
-        Any camera; a LensCamera of the model "auto" takes the model that the scene needs. The name of a lens or the
-        path of its file means that lens as `lensbench render` takes it: wide open, on its own film, in front of the
-        scene's subject.
-    scene : Scene or str
-        The scene, world frame, mm; or the name of a built-in scene or the path of a scene file.
-    samples : int
-        Samples per pixel, at least 1.
-    seed : int
-        Sampler seed.
-    threads : int or None
-        Number of threads; None: one for each core. The picture is the same, bit for bit, for any number.
-    progress : bool, callable or None
-        Whether a progress bar is shown; None: in a notebook, for a picture that takes more than a second. A function
-        receives the part that is done, 0 to 1, between passes over the picture.
-    flare : Flare or None
-        Ghosts and stars of the sun and of small lights, such as `lb.Flare("single-layer", stars=1.0)`; None: none.
-
-    Returns
-    -------
-    Picture
+    Args:
+        camera: Any camera; a LensCamera of the model "auto" takes the model that the scene needs. The name of a lens or
+            the path of its file means that lens as `lensbench render` takes it: wide open, on its own film, in front of
+            the scene's subject.
+        scene: The scene, world frame, mm; or the name of a built-in scene or the path of a scene file.
+        samples: Samples per pixel, at least 1.
+        seed: Sampler seed.
+        threads: Number of threads; None: one for each core. The picture is the same, bit for bit, for any number.
+        progress: Whether a progress bar is shown; None: in a notebook, for a picture that takes more than a second. A
+            function receives the part that is done, 0 to 1, between passes over the picture.
+        flare: Ghosts and stars of the sun and of small lights, such as `lb.Flare("single-layer", stars=1.0)`; None:
+            none.
+    Returns:
         float32 (h, w, 3), linear RGB, the top row first: an array that a notebook shows developed.
-
-    Raises
-    ------
-    ValueError
-        For fewer than one sample, and for ghosts of a camera or scene that can have none.
-    TypeError
-        For a number of samples that is not whole; for what is neither a camera nor the name of a lens, or neither a
-        scene nor the name of one; and for the name of a lens with a scene that has no name, in which its place is not
-        known.
-    LensFileError, SceneFileError, CameraError
-        Names and files that are not found or cannot be read; cameras that cannot be rendered.
+    Raises:
+        ValueError: For fewer than one sample, and for ghosts of a camera or scene that can have none.
+        TypeError: For a number of samples that is not whole; for what is neither a camera nor the name of a lens, or
+            neither a scene nor the name of one; and for the name of a lens with a scene that has no name, in which its
+            place is not known.
+        LensFileError, SceneFileError, CameraError: Names and files that are not found or cannot be read; cameras that
+            cannot be rendered.
     """
     if not isinstance(samples, Integral):
         raise TypeError(f"{samples!r} samples a pixel: it must be a whole number")
@@ -168,18 +154,9 @@ def _kind(value: Any) -> str:
 def load_scene(name_or_path: str | os.PathLike[str]) -> "lb.Scene":
     """Scene of a name or of a file.
 
-    Parameters
-    ----------
-    name_or_path : str or path
-        A name of `SCENES`, or the path of a scene file (TOML).
-
-    Returns
-    -------
-    Scene
-
-    Raises
-    ------
-    SceneFileError
-        An unknown name, or a file that cannot be read; it describes the fault in one line.
+    Args:
+        name_or_path: A name of `SCENES`, or the path of a scene file (TOML).
+    Raises:
+        SceneFileError: An unknown name, or a file that cannot be read; it describes the fault in one line.
     """
     return find_scene(os.fspath(name_or_path))

@@ -4,9 +4,8 @@ Lengths in mm, angles in radians, lens frame. Seidel sums are Welford's S_I to S
 his C_L and C_T. Of an aspheric surface the conic, the r² term (curvature) and the r⁴ term contribute; higher terms do
 not. An r³ term is refused: its aberration is of the second order, for which there is no sum.
 
-References
-----------
-Welford, "Aberrations of Optical Systems": ch. 8 and 10 (sums), ch. 9 (Coddington's equations).
+References:
+    Welford, "Aberrations of Optical Systems": ch. 8 and 10 (sums), ch. 9 (Coddington's equations).
 """
 
 from dataclasses import dataclass
@@ -33,14 +32,11 @@ _ENDS = {Fate.MISSED: "miss", Fate.CLIPPED: "meet the rim of", Fate.TOTAL_REFLEC
 class Seidel:
     """Third-order aberrations of a lens, from `seidel`.
 
-    Parameters
-    ----------
-    surfaces
-        (n, 5) S_I … S_V of each surface, mm.
-    axial_colour, lateral_colour
-        (n,) C_L and C_T of each surface, mm, the shorter wavelength less the longer; None without two wavelengths.
-    invariant
-        Lagrange's invariant n (ū y − u ȳ), mm.
+    Args:
+        surfaces: (n, 5) S_I … S_V of each surface, mm.
+        axial_colour, lateral_colour: (n,) C_L and C_T of each surface, mm, the shorter wavelength less the longer; None
+            without two wavelengths.
+        invariant: Lagrange's invariant n (ū y − u ȳ), mm.
     """
 
     surfaces: np.ndarray
@@ -58,16 +54,11 @@ class Seidel:
 class ChiefRay:
     """A real ray through the middle of the stop, from `chief_ray`.
 
-    Parameters
-    ----------
-    field_angle
-        Angle from the axis in the scene, radians.
-    pupil_z
-        z at which the ray crosses the axis in the scene, the real entrance pupil; mm, lens frame.
-    points
-        (n, 3) points on the surfaces, mm, lens frame.
-    direction
-        (3,) unit direction after the lens, lens frame.
+    Args:
+        field_angle: Angle from the axis in the scene, radians.
+        pupil_z: z at which the ray crosses the axis in the scene, the real entrance pupil; mm, lens frame.
+        points: (n, 3) points on the surfaces, mm, lens frame.
+        direction: (3,) unit direction after the lens, lens frame.
     """
 
     field_angle: float
@@ -80,24 +71,16 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
            colour: tuple[float, float] | None = None) -> Seidel:
     """Seidel sums for an object at infinity (Welford, ch. 8 and 10).
 
-    Parameters
-    ----------
-    lens
-        Rotationally symmetric lens.
-    field_angle
-        Angle of the object from the axis, radians, below π/2.
-    pupil_radius
-        Radius of the entrance pupil, mm; None: the paraxial image of the stop.
-    wavelength
-        µm.
-    colour
-        Two wavelengths, µm, the shorter first, such as (lb.F_LINE, lb.C_LINE), for C_L and C_T; None: without colour.
-
-    Raises
-    ------
-    LensError
-        For a lens with a cylinder, a toroid or an r³ term, an entrance pupil at infinity, angles from 90° on, and a
-        pupil radius that is not positive.
+    Args:
+        lens: Rotationally symmetric lens.
+        field_angle: Angle of the object from the axis, radians, below π/2.
+        pupil_radius: Radius of the entrance pupil, mm; None: the paraxial image of the stop.
+        wavelength: µm.
+        colour: Two wavelengths, µm, the shorter first, such as (lb.F_LINE, lb.C_LINE), for C_L and C_T; None: without
+            colour.
+    Raises:
+        LensError: For a lens with a cylinder, a toroid or an r³ term, an entrance pupil at infinity, angles from 90°
+            on, and a pupil radius that is not positive.
     """
     check_symmetry(lens)
     if not abs(field_angle) < 0.5 * pi:
@@ -149,22 +132,15 @@ def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: 
     It lies in the plane y–z and rises towards the film with a positive angle. The search traces from the stop
     outwards, so that the ray is exact to the rounding of its angle.
 
-    Parameters
-    ----------
-    lens
-        Rotationally symmetric lens.
-    field_angle
-        Angle of the object from the axis, radians; its size below π, beyond π/2 where the lens sees that far.
-    wavelength
-        µm.
-    clip
-        Whether the rims of the surfaces end the ray.
-
-    Raises
-    ------
-    LensError
-        For a lens with a cylinder or toroid, an entrance pupil at infinity, and where no ray passes: the message
-        names the surface that ends the field and the angle at which it does.
+    Args:
+        lens: Rotationally symmetric lens.
+        field_angle: Angle of the object from the axis, radians; its size below π, beyond π/2 where the lens sees that
+            far.
+        wavelength: µm.
+        clip: Whether the rims of the surfaces end the ray.
+    Raises:
+        LensError: For a lens with a cylinder or toroid, an entrance pupil at infinity, and where no ray passes: the
+            message names the surface that ends the field and the angle at which it does.
     """
     check_symmetry(lens)
     if not abs(field_angle) < pi:
@@ -186,24 +162,14 @@ def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: 
 def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) -> tuple[float, float]:
     """Tangential and sagittal foci along the chief ray of an object at infinity (Welford, ch. 9).
 
-    Parameters
-    ----------
-    lens
-        Rotationally symmetric lens.
-    field_angle
-        Angle of the object from the axis, radians.
-    wavelength
-        µm.
-
-    Returns
-    -------
-    tuple of float
+    Args:
+        lens: Rotationally symmetric lens.
+        field_angle: Angle of the object from the axis, radians.
+        wavelength: µm.
+    Returns:
         z of the tangential and of the sagittal focus, mm, lens frame; inf where the rays leave parallel.
-
-    Raises
-    ------
-    LensError
-        As `chief_ray`.
+    Raises:
+        LensError: As `chief_ray`.
     """
     ray = chief_ray(lens, field_angle, wavelength)
     start = np.array([[0.0, sin(field_angle), cos(field_angle)]])

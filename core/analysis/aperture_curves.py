@@ -42,22 +42,16 @@ _Beam = tuple[float, float, Callable[[float, np.ndarray], np.ndarray]]
 class FocusShift:
     """Best focus on the axis against the aperture, from `focus_shift`.
 
-    Parameters
-    ----------
-    f_numbers
-        (n,) f-numbers, the widest first.
-    least_blur
-        (n,) place of least rms blur, mm behind the film; all wavelengths with their weights.
-    best_mtf
-        (n,) place of the highest white MTF at `frequency`, mm behind the film; NaN where none was found near it.
-    paraxial
-        The paraxial focus, the limit of small stops, in the mean of the wavelengths, mm behind the film.
-    frequency
-        Cycles/mm.
-    depth
-        (n,) how far the film may lie from the best place, so that a point of even light becomes the blur `limit`, mm.
-    limit
-        Diameter of that blur, mm.
+    Args:
+        f_numbers: (n,) f-numbers, the widest first.
+        least_blur: (n,) place of least rms blur, mm behind the film; all wavelengths with their weights.
+        best_mtf: (n,) place of the highest white MTF at `frequency`, mm behind the film; NaN where none was found near
+            it.
+        paraxial: The paraxial focus, the limit of small stops, in the mean of the wavelengths, mm behind the film.
+        frequency: Cycles/mm.
+        depth: (n,) how far the film may lie from the best place, so that a point of even light becomes the blur
+            `limit`, mm.
+        limit: Diameter of that blur, mm.
     """
 
     f_numbers: np.ndarray
@@ -78,18 +72,12 @@ class FocusShift:
 class Breathing:
     """Field of view against the focus distance, from `breathing`; NaN where the lens cannot focus.
 
-    Parameters
-    ----------
-    distances
-        (n,) film → object, mm, the farthest first; inf is infinity.
-    half_angles
-        (n,) angle from the axis at which the chief ray of the film's corner leaves for the scene, rad.
-    focal_lengths
-        (n,) of the lens with its groups at that focus, mm; of the section y–z of a lens with cylinders.
-    magnifications
-        (n,) paraxial, of the plane in focus, positive; 0 at infinity; of the same section.
-    findings
-        Distances that the lens cannot be focused on, or at which no chief ray meets the film's corner.
+    Args:
+        distances: (n,) film → object, mm, the farthest first; inf is infinity.
+        half_angles: (n,) angle from the axis at which the chief ray of the film's corner leaves for the scene, rad.
+        focal_lengths: (n,) of the lens with its groups at that focus, mm; of the section y–z of a lens with cylinders.
+        magnifications: (n,) paraxial, of the plane in focus, positive; 0 at infinity; of the same section.
+        findings: Distances that the lens cannot be focused on, or at which no chief ray meets the film's corner.
     """
 
     distances: np.ndarray
@@ -109,26 +97,16 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
                 frequency: float = FREQUENCY, limit: float = 0.03) -> FocusShift:
     """The best focus on the axis as the lens is stopped down.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, wide open and focused.
-    film_distance : float
-        Last vertex → film, mm.
-    conditions : Conditions
-        Its wavelengths and object distance.
-    f_numbers : (n,) array_like or None
-        f-numbers in air at the d line, rising; None: half stops from the widest.
-    frequency : float
-        Cycles/mm at which the MTF chooses a focus.
-    limit : float
-        Diameter of the blur that counts as sharp, mm, for the depth of focus.
-
-    Raises
-    ------
-    LensError
-        For an afocal lens, f-numbers that the lens does not reach, a frequency or limit that is not positive, and as
-        `ray_grid`.
+    Args:
+        lens: The lens, wide open and focused.
+        film_distance: Last vertex → film, mm.
+        conditions: Its wavelengths and object distance.
+        f_numbers: (n,) array_like or None. f-numbers in air at the d line, rising; None: half stops from the widest.
+        frequency: Cycles/mm at which the MTF chooses a focus.
+        limit: Diameter of the blur that counts as sharp, mm, for the depth of focus.
+    Raises:
+        LensError: For an afocal lens, f-numbers that the lens does not reach, a frequency or limit that is not
+            positive, and as `ray_grid`.
     """
     widest = f_number_at_infinity(lens)
     if not widest < inf:
@@ -182,24 +160,15 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
               focusing: Lens | None = None) -> Breathing:
     """How the field of view changes with the focus distance.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens at its zoom setting.
-    film : Film
-        The film, whose corner bounds the view. Of a lens without rotational symmetry it is that at +x and +y.
-    distances : (n,) array_like or None
-        Film → object, mm; None: twelve from infinity to the nearest focus.
-    wavelength : float or None
-        µm, of the chief rays; None: the primary wavelength of the lens.
-    focusing : Lens or None
-        The lens with the indices that its film is focused for, such as those at the wavelength of its design in place
-        of those at the d line; None: `lens`.
-
-    Raises
-    ------
-    FocusError
-        Where the lens forms no real image.
+    Args:
+        lens: The lens at its zoom setting.
+        film: The film, whose corner bounds the view. Of a lens without rotational symmetry it is that at +x and +y.
+        distances: (n,) array_like or None. Film → object, mm; None: twelve from infinity to the nearest focus.
+        wavelength: µm, of the chief rays; None: the primary wavelength of the lens.
+        focusing: The lens with the indices that its film is focused for, such as those at the wavelength of its design
+            in place of those at the d line; None: `lens`.
+    Raises:
+        FocusError: Where the lens forms no real image.
     """
     line = lens.system.primary_wavelength if wavelength is None else wavelength
     if distances is None:
@@ -241,30 +210,18 @@ def relative_illumination(lens: Lens, film_distance: float, film: Film, f_number
                           wavelength: float = D_LINE) -> tuple[tuple[str, Falloff], ...]:
     """Falloff over the film at several apertures, each split into natural falloff and vignetting.
 
-    Parameters
-    ----------
-    lens : Lens
-        Rotationally symmetric lens, wide open and focused.
-    film_distance : float
-        Last vertex → film, mm.
-    film : Film
-        Its half-diagonal ends the curves.
-    f_numbers : sequence or None
-        f-numbers in air, at the d line; None: the widest, and one, two and three stops less.
-    points : int
-        Film radii.
-    wavelength : float
-        µm, of the light.
-
-    Returns
-    -------
-    tuple of (str, Falloff)
-        The aperture in words, and its falloff.
-
-    Raises
-    ------
-    LensError
-        For an afocal lens, fewer than 2 radii, and as `falloff` and `stopped_down`.
+    Args:
+        lens: Rotationally symmetric lens, wide open and focused.
+        film_distance: Last vertex → film, mm.
+        film: Its half-diagonal ends the curves.
+        f_numbers: sequence or None. f-numbers in air, at the d line; None: the widest, and one, two and three stops
+            less.
+        points: Film radii.
+        wavelength: µm, of the light.
+    Returns:
+        tuple of (str, Falloff). The aperture in words, and its falloff.
+    Raises:
+        LensError: For an afocal lens, fewer than 2 radii, and as `falloff` and `stopped_down`.
     """
     if points < 2:
         raise LensError(f"{points} film radii: at least 2 are needed")

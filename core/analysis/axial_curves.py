@@ -233,14 +233,10 @@ VIOLET, RED = 0.4, 0.7          # µm, ends of the visible spectrum
 class Longitudinal:
     """Where axial rays cross the axis, from `longitudinal_aberration`.
 
-    Parameters
-    ----------
-    conditions
-        As given.
-    heights
-        (K,) heights in the stop over its radius, 0 to 1; 0 is the paraxial limit.
-    foci
-        (C, K) crossing, mm behind the film; NaN for a ray that a rim ends.
+    Args:
+        conditions: As given.
+        heights: (K,) heights in the stop over its radius, 0 to 1; 0 is the paraxial limit.
+        foci: (C, K) crossing, mm behind the film; NaN for a ray that a rim ends.
     """
 
     conditions: Conditions
@@ -252,12 +248,9 @@ class Longitudinal:
 class FocalShift:
     """Paraxial focus against wavelength, from `chromatic_focal_shift`.
 
-    Parameters
-    ----------
-    wavelengths
-        (n,) µm.
-    foci
-        (n,) paraxial focus, mm behind the film; NaN where a glass is not known.
+    Args:
+        wavelengths: (n,) µm.
+        foci: (n,) paraxial focus, mm behind the film; NaN where a glass is not known.
     """
 
     wavelengths: np.ndarray
@@ -268,22 +261,14 @@ def longitudinal_aberration(lens: Lens, film_distance: float, conditions: Condit
                             points: int = HEIGHTS) -> Longitudinal:
     """Spherical aberration along the axis, in each wavelength.
 
-    Parameters
-    ----------
-    lens : Lens
-        Rotationally symmetric lens, focused.
-    film_distance : float
-        Last vertex → film, mm.
-    conditions : Conditions
-        Its wavelengths and object distance.
-    points : int
-        Heights, at least 2.
-
-    Raises
-    ------
-    LensError
-        For a lens without rotational symmetry, fewer than 2 heights, where no ray off the axis passes, and as
-        `ray_grid`.
+    Args:
+        lens: Rotationally symmetric lens, focused.
+        film_distance: Last vertex → film, mm.
+        conditions: Its wavelengths and object distance.
+        points: Heights, at least 2.
+    Raises:
+        LensError: For a lens without rotational symmetry, fewer than 2 heights, where no ray off the axis passes, and
+            as `ray_grid`.
     """
     check_symmetry(lens)
     if points < 2:
@@ -302,21 +287,13 @@ def chromatic_focal_shift(lens: Lens, film_distance: float, conditions: Conditio
                           points: int = COLOURS) -> FocalShift:
     """The paraxial focus against wavelength, over the visible spectrum and the wavelengths of the conditions.
 
-    Parameters
-    ----------
-    lens : Lens
-        Focused lens; of a cylinder or toroid the section y–z counts.
-    film_distance : float
-        Last vertex → film, mm.
-    conditions : Conditions
-        Its wavelengths and object distance.
-    points : int
-        Wavelengths, at least 2.
-
-    Raises
-    ------
-    LensError
-        For fewer than 2 wavelengths.
+    Args:
+        lens: Focused lens; of a cylinder or toroid the section y–z counts.
+        film_distance: Last vertex → film, mm.
+        conditions: Its wavelengths and object distance.
+        points: Wavelengths, at least 2.
+    Raises:
+        LensError: For fewer than 2 wavelengths.
     """
     if points < 2:
         raise LensError(f"{points} wavelengths: at least 2 are needed")

@@ -5,9 +5,8 @@ of an even number of blades share their rays: n blades draw n rays if n is even,
 their rays; a round stop has none. The pupil is a polygon in direction cosines from the film point; its Fourier
 transform is a sum over the edges. Aberrations are neglected. Many wavelengths are added.
 
-References
-----------
-Lee and Mittra, IEEE Trans. Antennas Propag. 31 (1983): the Fourier transform of a polygon.
+References:
+    Lee and Mittra, IEEE Trans. Antennas Propag. 31 (1983): the Fourier transform of a polygon.
 """
 
 from dataclasses import dataclass
@@ -38,18 +37,13 @@ APART = 0.35            # of the way between rays of the most blades, over which
 class Sunstar:
     """Light about a small bright one, from `sunstar`.
 
-    Parameters
-    ----------
-    radii
-        (R,) distance from the light on the film, mm, evenly spaced in their logarithm.
-    azimuths
-        (A,) direction from the light on the film, rad, from +x towards +y of the lens frame, over a whole turn.
-    density
-        (R, A) part of the light per mm².
-    airy_radius
-        First dark ring of a round pupil of this area at 0.55 µm, mm.
-    outline
-        (m, 2) the open pupil in direction cosines from the film point.
+    Args:
+        radii: (R,) distance from the light on the film, mm, evenly spaced in their logarithm.
+        azimuths: (A,) direction from the light on the film, rad, from +x towards +y of the lens frame, over a whole
+            turn.
+        density: (R, A) part of the light per mm².
+        airy_radius: First dark ring of a round pupil of this area at 0.55 µm, mm.
+        outline: (m, 2) the open pupil in direction cosines from the film point.
     """
 
     radii: np.ndarray
@@ -80,26 +74,16 @@ def sunstar(lens: Lens, film_distance: float, film_xy=(0.0, 0.0), radii=None, az
             colours: int = COLOURS) -> Sunstar:
     """The star about the image of a small bright light.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, stopped down and focused, with its blades.
-    film_distance : float
-        Last vertex → film, mm.
-    film_xy : (2,) array_like
-        Where the light's image lies on the film, mm, lens frame.
-    radii : (R,) array_like or None
-        Distances from the image, mm; None: from 15 to 150 Airy radii.
-    azimuths : int
-        Directions over the whole turn: an even number of at least 48.
-    colours : int
-        Wavelengths of white light, evenly from 0.42 to 0.68 µm.
-
-    Raises
-    ------
-    LensError
-        For another number of azimuths or colours, radii that are not positive, a film point that no light reaches, and
-        as `open_region`.
+    Args:
+        lens: The lens, stopped down and focused, with its blades.
+        film_distance: Last vertex → film, mm.
+        film_xy: (2,) array_like. Where the light's image lies on the film, mm, lens frame.
+        radii: (R,) array_like or None. Distances from the image, mm; None: from 15 to 150 Airy radii.
+        azimuths: Directions over the whole turn: an even number of at least 48.
+        colours: Wavelengths of white light, evenly from 0.42 to 0.68 µm.
+    Raises:
+        LensError: For another number of azimuths or colours, radii that are not positive, a film point that no light
+            reaches, and as `open_region`.
     """
     if azimuths < 48 or azimuths % 2 or colours < 1:
         raise LensError("a sunstar needs an even number of azimuths, at least 48, and a wavelength")

@@ -125,24 +125,17 @@ PUPIL = 16
 class FieldDepth:
     """Depth of field at F fields, from `field_depth`; NaN for a dark field and one that is sharp at no distance.
 
-    Parameters
-    ----------
-    heights
-        (F,) distance of the fields from the film's centre, mm.
-    near, far
-        (F,) nearest and farthest object plane → first vertex that is blurred by the limit at most, mm; far may be inf.
-        NaN where it lies beyond the range that was traced.
-    best, least
-        (F,) object distance of the least blur (inf at infinity), and that blur, mm. best: NaN where it lies beyond the
-        range that was traced; least is then the least of the traced ones.
-    limit
-        Greatest blur that counts as sharp, mm.
-    distances
-        (D,) object distances that were traced, the nearest first, mm.
-    blur
-        (D, F) blur of each, mm.
-    findings
-        Fields that are sharp nowhere, those whose least blur lies beyond the traced range, and those of the rays.
+    Args:
+        heights: (F,) distance of the fields from the film's centre, mm.
+        near, far: (F,) nearest and farthest object plane → first vertex that is blurred by the limit at most, mm; far
+            may be inf. NaN where it lies beyond the range that was traced.
+        best, least: (F,) object distance of the least blur (inf at infinity), and that blur, mm. best: NaN where it
+            lies beyond the range that was traced; least is then the least of the traced ones.
+        limit: Greatest blur that counts as sharp, mm.
+        distances: (D,) object distances that were traced, the nearest first, mm.
+        blur: (D, F) blur of each, mm.
+        findings: Fields that are sharp nowhere, those whose least blur lies beyond the traced range, and those of the
+            rays.
     """
 
     heights: np.ndarray
@@ -160,23 +153,15 @@ def field_depth(lens: Lens, film_distance: float, conditions: Conditions, limit:
                 pupil: int = PUPIL) -> FieldDepth:
     """Near and far limit of the depth of field at each field of a lens.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, stopped down and focused.
-    film_distance : float
-        Last vertex → film, mm.
-    conditions : Conditions
-        Fields, as places of the film (REAL_IMAGE_HEIGHT), wavelengths, and the distance of the plane in focus.
-    limit : float
-        Diameter of the blur that counts as sharp, mm.
-    pupil : int
-        Points across the pupil.
-
-    Raises
-    ------
-    LensError
-        For a limit that is not positive, other kinds of field, and as `ray_grid` at the plane in focus.
+    Args:
+        lens: The lens, stopped down and focused.
+        film_distance: Last vertex → film, mm.
+        conditions: Fields, as places of the film (REAL_IMAGE_HEIGHT), wavelengths, and the distance of the plane in
+            focus.
+        limit: Diameter of the blur that counts as sharp, mm.
+        pupil: Points across the pupil.
+    Raises:
+        LensError: For a limit that is not positive, other kinds of field, and as `ray_grid` at the plane in focus.
     """
     if not 0.0 < limit < inf:
         raise LensError(f"limit {significant(limit)} mm of the blur: it must be a positive length")

@@ -32,18 +32,12 @@ CLOSE = 1e-3            # tangent of an object point that counts as close to the
 class Distortion:
     """Distortion at n film radii, from `distortion`; NaN where no light falls.
 
-    Parameters
-    ----------
-    projection
-        The ideal projection, "rectilinear" or one of a FisheyeCamera's.
-    focal_length
-        Scale of the projection, mm.
-    radii
-        (n,) film radii, mm.
-    angles
-        (n,) angles from the axis at which the chief rays leave for the scene, radians.
-    ideal
-        (n,) ideal film radii of the same object points, mm.
+    Args:
+        projection: The ideal projection, "rectilinear" or one of a FisheyeCamera's.
+        focal_length: Scale of the projection, mm.
+        radii: (n,) film radii, mm.
+        angles: (n,) angles from the axis at which the chief rays leave for the scene, radians.
+        ideal: (n,) ideal film radii of the same object points, mm.
     """
 
     projection: str
@@ -91,24 +85,15 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
                wavelength: float = D_LINE) -> Distortion:
     """The distortion of a lens.
 
-    Parameters
-    ----------
-    lens
-        The lens.
-    film_distance
-        From the last vertex to the film, mm. Objects lie where the film is focused, at infinity where the film is
-        nearer to the lens than the rear focus.
-    film_radii
-        (n,) film radii, mm.
-    projection
-        "rectilinear", one of a FisheyeCamera's, or "best": the one of these with the least rms error.
-    wavelength
-        µm.
-
-    Raises
-    ------
-    LensError
-        For an unknown projection and an afocal lens.
+    Args:
+        lens: The lens.
+        film_distance: From the last vertex to the film, mm. Objects lie where the film is focused, at infinity where
+            the film is nearer to the lens than the rear focus.
+        film_radii: (n,) film radii, mm.
+        projection: "rectilinear", one of a FisheyeCamera's, or "best": the one of these with the least rms error.
+        wavelength: µm.
+    Raises:
+        LensError: For an unknown projection and an afocal lens.
     """
     if projection not in (RECTILINEAR, *PROJECTIONS, "best"):
         raise LensError(f"projection {projection!r}: choose one of {', '.join((RECTILINEAR, *PROJECTIONS, 'best'))}")
@@ -154,33 +139,21 @@ def distortion_grid(lens: Lens, film_distance: float, film: Film, lines: int = 9
                     wavelength: float = D_LINE, steps: int = 1) -> tuple[np.ndarray, np.ndarray]:
     """Crossings of a square grid over the film, ideal and as the lens images them.
 
-    Parameters
-    ----------
-    lens
-        The lens. One without rotational symmetry is compared with f tan θ of each direction of the film, about the
-        image of the axis, f being that of objects close to the axis.
-    film_distance
-        From the last vertex to the film, mm.
-    film
-        The film that the grid covers.
-    lines
-        Grid lines along the film's shorter side, at least 2; those along the longer side have nearly the same spacing.
-    projection, wavelength
-        As for `distortion`; a lens without rotational symmetry has RECTILINEAR alone.
-    steps
-        Points along a line from one crossing to the next: each row and column whose index is a multiple of `steps` is
-        a line of the grid.
-
-    Returns
-    -------
-    tuple of ndarray
+    Args:
+        lens: The lens. One without rotational symmetry is compared with f tan θ of each direction of the film, about
+            the image of the axis, f being that of objects close to the axis.
+        film_distance: From the last vertex to the film, mm.
+        film: The film that the grid covers.
+        lines: Grid lines along the film's shorter side, at least 2; those along the longer side have nearly the same
+            spacing.
+        projection, wavelength: As for `distortion`; a lens without rotational symmetry has RECTILINEAR alone.
+        steps: Points along a line from one crossing to the next: each row and column whose index is a multiple of
+            `steps` is a line of the grid.
+    Returns:
         Ideal and real points, (rows, columns, 2) each, mm from the axis; NaN where no light falls, of a lens without
-        rotational symmetry where no chief ray arrives.
-
-    Raises
-    ------
-    LensError
-        For fewer than 2 lines, and as `distortion`.
+            rotational symmetry where no chief ray arrives.
+    Raises:
+        LensError: For fewer than 2 lines, and as `distortion`.
     """
     if lines < 2 or steps < 1:
         raise LensError(f"a grid of {lines} lines with {steps} steps: at least 2 lines with 1 step are needed")

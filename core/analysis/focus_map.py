@@ -27,18 +27,12 @@ FREQUENCY = 30.0        # cycles/mm
 class MtfMap:
     """MTF at one frequency over F fields and K places of the film, from `mtf_map`; NaN where no light falls.
 
-    Parameters
-    ----------
-    rays
-        The ray grid of the map's fields.
-    frequency
-        Cycles/mm.
-    shifts
-        (K,) places of the film, mm along +z from the grid's.
-    modulus
-        (F, C, 2, K) MTF of each wavelength, of the sagittal and the tangential frequency.
-    white
-        (F, 2, K) MTF of all wavelengths together.
+    Args:
+        rays: The ray grid of the map's fields.
+        frequency: Cycles/mm.
+        shifts: (K,) places of the film, mm along +z from the grid's.
+        modulus: (F, C, 2, K) MTF of each wavelength, of the sagittal and the tangential frequency.
+        white: (F, 2, K) MTF of all wavelengths together.
     """
 
     rays: RayGrid
@@ -79,27 +73,19 @@ def mtf_map(lens: Lens, film_distance: float, conditions: Conditions, frequency:
             fields: int = FIELDS, pupil: int = 32) -> MtfMap:
     """The map of the MTF over field and focus.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, stopped down and focused.
-    film_distance : float
-        Last vertex → film, mm.
-    conditions : Conditions
-        Wavelengths and object distance; the fields run along the meridian of the largest, from the axis to it.
-    frequency : float
-        Cycles/mm, positive.
-    shifts : (K,) array_like or None
-        Places of the film at even steps, mm along +z, at least 3; None: 64 within 0.3 mm to either side.
-    fields : int
-        Field points, at least 2.
-    pupil : int
-        Points across the pupil, as for `ray_grid`; 16 suits a picture that moves.
-
-    Raises
-    ------
-    LensError
-        For a frequency that is not positive, shifts that are not even, fewer than 2 fields, and as `ray_grid`.
+    Args:
+        lens: The lens, stopped down and focused.
+        film_distance: Last vertex → film, mm.
+        conditions: Wavelengths and object distance; the fields run along the meridian of the largest, from the axis to
+            it.
+        frequency: Cycles/mm, positive.
+        shifts: (K,) array_like or None. Places of the film at even steps, mm along +z, at least 3; None: 64 within 0.3
+            mm to either side.
+        fields: Field points, at least 2.
+        pupil: Points across the pupil, as for `ray_grid`; 16 suits a picture that moves.
+    Raises:
+        LensError: For a frequency that is not positive, shifts that are not even, fewer than 2 fields, and as
+            `ray_grid`.
     """
     places = np.linspace(-RANGE, RANGE, SHIFTS) if shifts is None else np.asarray(shifts, float)
     if not 0.0 < frequency < np.inf:

@@ -69,16 +69,13 @@ class Plane:
 class SharpFocus:
     """What is in focus behind a film in any pose, to first order.
 
-    Parameters
-    ----------
-    plane : Plane or None
-        The plane of sharp focus; None where it lies at infinity.
-    near, far : Plane or None
-        Limits of the wedge, whose points are blurred to the circle of confusion at the film's middle; None at
-        infinity.
-    hinge, scheimpflug : Line or None
-        The two lines; None for planes in focus that are parallel. The Scheimpflug line is that in the front principal
-        plane; None at infinity, and for a lens without rotational symmetry, which has no such plane.
+    Args:
+        plane: The plane of sharp focus; None where it lies at infinity.
+        near, far: Limits of the wedge, whose points are blurred to the circle of confusion at the film's middle; None
+            at infinity.
+        hinge, scheimpflug: The two lines; None for planes in focus that are parallel. The Scheimpflug line is that in
+            the front principal plane; None at infinity, and for a lens without rotational symmetry, which has no such
+            plane.
     """
 
     plane: Plane | None
@@ -91,19 +88,13 @@ class SharpFocus:
 def sharp_focus(camera: LensCamera, circle: float) -> SharpFocus:
     """The plane of sharp focus of a camera, its wedge and its lines.
 
-    Parameters
-    ----------
-    camera : LensCamera
-        Of any model, its film in any pose; its lens is focused and stopped down. Before a window into a medium of
-        another index, the planes and the hinge line are those beyond it, near the axis; the Scheimpflug line is not,
-        for it lies in the lens.
-    circle : float
-        Largest diameter (mm) of a blur that counts as sharp.
-
-    Raises
-    ------
-    CameraError
-        A circle that is not positive, or an afocal lens.
+    Args:
+        camera: Of any model, its film in any pose; its lens is focused and stopped down. Before a window into a medium
+            of another index, the planes and the hinge line are those beyond it, near the axis; the Scheimpflug line is
+            not, for it lies in the lens.
+        circle: Largest diameter (mm) of a blur that counts as sharp.
+    Raises:
+        CameraError: A circle that is not positive, or an afocal lens.
     """
     if not (math.isfinite(circle) and circle > 0.0):
         raise CameraError(f"circle of confusion {significant(circle)} mm: it must be positive")

@@ -36,18 +36,12 @@ MOST_RAYS = 400_000     # that one budget follows
 class LightBudget:
     """Parts of the light of one ray, which add up to 1.
 
-    Attributes
-    ----------
-    to_film : tuple of float
-        Leaves towards the film, by the number of reflections: [0] the picture, [2], [4], … the ghosts.
-    to_scene : tuple of float
-        Leaves towards the scene, by the number of reflections.
-    clipped : float
-        Ends at rims, the stop and its blades: the mount absorbs it.
-    lost : float
-        Meets no surface where it should, or turns sideways: it ends in the barrel.
-    left : float
-        In rays too weak to be followed.
+    Attributes:
+        to_film: Leaves towards the film, by the number of reflections: [0] the picture, [2], [4], … the ghosts.
+        to_scene: Leaves towards the scene, by the number of reflections.
+        clipped: Ends at rims, the stop and its blades: the mount absorbs it.
+        lost: Meets no surface where it should, or turns sideways: it ends in the barrel.
+        left: In rays too weak to be followed.
     """
 
     to_film: tuple[float, ...]
@@ -66,24 +60,17 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
                  least: float = LEAST) -> LightBudget:
     """The light budget of one ray.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    origin, direction : (3,) array_like
-        The ray towards the lens (mm, lens frame); the direction may have any length.
-    wavelength : float
-        Micrometres.
-    coating : str or Coating
-        Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any coating.
-    least : float
-        Part of the light below which a ray is not followed.
-
-    Raises
-    ------
-    LensError
-        For a direction that is no finite vector, and if more than 400,000 rays would have to be followed: choose a
-        larger `least`.
+    Args:
+        lens: The lens.
+        origin, direction: (3,) array_like. The ray towards the lens (mm, lens frame); the direction may have any
+            length.
+        wavelength: Micrometres.
+        coating: Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any
+            coating.
+        least: Part of the light below which a ray is not followed.
+    Raises:
+        LensError: For a direction that is no finite vector, and if more than 400,000 rays would have to be followed:
+            choose a larger `least`.
     """
     meetings, count = Meetings(lens, wavelength, coating), len(lens.surfaces)
     unit = np.asarray(direction, float)
@@ -140,24 +127,19 @@ SHIFT = (0.5, 0.3)      # of the grids, in cells: the edges of light on the axis
 class Ghost:
     """One pair of surfaces.
 
-    Attributes
-    ----------
-    first, second : int
-        Surfaces that reflect; the light meets `second` first.
-    focus : float
-        Film → focus of the ghost of a distant light on the axis, paraxial, positive behind the film (mm); inf where
-        the ghost leaves the lens parallel. This and the next two are NaN for a lens without rotational symmetry.
-    paraxial_diameter : float
-        Of the ghost on the film, for a distant light on the axis (mm).
-    paraxial_share : float
-        Light of that ghost, as a part of the light of the picture of the light.
-    share : float
-        Traced: light that reaches the plane of the film, as a part of that of the picture of the light; 0 where none.
-    centre : (2,) tuple of float
-        Middle of that light on the film (mm, as the film's frame: x right, y up, inverted); NaN where none.
-    diameter : float
-        Traced: four times the root mean square distance of that light from `centre`, over √2: the diameter of an even
-        disk (mm); NaN where none.
+    Attributes:
+        first, second: Surfaces that reflect; the light meets `second` first.
+        focus: Film → focus of the ghost of a distant light on the axis, paraxial, positive behind the film (mm); inf
+            where the ghost leaves the lens parallel. This and the next two are NaN for a lens without rotational
+            symmetry.
+        paraxial_diameter: Of the ghost on the film, for a distant light on the axis (mm).
+        paraxial_share: Light of that ghost, as a part of the light of the picture of the light.
+        share: Traced: light that reaches the plane of the film, as a part of that of the picture of the light; 0 where
+            none.
+        centre: (2,) tuple of float. Middle of that light on the film (mm, as the film's frame: x right, y up,
+            inverted); NaN where none.
+        diameter: Traced: four times the root mean square distance of that light from `centre`, over √2: the diameter of
+            an even disk (mm); NaN where none.
     """
 
     first: int
@@ -180,15 +162,11 @@ class Ghost:
 class Ghosts:
     """The ghosts of a lens for one light, from `ghosts`, the one with the most light per area first.
 
-    Attributes
-    ----------
-    rows : tuple of Ghost
-        All pairs.
-    direct : float
-        Part of the light that enters the front rim that the picture of the light gets. A rim that light meets at an
-        angle θ lets in cos θ of what it lets in along the axis.
-    wavelength : float
-        Micrometres.
+    Attributes:
+        rows: All pairs.
+        direct: Part of the light that enters the front rim that the picture of the light gets. A rim that light meets
+            at an angle θ lets in cos θ of what it lets in along the axis.
+        wavelength: Micrometres.
     """
 
     rows: tuple[Ghost, ...]
@@ -205,28 +183,19 @@ def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelen
            coating: str | Coating = "uncoated", cells: int = CELLS) -> Ghosts:
     """Every ghost of a light, estimated by matrices and traced.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, focused and stopped down.
-    film_distance : float
-        Last vertex → film (mm).
-    light : (3,) array_like
-        Angles of a distant light from the axis, across to the right and up (radians), and inf; or the place of a near
-        one (mm, lens frame: z is negative before the lens).
-    wavelength : float
-        Micrometres.
-    coating : str or Coating
-        Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any coating.
-    cells : int
-        Along a side of the first grid of rays of one pair, 4 to 512; a finer one follows where few rays pass.
-
-    Raises
-    ------
-    LensError
-        For a light that is not before the lens, a film that is not behind it, and a number that is no wavelength.
-    CoatingError
-        For an unknown coating.
+    Args:
+        lens: The lens, focused and stopped down.
+        film_distance: Last vertex → film (mm).
+        light: (3,) array_like. Angles of a distant light from the axis, across to the right and up (radians), and inf;
+            or the place of a near one (mm, lens frame: z is negative before the lens).
+        wavelength: Micrometres.
+        coating: Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any
+            coating.
+        cells: Along a side of the first grid of rays of one pair, 4 to 512; a finer one follows where few rays pass.
+    Raises:
+        LensError: For a light that is not before the lens, a film that is not behind it, and a number that is no
+            wavelength.
+        CoatingError: For an unknown coating.
     """
     check_wavelength(wavelength)
     if not 4 <= cells <= 512:

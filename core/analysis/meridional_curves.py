@@ -25,25 +25,17 @@ POINTS = 41
 class FieldCurves:
     """Curves of one lens state at n field points and C wavelengths, from `field_curves`; NaN beyond the sight.
 
-    Parameters
-    ----------
-    conditions
-        As given.
-    angles
-        (n,) angle of the field from the axis in the scene, rad.
-    heights
-        (n,) where the primary chief ray meets the film.
-    tangential, sagittal
-        (n, C) foci of a narrow beam about the chief ray, mm behind the film, along the axis.
-    petzval
-        (n,) sag of the Petzval surface at these heights, mm from its place on the axis, in the primary wavelength.
-    lateral_colour
-        (n, C) height of each wavelength's chief ray less that of the primary one, mm.
-    ideal
-        (n,) height of an ideal projection, that of the paraxial chief ray on this film: f tan θ on one at the rear
-        focus; inf from 90° on.
-    ideal_f_theta
-        (n,) the same in proportion to the angle, f θ; NaN for a near object.
+    Args:
+        conditions: As given.
+        angles: (n,) angle of the field from the axis in the scene, rad.
+        heights: (n,) where the primary chief ray meets the film.
+        tangential, sagittal: (n, C) foci of a narrow beam about the chief ray, mm behind the film, along the axis.
+        petzval: (n,) sag of the Petzval surface at these heights, mm from its place on the axis, in the primary
+            wavelength.
+        lateral_colour: (n, C) height of each wavelength's chief ray less that of the primary one, mm.
+        ideal: (n,) height of an ideal projection, that of the paraxial chief ray on this film: f tan θ on one at the
+            rear focus; inf from 90° on.
+        ideal_f_theta: (n,) the same in proportion to the angle, f θ; NaN for a near object.
     """
 
     conditions: Conditions
@@ -72,26 +64,15 @@ def field_curves(lens: Lens, film_distance: float, conditions: Conditions, point
 
     Source: Welford, Aberrations of Optical Systems, ch. 9 (Coddington's equations).
 
-    Parameters
-    ----------
-    lens : Lens
-        Rotationally symmetric lens, focused.
-    film_distance : float
-        Last vertex → film, mm.
-    conditions : Conditions
-        The largest of its fields ends the curves; wavelengths and object distance as they are.
-    points : int
-        Field points from the axis to the largest, at least 2.
-
-    Returns
-    -------
-    FieldCurves
+    Args:
+        lens: Rotationally symmetric lens, focused.
+        film_distance: Last vertex → film, mm.
+        conditions: The largest of its fields ends the curves; wavelengths and object distance as they are.
+        points: Field points from the axis to the largest, at least 2.
+    Returns:
         Rims do not end the rays.
-
-    Raises
-    ------
-    LensError
-        For a lens with a cylinder or toroid, an afocal lens, or fewer than 2 points.
+    Raises:
+        LensError: For a lens with a cylinder or toroid, an afocal lens, or fewer than 2 points.
     """
     check_symmetry(lens)
     if points < 2:

@@ -33,18 +33,12 @@ RESOLVED = 0.02                             # part of a measured time below whic
 class Choice:
     """The simplest model within the tolerances, from `choose_model`.
 
-    Parameters
-    ----------
-    model
-        "pinhole", "thin", "thick", "polynomial" or "trace".
-    degree
-        Degree of the polynomial, otherwise 0.
-    error_px, error_stops
-        Errors of the model, pixels of the film and stops.
-    table
-        The rungs of the ladder that were tried, in order; the last is the chosen one.
-    errors
-        The errors of all models of this camera, for further rungs.
+    Args:
+        model: "pinhole", "thin", "thick", "polynomial" or "trace".
+        degree: Degree of the polynomial, otherwise 0.
+        error_px, error_stops: Errors of the model, pixels of the film and stops.
+        table: The rungs of the ladder that were tried, in order; the last is the chosen one.
+        errors: The errors of all models of this camera, for further rungs.
     """
 
     model: str
@@ -94,25 +88,16 @@ def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = TOLERAN
     A lens without rotational symmetry is always traced, and no polynomial is fitted to a lens with blades. With a film
     out of line (tilt, swing, rise or shift) the lens is traced: errors of the others are known for a film in line.
 
-    Parameters
-    ----------
-    camera
-        LensCamera of any model; its film, focus and aperture count.
-    scene
-        Its `depth_range` counts, which is from the world's origin; for a camera elsewhere it is widened by the
-        camera's distance from the origin.
-    tolerance_px
-        Tolerance of places and sizes of blurs, pixels of the film.
-    tolerance_stops
-        Tolerance of brightness, stops.
-    previous
-        The choice for the settings just before; a simpler model then replaces it only when well within the
-        tolerances, so that the choice does not flicker.
-
-    Raises
-    ------
-    CameraError
-        For tolerances that are not positive.
+    Args:
+        camera: LensCamera of any model; its film, focus and aperture count.
+        scene: Its `depth_range` counts, which is from the world's origin; for a camera elsewhere it is widened by the
+            camera's distance from the origin.
+        tolerance_px: Tolerance of places and sizes of blurs, pixels of the film.
+        tolerance_stops: Tolerance of brightness, stops.
+        previous: The choice for the settings just before; a simpler model then replaces it only when well within the
+            tolerances, so that the choice does not flicker.
+    Raises:
+        CameraError: For tolerances that are not positive.
     """
     if not (tolerance_px > 0.0 and tolerance_stops > 0.0):
         raise CameraError("tolerances must be positive: pixels, and stops")

@@ -24,28 +24,17 @@ RESOLVED = 2.5          # points of the grid to a period, at the least
 def rippled(rays: RayGrid, surface: int, period: float, height: float, phase: float = 0.0) -> RayGrid:
     """The rays of a grid through a lens with a ripple on one surface.
 
-    Parameters
-    ----------
-    rays : RayGrid
-        From `ray_grid`; its points must resolve the rings, or a finding says so.
-    surface : int
-        Index of the surface.
-    period : float
-        Distance from ring to ring along the radius, mm.
-    height : float
-        From trough to crest, mm; 50 nm is 5e-5.
-    phase : float
-        Of the ripple on the axis, rad; 0 is a crest, towards +z. The vertex stays.
-
-    Returns
-    -------
-    RayGrid
+    Args:
+        rays: From `ray_grid`; its points must resolve the rings, or a finding says so.
+        surface: Index of the surface.
+        period: Distance from ring to ring along the radius, mm.
+        height: From trough to crest, mm; 50 nm is 5e-5.
+        phase: Of the ripple on the axis, rad; 0 is a crest, towards +z. The vertex stays.
+    Returns:
         With other `opd`, `offset_s` and `offset_t`. Rays end at the same rims.
-
-    Raises
-    ------
-    LensError
-        For another surface, one that refracts nothing, a period that is not positive, and a height that is negative.
+    Raises:
+        LensError: For another surface, one that refracts nothing, a period that is not positive, and a height that is
+            negative.
     """
     lens, beams = rays.lens, rays.beams
     check_ripple_surface(lens, surface)

@@ -7,9 +7,8 @@ The diffraction pattern is the Fourier transform of the pupil function at the wa
 Where rays land farther from the centre than half of λ / (spacing of the pupil's grid), it would fold over itself: there
 the density of the rays replaces it; between the two limits both are blended.
 
-References
-----------
-Goodman, "Introduction to Fourier Optics", ch. 6. L. I. Bluestein, IEEE Trans. Audio Electroacoust. 18 (1970).
+References:
+    Goodman, "Introduction to Fourier Optics", ch. 6. L. I. Bluestein, IEEE Trans. Audio Electroacoust. 18 (1970).
 """
 
 from dataclasses import dataclass
@@ -37,24 +36,15 @@ PER_SAMPLE, FINEST = 2.0, 24.0          # rays of the density along a side of a 
 class PointSpread:
     """Point spread functions of F fields and C wavelengths on M × M samples, from `psf`; NaN where no light falls.
 
-    Parameters
-    ----------
-    rays
-        The ray grid.
-    shift
-        Of the film along +z, mm.
-    pitch
-        (F,) spacing of the samples, mm.
-    pixel
-        Side of the square pixel over which the light is averaged, mm; 0 for none.
-    centres
-        (F, 2) middle of the window, sagittal and tangential, mm from the reference point.
-    density
-        (F, C, M, M) float32, part of the light per mm²; rows tangential, columns sagittal, both rising.
-    diffraction
-        (F, C) share of the diffraction pattern in the result, 0 (rays alone) to 1.
-    findings
-        Where rays alone had to take its place.
+    Args:
+        rays: The ray grid.
+        shift: Of the film along +z, mm.
+        pitch: (F,) spacing of the samples, mm.
+        pixel: Side of the square pixel over which the light is averaged, mm; 0 for none.
+        centres: (F, 2) middle of the window, sagittal and tangential, mm from the reference point.
+        density: (F, C, M, M) float32, part of the light per mm²; rows tangential, columns sagittal, both rising.
+        diffraction: (F, C) share of the diffraction pattern in the result, 0 (rays alone) to 1.
+        findings: Where rays alone had to take its place.
     """
 
     rays: RayGrid
@@ -93,25 +83,17 @@ def psf(rays: RayGrid, samples: int = SAMPLES, window: float | None = None, pixe
         method: str = "auto") -> PointSpread:
     """Point spread functions of a ray grid.
 
-    Parameters
-    ----------
-    rays : RayGrid
-        From `ray_grid`; 64 points across the pupil resolve blurs of a few Airy disks.
-    samples : int
-        M, at least 8.
-    window : float or None
-        Side of the window, mm; None: for each field what holds its rays and ten Airy radii.
-    pixel : float
-        Side of the pixel over which light is averaged, mm.
-    shift : float
-        Of the film along +z, mm.
-    method : {"auto", "diffraction", "geometric"}
-        "auto": diffraction where the grid resolves it, else the density of the rays.
-
-    Raises
-    ------
-    LensError
-        For another method, fewer than 8 samples, sizes that are not positive, and a shift that is not finite.
+    Args:
+        rays: From `ray_grid`; 64 points across the pupil resolve blurs of a few Airy disks.
+        samples: M, at least 8.
+        window: Side of the window, mm; None: for each field what holds its rays and ten Airy radii.
+        pixel: Side of the pixel over which light is averaged, mm.
+        shift: Of the film along +z, mm.
+        method: {"auto", "diffraction", "geometric"}. "auto": diffraction where the grid resolves it, else the density
+            of the rays.
+    Raises:
+        LensError: For another method, fewer than 8 samples, sizes that are not positive, and a shift that is not
+            finite.
     """
     if method not in METHODS:
         raise LensError(f"PSF method {method!r}: choose one of {', '.join(METHODS)}")
@@ -300,22 +282,13 @@ def _over_pixel(density: np.ndarray, side: float) -> np.ndarray:
 def encircled_energy(spread: PointSpread, radii) -> np.ndarray:
     """The part of the light within circles about the centroid of each field.
 
-    Parameters
-    ----------
-    spread : PointSpread
-        From `psf`.
-    radii : (K,) array_like
-        Radii of the circles, mm.
-
-    Returns
-    -------
-    ndarray
+    Args:
+        spread: From `psf`.
+        radii: (K,) array_like. Radii of the circles, mm.
+    Returns:
         (F, C, K), NaN where no light falls and for circles that the window does not hold.
-
-    Raises
-    ------
-    LensError
-        For a radius that is negative or NaN.
+    Raises:
+        LensError: For a radius that is negative or NaN.
     """
     wanted = np.atleast_1d(np.asarray(radii, float))
     if not (wanted >= 0.0).all():

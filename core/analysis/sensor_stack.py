@@ -20,32 +20,20 @@ def with_sensor_stack(lens: Lens, film_distance: float, thickness: float, index:
                       adapter_error: float = 0.0, refocused: bool = True) -> tuple[Lens, float]:
     """The lens with a plane plate before its film, and its film distance.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, focused; in air behind.
-    film_distance : float
-        Last vertex → film, mm.
-    thickness : float
-        Of the plate, mm; 0 for none.
-    index : float or Glass
-        Of the plate. A number gets the dispersion of crown glass (V_d 64) if any glass of the lens has a known one.
-    adapter_error : float
-        By which an adapter holds the lens too far from the film, mm; negative: too near.
-    refocused : bool
-        Whether the film follows the shift of the plate, as after focusing.
-
-    Returns
-    -------
-    (Lens, float)
-        The lens with two plane surfaces more, without focus and zoom positions, and the distance from the plate to the
-        film, mm.
-
-    Raises
-    ------
-    LensError
-        For a negative thickness, an index below 1, a lens that does not end in air, and where plate and adapter leave
-        no room before the film.
+    Args:
+        lens: The lens, focused; in air behind.
+        film_distance: Last vertex → film, mm.
+        thickness: Of the plate, mm; 0 for none.
+        index: Of the plate. A number gets the dispersion of crown glass (V_d 64) if any glass of the lens has a known
+            one.
+        adapter_error: By which an adapter holds the lens too far from the film, mm; negative: too near.
+        refocused: Whether the film follows the shift of the plate, as after focusing.
+    Returns:
+        (Lens, float). The lens with two plane surfaces more, without focus and zoom positions, and the distance from
+            the plate to the film, mm.
+    Raises:
+        LensError: For a negative thickness, an index below 1, a lens that does not end in air, and where plate and
+            adapter leave no room before the film.
     """
     if not 0.0 <= thickness < inf:
         raise LensError(f"a stack {significant(thickness)} mm thick: the thickness must be 0 or more")

@@ -22,22 +22,15 @@ FIRST_ZERO = 0.6098349          # of the Airy pattern, × wavelength / numerical
 class Spots:
     """Spots of F fields and C wavelengths at K places of the film, from `spots`; NaN where no light falls.
 
-    Parameters
-    ----------
-    rays
-        The ray grid.
-    reference
-        "chief": the primary chief ray, as it meets the film at each place; "centroid": of all wavelengths together.
-    shifts
-        (K,) places of the film, mm along +z from the grid's film.
-    references
-        (F, K, 2) the references, sagittal and tangential, mm from the fields' reference points.
-    centroids
-        (F, C, K, 2) centroid of each wavelength, from the same points.
-    rms
-        (F, C, K, 2) root mean square distance from the references, along the sagittal and the tangential axis.
-    geo
-        (F, C, K) greatest distance from the reference of a ray, or of light in a cell at a rim.
+    Args:
+        rays: The ray grid.
+        reference: "chief": the primary chief ray, as it meets the film at each place; "centroid": of all wavelengths
+            together.
+        shifts: (K,) places of the film, mm along +z from the grid's film.
+        references: (F, K, 2) the references, sagittal and tangential, mm from the fields' reference points.
+        centroids: (F, C, K, 2) centroid of each wavelength, from the same points.
+        rms: (F, C, K, 2) root mean square distance from the references, along the sagittal and the tangential axis.
+        geo: (F, C, K) greatest distance from the reference of a ray, or of light in a cell at a rim.
     """
 
     rays: RayGrid
@@ -113,19 +106,12 @@ def spots(rays: RayGrid, reference: str = "chief", shifts=(0.0,)) -> Spots:
 
     Rays count with the light of their cell of the pupil (`RayGrid.weight`); `rays.lost` counts those that a rim ends.
 
-    Parameters
-    ----------
-    rays : RayGrid
-        From `ray_grid`.
-    reference : {"chief", "centroid"}
-        Point that distances are measured from.
-    shifts : (K,) array_like
-        Places of the film, mm along +z; each ray goes on straight.
-
-    Raises
-    ------
-    LensError
-        For another reference, and shifts that are not finite.
+    Args:
+        rays: From `ray_grid`.
+        reference: {"chief", "centroid"}. Point that distances are measured from.
+        shifts: (K,) array_like. Places of the film, mm along +z; each ray goes on straight.
+    Raises:
+        LensError: For another reference, and shifts that are not finite.
     """
     if reference not in REFERENCES:
         raise LensError(f"reference {reference!r}: choose one of {', '.join(REFERENCES)}")
@@ -208,26 +194,18 @@ REACH = 1.4             # × the stop's radius to first order, that they cover
 class Fans:
     """Fans of F fields, C wavelengths and K heights, from `ray_fans`; NaN for a lost ray.
 
-    Parameters
-    ----------
-    rays
-        The ray grid that the fans belong to.
-    heights
-        (K,) heights in the stop over its radius, −1 to 1, along the axis of the fan; of rays that would meet the
-        reference point.
-    offset
-        (F, 2, C, K, 2) where a ray meets the film, sagittal and tangential, from the reference point, mm. The second
-        axis is the fan: 0 the sagittal and 1 the tangential one.
-    slope
-        (F, 2, C, K, 2) change of the offset with the film's place, mm per mm along +z.
-    opd
-        (F, 2, C, K) optical path difference, mm.
-    victim
-        (F, 2, C, K) index of the surface that ends the ray, −1 for a ray that passes. Others are traced on as if no
-        rim were there, so that a plot can show them greyed.
-    pupil
-        (F, 2, K, 2) sagittal and tangential pupil coordinate of the rays in the primary wavelength, from the reference
-        point; NaN where the stop has no such height.
+    Args:
+        rays: The ray grid that the fans belong to.
+        heights: (K,) heights in the stop over its radius, −1 to 1, along the axis of the fan; of rays that would meet
+            the reference point.
+        offset: (F, 2, C, K, 2) where a ray meets the film, sagittal and tangential, from the reference point, mm. The
+            second axis is the fan: 0 the sagittal and 1 the tangential one.
+        slope: (F, 2, C, K, 2) change of the offset with the film's place, mm per mm along +z.
+        opd: (F, 2, C, K) optical path difference, mm.
+        victim: (F, 2, C, K) index of the surface that ends the ray, −1 for a ray that passes. Others are traced on as
+            if no rim were there, so that a plot can show them greyed.
+        pupil: (F, 2, K, 2) sagittal and tangential pupil coordinate of the rays in the primary wavelength, from the
+            reference point; NaN where the stop has no such height.
     """
 
     rays: RayGrid
@@ -257,17 +235,11 @@ class Fans:
 def ray_fans(rays: RayGrid, points: int = 65) -> Fans:
     """Ray and OPD fans of the fields of a ray grid.
 
-    Parameters
-    ----------
-    rays : RayGrid
-        From `ray_grid`.
-    points : int
-        Rays of each fan, at least 3; an odd number has the chief ray among them.
-
-    Raises
-    ------
-    LensError
-        For fewer than 3 rays.
+    Args:
+        rays: From `ray_grid`.
+        points: Rays of each fan, at least 3; an odd number has the chief ray among them.
+    Raises:
+        LensError: For fewer than 3 rays.
     """
     if points < 3:
         raise LensError(f"{points} rays in a fan: at least 3 are needed")

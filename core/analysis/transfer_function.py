@@ -8,9 +8,9 @@ points of the grid W follows from its values and slopes (Hermite's cubic), the s
 rays. So the sum passes into that of the rays alone where the shift is small against the structure of W. It fails only
 where neighbouring rays land more than half a period apart, which a finding reports, and within a cell of the cutoff.
 
-References
-----------
-H. H. Hopkins, "The numerical evaluation of the frequency response of optical systems", Proc. Phys. Soc. B 70 (1957).
+References:
+    H. H. Hopkins, "The numerical evaluation of the frequency response of optical systems", Proc. Phys. Soc. B 70
+    (1957).
 """
 
 from dataclasses import dataclass
@@ -39,25 +39,16 @@ FAST = {"contract", "nsz", "arcp", "reassoc"}   # of sums over arrays without Na
 class Mtf:
     """Transfer functions of F fields, C wavelengths and K frequencies, from `mtf`; NaN where no light falls.
 
-    Parameters
-    ----------
-    rays
-        The ray grid.
-    method
-        "diffraction" or "geometric".
-    shift
-        Of the film along +z from that of the grid, mm.
-    frequencies
-        (K,) cycles/mm.
-    otf
-        (F, C, 2, K) complex, of the sagittal and the tangential frequency; its phase counts from the field's reference
-        point.
-    white
-        (F, 2, K) complex, of all wavelengths with their light and weights.
-    limit
-        (F, C, 2, K) MTF of a perfect lens with the same open pupil.
-    findings
-        Where the samples do not suffice.
+    Args:
+        rays: The ray grid.
+        method: "diffraction" or "geometric".
+        shift: Of the film along +z from that of the grid, mm.
+        frequencies: (K,) cycles/mm.
+        otf: (F, C, 2, K) complex, of the sagittal and the tangential frequency; its phase counts from the field's
+            reference point.
+        white: (F, 2, K) complex, of all wavelengths with their light and weights.
+        limit: (F, C, 2, K) MTF of a perfect lens with the same open pupil.
+        findings: Where the samples do not suffice.
     """
 
     rays: RayGrid
@@ -88,21 +79,14 @@ class Mtf:
 def mtf(rays: RayGrid, frequencies=PRINTED, method: str = "diffraction", shift: float = 0.0) -> Mtf:
     """MTF of a ray grid.
 
-    Parameters
-    ----------
-    rays : RayGrid
-        From `ray_grid`.
-    frequencies : (K,) array_like
-        Cycles/mm, at least 0.
-    method : {"diffraction", "geometric"}
-        By the pupil function, or by the landing points of the rays alone.
-    shift : float
-        Of the film along +z, mm.
-
-    Raises
-    ------
-    LensError
-        For another method, and for frequencies that are negative, and frequencies and shifts that are not finite.
+    Args:
+        rays: From `ray_grid`.
+        frequencies: (K,) array_like. Cycles/mm, at least 0.
+        method: {"diffraction", "geometric"}. By the pupil function, or by the landing points of the rays alone.
+        shift: Of the film along +z, mm.
+    Raises:
+        LensError: For another method, and for frequencies that are negative, and frequencies and shifts that are not
+            finite.
     """
     if method not in METHODS:
         raise LensError(f"MTF method {method!r}: choose one of {', '.join(METHODS)}")

@@ -30,20 +30,14 @@ _PARTS, _SPLITS = 32, 12                        # 32¹² is finer than the round
 class Vignetting:
     """The beam of an object point in the plane y–z that passes a lens, from `vignetting`.
 
-    Parameters
-    ----------
-    field_angle
-        Angle of the object point from the axis, radians.
-    distance
-        From the first vertex to the object point, mm; may be math.inf.
-    low, high
-        Lowest and highest height across the beam that passes, mm.
-    low_surface, high_surface
-        Surfaces that limit the beam there: by their rims, or because rays beyond miss them or are totally reflected.
-    half_width
-        Half the beam's extent in x, midway between low and high, mm.
-    half_width_surface
-        Surface that limits this extent.
+    Args:
+        field_angle: Angle of the object point from the axis, radians.
+        distance: From the first vertex to the object point, mm; may be math.inf.
+        low, high: Lowest and highest height across the beam that passes, mm.
+        low_surface, high_surface: Surfaces that limit the beam there: by their rims, or because rays beyond miss them
+            or are totally reflected.
+        half_width: Half the beam's extent in x, midway between low and high, mm.
+        half_width_surface: Surface that limits this extent.
     """
 
     field_angle: float
@@ -70,23 +64,15 @@ def vignetting(lens: Lens, field_angle: float, distance: float = inf, wavelength
     The edges are exact to rounding. Of a beam in several pieces the widest counts, if it is wider than a thousandth
     of the first surface's shadow; the stop counts as the circle about its blades.
 
-    Parameters
-    ----------
-    lens
-        The lens.
-    field_angle
-        Angle of the object point from the axis, radians, its size below π; positive for light that rises towards the
-        film.
-    distance
-        From the first vertex to the object point, mm; may be math.inf.
-    wavelength
-        µm.
-
-    Raises
-    ------
-    LensError
-        For a lens with surfaces out of line, where no light passes, for an angle from 180° on, and for a distance that
-        is not positive.
+    Args:
+        lens: The lens.
+        field_angle: Angle of the object point from the axis, radians, its size below π; positive for light that rises
+            towards the film.
+        distance: From the first vertex to the object point, mm; may be math.inf.
+        wavelength: µm.
+    Raises:
+        LensError: For a lens with surfaces out of line, where no light passes, for an angle from 180° on, and for a
+            distance that is not positive.
     """
     if not abs(field_angle) < pi:
         raise LensError(f"field angle {significant(np.degrees(field_angle), 4)}°: it must lie below 180°")
@@ -190,16 +176,11 @@ def _shadow(lens: Lens, field_angle: float, distance: float) -> tuple[float, flo
 class Falloff:
     """Falloff at n film radii relative to the axis, from `falloff`.
 
-    Parameters
-    ----------
-    radii
-        (n,) film radii, mm.
-    natural
-        (n,) mean of cos⁴θ over the exit-pupil region, over that on the axis; NaN where no light falls.
-    vignetting
-        (n,) area of the exit-pupil region, over that on the axis; 0 where no light falls.
-    irradiance
-        (n,) irradiance under a scene of radiance 1; π sin²θ′ on the axis.
+    Args:
+        radii: (n,) film radii, mm.
+        natural: (n,) mean of cos⁴θ over the exit-pupil region, over that on the axis; NaN where no light falls.
+        vignetting: (n,) area of the exit-pupil region, over that on the axis; 0 where no light falls.
+        irradiance: (n,) irradiance under a scene of radiance 1; π sin²θ′ on the axis.
     """
 
     radii: np.ndarray
@@ -222,21 +203,13 @@ class Falloff:
 def falloff(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE) -> Falloff:
     """The falloff of a lens; its blades count as a circle of as much area.
 
-    Parameters
-    ----------
-    lens
-        The lens.
-    film_distance
-        From the last vertex to the film, mm.
-    film_radii
-        (n,) film radii, mm.
-    wavelength
-        µm.
-
-    Raises
-    ------
-    LensError
-        For invalid radii and distances.
+    Args:
+        lens: The lens.
+        film_distance: From the last vertex to the film, mm.
+        film_radii: (n,) film radii, mm.
+        wavelength: µm.
+    Raises:
+        LensError: For invalid radii and distances.
     """
     radii = np.atleast_1d(np.asarray(film_radii, float))
     pupil = exit_pupil(lens.with_round_stop, film_distance, np.append(0.0, radii), wavelength)

@@ -6,9 +6,8 @@ part, so its coefficients depend on their number. Zernike coordinates x (sagitta
 the disk, the azimuth from +x towards +y. All are of unit rms over the disk, as Noll has them; fringe polynomials are
 scaled to 1 at its edge.
 
-References
-----------
-V. N. Mahajan, J. Opt. Soc. Am. 72 (1982), for the Strehl ratio; R. J. Noll, J. Opt. Soc. Am. 66 (1976).
+References:
+    V. N. Mahajan, J. Opt. Soc. Am. 72 (1982), for the Strehl ratio; R. J. Noll, J. Opt. Soc. Am. 66 (1976).
 """
 
 from dataclasses import dataclass
@@ -32,15 +31,10 @@ NAMES = {(0, 0): "piston", (1, 1): "tilt", (2, 0): "defocus", (2, 2): "astigmati
 def noll_indices(j: int) -> tuple[int, int]:
     """Order and frequency of a Zernike polynomial in Noll's order (J. Opt. Soc. Am. 66, 1976).
 
-    Parameters
-    ----------
-    j : int
-        Noll's index, from 1.
-
-    Returns
-    -------
-    n, m : int
-        Radial order and azimuthal frequency; m < 0 for a sine.
+    Args:
+        j: Noll's index, from 1.
+    Returns:
+        n, m: Radial order and azimuthal frequency; m < 0 for a sine.
     """
     n = int((sqrt(8 * j - 7) - 1) // 2)
     k = j - n * (n + 1) // 2 - 1
@@ -51,16 +45,11 @@ def noll_indices(j: int) -> tuple[int, int]:
 def fringe_index(n: int, m: int) -> int:
     """Index of a Zernike polynomial in the fringe order.
 
-    Parameters
-    ----------
-    n : int
-        Radial order.
-    m : int
-        Azimuthal frequency; negative for a sine.
-
-    Returns
-    -------
-    int, from 1
+    Args:
+        n: Radial order.
+        m: Azimuthal frequency; negative for a sine.
+    Returns:
+        int, from 1.
     """
     a = abs(m)
     return (1 + (n + a) // 2) ** 2 - 2 * a + (1 if m < 0 else 0)
@@ -69,16 +58,10 @@ def fringe_index(n: int, m: int) -> int:
 def zernike_name(n: int, m: int) -> str:
     """The aberration of a Zernike polynomial in words.
 
-    Parameters
-    ----------
-    n : int
-        Radial order.
-    m : int
-        Azimuthal frequency; negative for a sine.
-
-    Returns
-    -------
-    str
+    Args:
+        n: Radial order.
+        m: Azimuthal frequency; negative for a sine.
+    Returns:
         Such as "coma, sine".
     """
     known = NAMES.get((n, abs(m)), f"order {n}, frequency {abs(m)}")
@@ -97,16 +80,11 @@ def radial_coefficients(n: int, m: int) -> tuple[int, ...]:
 def zernikes(count: int, x, y) -> np.ndarray:
     """Zernike polynomials in Noll's order and normalisation.
 
-    Parameters
-    ----------
-    count : int
-        How many, from piston on.
-    x, y : float or array
-        Points of any shape, in radii of the disk.
-
-    Returns
-    -------
-    (count, …) array
+    Args:
+        count: How many, from piston on.
+        x, y: float or array. Points of any shape, in radii of the disk.
+    Returns:
+        (count, …) array.
     """
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
     out = np.empty((count, x.size))
@@ -160,24 +138,16 @@ FAST = {"contract", "nsz", "arcp", "reassoc"}       # of fast arithmetic, what k
 class Wavefront:
     """Wavefronts of F fields and C wavelengths, from `wavefronts`; NaN where no light falls.
 
-    Parameters
-    ----------
-    rays
-        The ray grid.
-    centres
-        (F, 2) middle of the Zernike disk in pupil coordinates, sagittal and tangential.
-    radii
-        (F,) radius of the disk, in the same.
-    noll
-        (F, C, J) coefficients of Noll's polynomials 1 … J, mm: of unit rms over the whole disk.
-    residual
-        (F, C) rms of what the polynomials leave, mm.
-    rms
-        (F, C) rms of W over the open pupil without piston and tilt, mm: about the best image point.
-    peak_to_valley
-        (F, C) range of W over the open pupil, without piston and tilt, mm.
-    strehl
-        (F, C) Strehl ratio at the best point of the film: |mean of exp(2πi W / λ)|² over the light, W without tilt.
+    Args:
+        rays: The ray grid.
+        centres: (F, 2) middle of the Zernike disk in pupil coordinates, sagittal and tangential.
+        radii: (F,) radius of the disk, in the same.
+        noll: (F, C, J) coefficients of Noll's polynomials 1 … J, mm: of unit rms over the whole disk.
+        residual: (F, C) rms of what the polynomials leave, mm.
+        rms: (F, C) rms of W over the open pupil without piston and tilt, mm: about the best image point.
+        peak_to_valley: (F, C) range of W over the open pupil, without piston and tilt, mm.
+        strehl: (F, C) Strehl ratio at the best point of the film: |mean of exp(2πi W / λ)|² over the light, W without
+            tilt.
     """
 
     rays: RayGrid
@@ -222,22 +192,13 @@ def fringe_scale(count: int) -> np.ndarray:
 def wavefronts(rays: RayGrid, terms: int = TERMS) -> Wavefront:
     """Wavefronts of a ray grid.
 
-    Parameters
-    ----------
-    rays : RayGrid
-        From `ray_grid`.
-    terms : int
-        Number of Zernike polynomials, from 4.
-
-    Returns
-    -------
-    Wavefront
+    Args:
+        rays: From `ray_grid`.
+        terms: Number of Zernike polynomials, from 4.
+    Returns:
         Without light enough for the fit (two open cells a term) the coefficients are NaN; the other figures stand.
-
-    Raises
-    ------
-    LensError
-        For fewer than 4 terms.
+    Raises:
+        LensError: For fewer than 4 terms.
     """
     if terms < 4:
         raise LensError(f"{terms} Zernike terms: at least 4 are needed")

@@ -22,17 +22,11 @@ class BareSensor(Camera):
     weights give E times the open time. The picture is turned upright as behind a lens, so light from the right
     brightens its left side.
 
-    Parameters
-    ----------
-    film : Film
-        Size (mm) and pixels.
-    **placement
-        Keyword arguments of `Camera`: transform, shutter, weights and medium.
-
-    Raises
-    ------
-    CameraError
-        Invalid settings of `Camera`.
+    Args:
+        film: Size (mm) and pixels.
+        **placement: Keyword arguments of `Camera`: transform, shutter, weights and medium.
+    Raises:
+        CameraError: Invalid settings of `Camera`.
     """
 
     film: Film

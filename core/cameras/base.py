@@ -16,25 +16,18 @@ from lensbench.core.lazy import called
 class Camera(RayGeneration, FilmProjection):
     """Fields and methods that all camera kinds share; each kind adds a field `film`.
 
-    Parameters
-    ----------
-    weights : str
-        "relative": the unvignetted axis point has weight 1 at every stop. "physical": cos⁴θ · area / z² · effective
-        time, and radiance falls by the squared index when light leaves a medium. "radiance", or "one": every ray of
-        an ideal camera has weight 1, without cos⁴θ, so that a pixel shows the mean radiance that it sees.
-    medium : Medium or None
-        Medium between the camera and the scene; None is clear air. A flat window at the camera's foremost point
-        separates air from a medium of another index. The camera is focused and weighted as in air, so objects in
-        water appear nearer by the index on its focus scale.
-    **placement
-        Keyword arguments of `PlacedShutter`: transform to the world, and shutter.
-
-    Raises
-    ------
-    CameraError
-        Unknown weights; shutter times that contradict each other.
-    TransformError
-        A world_from_camera that is not rigid.
+    Args:
+        weights: str. "relative": the unvignetted axis point has weight 1 at every stop. "physical": cos⁴θ · area / z² ·
+            effective time, and radiance falls by the squared index when light leaves a medium. "radiance", or "one":
+            every ray of an ideal camera has weight 1, without cos⁴θ, so that a pixel shows the mean radiance that it
+            sees.
+        medium: Medium or None. Medium between the camera and the scene; None is clear air. A flat window at the
+            camera's foremost point separates air from a medium of another index. The camera is focused and weighted as
+            in air, so objects in water appear nearer by the index on its focus scale.
+        **placement: Keyword arguments of `PlacedShutter`: transform to the world, and shutter.
+    Raises:
+        CameraError: Unknown weights; shutter times that contradict each other.
+        TransformError: A world_from_camera that is not rigid.
     """
 
     def _repr_html_(self) -> str:

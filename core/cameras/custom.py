@@ -219,35 +219,27 @@ LARGEST = 1e30          # weight and coordinate (mm): a picture in single precis
 class CustomCamera(Camera):
     """Camera whose rays come from a function.
 
-    Parameters
-    ----------
-    film : Film
-        Size (mm) and pixels.
-    rays : callable
-        Function of raster (n, 2), uv (n, 2) and time (n,) that returns origins, directions and, if they are not all 1,
-        weights. raster: points of the film in pixels, the origin at the top left. uv: pupil samples in [0, 1]²;
-        (0.5, 0.5) is the pupil's centre, and `unit_disk` maps them to a round pupil. time: seconds on the clock of
-        `shutter_open`, 0 in a camera with time_dependent=False. origins: (n, 3), mm, camera frame: x to the right, y
-        up, the camera looks along −z. directions: (n, 3), camera frame, of any length but 0. weights: (n,), 0 for a
-        blocked ray, whose origin and direction have no meaning. Results that numpy broadcasts to these shapes will do.
-        The function must depend on nothing but its arguments; n differs from call to call.
-    time_dependent : bool
-        Whether the function depends on its time. False lets light tracing and the averages over the pupil work as
-        behind a camera at rest.
-    back : callable or None
-        Function of origins (n, 3) and unit directions (n, 3) of rays in the camera frame, towards the scene, that
-        returns raster (n, 2) and uv (n, 2): the inverse of `rays`, for any points on the rays as origins. It lets small
-        lights be traced to the film. A ray that misses the pupil gets a uv outside [0, 1]², as `unit_square` gives
-        it, or inf. Needs time_dependent=False.
-    **placement
-        Keyword arguments of `Camera`: transform and shutter. Weights are those of the function.
-
-    Raises
-    ------
-    CameraError
-        A function that takes other arguments, or whose results have other shapes, are not finite, or contain a
-        direction of length 0 or a negative weight, here or in a picture; a `back` that is not the inverse of `rays`,
-        here or in a picture, or whose rays have no étendue; weights="physical"; a medium of an index other than 1.
+    Args:
+        film: Size (mm) and pixels.
+        rays: Function of raster (n, 2), uv (n, 2) and time (n,) that returns origins, directions and, if they are not
+            all 1, weights. raster: points of the film in pixels, the origin at the top left. uv: pupil samples in [0,
+            1]²; (0.5, 0.5) is the pupil's centre, and `unit_disk` maps them to a round pupil. time: seconds on the
+            clock of `shutter_open`, 0 in a camera with time_dependent=False. origins: (n, 3), mm, camera frame: x to
+            the right, y up, the camera looks along −z. directions: (n, 3), camera frame, of any length but 0. weights:
+            (n,), 0 for a blocked ray, whose origin and direction have no meaning. Results that numpy broadcasts to
+            these shapes will do. The function must depend on nothing but its arguments; n differs from call to call.
+        time_dependent: Whether the function depends on its time. False lets light tracing and the averages over the
+            pupil work as behind a camera at rest.
+        back: Function of origins (n, 3) and unit directions (n, 3) of rays in the camera frame, towards the scene, that
+            returns raster (n, 2) and uv (n, 2): the inverse of `rays`, for any points on the rays as origins. It lets
+            small lights be traced to the film. A ray that misses the pupil gets a uv outside [0, 1]², as `unit_square`
+            gives it, or inf. Needs time_dependent=False.
+        **placement: Keyword arguments of `Camera`: transform and shutter. Weights are those of the function.
+    Raises:
+        CameraError: A function that takes other arguments, or whose results have other shapes, are not finite, or
+            contain a direction of length 0 or a negative weight, here or in a picture; a `back` that is not the inverse
+            of `rays`, here or in a picture, or whose rays have no étendue; weights="physical"; a medium of an index
+            other than 1.
     """
 
     film: Film

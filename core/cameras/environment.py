@@ -26,28 +26,20 @@ ACROSS, DOWN = range(2)         # parameters of every layout: 2 / width and 2 / 
 class EnvironmentCamera(Camera):
     """Full sphere as seen from the camera's origin; each pixel shows the radiance of its directions with weight 1.
 
-    Parameters
-    ----------
-    film : Film
-        Size (mm) and pixels.
-    layout : str
-        "equirectangular": θ = π y / h from straight up and φ = 2π x / w − π to the right, with the direction
-        (sin θ sin φ, cos θ, −sin θ cos φ) and −z in the centre. "equal-area": an octahedron, on which each pixel has
-        the same solid angle, with −z in the centre and +z in the corners. "cube-map": six faces in a cross of 4 × 3
-        cells, left, front, right and back in the middle row, up and down above and below front; the rest stays dark.
-        Square pixels need a film of 2:1, 1:1 and 4:3.
-    **placement
-        Keyword arguments of `Camera`: transform, shutter, weights and medium.
+    Args:
+        film: Size (mm) and pixels.
+        layout: "equirectangular": θ = π y / h from straight up and φ = 2π x / w − π to the right, with the direction
+            (sin θ sin φ, cos θ, −sin θ cos φ) and −z in the centre. "equal-area": an octahedron, on which each pixel
+            has the same solid angle, with −z in the centre and +z in the corners. "cube-map": six faces in a cross of 4
+            × 3 cells, left, front, right and back in the middle row, up and down above and below front; the rest stays
+            dark. Square pixels need a film of 2:1, 1:1 and 4:3.
+        **placement: Keyword arguments of `Camera`: transform, shutter, weights and medium.
+    Raises:
+        CameraError: Another layout; physical weights, for which a point has no area; a medium of another index, which a
+            flat window shows only in part.
 
-    Raises
-    ------
-    CameraError
-        Another layout; physical weights, for which a point has no area; a medium of another index, which a flat window
-        shows only in part.
-
-    References
-    ----------
-    Clarberg 2008, Fast equal-area mapping of the (hemi)sphere using SIMD, for the equal-area layout.
+    References:
+        Clarberg 2008, Fast equal-area mapping of the (hemi)sphere using SIMD, for the equal-area layout.
     """
 
     film: Film

@@ -30,20 +30,15 @@ class Importance(NamedTuple):
     Behind a bare sensor or a real lens, both densities are those of the ray where it leaves the film, which determines
     the ray in the scene: W and cos θ dω dA are the same before and behind a lens.
 
-    Parameters
-    ----------
-    we : (n,) array
-        Importance W in 1 / (mm² sr), times seconds with physical weights. For a camera that sees from a point it is in
-        1 / sr (for a panorama or an ideal fisheye, which have no axis, with θ = 0); for parallel rays in 1 / mm².
-    position_pdf : (n,) array
-        Density (1 / mm²) of the point where the ray crosses the entrance pupil or, for a pupil at infinity, the plane
-        in focus; 1 where there is one choice.
-    direction_pdf : (n,) array
-        Density (1 / sr) of the direction at that point; 1 where there is one choice.
-    raster : (n, 2) array
-        Raster points (pixels) of the rays.
-    visible : (n,) bool array
-        Whether each ray is a ray of this camera.
+    Args:
+        we: (n,) array. Importance W in 1 / (mm² sr), times seconds with physical weights. For a camera that sees from a
+            point it is in 1 / sr (for a panorama or an ideal fisheye, which have no axis, with θ = 0); for parallel
+            rays in 1 / mm².
+        position_pdf: (n,) array. Density (1 / mm²) of the point where the ray crosses the entrance pupil or, for a
+            pupil at infinity, the plane in focus; 1 where there is one choice.
+        direction_pdf: (n,) array. Density (1 / sr) of the direction at that point; 1 where there is one choice.
+        raster: (n, 2) array. Raster points (pixels) of the rays.
+        visible: (n,) bool array. Whether each ray is a ray of this camera.
     """
 
     we: np.ndarray

@@ -22,28 +22,18 @@ class FilmProjection(CameraStages):
     def raster_from_point(self, points, pupil_uv=None, time=0.0, wavelength: float = D_LINE):
         """Projection of points of the world onto the raster. Other objects of the scene hide nothing.
 
-        Parameters
-        ----------
-        points : (n, 3) array
-            Points in the world (mm).
-        pupil_uv : (n, 2) array or None
-            Pupil samples in [0, 1]² of the rays that project; None: the centre of the pupil.
-        time : float or (n,) array
-            Shutter samples in [0, 1), as `generate_rays` takes them.
-        wavelength : float
-            Wavelength of the light (µm).
-
-        Returns
-        -------
-        raster : (n, 2) array
-            Raster points (pixels); those of points that are not visible are NaN or have no meaning.
-        visible : (n,) bool array
-            False for points behind the camera, blocked by the lens, or beside the film.
-
-        Raises
-        ------
-        ValueError
-            Points that are not finite, pupil samples outside the unit square, or times outside [0, 1].
+        Args:
+            points: (n, 3) array. Points in the world (mm).
+            pupil_uv: (n, 2) array or None. Pupil samples in [0, 1]² of the rays that project; None: the centre of the
+                pupil.
+            time: float or (n,) array. Shutter samples in [0, 1), as `generate_rays` takes them.
+            wavelength: Wavelength of the light (µm).
+        Returns:
+            raster: (n, 2) array. Raster points (pixels); those of points that are not visible are NaN or have no
+                meaning.
+            visible: (n,) bool array. False for points behind the camera, blocked by the lens, or beside the film.
+        Raises:
+            ValueError: Points that are not finite, pupil samples outside the unit square, or times outside [0, 1].
         """
         points = np.atleast_2d(np.asarray(points, float))
         if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
@@ -96,23 +86,14 @@ class FilmProjection(CameraStages):
         points that it returns to `generate_rays`. Per solid angle at the point, that ray is chosen with the density
         position_pdf · distance² / cos θ, with the distance to the point where the ray crosses the entrance pupil.
 
-        Parameters
-        ----------
-        origins : (n, 3) array
-            Any points on the rays, in the world (mm).
-        directions : (n, 3) array
-            Directions in the world, of any length.
-        time : float or (n,) array
-            Shutter samples in [0, 1), as `generate_rays` takes them.
-        wavelength : float
-            Wavelength of the light (µm).
-
-        Raises
-        ------
-        ValueError
-            Rays of other shapes, not finite, or with a zero direction.
-        CameraError
-            A camera behind a window to a medium.
+        Args:
+            origins: (n, 3) array. Any points on the rays, in the world (mm).
+            directions: (n, 3) array. Directions in the world, of any length.
+            time: float or (n,) array. Shutter samples in [0, 1), as `generate_rays` takes them.
+            wavelength: Wavelength of the light (µm).
+        Raises:
+            ValueError: Rays of other shapes, not finite, or with a zero direction.
+            CameraError: A camera behind a window to a medium.
         """
         if self.has_port:
             raise CameraError("importance is known in air, not through the window to a medium of another index")

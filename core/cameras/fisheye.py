@@ -26,26 +26,17 @@ INVERSE_F, IMAGE_RADIUS = range(2)      # parameters of every projection: 1 / f 
 class FisheyeCamera(Camera):
     """Fisheye without aberrations at the camera's origin, looking along −z; weight 1 within its image circle.
 
-    Parameters
-    ----------
-    film : Film
-        Size (mm) and pixels.
-    fov : float
-        Full field of view (radians) along fov_axis: below 2π, at most π for the orthographic projection. The film is
-        dark where it shows angles of more than fov / 2 from the axis.
-    projection : str
-        "equidistant" r = f θ, "equisolid" r = 2 f sin(θ/2), "stereographic" r = 2 f tan(θ/2) or "orthographic"
-        r = f sin θ.
-    fov_axis : str
-        Length of the film that fov spans: "shorter" (a circular picture with dark corners), "longer", "horizontal",
-        "vertical" or "diagonal" (a full-frame picture).
-    **placement
-        Keyword arguments of `Camera`: transform, shutter, weights and medium.
-
-    Raises
-    ------
-    CameraError
-        A field of view beyond the projection's; physical weights, for which a point has no area.
+    Args:
+        film: Size (mm) and pixels.
+        fov: Full field of view (radians) along fov_axis: below 2π, at most π for the orthographic projection. The film
+            is dark where it shows angles of more than fov / 2 from the axis.
+        projection: "equidistant" r = f θ, "equisolid" r = 2 f sin(θ/2), "stereographic" r = 2 f tan(θ/2) or
+            "orthographic" r = f sin θ.
+        fov_axis: Length of the film that fov spans: "shorter" (a circular picture with dark corners), "longer",
+            "horizontal", "vertical" or "diagonal" (a full-frame picture).
+        **placement: Keyword arguments of `Camera`: transform, shutter, weights and medium.
+    Raises:
+        CameraError: A field of view beyond the projection's; physical weights, for which a point has no area.
     """
 
     film: Film

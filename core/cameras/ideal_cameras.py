@@ -59,36 +59,21 @@ class IdealLensCamera(Camera):
 class PerspectiveCamera(IdealLensCamera):
     """Perspective camera with a thin lens or a pinhole at the camera's origin, looking along −z.
 
-    Parameters
-    ----------
-    film : Film
-        Size (mm) and pixels.
-    fov : float
-        Full field of view (radians) of the whole screen along fov_axis.
-    lens_radius : float
-        Radius (mm) of the thin lens; 0 is a pinhole.
-    focus_distance : float
-        Distance (mm) from the lens to the plane in focus; math.inf is allowed.
-    fov_axis : str
-        Length of the film that fov spans: "shorter", "longer", "horizontal", "vertical" or "diagonal".
-    window : tuple of four floats or None
-        Part of the screen that falls on the film: left, right, bottom, top, where 1 is half the shorter side. It
-        crops, extends or shifts the view, as the rise of a view camera does. None is the whole screen.
-    blades : int
-        Number of blades of the lens's edge; 0 is a circle.
-    blade_rotation : float
-        Rotation (radians) of the blades; see `Iris`.
-    roundness : float
-        0 for straight blades to 1 for a circle; see `Iris`.
-    stop_image : StopImage or None
-        A picture in the lens, instead of blades.
-    **placement
-        Keyword arguments of `Camera`: transform, shutter, weights and medium.
-
-    Raises
-    ------
-    CameraError
-        A field of view, lens, window or iris that is not valid, or physical weights with a pinhole.
+    Args:
+        film: Size (mm) and pixels.
+        fov: Full field of view (radians) of the whole screen along fov_axis.
+        lens_radius: Radius (mm) of the thin lens; 0 is a pinhole.
+        focus_distance: Distance (mm) from the lens to the plane in focus; math.inf is allowed.
+        fov_axis: Length of the film that fov spans: "shorter", "longer", "horizontal", "vertical" or "diagonal".
+        window: Part of the screen that falls on the film: left, right, bottom, top, where 1 is half the shorter side.
+            It crops, extends or shifts the view, as the rise of a view camera does. None is the whole screen.
+        blades: Number of blades of the lens's edge; 0 is a circle.
+        blade_rotation: Rotation (radians) of the blades; see `Iris`.
+        roundness: 0 for straight blades to 1 for a circle; see `Iris`.
+        stop_image: A picture in the lens, instead of blades.
+        **placement: Keyword arguments of `Camera`: transform, shutter, weights and medium.
+    Raises:
+        CameraError: A field of view, lens, window or iris that is not valid, or physical weights with a pinhole.
     """
 
     film: Film
@@ -135,28 +120,18 @@ class PerspectiveCamera(IdealLensCamera):
 class OrthographicCamera(IdealLensCamera):
     """Orthographic camera that looks along −z from the plane z = 0 of the camera frame.
 
-    Parameters
-    ----------
-    film : Film
-        Size (mm) and pixels.
-    width : float
-        Width (mm) of the scene that falls on the film's width.
-    lens_radius : float
-        Radius (mm) of a telecentric lens at z = 0, from which each film point's cone of rays has its apex on the plane
-        in focus: objects out of focus blur and still keep their size. 0 gives each film point a single ray.
-    focus_distance : float
-        Distance (mm) from the camera to the plane in focus; math.inf blurs nothing.
-    window : tuple of four floats or None
-        Part of the screen that falls on the film; see `PerspectiveCamera`.
-    blades, blade_rotation, roundness, stop_image
-        Shape of the lens's edge; see `PerspectiveCamera`.
-    **placement
-        Keyword arguments of `Camera`: transform, shutter, weights and medium.
-
-    Raises
-    ------
-    CameraError
-        A size that is not positive, an invalid window or iris, or physical weights without a cone of rays.
+    Args:
+        film: Size (mm) and pixels.
+        width: Width (mm) of the scene that falls on the film's width.
+        lens_radius: Radius (mm) of a telecentric lens at z = 0, from which each film point's cone of rays has its apex
+            on the plane in focus: objects out of focus blur and still keep their size. 0 gives each film point a single
+            ray.
+        focus_distance: Distance (mm) from the camera to the plane in focus; math.inf blurs nothing.
+        window: Part of the screen that falls on the film; see `PerspectiveCamera`.
+        blades, blade_rotation, roundness, stop_image: Shape of the lens's edge; see `PerspectiveCamera`.
+        **placement: Keyword arguments of `Camera`: transform, shutter, weights and medium.
+    Raises:
+        CameraError: A size that is not positive, an invalid window or iris, or physical weights without a cone of rays.
     """
 
     film: Film
@@ -206,21 +181,13 @@ class PinholeCamera(Camera):
     Rays run straight through every point of the hole, without diffraction: `diffraction` gives the diameter of its
     disk, and `best_pinhole` the hole for which both together blur least.
 
-    Parameters
-    ----------
-    film : Film
-        Size (mm) and pixels.
-    distance : float
-        Distance (mm) from the hole to the film.
-    radius : float
-        Radius (mm) of the hole.
-    **placement
-        Keyword arguments of `Camera`: transform, shutter, weights and medium.
-
-    Raises
-    ------
-    CameraError
-        A distance or radius that is not positive and finite.
+    Args:
+        film: Size (mm) and pixels.
+        distance: Distance (mm) from the hole to the film.
+        radius: Radius (mm) of the hole.
+        **placement: Keyword arguments of `Camera`: transform, shutter, weights and medium.
+    Raises:
+        CameraError: A distance or radius that is not positive and finite.
     """
 
     film: Film
@@ -271,24 +238,14 @@ def best_pinhole(distance: float, object_distance: float = math.inf, wavelength:
 
     The sharpest hole passes 0.9 of the first Fresnel zone.
 
-    Parameters
-    ----------
-    distance : float
-        Distance (mm) from the hole to the film.
-    object_distance : float
-        Distance (mm) from the hole to the object; math.inf is allowed.
-    wavelength : float
-        Wavelength of the light (µm).
-
-    Returns
-    -------
-    float
+    Args:
+        distance: Distance (mm) from the hole to the film.
+        object_distance: Distance (mm) from the hole to the object; math.inf is allowed.
+        wavelength: Wavelength of the light (µm).
+    Returns:
         Diameter (mm).
-
-    Raises
-    ------
-    CameraError
-        A distance or wavelength that is not positive.
+    Raises:
+        CameraError: A distance or wavelength that is not positive.
     """
     if not (distance > 0.0 and object_distance > 0.0 and wavelength > 0.0):
         raise CameraError("the sharpest pinhole needs positive distances and a positive wavelength")

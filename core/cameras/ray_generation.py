@@ -30,12 +30,10 @@ class Differentials(NamedTuple):
 
     Source: Igehy 1999, Tracing ray differentials.
 
-    Parameters
-    ----------
-    origins : (n, 3) array
-        Derivatives of the origins (mm per pixel), world.
-    directions : (n, 3) array
-        Derivatives of the unit directions (radians per pixel), world; perpendicular to the rays.
+    Args:
+        origins: (n, 3) array. Derivatives of the origins (mm per pixel), world.
+        directions: (n, 3) array. Derivatives of the unit directions (radians per pixel), world; perpendicular to the
+            rays.
     """
 
     origins: np.ndarray
@@ -227,34 +225,21 @@ class RayGeneration(CameraStages):
     def generate_rays(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE) -> Rays:
         """Rays through raster points and pupil samples, by the same stages that the renderer runs.
 
-        Parameters
-        ----------
-        raster_xy : (n, 2) array
-            Raster points (pixels), the origin at the top left and pixel centres at +0.5.
-        pupil_uv : (n, 2) array
-            Pupil samples in [0, 1]², by which equal areas of the square have equal areas of the pupil. In every camera
-            (0.5, 0.5) is the pupil's centre, and `unit_disk` maps them to the pupil: to a disk, or to the exit-pupil
-            region of the film point.
-        time : float or (n,) array
-            Shutter samples in [0, 1]: the part of the light that the shutter has let through, 0 as it begins to open
-            and 1 as it has closed.
-        dtype : type
-            Precision of the stages, float64 or float32.
-        wavelength : float
-            Wavelength of the light (µm).
-
-        Returns
-        -------
-        Rays
+        Args:
+            raster_xy: (n, 2) array. Raster points (pixels), the origin at the top left and pixel centres at +0.5.
+            pupil_uv: (n, 2) array. Pupil samples in [0, 1]², by which equal areas of the square have equal areas of the
+                pupil. In every camera (0.5, 0.5) is the pupil's centre, and `unit_disk` maps them to the pupil: to a
+                disk, or to the exit-pupil region of the film point.
+            time: float or (n,) array. Shutter samples in [0, 1]: the part of the light that the shutter has let
+                through, 0 as it begins to open and 1 as it has closed.
+            dtype: type. Precision of the stages, float64 or float32.
+            wavelength: Wavelength of the light (µm).
+        Returns:
             Origins (mm) and unit directions in the world, weights, and times in seconds, which include the delay of
-            each ray's row.
-
-        Raises
-        ------
-        CameraError
-            Arrays of other shapes, raster points that are not finite, or times outside [0, 1].
-        ValueError
-            Pupil samples outside the unit square.
+                each ray's row.
+        Raises:
+            CameraError: Arrays of other shapes, raster points that are not finite, or times outside [0, 1].
+            ValueError: Pupil samples outside the unit square.
         """
         raster_xy, pupil_uv = np.atleast_2d(np.asarray(raster_xy, float)), unit_table(pupil_uv, dtype)
         if raster_xy.shape[1:] != (2,) or raster_xy.shape != pupil_uv.shape:
@@ -283,22 +268,13 @@ class RayGeneration(CameraStages):
         motion of the camera between rows. They have a closed form, or are differences of the camera's own stages with
         a relative error of 1e-7 in double precision.
 
-        Parameters
-        ----------
-        raster_xy, pupil_uv, time, dtype, wavelength
-            As for `generate_rays`.
-
-        Returns
-        -------
-        rays : Rays
-            The rays of `generate_rays`; a blocked neighbour does not change their weights.
-        dx, dy : Differentials
-            Derivatives in the world per pixel to the right and down; NaN where the ray itself is blocked.
-
-        Raises
-        ------
-        CameraError, ValueError
-            As for `generate_rays`.
+        Args:
+            raster_xy, pupil_uv, time, dtype, wavelength: As for `generate_rays`.
+        Returns:
+            rays: The rays of `generate_rays`; a blocked neighbour does not change their weights.
+            dx, dy: Derivatives in the world per pixel to the right and down; NaN where the ray itself is blocked.
+        Raises:
+            CameraError, ValueError: As for `generate_rays`.
         """
         rays = self.generate_rays(raster_xy, pupil_uv, time, dtype, wavelength)
         raster = np.atleast_2d(np.asarray(raster_xy, float))

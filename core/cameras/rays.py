@@ -14,16 +14,11 @@ class Rays(NamedTuple):
 
     A ray that the camera blocks has weight 0; its other numbers have no meaning.
 
-    Parameters
-    ----------
-    origins : (n, 3) array
-        Points on the rays (mm), world.
-    directions : (n, 3) array
-        Unit directions, world.
-    weights : (n,) array
-        Weights by which the radiance of each ray enters its pixel; see `Camera.weights`.
-    times : (n,) array
-        Times (s) on the clock of `Camera.shutter_open`.
+    Args:
+        origins: (n, 3) array. Points on the rays (mm), world.
+        directions: (n, 3) array. Unit directions, world.
+        weights: (n,) array. Weights by which the radiance of each ray enters its pixel; see `Camera.weights`.
+        times: (n,) array. Times (s) on the clock of `Camera.shutter_open`.
     """
 
     origins: np.ndarray

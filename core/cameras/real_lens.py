@@ -41,54 +41,38 @@ class LensCamera(Camera):
     The camera's origin is the centre of the film, with every model. Its attribute `lens` is the prescription
     stopped down and focused. Focus, aperture and the ideal models are those of the d line.
 
-    Parameters
-    ----------
-    lens : Lens
-        Prescription. A lens whose front_index is not 1 is immersed in the medium, without a window; its f-number is
-        that in air, as engraved. A lens with a cylinder or toroid is traced; it is focused between its two foci
-        (`section_foci`), and its f-number is that of the section y–z. A lens with surfaces out of line is traced, too;
-        its f-number, first-order data and paraxial focus are those of the lens in line.
-    film : Film
-        Size (mm) and pixels.
-    focus_distance : float
-        Distance (mm) from the film to the plane in focus; math.inf is allowed.
-    f_number : float or None
-        f-number N in air, focused at infinity; None: wide open.
-    model : str
-        "trace": every ray through every surface. "polynomial": a polynomial fitted to the trace, and the trace itself
-        for a stop with blades or a picture. "thick": the principal planes and pupils of the lens. "thin": a thin lens
-        of the same focal length and aperture at the entrance pupil. "pinhole": a hole at the entrance pupil that passes
-        as much light. "auto": `render` chooses for its scene (see `choose_model`); rays of this camera itself and light
-        fields are traced.
-    degree : int
-        Degree of the polynomial: 3, 5, 7, 9 or 11.
-    dispersion : bool or None
-        Whether pictures are traced at many wavelengths rather than the d line; None: where the indices of all glasses
-        are known at these wavelengths.
-    focus_method : str
-        Position of the film, for every model: "paraxial", or "real" for the least blur of real rays at this aperture
-        (see `film_distance`). At the latter an ideal model is out of focus.
-    film_distance : float
-        Keyword, instead of a focus distance: where the film stands, in mm behind the last vertex. The lens stays as it
-        is, and `focus_distance` becomes the plane that is then in focus, math.inf where there is none.
-    film_at : float or None
-        The same as a field, which `dataclasses.replace` changes; None where a focus distance is given.
-    film_pose : FilmPose
-        Tilt, swing, rise, shift and curvature of the film; flat and in line by default. Focus distance and film
-        distance are those on the axis of the lens, of the plane in which the film's middle lies.
-    **placement
-        Keyword arguments of `Camera`: transform, shutter, weights and medium.
-
-    Raises
-    ------
-    FocusError
-        A focus distance that the lens cannot reach.
-    LensError
-        An f-number to which the lens cannot open.
-    CameraError
-        An unknown model, degree or focus method; for a lens without rotational symmetry a model other than the trace;
-        surfaces so far out of line that the film's centre is dark; dispersion with unknown indices; "thick" with the
-        exit pupil on the film; "thin" or "pinhole" with the entrance pupil at infinity or beyond the object.
+    Args:
+        lens: Prescription. A lens whose front_index is not 1 is immersed in the medium, without a window; its f-number
+            is that in air, as engraved. A lens with a cylinder or toroid is traced; it is focused between its two foci
+            (`section_foci`), and its f-number is that of the section y–z. A lens with surfaces out of line is traced,
+            too; its f-number, first-order data and paraxial focus are those of the lens in line.
+        film: Size (mm) and pixels.
+        focus_distance: Distance (mm) from the film to the plane in focus; math.inf is allowed.
+        f_number: f-number N in air, focused at infinity; None: wide open.
+        model: "trace": every ray through every surface. "polynomial": a polynomial fitted to the trace, and the trace
+            itself for a stop with blades or a picture. "thick": the principal planes and pupils of the lens. "thin": a
+            thin lens of the same focal length and aperture at the entrance pupil. "pinhole": a hole at the entrance
+            pupil that passes as much light. "auto": `render` chooses for its scene (see `choose_model`); rays of this
+            camera itself and light fields are traced.
+        degree: Degree of the polynomial: 3, 5, 7, 9 or 11.
+        dispersion: Whether pictures are traced at many wavelengths rather than the d line; None: where the indices of
+            all glasses are known at these wavelengths.
+        focus_method: Position of the film, for every model: "paraxial", or "real" for the least blur of real rays at
+            this aperture (see `film_distance`). At the latter an ideal model is out of focus.
+        film_distance: Keyword, instead of a focus distance: where the film stands, in mm behind the last vertex. The
+            lens stays as it is, and `focus_distance` becomes the plane that is then in focus, math.inf where there is
+            none.
+        film_at: The same as a field, which `dataclasses.replace` changes; None where a focus distance is given.
+        film_pose: Tilt, swing, rise, shift and curvature of the film; flat and in line by default. Focus distance and
+            film distance are those on the axis of the lens, of the plane in which the film's middle lies.
+        **placement: Keyword arguments of `Camera`: transform, shutter, weights and medium.
+    Raises:
+        FocusError: A focus distance that the lens cannot reach.
+        LensError: An f-number to which the lens cannot open.
+        CameraError: An unknown model, degree or focus method; for a lens without rotational symmetry a model other than
+            the trace; surfaces so far out of line that the film's centre is dark; dispersion with unknown indices;
+            "thick" with the exit pupil on the film; "thin" or "pinhole" with the entrance pupil at infinity or beyond
+            the object.
     """
 
     lens: Lens

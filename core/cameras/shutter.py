@@ -24,26 +24,17 @@ from lensbench.core.text import significant
 class PlacedShutter:
     """Placement and shutter of a camera.
 
-    Parameters
-    ----------
-    world_from_camera : (4, 4) array or AnimatedTransform
-        Rigid transform from the camera frame to the world, both in mm; the identity by default. An
-        AnimatedTransform may also scale all directions alike.
-    shutter_open, shutter_close : float
-        Times (s) between which the shutter is open; with a rolling shutter, those of the row that opens first.
-    shutter_ramp : float
-        Time (s) that the shutter takes to open, and again to close; 0 gives a box.
-    readout : float
-        Time (s) from the opening of the first row to that of the last; 0 is a global shutter.
-    readout_direction : str
-        Order of the rows in the upright picture: "down", "up", "left" or "right".
-
-    Raises
-    ------
-    CameraError
-        Unknown readout direction, or shutter times that contradict each other.
-    TransformError
-        A world_from_camera that is not rigid.
+    Args:
+        world_from_camera: (4, 4) array or AnimatedTransform. Rigid transform from the camera frame to the world, both
+            in mm; the identity by default. An AnimatedTransform may also scale all directions alike.
+        shutter_open, shutter_close: Times (s) between which the shutter is open; with a rolling shutter, those of the
+            row that opens first.
+        shutter_ramp: Time (s) that the shutter takes to open, and again to close; 0 gives a box.
+        readout: Time (s) from the opening of the first row to that of the last; 0 is a global shutter.
+        readout_direction: Order of the rows in the upright picture: "down", "up", "left" or "right".
+    Raises:
+        CameraError: Unknown readout direction, or shutter times that contradict each other.
+        TransformError: A world_from_camera that is not rigid.
     """
 
     if TYPE_CHECKING:                   # a field of each camera kind, at that kind's own position in its signature

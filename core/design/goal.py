@@ -50,22 +50,14 @@ class Position:
 class Goal:
     """What an improvement aims at, from `goal_of`.
 
-    Parameters
-    ----------
-    positions : tuple of Position
-        All of them count equally.
-    wavelengths, weights : tuple of float
-        µm, and their weights of sum 1.
-    primary : int
-        Index of the wavelength at which rays are aimed and lengths are held.
-    aim : str
-        "spot" for the rms radius of the spots, "wavefront" for the rms wave error.
-    hold_back_focus : bool
-        Whether the back focus is held with focal length and f-number.
-    judged : tuple of str
-        What is judged, in sentences.
-    left_out : tuple of str
-        What is not judged, in sentences.
+    Args:
+        positions: All of them count equally.
+        wavelengths, weights: µm, and their weights of sum 1.
+        primary: Index of the wavelength at which rays are aimed and lengths are held.
+        aim: "spot" for the rms radius of the spots, "wavefront" for the rms wave error.
+        hold_back_focus: Whether the back focus is held with focal length and f-number.
+        judged: What is judged, in sentences.
+        left_out: What is not judged, in sentences.
     """
 
     positions: tuple[Position, ...]

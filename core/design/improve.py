@@ -52,18 +52,12 @@ class Step:
 class Improvement:
     """A lens that was improved.
 
-    Parameters
-    ----------
-    lens : Lens
-        The best lens that was found; the start, where none is better.
-    start, end : Judgement
-        Of the lens before and of `lens`.
-    ended : str
-        "converged", "cancelled", or the limit that was reached.
-    steps : int
-        Better lenses on the way.
-    goal : Goal
-        What was judged and held.
+    Args:
+        lens: The best lens that was found; the start, where none is better.
+        start, end: Of the lens before and of `lens`.
+        ended: "converged", "cancelled", or the limit that was reached.
+        steps: Better lenses on the way.
+        goal: What was judged and held.
     """
 
     lens: Lens
@@ -85,32 +79,21 @@ def improve(lens: Lens, vary: str | Sequence[Cell] = "radii", goal: Goal | None 
 
     The semi-diameter of the stop follows, so that the f-number is kept, and the last gap, which ends at the best focus.
 
-    Parameters
-    ----------
-    lens : Lens
-        The start.
-    vary : str or sequence of (int, str)
-        What may change: "radii", "thicknesses", "all", or surfaces and quantities such as (3, "curvature").
-    goal : Goal or None
-        What is aimed at and held; None: `goal_of(lens)`.
-    rules : callable
-        Lens → lens, whose other numbers follow from those that were changed.
-    progress : callable
-        Is called with each better lens, the start first.
-    cancelled : callable
-        Whether to end; the best lens so far is returned.
-    limit : int
-        Lenses that are tried at most.
+    Args:
+        lens: The start.
+        vary: str or sequence of (int, str). What may change: "radii", "thicknesses", "all", or surfaces and quantities
+            such as (3, "curvature").
+        goal: What is aimed at and held; None: `goal_of(lens)`.
+        rules: Lens → lens, whose other numbers follow from those that were changed.
+        progress: Is called with each better lens, the start first.
+        cancelled: Whether to end; the best lens so far is returned.
+        limit: Lenses that are tried at most.
+    Raises:
+        LensError: For a lens that cannot be judged, no number that may change, or where scipy is not installed.
 
-    Raises
-    ------
-    LensError
-        For a lens that cannot be judged, no number that may change, or where scipy is not installed.
-
-    Examples
-    --------
-    >>> better = lb.improve(lens, "all", lb.goal_of(lens, image_height=21.6))
-    >>> print(1000.0 * better.start.rms, 1000.0 * better.end.rms, better.ended)     # µm
+    Examples:
+        >>> better = lb.improve(lens, "all", lb.goal_of(lens, image_height=21.6))
+        >>> print(1000.0 * better.start.rms, 1000.0 * better.end.rms, better.ended)     # µm
     """
     goal = goal_of(lens) if goal is None else goal
     cells = _checked(lens, variables(lens, vary) if isinstance(vary, str) else vary)

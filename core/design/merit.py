@@ -36,18 +36,12 @@ LEAST = 3                       # rays of a field that count as light
 class Judgement:
     """A lens as it is judged, by the light that passes it.
 
-    Parameters
-    ----------
-    rms : float
-        Of spots or waves (mm) over positions, fields and colours; inf where a field has no light.
-    by_position : tuple of float
-        The same (mm) of each position.
-    total : float
-        Sum of squares (mm²) that an improvement lowers: of the aim, of what is held and of what is too thin.
-    films : tuple of float
-        Last vertex → best focus (mm) of each position.
-    light : float
-        Area (mm²) of the beams in front of the lens, mean over positions and fields.
+    Args:
+        rms: Of spots or waves (mm) over positions, fields and colours; inf where a field has no light.
+        by_position: The same (mm) of each position.
+        total: Sum of squares (mm²) that an improvement lowers: of the aim, of what is held and of what is too thin.
+        films: Last vertex → best focus (mm) of each position.
+        light: Area (mm²) of the beams in front of the lens, mean over positions and fields.
     """
 
     rms: float
@@ -60,12 +54,9 @@ class Judgement:
 def judge(lens: Lens, goal: Goal) -> Judgement:
     """Judge a lens by the rays that pass it.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    goal : Goal
-        What is judged, from `goal_of` of this lens or of another.
+    Args:
+        lens: The lens.
+        goal: What is judged, from `goal_of` of this lens or of another.
     """
     dark = Judgement(inf, (inf,) * len(goal.positions), inf, (inf,) * len(goal.positions), 0.0)
     merit = Merit(lens, goal, DENSE)

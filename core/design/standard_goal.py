@@ -29,25 +29,18 @@ def goal_of(lens: Lens, image_height: float | None = None, aim: str = "spot", ho
             edge: float | None = None, centre: float | None = None) -> Goal:
     """The goal that keeps focal length, f-number and thinnest edges of a lens at all of its positions.
 
-    Parameters
-    ----------
-    lens : Lens
-        Its surfaces neither decentred nor tilted.
-    image_height : float or None
-        Largest image height (mm): the axis, 0.7 and 1 of it are judged, of a lens with a cylinder or toroid along x
-        and in the corner too. None: the fields that the lens states, else up to half the diagonal of its film.
-    aim : str
-        "spot" or "wavefront".
-    hold_back_focus : bool
-        Whether to hold the distance from the last vertex to the paraxial image too.
-    edge, centre : float or None
-        Least thickness (mm) of elements at their edge and at their centre; None: 0.5 and 0.8, or as thin as the lens
-        is. Air gaps become no thinner than 0, or than they are.
-
-    Raises
-    ------
-    LensError
-        For a lens that forms no image or passes no light, an unknown aim, or an image height that is not positive.
+    Args:
+        lens: Its surfaces neither decentred nor tilted.
+        image_height: Largest image height (mm): the axis, 0.7 and 1 of it are judged, of a lens with a cylinder or
+            toroid along x and in the corner too. None: the fields that the lens states, else up to half the diagonal of
+            its film.
+        aim: "spot" or "wavefront".
+        hold_back_focus: Whether to hold the distance from the last vertex to the paraxial image too.
+        edge, centre: Least thickness (mm) of elements at their edge and at their centre; None: 0.5 and 0.8, or as thin
+            as the lens is. Air gaps become no thinner than 0, or than they are.
+    Raises:
+        LensError: For a lens that forms no image or passes no light, an unknown aim, or an image height that is not
+            positive.
     """
     if aim not in AIMS:
         raise MeritError(f"aim {aim!r}: choose one of {', '.join(AIMS)}")

@@ -30,23 +30,14 @@ LARGEST = 0.5                   # of a tolerance, in its own unit
 class Tolerances:
     """Largest errors of manufacture; drawn from a normal distribution whose 2 σ they are, cut there.
 
-    Parameters
-    ----------
-    radius : float
-        Of every radius of curvature between two media, as a part of it.
-    thickness : float
-        Of every thickness and air gap, mm.
-    index : float
-        Of every glass.
-    decentre : float
-        Of every element, or cemented group, across the axis: mm in x and in y.
-    tilt : float
-        Of every element about its front vertex: radians about x and about y.
-
-    Raises
-    ------
-    LensError
-        For a negative number, or one that is not finite.
+    Args:
+        radius: Of every radius of curvature between two media, as a part of it.
+        thickness: Of every thickness and air gap, mm.
+        index: Of every glass.
+        decentre: Of every element, or cemented group, across the axis: mm in x and in y.
+        tilt: Of every element about its front vertex: radians about x and about y.
+    Raises:
+        LensError: For a negative number, or one that is not finite.
     """
 
     radius: float = 0.001
@@ -65,19 +56,13 @@ class Tolerances:
 class Sensitivity:
     """What one error costs.
 
-    Parameters
-    ----------
-    kind : str
-        "radius", "thickness", "index", "decentre" or "tilt".
-    surface : int
-        The surface, or the first one of the element, from 0.
-    tolerance : float
-        The error: a part of the radius, mm, or radians.
-    spot : float
-        Growth of the rms spot (mm, mean over the fields) at the worse of both signs; NaN where no light of a field
-        arrives with this error, which then comes first.
-    contrast : float
-        Change of the mean contrast at the middle frequency there; negative for a loss.
+    Args:
+        kind: "radius", "thickness", "index", "decentre" or "tilt".
+        surface: The surface, or the first one of the element, from 0.
+        tolerance: The error: a part of the radius, mm, or radians.
+        spot: Growth of the rms spot (mm, mean over the fields) at the worse of both signs; NaN where no light of a
+            field arrives with this error, which then comes first.
+        contrast: Change of the mean contrast at the middle frequency there; negative for a loss.
     """
 
     kind: str
@@ -91,26 +76,19 @@ class Sensitivity:
 class Production:
     """A Monte Carlo run of copies.
 
-    Parameters
-    ----------
-    fields : tuple of float
-        Image heights (mm) along y.
-    frequencies : (n,) array
-        Cycles / mm.
-    nominal : (fields, n, 2) array
-        Contrast of the lens as designed, for detail across the field (sagittal), then along it (tangential): its MTF
-        by diffraction, or that of its rays where `ray_grid` finds no light at that image height.
-    contrast : (copies, fields, n, 2) array
-        That of the copies.
-    nominal_spots, spots : (fields,) and (copies, fields) arrays
-        rms radii (mm); NaN, with a contrast of 0, where no light of the field arrives.
-    nominal_film, film : float and (copies,) array
-        Where the film stands (mm) behind the first vertex of the design and of each copy: the best
-        focus, as `best_focus` defines it, of the run's rays.
-    drawn : (copies, errors) array
-        The errors, in the units of Tolerances, by `names`.
-    names : tuple of (str, int)
-        Kind and surface of each error.
+    Args:
+        fields: Image heights (mm) along y.
+        frequencies: (n,) array. Cycles / mm.
+        nominal: (fields, n, 2) array. Contrast of the lens as designed, for detail across the field (sagittal), then
+            along it (tangential): its MTF by diffraction, or that of its rays where `ray_grid` finds no light at that
+            image height.
+        contrast: (copies, fields, n, 2) array. That of the copies.
+        nominal_spots, spots: (fields,) and (copies, fields) arrays. rms radii (mm); NaN, with a contrast of 0, where no
+            light of the field arrives.
+        nominal_film, film: float and (copies,) array. Where the film stands (mm) behind the first vertex of the design
+            and of each copy: the best focus, as `best_focus` defines it, of the run's rays.
+        drawn: (copies, errors) array. The errors, in the units of Tolerances, by `names`.
+        names: tuple of (str, int). Kind and surface of each error.
     """
 
     fields: tuple[float, ...]
@@ -148,28 +126,17 @@ def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances |
                   frequencies=None, wavelengths=None) -> tuple[Sensitivity, ...]:
     """What each error of a lens costs by itself, the costliest first.
 
-    Parameters
-    ----------
-    lens : Lens
-        Rotationally symmetric, stopped down as it is used; decentres and tilts lie in the plane of the fields.
-    film : Film or None
-        Its half-diagonal is the largest image height, or less where no light reaches it; None: `lens.film_size`, else
-        36 × 24 mm.
-    tolerances : Tolerances or None
-        The errors; None: the defaults of the class.
-    frequencies : (n,) array_like or None
-        Cycles / mm; the middle one counts. None: 10 to 60.
-    wavelengths : None, str or sequence
-        As for `conditions`.
-
-    Returns
-    -------
-    tuple of Sensitivity
-
-    Raises
-    ------
-    LensError
-        For a lens with a cylinder or toroid, or one that hardly a ray passes.
+    Args:
+        lens: Rotationally symmetric, stopped down as it is used; decentres and tilts lie in the plane of the fields.
+        film: Its half-diagonal is the largest image height, or less where no light reaches it; None: `lens.film_size`,
+            else 36 × 24 mm.
+        tolerances: The errors; None: the defaults of the class.
+        frequencies: (n,) array_like or None. Cycles / mm; the middle one counts. None: 10 to 60.
+        wavelengths: None, str or sequence. As for `conditions`.
+    Returns:
+        One for each error, its numbers as the class documents them.
+    Raises:
+        LensError: For a lens with a cylinder or toroid, or one that hardly a ray passes.
     """
     judge = Judge(lens, film, frequencies, wavelengths)
     every = _errors(lens, tolerances or Tolerances())
@@ -192,19 +159,13 @@ def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | No
                seed: int = 0, frequencies=None, wavelengths=None) -> Production:
     """Copies of a lens with errors drawn at random, each refocused.
 
-    Parameters
-    ----------
-    lens, film, tolerances, frequencies, wavelengths
-        As for `sensitivities`; decentres and tilts lie in both planes.
-    copies : int
-        Number of copies, 1 to 100,000.
-    seed : int
-        Of the random numbers: the same seed draws the same copies.
-
-    Raises
-    ------
-    LensError
-        As `sensitivities`, and for another number of copies.
+    Args:
+        lens, film, tolerances, frequencies, wavelengths: As for `sensitivities`; decentres and tilts lie in both
+            planes.
+        copies: Number of copies, 1 to 100,000.
+        seed: Of the random numbers: the same seed draws the same copies.
+    Raises:
+        LensError: As `sensitivities`, and for another number of copies.
     """
     if not 1 <= copies <= MOST_COPIES:
         raise LensError(f"{copies} copies: there must be 1 to {MOST_COPIES}")
@@ -228,25 +189,15 @@ LINES = 25              # wavelengths at which a changed glass is listed
 def manufactured(lens: Lens, run: Production, copy: int) -> Lens:
     """A copy of a production run, with its errors of radius, thickness, index, decentre and tilt.
 
-    Parameters
-    ----------
-    lens : Lens
-        That of the run.
-    run : Production
-        As `production` gives it.
-    copy : int
-        Number of the copy, from 0.
-
-    Returns
-    -------
-    Lens
+    Args:
+        lens: That of the run.
+        run: As `production` gives it.
+        copy: Number of the copy, from 0.
+    Returns:
         Focused as a whole: at the positions of its groups that `lens` has. A changed glass is a table of 25 indices,
-        within 1e-6 of the exact ones.
-
-    Raises
-    ------
-    LensError
-        For a copy that the run does not have, or a run of another lens.
+            within 1e-6 of the exact ones.
+    Raises:
+        LensError: For a copy that the run does not have, or a run of another lens.
     """
     if not 0 <= copy < len(run.drawn):
         raise LensError(f"copy {copy}: this run has the copies 0 to {len(run.drawn) - 1}")
@@ -292,27 +243,16 @@ def star_pictures(lens: Lens, run: Production, copies: Sequence[int], film: Film
                   wavelengths=None) -> tuple[np.ndarray, float]:
     """Pictures of a star in every field, through the design and through copies of it.
 
-    Parameters
-    ----------
-    lens : Lens
-        That of the run.
-    run : Production
-        As `production` gives it for `film`.
-    copies : sequence of int
-        Numbers of the copies, from 0.
-    film, wavelengths
-        As for `production`.
-
-    Returns
-    -------
-    (1 + copies, fields, SIDE, SIDE) array, float
-        The design first; 0 black to 1 white, row 0 at the bottom (y of the lens frame points up). Then the width of a
-        picture on the film, mm.
-
-    Raises
-    ------
-    LensError
-        As `production`, and for copies that the run does not have.
+    Args:
+        lens: That of the run.
+        run: As `production` gives it for `film`.
+        copies: Numbers of the copies, from 0.
+        film, wavelengths: As for `production`.
+    Returns:
+        (1 + copies, fields, SIDE, SIDE) array, float. The design first; 0 black to 1 white, row 0 at the bottom (y of
+            the lens frame points up). Then the width of a picture on the film, mm.
+    Raises:
+        LensError: As `production`, and for copies that the run does not have.
     """
     judge = Judge(lens, film, None, wavelengths)
     width = 2.0 * judge.height / PART

@@ -57,12 +57,9 @@ class Intrinsics(NamedTuple):
 
     u = fx X / Z + cx, v = fy Y / Z + cy. For an orthographic camera u = fx X + cx, v = fy Y + cy.
 
-    Attributes
-    ----------
-    fx, fy : float
-        Focal lengths in pixels; for an orthographic camera pixels per mm.
-    cx, cy : float
-        Principal point in raster pixels.
+    Attributes:
+        fx, fy: Focal lengths in pixels; for an orthographic camera pixels per mm.
+        cx, cy: Principal point in raster pixels.
     """
 
     fx: float
@@ -79,18 +76,12 @@ class Intrinsics(NamedTuple):
 class Places(NamedTuple):
     """Points of the picture in every space; the point in front of the camera is the one at a distance along the ray.
 
-    Attributes
-    ----------
-    raster : (n, 2) ndarray
-        Pixels.
-    ndc, screen : (n, 2) ndarray
-        Without z.
-    film : (n, 3) ndarray
-        Point on the film (mm, camera frame).
-    camera, world : (n, 3) ndarray
-        mm; NaN where no light passes.
-    object : (n, 3) ndarray
-        mm; in the world frame if no object is given.
+    Attributes:
+        raster: (n, 2) ndarray. Pixels.
+        ndc, screen: (n, 2) ndarray. Without z.
+        film: (n, 3) ndarray. Point on the film (mm, camera frame).
+        camera, world: (n, 3) ndarray. mm; NaN where no light passes.
+        object: (n, 3) ndarray. mm; in the world frame if no object is given.
     """
 
     raster: np.ndarray
@@ -108,28 +99,18 @@ class Spaces:
 
     Source: Shirley and others, Fundamentals of Computer Graphics, ch. 8.
 
-    Parameters
-    ----------
-    pixels_x, pixels_y : int
-        Of the picture.
-    window : (float, float, float, float)
-        Left, right, bottom and top of the part of the screen that falls on the film.
-    scale : float
-        Screen units per unit of slope, 1 / tan(fov / 2); for an orthographic camera per mm.
-    near, far : float
-        Distances of the planes with screen z 0 and 1 from the eye (mm). far may be math.inf for a perspective;
-        near may be ≤ 0 for an orthographic camera.
-    perspective : bool
-        Whether it is a perspective.
-    eye : float
-        z of the centre of projection in the camera frame (mm).
-    world_from_camera : (4, 4) ndarray
-        Pose of the camera.
-
-    Raises
-    ------
-    ValueError
-        If 0 < near < far does not hold.
+    Args:
+        pixels_x, pixels_y: Of the picture.
+        window: (float, float, float, float). Left, right, bottom and top of the part of the screen that falls on the
+            film.
+        scale: Screen units per unit of slope, 1 / tan(fov / 2); for an orthographic camera per mm.
+        near, far: Distances of the planes with screen z 0 and 1 from the eye (mm). far may be math.inf for a
+            perspective; near may be ≤ 0 for an orthographic camera.
+        perspective: Whether it is a perspective.
+        eye: z of the centre of projection in the camera frame (mm).
+        world_from_camera: (4, 4) ndarray. Pose of the camera.
+    Raises:
+        ValueError: If 0 < near < far does not hold.
     """
 
     pixels_x: int
@@ -234,24 +215,14 @@ def depth_resolution(depth, near: float, far: float, dtype=np.float32):
 
     It is one unit in the last place of z = f (1 − n / d) / (f − n), over its slope f n / ((f − n) d²).
 
-    Parameters
-    ----------
-    depth : float or array_like
-        d, distance from the eye along the axis (mm).
-    near, far : float
-        n and f, distances of the planes (mm); far may be math.inf.
-    dtype : dtype
-        Floating-point type of the buffer.
-
-    Returns
-    -------
-    float or ndarray
-        Steps in mm.
-
-    Raises
-    ------
-    ValueError
-        If 0 < near < far or near ≤ depth ≤ far does not hold.
+    Args:
+        depth: float or array_like. d, distance from the eye along the axis (mm).
+        near, far: n and f, distances of the planes (mm); far may be math.inf.
+        dtype: dtype. Floating-point type of the buffer.
+    Returns:
+        float or ndarray. Steps in mm.
+    Raises:
+        ValueError: If 0 < near < far or near ≤ depth ≤ far does not hold.
     """
     d = np.asarray(depth, float)
     if not (0.0 < near < far and np.all((near <= d) & (d <= far))):

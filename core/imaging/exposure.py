@@ -81,19 +81,12 @@ class ExposureError(ValueError):
 class Exposure:
     """f-number, shutter time and ISO.
 
-    Parameters
-    ----------
-    f_number : float
-        The working f-number, which differs from the engraved one at close focus.
-    time : float
-        Shutter time (s).
-    iso : float
-        Sensitivity.
-
-    Raises
-    ------
-    ExposureError
-        If one of them is not positive and finite.
+    Args:
+        f_number: The working f-number, which differs from the engraved one at close focus.
+        time: Shutter time (s).
+        iso: Sensitivity.
+    Raises:
+        ExposureError: If one of them is not positive and finite.
     """
 
     f_number: float
@@ -160,20 +153,12 @@ class Exposure:
 def luminance(ev100: float) -> float:
     """Luminance of an exposure value by the meter's constant (ISO 2720).
 
-    Parameters
-    ----------
-    ev100 : float
-        Exposure value at ISO 100.
-
-    Returns
-    -------
-    float
+    Args:
+        ev100: Exposure value at ISO 100.
+    Returns:
         cd/m².
-
-    Raises
-    ------
-    ExposureError
-        A number beyond MOST_STOPS.
+    Raises:
+        ExposureError: A number beyond MOST_STOPS.
     """
     return METER / 100.0 * 2.0 ** _checked_stops("EV100", ev100)
 
@@ -181,20 +166,12 @@ def luminance(ev100: float) -> float:
 def ev100(luminance: float) -> float:
     """Exposure value at ISO 100 that a meter gives for a luminance (ISO 2720).
 
-    Parameters
-    ----------
-    luminance : float
-        cd/m².
-
-    Returns
-    -------
-    float
+    Args:
+        luminance: cd/m².
+    Returns:
         log₂(N² / t).
-
-    Raises
-    ------
-    ExposureError
-        If the luminance is not positive and finite.
+    Raises:
+        ExposureError: If the luminance is not positive and finite.
     """
     return math.log2(checked_positive("luminance", luminance) * 100.0 / METER)
 
@@ -202,24 +179,15 @@ def ev100(luminance: float) -> float:
 def metered_stops(image, method: str = "mean") -> float:
     """Stops by which to brighten a picture for a normal exposure.
 
-    Parameters
-    ----------
-    image : (h, w, 3) array_like
-        Linear picture, 1 at saturation.
-    method : {"mean", "highlights"}
-        "mean": the logarithmic mean of the luminance becomes GREY, as in a meter; pixels darker than the
-        plain mean by more than 12 stops do not count. "highlights": all but a thousandth of the pixels stay below 1
-        in every channel.
-
-    Returns
-    -------
-    float
+    Args:
+        image: (h, w, 3) array_like. Linear picture, 1 at saturation.
+        method: {"mean", "highlights"}. "mean": the logarithmic mean of the luminance becomes GREY, as in a meter;
+            pixels darker than the plain mean by more than 12 stops do not count. "highlights": all but a thousandth of
+            the pixels stay below 1 in every channel.
+    Returns:
         Stops; 0 for a black picture.
-
-    Raises
-    ------
-    ExposureError
-        For another method.
+    Raises:
+        ExposureError: For another method.
     """
     if method not in METHODS:
         raise ExposureError(f"metering {method!r}: choose one of {', '.join(METHODS)}")
@@ -239,22 +207,13 @@ def metered_stops(image, method: str = "mean") -> float:
 def irradiance(image, open_time: float) -> np.ndarray:
     """Irradiance E of a picture of physical weights.
 
-    Parameters
-    ----------
-    image : (h, w, 3) array_like
-        Linear picture.
-    open_time : float
-        Effective shutter time (s).
-
-    Returns
-    -------
-    (h, w, 3) ndarray
-        W/m².
-
-    Raises
-    ------
-    ExposureError
-        If the time is not positive and finite.
+    Args:
+        image: (h, w, 3) array_like. Linear picture.
+        open_time: Effective shutter time (s).
+    Returns:
+        (h, w, 3) ndarray. W/m².
+    Raises:
+        ExposureError: If the time is not positive and finite.
     """
     return np.asarray(image) * (RADIANCE / checked_positive("open time", open_time))
 
@@ -262,15 +221,10 @@ def irradiance(image, open_time: float) -> np.ndarray:
 def radiant_exposure(image) -> np.ndarray:
     """Radiant exposure H = ∫ E dt of a picture of physical weights.
 
-    Parameters
-    ----------
-    image : (h, w, 3) array_like
-        Linear picture.
-
-    Returns
-    -------
-    (h, w, 3) ndarray
-        J/m².
+    Args:
+        image: (h, w, 3) array_like. Linear picture.
+    Returns:
+        (h, w, 3) ndarray. J/m².
     """
     return np.asarray(image) * RADIANCE
 
@@ -278,17 +232,11 @@ def radiant_exposure(image) -> np.ndarray:
 def pixel_energy(image, film: Film) -> np.ndarray:
     """Energy ∫∫ H dA that each pixel collects, for a picture of physical weights.
 
-    Parameters
-    ----------
-    image : (h, w, 3) array_like
-        Linear picture.
-    film : Film
-        The film, whose pixels have this size.
-
-    Returns
-    -------
-    (h, w, 3) ndarray
-        J.
+    Args:
+        image: (h, w, 3) array_like. Linear picture.
+        film: The film, whose pixels have this size.
+    Returns:
+        (h, w, 3) ndarray. J.
     """
     return radiant_exposure(image) * (film.pitch * 1e-3) ** 2
 

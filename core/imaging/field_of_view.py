@@ -19,16 +19,11 @@ class Equivalent(NamedTuple):
     as a part of the picture, the diffraction and the light of the whole picture. For a point at infinity this is exact
     at any focus distance that is measured from the front focal point.
 
-    Attributes
-    ----------
-    crop : float
-        Crop factor: the other film's diagonal over this one's.
-    focal_length : float
-        mm.
-    f_number : float or None
-        None if none was given.
-    iso : float
-        Factor of the sensitivity for the same brightness at the same shutter time.
+    Attributes:
+        crop: Crop factor: the other film's diagonal over this one's.
+        focal_length: mm.
+        f_number: None if none was given.
+        iso: Factor of the sensitivity for the same brightness at the same shutter time.
     """
 
     crop: float
@@ -40,24 +35,14 @@ class Equivalent(NamedTuple):
 def field_of_view(focal_length: float, film: Film, axis: str = "diagonal") -> float:
     """Field of view of a lens without distortion, focused at infinity.
 
-    Parameters
-    ----------
-    focal_length : float
-        mm; math.inf is allowed.
-    film : Film
-        The film.
-    axis : {"shorter", "longer", "horizontal", "vertical", "diagonal"}
-        Along which side of the film.
-
-    Returns
-    -------
-    float
+    Args:
+        focal_length: mm; math.inf is allowed.
+        film: The film.
+        axis: {"shorter", "longer", "horizontal", "vertical", "diagonal"}. Along which side of the film.
+    Returns:
         Radians.
-
-    Raises
-    ------
-    FilmError
-        For a focal length that is not positive, or another axis.
+    Raises:
+        FilmError: For a focal length that is not positive, or another axis.
     """
     if not focal_length > 0.0:
         raise FilmError(f"focal length {significant(focal_length)}: it must be positive")
@@ -67,24 +52,14 @@ def field_of_view(focal_length: float, film: Film, axis: str = "diagonal") -> fl
 def focal_length(fov: float, film: Film, axis: str = "diagonal") -> float:
     """Focal length for a field of view.
 
-    Parameters
-    ----------
-    fov : float
-        Radians, between 0 and π.
-    film : Film
-        The film.
-    axis : {"shorter", "longer", "horizontal", "vertical", "diagonal"}
-        Along which side of the film.
-
-    Returns
-    -------
-    float
+    Args:
+        fov: Radians, between 0 and π.
+        film: The film.
+        axis: {"shorter", "longer", "horizontal", "vertical", "diagonal"}. Along which side of the film.
+    Returns:
         mm.
-
-    Raises
-    ------
-    FilmError
-        For another field of view or axis.
+    Raises:
+        FilmError: For another field of view or axis.
     """
     return film.extent(axis) / (2.0 * math.tan(_checked_fov(fov) / 2.0))
 
@@ -92,22 +67,13 @@ def focal_length(fov: float, film: Film, axis: str = "diagonal") -> float:
 def film_extent(fov: float, focal_length: float) -> float:
     """Extent of a film for a field of view.
 
-    Parameters
-    ----------
-    fov : float
-        Radians along this extent, between 0 and π.
-    focal_length : float
+    Args:
+        fov: Radians along this extent, between 0 and π.
+        focal_length: mm.
+    Returns:
         mm.
-
-    Returns
-    -------
-    float
-        mm.
-
-    Raises
-    ------
-    FilmError
-        For another field of view, or a focal length that is not positive.
+    Raises:
+        FilmError: For another field of view, or a focal length that is not positive.
     """
     _check("focal length", focal_length)
     return 2.0 * focal_length * math.tan(_checked_fov(fov) / 2.0)
@@ -116,21 +82,13 @@ def film_extent(fov: float, focal_length: float) -> float:
 def equivalent(focal_length: float, film: Film, f_number: float | None = None, to: Film = FULL_FRAME) -> Equivalent:
     """Equivalent focal length and f-number on another film.
 
-    Parameters
-    ----------
-    focal_length : float
-        mm, on `film`.
-    film : Film
-        The film.
-    f_number : float or None
-        On `film`.
-    to : Film
-        The other film; by default 36 × 24 mm.
-
-    Raises
-    ------
-    FilmError
-        For a focal length or f-number that is not positive.
+    Args:
+        focal_length: mm, on `film`.
+        film: The film.
+        f_number: On `film`.
+        to: The other film; by default 36 × 24 mm.
+    Raises:
+        FilmError: For a focal length or f-number that is not positive.
     """
     _check("focal length", focal_length)
     if f_number is not None:

@@ -49,17 +49,11 @@ class FilmError(ValueError):
 class Film:
     """A film or sensor: its size and its pixels, which need not be square.
 
-    Parameters
-    ----------
-    width, height : float
-        Size in mm, across and down.
-    pixels_x, pixels_y : int
-        Number of pixels across and down.
-
-    Raises
-    ------
-    FilmError
-        For a side that is not positive, or a number of pixels outside the limits.
+    Args:
+        width, height: Size in mm, across and down.
+        pixels_x, pixels_y: Number of pixels across and down.
+    Raises:
+        FilmError: For a side that is not positive, or a number of pixels outside the limits.
     """
 
     width: float = 36.0
@@ -136,27 +130,19 @@ def least_radius(width: float, height: float) -> float:
 class FilmPose:
     """Where a film lies behind a lens.
 
-    Parameters
-    ----------
-    tilt : float
-        Radians about the film's horizontal middle line; positive tips the top of the film back, away from the lens. The
-        image is inverted, so that the ground in front of the camera comes into focus, as with a lens that is tilted
-        down.
-    swing : float
-        Radians about the vertical; positive turns the film's right side, seen from behind, back. The left of the
-        picture's scene is then in focus nearer.
-    rise, shift : float
-        Millimetres by which the lens stands above, and to the right of, the film's centre: the picture shows what is
-        higher, or further to the right.
-    radius : float
-        Millimetres, of a film that is curved as a sphere: positive where the centre of curvature lies behind the film,
-        negative where it lies before it, so that the sides come nearer to the lens, as the Petzval surface of most
-        lenses does (`FirstOrder.petzval_radius`). inf for a flat film.
-
-    Raises
-    ------
-    FilmError
-        For angles beyond 60°, lengths beyond 10 m, or a radius of 0 or nan.
+    Args:
+        tilt: Radians about the film's horizontal middle line; positive tips the top of the film back, away from the
+            lens. The image is inverted, so that the ground in front of the camera comes into focus, as with a lens that
+            is tilted down.
+        swing: Radians about the vertical; positive turns the film's right side, seen from behind, back. The left of the
+            picture's scene is then in focus nearer.
+        rise, shift: Millimetres by which the lens stands above, and to the right of, the film's centre: the picture
+            shows what is higher, or further to the right.
+        radius: Millimetres, of a film that is curved as a sphere: positive where the centre of curvature lies behind
+            the film, negative where it lies before it, so that the sides come nearer to the lens, as the Petzval
+            surface of most lenses does (`FirstOrder.petzval_radius`). inf for a flat film.
+    Raises:
+        FilmError: For angles beyond 60°, lengths beyond 10 m, or a radius of 0 or nan.
     """
 
     tilt: float = 0.0

@@ -32,30 +32,19 @@ PEDESTAL = 1 / 64       # of the converter's range, below black: room for noise
 class Sensor:
     """A sensor of one kind of pixel, with a channel for each colour at every place.
 
-    Parameters
-    ----------
-    full_well : float
-        Capacity of a pixel (electrons).
-    quantum_efficiency : float
-        Electrons per photon, from 0 (excluded) to 1.
-    read_noise : float
-        Standard deviation (electrons).
-    base_iso : float
-        ISO at which the full well is the top of the converter's range.
-    bits : int
-        Of the converter, 8 to 16.
-    pitch : float or None
-        Side of a pixel (µm). None: such that the exposure that saturates at base_iso, SATURATION / base_iso lux
-        seconds, fills the well.
+    Args:
+        full_well: Capacity of a pixel (electrons).
+        quantum_efficiency: Electrons per photon, from 0 (excluded) to 1.
+        read_noise: Standard deviation (electrons).
+        base_iso: ISO at which the full well is the top of the converter's range.
+        bits: Of the converter, 8 to 16.
+        pitch: Side of a pixel (µm). None: such that the exposure that saturates at base_iso, SATURATION / base_iso lux
+            seconds, fills the well.
+    Raises:
+        ExposureError: For other numbers.
 
-    Raises
-    ------
-    ExposureError
-        For other numbers.
-
-    References
-    ----------
-    ISO 12232, saturation-based speed.
+    References:
+        ISO 12232, saturation-based speed.
     """
 
     full_well: float = 50_000.0
@@ -122,29 +111,17 @@ class Sensor:
     def record(self, image, iso: float, lux_seconds: float = 1.0, seed: int = 0, top: int = 0) -> np.ndarray:
         """The recorded picture of a linear one. The noise of a pixel depends on the seed and its place alone.
 
-        Parameters
-        ----------
-        image : (h, w, 3) array
-            Linear picture.
-        iso : float
-            ISO speed.
-        lux_seconds : float
-            Exposure that the value 1 of the picture represents: `Exposure.lux_seconds` for relative weights, LUMINANCE
-            for physical ones.
-        seed : int
-            Seed of the noise.
-        top : int
-            Of some lines of a picture, the place of the first one from above.
-
-        Returns
-        -------
-        (h, w, 3) array
-            float32, in the unit of the given picture, black at 0; noise may be negative.
-
-        Raises
-        ------
-        ExposureError
-            For an invalid ISO speed or exposure.
+        Args:
+            image: (h, w, 3) array. Linear picture.
+            iso: ISO speed.
+            lux_seconds: Exposure that the value 1 of the picture represents: `Exposure.lux_seconds` for relative
+                weights, LUMINANCE for physical ones.
+            seed: Seed of the noise.
+            top: Of some lines of a picture, the place of the first one from above.
+        Returns:
+            (h, w, 3) array. float32, in the unit of the given picture, black at 0; noise may be negative.
+        Raises:
+            ExposureError: For an invalid ISO speed or exposure.
         """
         most = self.top(iso)
         values = np.ascontiguousarray(image, np.float32)

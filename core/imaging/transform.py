@@ -84,24 +84,15 @@ def transform_steps(world_from_camera: np.ndarray) -> list[Step]:
 def look_at(eye, target, up=(0.0, 1.0, 0.0)) -> np.ndarray:
     """Pose of a camera that looks at a point.
 
-    Parameters
-    ----------
-    eye : (3,) array_like
-        Position of the camera (mm, world frame).
-    target : (3,) array_like
-        Point in the middle of the picture (mm, world frame).
-    up : (3,) array_like
-        Direction that is upright in the picture, of any length (world frame).
-
-    Returns
-    -------
-    (4, 4) ndarray
-        world_from_camera, a rigid transform in mm.
-
-    Raises
-    ------
-    TransformError
-        If the target is the eye, if `up` is zero or parallel to the view, or for points that are not finite.
+    Args:
+        eye: (3,) array_like. Position of the camera (mm, world frame).
+        target: (3,) array_like. Point in the middle of the picture (mm, world frame).
+        up: (3,) array_like. Direction that is upright in the picture, of any length (world frame).
+    Returns:
+        (4, 4) ndarray. world_from_camera, a rigid transform in mm.
+    Raises:
+        TransformError: If the target is the eye, if `up` is zero or parallel to the view, or for points that are not
+            finite.
     """
     eye, target, up = (np.asarray(point, float) for point in (eye, target, up))
     if any(point.shape != (3,) or not np.isfinite(point).all() for point in (eye, target, up)):
@@ -208,17 +199,11 @@ class AnimatedTransform:
 
     Source: Shoemake and Duff 1992.
 
-    Parameters
-    ----------
-    start, end : (4, 4) array_like
-        Affine matrices at the two times, target_from_source, in mm.
-    start_time, end_time : float
-        Seconds; the end after the start.
-
-    Raises
-    ------
-    TransformError
-        For matrices that are not finite and affine, or are singular or mirrored, and for other times.
+    Args:
+        start, end: (4, 4) array_like. Affine matrices at the two times, target_from_source, in mm.
+        start_time, end_time: Seconds; the end after the start.
+    Raises:
+        TransformError: For matrices that are not finite and affine, or are singular or mirrored, and for other times.
     """
 
     start: np.ndarray

@@ -61,19 +61,13 @@ def cosine_direction(real, u, v, nx, ny, nz):
 def unit_disk(uv) -> np.ndarray:
     """Points of the unit disk of pupil samples, by the map of every camera: (0.5, 0.5) is the centre.
 
-    Parameters
-    ----------
-    uv : (n, 2) array
-        Pupil samples in [0, 1]².
+    Args:
+        uv: (n, 2) array. Pupil samples in [0, 1]².
+    Returns:
+        (n, 2) array. Points x, y of the unit disk; equal areas of the square have equal areas.
 
-    Returns
-    -------
-    (n, 2) array
-        Points x, y of the unit disk; equal areas of the square have equal areas.
-
-    References
-    ----------
-    Shirley and Chiu 1997, A low distortion map between disk and square.
+    References:
+        Shirley and Chiu 1997, A low distortion map between disk and square.
     """
     u, v = np.asarray(uv, float).T
     a, b = 2.0 * v - 1.0, 2.0 * u - 1.0
@@ -87,19 +81,14 @@ def unit_disk(uv) -> np.ndarray:
 def unit_square(points) -> np.ndarray:
     """Pupil samples of points of a round pupil: the inverse of `unit_disk`.
 
-    Parameters
-    ----------
-    points : (n, 2) array
-        Points x, y in radii of the pupil.
+    Args:
+        points: (n, 2) array. Points x, y in radii of the pupil.
+    Returns:
+        (n, 2) array. Pupil samples uv: in [0, 1]² inside the unit disk, and outside that square for points outside the
+            disk.
 
-    Returns
-    -------
-    (n, 2) array
-        Pupil samples uv: in [0, 1]² inside the unit disk, and outside that square for points outside the disk.
-
-    References
-    ----------
-    Shirley and Chiu 1997, A low distortion map between disk and square.
+    References:
+        Shirley and Chiu 1997, A low distortion map between disk and square.
     """
     x, y = np.asarray(points, float).T
     steep = np.abs(y) > np.abs(x)

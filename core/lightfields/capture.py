@@ -240,20 +240,12 @@ def needed_margin(camera: Camera, views: tuple[int, int], reach: float) -> tuple
 def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.float16, moments: int = 1) -> int:
     """Size of plain views in memory: three colours and the coverage of every pixel and view.
 
-    Parameters
-    ----------
-    film
-        The camera's film.
-    views
-        Views across and down.
-    dtype
-        np.float16 or np.float32.
-    moments
-        Number of moments; above 1 each takes three colours more.
-
-    Returns
-    -------
-    int
+    Args:
+        film: The camera's film.
+        views: Views across and down.
+        dtype: np.float16 or np.float32.
+        moments: Number of moments; above 1 each takes three colours more.
+    Returns:
         Bytes.
     """
     numbers = 4 + (3 * moments if moments > 1 else 0)
@@ -263,22 +255,13 @@ def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.floa
 def recording_bytes(camera: Camera, views: tuple[int, int] = (9, 9), moments: int = 1) -> int:
     """Size in memory of what `capture_light_field` records: views with a margin, and the same with finer pixels.
 
-    Parameters
-    ----------
-    camera
-        The camera.
-    views, moments
-        As for `capture_light_field`.
-
-    Returns
-    -------
-    int
+    Args:
+        camera: The camera.
+        views, moments: As for `capture_light_field`.
+    Returns:
         Bytes.
-
-    Raises
-    ------
-    LightFieldError
-        For a camera without an aperture.
+    Raises:
+        LightFieldError: For a camera without an aperture.
     """
     margin = needed_margin(camera, views, pupil_reach(camera))
     return sum(light_field_bytes(widened(camera, margin, finer).film, views, moments=moments) for finer in (1, FINER))
@@ -292,31 +275,20 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     It is recorded with twice the pixels across and down, and with the margin about the picture that focusing within
     `LightField.clear_range` needs, at most an eighth of each side.
 
-    Parameters
-    ----------
-    camera
-        A projective camera with a lens that focuses, traced or ideal; its model resolved.
-    scene
-        The scene, world frame, mm.
-    views
-        Cells of the pupil across and down.
-    samples
-        Samples per pixel of the picture and view, at least one in each of its four parts; a cell that the pupil's edge
-        cuts takes fewer, so that the pupil is sampled evenly.
-    seed
-        Sampler seed.
-    threads
-        Number of threads; None: one for each core.
-    progress
-        Called with the share done, 0 to 1, from any thread; return False to cancel.
-    moments
-        Number of equal parts of the exposure to keep apart, beside their mean; each takes its share of the samples.
-
-    Raises
-    ------
-    LightFieldError
-        For invalid numbers, a camera without an aperture, moments where nothing moves, too little memory, and when
-        `progress` cancels.
+    Args:
+        camera: A projective camera with a lens that focuses, traced or ideal; its model resolved.
+        scene: The scene, world frame, mm.
+        views: Cells of the pupil across and down.
+        samples: Samples per pixel of the picture and view, at least one in each of its four parts; a cell that the
+            pupil's edge cuts takes fewer, so that the pupil is sampled evenly.
+        seed: Sampler seed.
+        threads: Number of threads; None: one for each core.
+        progress: Called with the share done, 0 to 1, from any thread; return False to cancel.
+        moments: Number of equal parts of the exposure to keep apart, beside their mean; each takes its share of the
+            samples.
+    Raises:
+        LightFieldError: For invalid numbers, a camera without an aperture, moments where nothing moves, too little
+            memory, and when `progress` cancels.
     """
     across, down = checked_views(camera.film, views, samples, np.float16, moments)
     if moments > 1 and not (camera.moves or scene.moves):
@@ -364,34 +336,19 @@ def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], ra
                     progress: Callable[[float], bool] = lambda share: True) -> np.ndarray:
     """The picture that a camera takes through a round part of its pupil: the reference of a refocused light field.
 
-    Parameters
-    ----------
-    camera
-        A projective camera with a lens, its model resolved.
-    scene
-        The scene, world frame, mm.
-    place
-        Centre (u, v) of the part, in radii of the paraxial exit pupil, to the right and up.
-    radius
-        Radius of the part, in radii of the paraxial exit pupil.
-    samples
-        Samples per pixel.
-    seed
-        Sampler seed.
-    moment
-        Index and number of the equal parts of the exposure.
-    progress
-        Called with the share done, 0 to 1, from any thread; return False to cancel.
-
-    Returns
-    -------
-    ndarray
+    Args:
+        camera: A projective camera with a lens, its model resolved.
+        scene: The scene, world frame, mm.
+        place: Centre (u, v) of the part, in radii of the paraxial exit pupil, to the right and up.
+        radius: Radius of the part, in radii of the paraxial exit pupil.
+        samples: Samples per pixel.
+        seed: Sampler seed.
+        moment: Index and number of the equal parts of the exposure.
+        progress: Called with the share done, 0 to 1, from any thread; return False to cancel.
+    Returns:
         float32 (h, w, 3), linear RGB, 1 where the axis sees radiance 1.
-
-    Raises
-    ------
-    LightFieldError
-        As `capture_light_field`.
+    Raises:
+        LightFieldError: As `capture_light_field`.
     """
     checked_views(camera.film, (1, 1), samples, np.float32)
     pupil_reach(camera)

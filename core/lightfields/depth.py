@@ -5,10 +5,9 @@ it. For each of many σ the variance of the views, shifted back by σ a, is summ
 least of the sums, interpolated by a parabola, gives the depth, and how far it lies below the others the confidence. The
 picture in focus everywhere is the sum of the views with the σ of each pixel's own depth.
 
-References
-----------
-Bolles, Baker and Marimont, "Epipolar-plane image analysis", 1987: slopes. Okutomi and Kanade, "A multiple-baseline
-stereo", 1993: the sum over views.
+References:
+    Bolles, Baker and Marimont, "Epipolar-plane image analysis", 1987: slopes. Okutomi and Kanade, "A multiple-baseline
+    stereo", 1993: the sum over views.
 """
 
 import math
@@ -37,17 +36,12 @@ LIT = 0.3               # of the greatest coverage, below which a view of a pixe
 class Depth:
     """Depth of a light field, from `find_depth`; pixels as seen from the middle of the pupil, the top row first.
 
-    Parameters
-    ----------
-    distance
-        float32 (h, w) mm, measured as the camera measures its focus distance.
-    confidence
-        float32 (h, w): 0 where any distance fits, to 1 where no other does.
-    error
-        float32 (h, w) mm: what half to four fifths of the sure pixels are off by at the most. It grows with the
-        square of the distance and falls with the baseline, the width of the pupil.
-    picture
-        float32 (h, w, 3), linear RGB, in focus everywhere.
+    Args:
+        distance: float32 (h, w) mm, measured as the camera measures its focus distance.
+        confidence: float32 (h, w): 0 where any distance fits, to 1 where no other does.
+        error: float32 (h, w) mm: what half to four fifths of the sure pixels are off by at the most. It grows with the
+            square of the distance and falls with the baseline, the width of the pupil.
+        picture: float32 (h, w, 3), linear RGB, in focus everywhere.
     """
 
     distance: np.ndarray
@@ -60,22 +54,14 @@ def find_depth(field: LightField, nearest: float | None = None, farthest: float 
                progress: Callable[[float], bool] = lambda share: True) -> Depth:
     """The depth of a light field between two distances (Okutomi and Kanade 1993).
 
-    Parameters
-    ----------
-    field
-        A light field of at least 3 × 3 views.
-    nearest
-        Nearest distance, mm, measured as the camera measures its focus; None: where neighbouring views
-        are as far apart as at `farthest`, and at least two pixels.
-    farthest
-        Farthest distance, mm; may be math.inf.
-    progress
-        Called with the share done, 0 to 1; return False to cancel.
-
-    Raises
-    ------
-    LightFieldError
-        For a single view, invalid distances, and when `progress` cancels.
+    Args:
+        field: A light field of at least 3 × 3 views.
+        nearest: Nearest distance, mm, measured as the camera measures its focus; None: where neighbouring views are as
+            far apart as at `farthest`, and at least two pixels.
+        farthest: Farthest distance, mm; may be math.inf.
+        progress: Called with the share done, 0 to 1; return False to cancel.
+    Raises:
+        LightFieldError: For a single view, invalid distances, and when `progress` cancels.
     """
     if min(field.views) < 2 and max(field.views) < 3:
         raise LightFieldError("a single view has no depth: record a light field of at least 3 × 3")

@@ -8,10 +8,9 @@ for every pixel.
 Refocusing is shift-and-add: to first order the ray that meets the new film at x and the pupil at a meets the old film
 at k x + σ a (from the two cameras' Gaussian maps), so every view is shifted by σ a, and all are added.
 
-References
-----------
-Ng, Levoy, Brédif, Duval, Horowitz and Hanrahan, "Light field photography with a hand-held plenoptic camera", 2005:
-shift-and-add. Ng, "Fourier slice photography", 2005: the slice of the spectrum.
+References:
+    Ng, Levoy, Brédif, Duval, Horowitz and Hanrahan, "Light field photography with a hand-held plenoptic camera", 2005:
+    shift-and-add. Ng, "Fourier slice photography", 2005: the slice of the spectrum.
 """
 
 import math
@@ -53,34 +52,22 @@ def require_film_in_line(camera: Camera) -> None:
 class LightField:
     """A light field, from `capture_light_field` or `RawPicture.decoded`.
 
-    Parameters
-    ----------
-    camera
-        The camera that captured.
-    reach
-        Half side of the grid of cells, in radii of the paraxial exit pupil.
-    light
-        (views down, views across, 3, h, w) float16 or float32: linear radiance × coverage. The first row of views is
-        the lowest in the pupil, the first row of pixels the top.
-    coverage
-        (views down, views across, h, w), of the same type: share of a cell's light that arrives, times cos⁴θ.
-    fill
-        Side of the part of a pixel that a view's samples fill, about the pixel's middle; pixels.
-    aside
-        (views down, views across, 2) offset of each view's pixel grid, to the right and down; pixels. None: those of
-        `spread_offsets`.
-    moments
-        (n, views down, views across, 3, h, w) light of equal parts of the exposure in turn, whose mean is `light`;
-        None: not kept apart.
-    wide
-        The same light with finer pixels and a margin about the picture, which `refocus` sums; None: only these pixels.
-    margined
-        The same with that margin and pixels of this size, whose middle `light` is; None without `wide`.
-
-    Raises
-    ------
-    LightFieldError
-        For a camera that does not focus.
+    Args:
+        camera: The camera that captured.
+        reach: Half side of the grid of cells, in radii of the paraxial exit pupil.
+        light: (views down, views across, 3, h, w) float16 or float32: linear radiance × coverage. The first row of
+            views is the lowest in the pupil, the first row of pixels the top.
+        coverage: (views down, views across, h, w), of the same type: share of a cell's light that arrives, times cos⁴θ.
+        fill: Side of the part of a pixel that a view's samples fill, about the pixel's middle; pixels.
+        aside: (views down, views across, 2) offset of each view's pixel grid, to the right and down; pixels. None:
+            those of `spread_offsets`.
+        moments: (n, views down, views across, 3, h, w) light of equal parts of the exposure in turn, whose mean is
+            `light`; None: not kept apart.
+        wide: The same light with finer pixels and a margin about the picture, which `refocus` sums; None: only these
+            pixels.
+        margined: The same with that margin and pixels of this size, whose middle `light` is; None without `wide`.
+    Raises:
+        LightFieldError: For a camera that does not focus.
     """
 
     camera: Camera
@@ -145,27 +132,17 @@ class LightField:
                 coarse: bool = False):
         """The picture focused at another distance.
 
-        Parameters
-        ----------
-        distance
-            Focus distance in mm, measured as the capturing camera measures its own; below `nearest` it is `nearest`.
-        f_number
-            Of a round part of the recorded aperture; None: the whole.
-        view
-            Centre (u, v) of that part, in radii of the pupil, to the right and up.
-        coarse
-            In a quarter of the time, without the finer pixels of a recording.
-
-        Returns
-        -------
-        ndarray
-            float32 (h, w, 3), linear RGB, relative weights, nowhere negative. Where only some views saw what a pixel
-            needs (`recorded`), it is the mean of these, and black where none did.
-
-        Raises
-        ------
-        LightFieldError
-            For an aperture that was not recorded.
+        Args:
+            distance: Focus distance in mm, measured as the capturing camera measures its own; below `nearest` it is
+                `nearest`.
+            f_number: Of a round part of the recorded aperture; None: the whole.
+            view: Centre (u, v) of that part, in radii of the pupil, to the right and up.
+            coarse: In a quarter of the time, without the finer pixels of a recording.
+        Returns:
+            ndarray. float32 (h, w, 3), linear RGB, relative weights, nowhere negative. Where only some views saw what a
+                pixel needs (`recorded`), it is the mean of these, and black where none did.
+        Raises:
+            LightFieldError: For an aperture that was not recorded.
         """
         h, w = self.light.shape[3:]
         if coarse and self.margined is not None:

@@ -6,10 +6,9 @@ nearest pinholes, and by cubics between the pixels of each. Where the surface is
 pinhole at u sees it at s + (u₀ − u)(D/z − 1), by similar triangles: with known depths, neighbours agree, and nothing is
 seen double.
 
-References
-----------
-Levoy and Hanrahan, "Light field rendering", 1996. Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph", 1996: the
-correction by depth.
+References:
+    Levoy and Hanrahan, "Light field rendering", 1996. Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph", 1996:
+    the correction by depth.
 """
 
 import math
@@ -42,12 +41,9 @@ NOTHING, NO_RAYS, MIDDLE = np.zeros(0, np.float32), np.zeros((0, 6)), np.zeros((
 class NovelView(NamedTuple):
     """Picture of a lumigraph from another camera, from `Lumigraph.seen_by`.
 
-    Parameters
-    ----------
-    picture : (h, w, 3) array
-        float32, linear red, green and blue; 0 where nothing was recorded.
-    covered : (h, w) array of bool
-        Whether the pixel was recorded.
+    Args:
+        picture: (h, w, 3) array. float32, linear red, green and blue; 0 where nothing was recorded.
+        covered: (h, w) array of bool. Whether the pixel was recorded.
     """
 
     picture: np.ndarray
@@ -58,18 +54,13 @@ class NovelView(NamedTuple):
 class Lumigraph:
     """Pictures and depths by an array of pinholes, from `capture_lumigraph`.
 
-    Parameters
-    ----------
-    camera
-        The pinhole in the array's middle.
-    spacing
-        Distance between neighbouring pinholes, mm.
-    distance
-        Distance from the pinholes to the plane (s, t), mm.
-    texels
-        (down, across, h, w, 4) float16, the lowest row of pinholes first, the top row of pixels first: linear RGB,
-        radiance × cos⁴θ from the array's axis, and nearness, 1 / depth (1/m) before the pinholes' plane, 0 where only
-        sky is seen.
+    Args:
+        camera: The pinhole in the array's middle.
+        spacing: Distance between neighbouring pinholes, mm.
+        distance: Distance from the pinholes to the plane (s, t), mm.
+        texels: (down, across, h, w, 4) float16, the lowest row of pinholes first, the top row of pixels first: linear
+            RGB, radiance × cos⁴θ from the array's axis, and nearness, 1 / depth (1/m) before the pinholes' plane, 0
+            where only sky is seen.
     """
 
     camera: PerspectiveCamera
@@ -119,21 +110,14 @@ class Lumigraph:
         ray, or several where it is coarser than those recorded. Its light falls off as cos⁴θ on the film's side of the
         camera's own axis, and not at all with weights="radiance".
 
-        Parameters
-        ----------
-        camera
-            A projective camera; its world_from_camera places it relative to the array.
-        surface
-            Surface of the scene. "recorded": the depths that each pinhole recorded; None: the plane (s, t), without
-            correction by depth; a number: a plane at this distance from the pinholes, mm; an array
-            (h, w): the depth for each pixel of the array's middle, mm, inf for sky.
-
-        Raises
-        ------
-        LightFieldError
-            For any other surface.
-        CameraError
-            For a camera that is not projective.
+        Args:
+            camera: A projective camera; its world_from_camera places it relative to the array.
+            surface: Surface of the scene. "recorded": the depths that each pinhole recorded; None: the plane (s, t),
+                without correction by depth; a number: a plane at this distance from the pinholes, mm; an array (h, w):
+                the depth for each pixel of the array's middle, mm, inf for sky.
+        Raises:
+            LightFieldError: For any other surface.
+            CameraError: For a camera that is not projective.
         """
         h, w = camera.film.pixels_y, camera.film.pixels_x
         many, own = self._rays(camera), isinstance(surface, str)
@@ -247,22 +231,14 @@ class Lumigraph:
 def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
     """The pinhole that sees what a camera sees, from the middle of the camera's pupil, with the camera's shutter.
 
-    Parameters
-    ----------
-    camera
-        A projective camera that does not move.
-
-    Returns
-    -------
-    PerspectiveCamera
+    Args:
+        camera: A projective camera that does not move.
+    Returns:
         With the lens radius 0.
-
-    Raises
-    ------
-    LightFieldError
-        For cameras that move, look through a flat window into water, have no one point of view, or a film out of line.
-    CameraError
-        For a camera that is not projective.
+    Raises:
+        LightFieldError: For cameras that move, look through a flat window into water, have no one point of view, or a
+            film out of line.
+        CameraError: For a camera that is not projective.
     """
     lens, film = camera.gaussian, camera.film
     require_film_in_line(camera)
@@ -287,16 +263,11 @@ def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
 def array_camera(middle: PerspectiveCamera, place, distance: float, aside=(0.0, 0.0)) -> PerspectiveCamera:
     """A pinhole of an array, its window shifted so that all pinholes see the same window of the plane (s, t).
 
-    Parameters
-    ----------
-    middle
-        The pinhole in the array's middle.
-    place
-        (x, y) in the array, mm, to the right and up.
-    distance
-        Distance to the plane (s, t), mm.
-    aside
-        Offset of the pixel grid, to the right and down; pixels.
+    Args:
+        middle: The pinhole in the array's middle.
+        place: (x, y) in the array, mm, to the right and up.
+        distance: Distance to the plane (s, t), mm.
+        aside: Offset of the pixel grid, to the right and down; pixels.
     """
     half = distance * math.tan(middle.fov / 2.0)
     x, y = -place[0] / half, -place[1] / half
@@ -316,31 +287,19 @@ def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9,
 
     Source: Levoy and Hanrahan 1996.
 
-    Parameters
-    ----------
-    camera
-        A projective camera that does not move; its film is that of each pinhole.
-    scene
-        The scene, world frame, mm.
-    views
-        Pinholes across and down.
-    spacing
-        Distance between neighbouring pinholes, mm.
-    distance
-        Distance from the pinholes to the plane (s, t), mm; None: where the camera is focused.
-    samples
-        Samples per pixel of each pinhole.
-    seed
-        Sampler seed.
-    progress
-        Called with the share done, 0 to 1; return False to cancel.
-
-    Raises
-    ------
-    LightFieldError
-        For invalid numbers, cameras that `lumigraph_pinhole` refuses, too little memory, and when `progress` cancels.
-    CameraError
-        For a camera that is not projective.
+    Args:
+        camera: A projective camera that does not move; its film is that of each pinhole.
+        scene: The scene, world frame, mm.
+        views: Pinholes across and down.
+        spacing: Distance between neighbouring pinholes, mm.
+        distance: Distance from the pinholes to the plane (s, t), mm; None: where the camera is focused.
+        samples: Samples per pixel of each pinhole.
+        seed: Sampler seed.
+        progress: Called with the share done, 0 to 1; return False to cancel.
+    Raises:
+        LightFieldError: For invalid numbers, cameras that `lumigraph_pinhole` refuses, too little memory, and when
+            `progress` cancels.
+        CameraError: For a camera that is not projective.
     """
     middle = lumigraph_pinhole(camera)
     if distance is None:

@@ -6,9 +6,8 @@ and meets the sensor at c (1 − f s) − f t a. The pictures behind the microle
 and a sensor pixel is this distance over the number of pixels. With a matched f-number, pictures of the pupil just
 touch; a faster lens makes them overlap, a slower lens leaves pixels dark.
 
-References
-----------
-Ng, Levoy, Brédif, Duval, Horowitz and Hanrahan, "Light field photography with a hand-held plenoptic camera", 2005.
+References:
+    Ng, Levoy, Brédif, Duval, Horowitz and Hanrahan, "Light field photography with a hand-held plenoptic camera", 2005.
 """
 
 import math
@@ -40,20 +39,14 @@ BEYOND = 1e9            # pupil coordinate that no pupil contains
 class PlenopticCamera:
     """A main lens with microlenses before its sensor.
 
-    Parameters
-    ----------
-    camera
-        The main camera, projective with a lens; its film is the plane of the microlenses, one for each pixel. Pixels
-        must be square.
-    pixels
-        Sensor pixels behind each microlens, across and down.
-    f_number
-        Of the microlenses, focal length over side; None: matched to the main lens on the axis.
-
-    Raises
-    ------
-    LightFieldError
-        For invalid numbers, pixels that are not square, and cameras that `capture_light_field` refuses.
+    Args:
+        camera: The main camera, projective with a lens; its film is the plane of the microlenses, one for each pixel.
+            Pixels must be square.
+        pixels: Sensor pixels behind each microlens, across and down.
+        f_number: Of the microlenses, focal length over side; None: matched to the main lens on the axis.
+    Raises:
+        LightFieldError: For invalid numbers, pixels that are not square, and cameras that `capture_light_field`
+            refuses.
     """
 
     camera: Camera
@@ -133,21 +126,13 @@ class PlenopticCamera:
                progress: Callable[[float], bool] = lambda share: True) -> "RawPicture":
         """The raw picture of a scene.
 
-        Parameters
-        ----------
-        scene
-            The scene, world frame, mm.
-        samples
-            Samples per sensor pixel and microlens whose light comes to it.
-        seed
-            Sampler seed.
-        progress
-            Called with the share done, 0 to 1, from any thread; return False to cancel.
-
-        Raises
-        ------
-        LightFieldError
-            For too few samples, too little memory, and when `progress` cancels.
+        Args:
+            scene: The scene, world frame, mm.
+            samples: Samples per sensor pixel and microlens whose light comes to it.
+            seed: Sampler seed.
+            progress: Called with the share done, 0 to 1, from any thread; return False to cancel.
+        Raises:
+            LightFieldError: For too few samples, too little memory, and when `progress` cancels.
         """
         camera, k = self.camera, self.pixels
         checked_views(camera.film, (k, k), samples, np.float32)
@@ -185,14 +170,11 @@ class PlenopticCamera:
 class RawPicture:
     """The raw picture of a plenoptic camera, from `PlenopticCamera.expose`.
 
-    Parameters
-    ----------
-    camera
-        The plenoptic camera.
-    picture
-        float32 (h, w, 3), linear RGB, the top row first; a pixel that sees nothing but the pupil shows radiance × cos⁴.
-    white
-        float32 (h, w): the same where all radiance is 1; 0 where no light comes, above 1 where pictures overlap.
+    Args:
+        camera: The plenoptic camera.
+        picture: float32 (h, w, 3), linear RGB, the top row first; a pixel that sees nothing but the pupil shows
+            radiance × cos⁴.
+        white: float32 (h, w): the same where all radiance is 1; 0 where no light comes, above 1 where pictures overlap.
     """
 
     camera: PlenopticCamera

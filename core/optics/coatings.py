@@ -4,9 +4,8 @@ Wavelengths in µm. Layers are listed from the side of the smaller index (the ai
 coating is the same for light from either side: without absorption, both directions reflect the same part at angles that
 Snell's law connects. R + T = 1 everywhere.
 
-References
-----------
-Macleod, "Thin-Film Optical Filters", ch. 2; Born and Wolf, "Principles of Optics", § 1.6.
+References:
+    Macleod, "Thin-Film Optical Filters", ch. 2; Born and Wolf, "Principles of Optics", § 1.6.
 """
 
 from collections.abc import Sequence
@@ -33,10 +32,8 @@ class CoatingError(ValueError):
 class Reflectance(NamedTuple):
     """Reflected parts of light, from `Coating.reflectance`.
 
-    Parameters
-    ----------
-    s, p : array
-        From 0 to 1, of light polarised across (s) and in (p) the plane of incidence.
+    Args:
+        s, p: From 0 to 1, of light polarised across (s) and in (p) the plane of incidence.
     """
 
     s: np.ndarray
@@ -51,13 +48,10 @@ class Reflectance(NamedTuple):
 class Layer(NamedTuple):
     """A thin layer of a coating.
 
-    Parameters
-    ----------
-    n : float or None
-        Refractive index. None: n₁ √(n / n₀) for the glass n that is coated in a medium n₀, n₁ the first layer; this
-        makes the reflectance of a quarter, half and quarter wave zero at the design wavelength, whatever the glass.
-    waves : float
-        Optical thickness n d, in waves of the coating's design wavelength.
+    Args:
+        n: Refractive index. None: n₁ √(n / n₀) for the glass n that is coated in a medium n₀, n₁ the first layer; this
+            makes the reflectance of a quarter, half and quarter wave zero at the design wavelength, whatever the glass.
+        waves: Optical thickness n d, in waves of the coating's design wavelength.
     """
 
     n: float | None
@@ -68,24 +62,16 @@ class Layer(NamedTuple):
 class Coating:
     """A coating of one surface: thin layers without absorption, or a table of reflectance.
 
-    Parameters
-    ----------
-    layers : tuple of Layer
-        From the side of the smaller index on; none for bare glass, which reflects by Fresnel's formulas.
-    wavelength : float
-        Design wavelength (µm), in whose waves the thickness of the layers counts.
-    wavelengths : tuple of float
-        Of a table, rising (µm); () for layers.
-    angles : tuple of float
-        Of a table, rising: angle of incidence on the side of the smaller index (radians).
-    reflectances : tuple of tuple of float
-        Of a table: a row for each wavelength, a value from 0 to 1 for each angle. Between entries it is interpolated
-        linearly, and beyond them it keeps the nearest value; both polarisations have it.
-
-    Raises
-    ------
-    CoatingError
-        For layers that are not of positive thickness and an index of at least 1, or a table that is not one.
+    Args:
+        layers: From the side of the smaller index on; none for bare glass, which reflects by Fresnel's formulas.
+        wavelength: Design wavelength (µm), in whose waves the thickness of the layers counts.
+        wavelengths: Of a table, rising (µm); () for layers.
+        angles: Of a table, rising: angle of incidence on the side of the smaller index (radians).
+        reflectances: Of a table: a row for each wavelength, a value from 0 to 1 for each angle. Between entries it is
+            interpolated linearly, and beyond them it keeps the nearest value; both polarisations have it.
+    Raises:
+        CoatingError: For layers that are not of positive thickness and an index of at least 1, or a table that is not
+            one.
     """
 
     layers: tuple[Layer, ...] = ()
@@ -162,24 +148,14 @@ class Coating:
                     ) -> Reflectance:
         """Reflected part of a plane wave.
 
-        Parameters
-        ----------
-        before, after : float
-            Indices of the medium that the light comes from and of the one behind the surface.
-        cosine : array_like
-            Cosine of the angle of incidence in the medium before, from 0 to 1.
-        wavelength : float
-            Micrometres.
-
-        Returns
-        -------
-        Reflectance
+        Args:
+            before, after: Indices of the medium that the light comes from and of the one behind the surface.
+            cosine: Cosine of the angle of incidence in the medium before, from 0 to 1.
+            wavelength: Micrometres.
+        Returns:
             Of the shape of `cosine`; 1 where the light is totally reflected.
-
-        Raises
-        ------
-        CoatingError
-            A cosine outside 0 to 1 by more than rounding.
+        Raises:
+            CoatingError: A cosine outside 0 to 1 by more than rounding.
         """
         low, high = min(before, after), max(before, after)
         given = np.asarray(cosine, float)

@@ -30,28 +30,16 @@ from lensbench.core.text import significant
 def circle_of_confusion(focal_length: float, f_number: float, focus_distance: ArrayLike, distance: ArrayLike):
     """Circle of confusion of a thin lens: A f |s − s_f| / (s (s_f − f)), A = f / N.
 
-    Parameters
-    ----------
-    focal_length : float
-        f in mm.
-    f_number : float
-        N, for an object at infinity.
-    focus_distance : float or array_like
-        s_f, lens → plane in focus (mm); broadcast against `distance`.
-    distance : float or array_like
-        s, lens → object (mm).
-
-    Returns
-    -------
-    float or ndarray
-        Diameters on the film (mm).
-
-    Raises
-    ------
-    FocusError
-        If the focus lies within f, or a distance is not positive.
-    LensError
-        If f or N is not a positive finite number.
+    Args:
+        focal_length: f in mm.
+        f_number: N, for an object at infinity.
+        focus_distance: s_f, lens → plane in focus (mm); broadcast against `distance`.
+        distance: s, lens → object (mm).
+    Returns:
+        float or ndarray. Diameters on the film (mm).
+    Raises:
+        FocusError: If the focus lies within f, or a distance is not positive.
+        LensError: If f or N is not a positive finite number.
     """
     s_f, s = np.asarray(focus_distance, dtype=np.float64), np.asarray(distance, dtype=np.float64)
     _check_thin_lens(focal_length, f_number, s_f)
@@ -68,24 +56,14 @@ def circle_of_confusion(focal_length: float, f_number: float, focus_distance: Ar
 def hyperfocal(focal_length: float, f_number: float, limit: float) -> float:
     """Hyperfocal distance of a thin lens, f² / (N C) + f: the least focus distance whose far limit is infinite.
 
-    Parameters
-    ----------
-    focal_length : float
-        f in mm.
-    f_number : float
-        N, for an object at infinity.
-    limit : float
-        Greatest acceptable circle of confusion C on the film (mm).
-
-    Returns
-    -------
-    float
+    Args:
+        focal_length: f in mm.
+        f_number: N, for an object at infinity.
+        limit: Greatest acceptable circle of confusion C on the film (mm).
+    Returns:
         Lens → plane in focus (mm).
-
-    Raises
-    ------
-    LensError
-        If a number is not positive and finite.
+    Raises:
+        LensError: If a number is not positive and finite.
     """
     _check_thin_lens(focal_length, f_number, np.asarray(np.inf))
     check_limit(limit)
@@ -95,28 +73,16 @@ def hyperfocal(focal_length: float, f_number: float, limit: float) -> float:
 def depth_of_field(focal_length: float, f_number: float, focus_distance: ArrayLike, limit: float):
     """Near and far limit of the depth of field of a thin lens.
 
-    Parameters
-    ----------
-    focal_length : float
-        f in mm.
-    f_number : float
-        N, for an object at infinity.
-    focus_distance : float or array_like
-        Lens → plane in focus (mm).
-    limit : float
-        Greatest acceptable circle of confusion on the film (mm).
-
-    Returns
-    -------
-    (near, far) : floats or ndarrays
-        Distances from the lens (mm); far is inf from the hyperfocal distance on.
-
-    Raises
-    ------
-    FocusError
-        If the focus lies within f.
-    LensError
-        If f, N or the limit is not a positive finite number.
+    Args:
+        focal_length: f in mm.
+        f_number: N, for an object at infinity.
+        focus_distance: Lens → plane in focus (mm).
+        limit: Greatest acceptable circle of confusion on the film (mm).
+    Returns:
+        (near, far): floats or ndarrays. Distances from the lens (mm); far is inf from the hyperfocal distance on.
+    Raises:
+        FocusError: If the focus lies within f.
+        LensError: If f, N or the limit is not a positive finite number.
     """
     s_f = np.asarray(focus_distance, dtype=np.float64)
     _check_thin_lens(focal_length, f_number, s_f)
@@ -135,26 +101,15 @@ def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayL
     The bundle fills the pupil that all rims leave open, evenly over the plane of the first vertex. For a uniform disk
     both results are its diameter.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens at its current focus positions.
-    film_distance : float
-        Last vertex → film (mm).
-    distances : (n,) array_like
-        Film → axis points (mm).
-
-    Returns
-    -------
-    spread : (n,) ndarray
-        2√2 × the rms radius of the spots on the film (mm); NaN for a point within the lens.
-    extent : (n,) ndarray
-        Their full extents (mm).
-
-    Raises
-    ------
-    LensError
-        If the film distance is not finite, or a distance is NaN.
+    Args:
+        lens: The lens at its current focus positions.
+        film_distance: Last vertex → film (mm).
+        distances: (n,) array_like. Film → axis points (mm).
+    Returns:
+        spread: (n,) ndarray. 2√2 × the rms radius of the spots on the film (mm); NaN for a point within the lens.
+        extent: (n,) ndarray. Their full extents (mm).
+    Raises:
+        LensError: If the film distance is not finite, or a distance is NaN.
     """
     check_points(film_distance, distances)
     before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
@@ -210,24 +165,14 @@ SETTLED = 1e-12                 # of a nearness, times the film's distance
 def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> np.ndarray:
     """Paraxial circles of confusion of a lens, from marginal rays of the stop by the ABCD matrix.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens at its current focus positions.
-    film_distance : float
-        Last vertex → film (mm).
-    distances : (n,) array_like
-        Film → axis points (mm).
-
-    Returns
-    -------
-    (n,) ndarray
-        Diameters on the film (mm); NaN for a point within the lens.
-
-    Raises
-    ------
-    LensError
-        If the film distance is not finite, or a distance is NaN.
+    Args:
+        lens: The lens at its current focus positions.
+        film_distance: Last vertex → film (mm).
+        distances: (n,) array_like. Film → axis points (mm).
+    Returns:
+        (n,) ndarray. Diameters on the film (mm); NaN for a point within the lens.
+    Raises:
+        LensError: If the film distance is not finite, or a distance is NaN.
     """
     check_points(film_distance, distances)
     film_gap = film_distance / lens.indices()[-1]
@@ -247,26 +192,15 @@ def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: Array
 def magnification(lens: Lens, film_distance: float, focus_distance: float, wavelength: float = D_LINE) -> float:
     """Paraxial magnification of the plane in focus.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens at its current focus position.
-    film_distance : float
-        Last vertex → film (mm), from which the object's distance before the lens follows.
-    focus_distance : float
-        Film → plane in focus (mm); math.inf is allowed.
-    wavelength : float
-        Micrometres.
-
-    Returns
-    -------
-    float
+    Args:
+        lens: The lens at its current focus position.
+        film_distance: Last vertex → film (mm), from which the object's distance before the lens follows.
+        focus_distance: Film → plane in focus (mm); math.inf is allowed.
+        wavelength: Micrometres.
+    Returns:
         Size of the image to that of the object: positive, 0 at infinity. Of the section y–z of a lens with cylinders.
-
-    Raises
-    ------
-    LensError
-        If the plane in focus does not lie before the lens, or the film distance is not finite.
+    Raises:
+        LensError: If the plane in focus does not lie before the lens, or the film distance is not finite.
     """
     _, _, c, d = ray_matrix(lens, 0, len(lens.surfaces), wavelength)
     nearness = _nearness(lens, film_distance, focus_distance)
@@ -276,24 +210,15 @@ def magnification(lens: Lens, film_distance: float, focus_distance: float, wavel
 def section_foci(lens: Lens, focus_distance: float, film_distance: float) -> tuple[float, float]:
     """Paraxial foci of the sections x–z and y–z; equal for a rotationally symmetric lens.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens at its current position.
-    focus_distance : float
-        Film → object (mm); math.inf is allowed.
-    film_distance : float
-        Last vertex → film (mm), from which the object's distance before the lens follows.
-
-    Returns
-    -------
-    (float, float)
-        Last vertex → focus (mm) in x–z and in y–z; inf for a section without power, or with the object at its focus.
-
-    Raises
-    ------
-    LensError
-        If the film distance is not finite, or the object lies on the first vertex or nowhere.
+    Args:
+        lens: The lens at its current position.
+        focus_distance: Film → object (mm); math.inf is allowed.
+        film_distance: Last vertex → film (mm), from which the object's distance before the lens follows.
+    Returns:
+        (float, float). Last vertex → focus (mm) in x–z and in y–z; inf for a section without power, or with the object
+            at its focus.
+    Raises:
+        LensError: If the film distance is not finite, or the object lies on the first vertex or nowhere.
     """
     check_film_distance(film_distance)
     before = focus_distance - lens.length - film_distance
@@ -311,28 +236,18 @@ def section_foci(lens: Lens, focus_distance: float, film_distance: float) -> tup
 def thick_depth_of_field(lens: Lens, film_distance: float, focus_distance: float, limit: float) -> tuple[float, float]:
     """Near and far limit of the depth of field of a lens.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens at its current focus position, stopped down.
-    film_distance : float
-        Last vertex → film (mm).
-    focus_distance : float
-        Film → plane in focus (mm); math.inf is allowed.
-    limit : float
-        Greatest acceptable circle of confusion on the film (mm).
-
-    Returns
-    -------
-    (near, far) : floats
-        Film → limits (mm). far is inf from the hyperfocal distance on. near is that of the first vertex where even what
-        touches the lens is sharp. Both are NaN for a lens with cylinders whose two foci blur every distance more.
-
-    Raises
-    ------
-    LensError
-        If the limit is not a positive finite number, the film distance not finite, or the plane in focus not before the
-        lens.
+    Args:
+        lens: The lens at its current focus position, stopped down.
+        film_distance: Last vertex → film (mm).
+        focus_distance: Film → plane in focus (mm); math.inf is allowed.
+        limit: Greatest acceptable circle of confusion on the film (mm).
+    Returns:
+        (near, far): Film → limits (mm). far is inf from the hyperfocal distance on. near is that of the first vertex
+            where even what touches the lens is sharp. Both are NaN for a lens with cylinders whose two foci blur every
+            distance more.
+    Raises:
+        LensError: If the limit is not a positive finite number, the film distance not finite, or the plane in focus not
+            before the lens.
     """
     check_limit(limit)
     focus = _nearness(lens, film_distance, focus_distance)
@@ -352,23 +267,14 @@ def thick_depth_of_field(lens: Lens, film_distance: float, focus_distance: float
 def thick_hyperfocal(lens: Lens, limit: float) -> float:
     """Hyperfocal distance of a lens: the least focus distance at which infinity is still sharp.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, stopped down. Its focus groups are moved to that distance, at most to their nearest position.
-    limit : float
-        Greatest acceptable circle of confusion on the film (mm).
-
-    Returns
-    -------
-    float
+    Args:
+        lens: The lens, stopped down. Its focus groups are moved to that distance, at most to their nearest position.
+        limit: Greatest acceptable circle of confusion on the film (mm).
+    Returns:
         Film → plane in focus (mm); 0 where infinity is sharp at every focus. Of the section y–z of a lens with
-        cylinders.
-
-    Raises
-    ------
-    LensError
-        If the limit is not a positive finite number, or the lens does not converge.
+            cylinders.
+    Raises:
+        LensError: If the limit is not a positive finite number, or the lens does not converge.
     """
     check_limit(limit)
     return _of_groups(lens.at(close=0.0), limit) if lens.has_focus_groups else _hyperfocal(lens, limit)

@@ -100,23 +100,15 @@ class Change:
 class Finding:
     """One thing found in a lens prescription; its text is `str(finding)`.
 
-    Parameters
-    ----------
-    kind : Kind
-        Subject. Programs test this and `severity`, never the text.
-    surface : int or None
-        The surface, numbered from 0; None: the whole lens.
-    message : str
-        One sentence for a person.
-    proposal : str or None
-        The one changed number, or the glass, that would explain the finding.
-    severity : Severity
-        NOTE or WARNING.
-    figures : mapping of str to float
-        The numbers of the sentence by their names; lengths in mm. Those of a proposed change have its result under
-        the name and "_after".
-    change : Change or None
-        The proposal in numbers.
+    Args:
+        kind: Subject. Programs test this and `severity`, never the text.
+        surface: The surface, numbered from 0; None: the whole lens.
+        message: One sentence for a person.
+        proposal: The one changed number, or the glass, that would explain the finding.
+        severity: NOTE or WARNING.
+        figures: The numbers of the sentence by their names; lengths in mm. Those of a proposed change have its result
+            under the name and "_after".
+        change: The proposal in numbers.
     """
 
     kind: Kind

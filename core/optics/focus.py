@@ -40,29 +40,18 @@ class FocusError(LensError):
 def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -> float:
     """Film distance that focuses a lens on an object.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens. One with focus groups is taken as `focused(lens, focus_distance, method)`.
-    focus_distance : float
-        Film → object (mm); math.inf is allowed.
-    method : {"paraxial", "real"}
-        "paraxial": the thick lens in closed form. "real": least rms blur of the traced bundle over the full pupil.
-        The former ignores decentres and tilts: it focuses the lens in line.
-        For a lens with a cylinder or toroid both are the best compromise between its two foci; "paraxial" is
-        the limit of "real" as the stop closes.
-
-    Returns
-    -------
-    float
+    Args:
+        lens: The lens. One with focus groups is taken as `focused(lens, focus_distance, method)`.
+        focus_distance: Film → object (mm); math.inf is allowed.
+        method: {"paraxial", "real"}. "paraxial": the thick lens in closed form. "real": least rms blur of the traced
+            bundle over the full pupil. The former ignores decentres and tilts: it focuses the lens in line. For a lens
+            with a cylinder or toroid both are the best compromise between its two foci; "paraxial" is the limit of
+            "real" as the stop closes.
+    Returns:
         Last vertex → film (mm).
-
-    Raises
-    ------
-    FocusError
-        If the object is nearer than the lens can focus, or if the lens forms no real image.
-    ValueError
-        For another method.
+    Raises:
+        FocusError: If the object is nearer than the lens can focus, or if the lens forms no real image.
+        ValueError: For another method.
     """
     _check_method(method)
     if lens.has_focus_groups:
@@ -85,20 +74,12 @@ def best_focus(lens: Lens, wavelengths: Sequence[float] = (D_LINE,), weights: Se
     At the d line it is what `film_distance(lens, distance, "real")` finds for a lens that moves as a whole. Improve and
     Tolerances focus their lenses by the same definition, in their own wavelengths.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, its focus groups as they are, with the stop as it is; the rays cover the whole open pupil.
-    wavelengths : sequence of float
-        µm.
-    weights : sequence of float or None
-        Of the wavelengths; None: alike.
-    object_distance : float
-        Axis point → first vertex (mm).
-
-    Returns
-    -------
-    float
+    Args:
+        lens: The lens, its focus groups as they are, with the stop as it is; the rays cover the whole open pupil.
+        wavelengths: µm.
+        weights: Of the wavelengths; None: alike.
+        object_distance: Axis point → first vertex (mm).
+    Returns:
         Last vertex → film (mm); NaN where no ray passes.
     """
     shares = np.ones(len(wavelengths)) if weights is None else np.asarray(weights, float)
@@ -114,19 +95,12 @@ def best_focus(lens: Lens, wavelengths: Sequence[float] = (D_LINE,), weights: Se
 def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens:
     """The lens with its focus groups moved for an object.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens; one without focus groups is returned as it is, since its film moves.
-    focus_distance : float
-        Film → object (mm); math.inf is allowed.
-    method : {"paraxial", "real"}
-        As for `film_distance`.
-
-    Raises
-    ------
-    FocusError
-        If the object is nearer than the lens can focus.
+    Args:
+        lens: The lens; one without focus groups is returned as it is, since its film moves.
+        focus_distance: Film → object (mm); math.inf is allowed.
+        method: {"paraxial", "real"}. As for `film_distance`.
+    Raises:
+        FocusError: If the object is nearer than the lens can focus.
     """
     return _focused(lens, focus_distance, method) if lens.has_focus_groups else lens
 
@@ -162,24 +136,14 @@ def nearest_focus(lens: Lens, method: str = "paraxial") -> float:
     would touch the first vertex if that is farther. With focus groups it is that of the nearest
     station; inf if that is not nearer than infinity.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    method : {"paraxial", "real"}
-        As for `film_distance`: aberrations move the image, and so the nearest distance.
-
-    Returns
-    -------
-    float
+    Args:
+        lens: The lens.
+        method: {"paraxial", "real"}. As for `film_distance`: aberrations move the image, and so the nearest distance.
+    Returns:
         Film → object (mm).
-
-    Raises
-    ------
-    FocusError
-        If the lens forms no real image.
-    ValueError
-        For another method.
+    Raises:
+        FocusError: If the lens forms no real image.
+        ValueError: For another method.
     """
     _check_method(method)
     if lens.has_focus_groups:
@@ -199,24 +163,14 @@ def focused_distance(lens: Lens, film_distance: float) -> float:
     unit focusing would choose the other, shorter film distance for it. For a lens with a cylinder or toroid it is the
     plane whose best focus lies on the film.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, its focus groups as they are.
-    film_distance : float
-        Last vertex → film (mm).
-
-    Returns
-    -------
-    float
+    Args:
+        lens: The lens, its focus groups as they are.
+        film_distance: Last vertex → film (mm).
+    Returns:
         Film → object in focus (mm); inf if the film is at the rear focus or nearer to the lens.
-
-    Raises
-    ------
-    FocusError
-        If the lens forms no real image.
-    LensError
-        If the film distance is not finite.
+    Raises:
+        FocusError: If the lens forms no real image.
+        LensError: If the film distance is not finite.
     """
     check_film_distance(film_distance)
     fo = _focusable(lens)

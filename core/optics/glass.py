@@ -100,27 +100,17 @@ FORMULAS: dict[str, tuple[Callable[[Sequence[Any], float], float], tuple[int, ..
 class Glass:
     """A medium: its index at the d line, and its dispersion.
 
-    Parameters
-    ----------
-    n_d : float
-        Index at the d line, at least 1. A name alone is no glass: `lensbench.lenses.glass.catalogue.find` has those of
-        the makers. For a glass for the infrared it may be the index at another wavelength;
-        `index` is exact.
-    v_d : float or None
-        Abbe number; None for no known dispersion.
-    name : str
-        The maker's name; "" if only the numbers are known.
-    formula : str
-        "model" uses n_d and V_d alone; the others are the keys of FORMULAS.
-    coefficients : tuple
-        Of the formula, in the maker's order; pairs of wavelength (µm) and index for "table".
-    wavelengths : (float, float) or None
-        Range of the formula (µm); None for any, or for MODEL_RANGE with "model".
-
-    Raises
-    ------
-    GlassError
-        For numbers or coefficients that are not valid.
+    Args:
+        n_d: Index at the d line, at least 1. A name alone is no glass: `lensbench.lenses.glass.catalogue.find` has
+            those of the makers. For a glass for the infrared it may be the index at another wavelength; `index` is
+            exact.
+        v_d: Abbe number; None for no known dispersion.
+        name: The maker's name; "" if only the numbers are known.
+        formula: "model" uses n_d and V_d alone; the others are the keys of FORMULAS.
+        coefficients: Of the formula, in the maker's order; pairs of wavelength (µm) and index for "table".
+        wavelengths: (float, float) or None. Range of the formula (µm); None for any, or for MODEL_RANGE with "model".
+    Raises:
+        GlassError: For numbers or coefficients that are not valid.
     """
 
     n_d: float = nan                # which is refused: a glass without an index

@@ -112,23 +112,14 @@ class IrisError(ValueError):
 class Iris:
     """The shape of a stop of radius 1.
 
-    Parameters
-    ----------
-    blades : int
-        Number of blades, 3 to 24, or 0 for a circle.
-    rotation : float
-        Angle in radians, counter-clockwise as seen from behind the camera; at 0 a corner points up.
-    roundness : float
-        0 for straight blades to 1 for a circle.
-    image : StopImage or None
-        A picture in the stop, instead of blades.
-    reach : float
-        Distance of the corners from the axis in units of the stop's radius, from 1; inf: behind the rim.
-
-    Raises
-    ------
-    IrisError
-        For other numbers, and for blades together with a picture.
+    Args:
+        blades: Number of blades, 3 to 24, or 0 for a circle.
+        rotation: Angle in radians, counter-clockwise as seen from behind the camera; at 0 a corner points up.
+        roundness: 0 for straight blades to 1 for a circle.
+        image: A picture in the stop, instead of blades.
+        reach: Distance of the corners from the axis in units of the stop's radius, from 1; inf: behind the rim.
+    Raises:
+        IrisError: For other numbers, and for blades together with a picture.
     """
 
     blades: int = 0

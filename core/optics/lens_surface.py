@@ -37,24 +37,17 @@ class SurfacePose:
     The surface is rolled about its own axis, tilted about the pivot, first about the axis x, then about y, and then
     moved by the decentre.
 
-    Parameters
-    ----------
-    decentre_x, decentre_y : float
-        Millimetres along x and y of the lens frame.
-    tilt_x, tilt_y : float
-        Radians about x and about y, right-handed: a positive tilt_x takes the surface's upper rim (+y) back, towards
-        the film; a positive tilt_y takes its rim at +x forward, towards the scene.
-    pivot : int
-        The pivot is the vertex, in line, of the surface that stands so many places before this one; 0: of this one. For
-        an element of the surfaces 3 and 4 about its front vertex it is 0 for surface 3, and 1 for surface 4.
-    roll : float
-        Radians about the own axis of the surface, right-handed about +z: a positive roll takes +x towards +y,
-        counterclockwise as the camera looks. It turns cylinders, toroids, blades and a picture in the stop.
-
-    Raises
-    ------
-    PoseError
-        For tilts beyond 60°, a roll beyond 180°, decentres beyond 10 m, or a pivot that is no whole number.
+    Args:
+        decentre_x, decentre_y: Millimetres along x and y of the lens frame.
+        tilt_x, tilt_y: Radians about x and about y, right-handed: a positive tilt_x takes the surface's upper rim (+y)
+            back, towards the film; a positive tilt_y takes its rim at +x forward, towards the scene.
+        pivot: The pivot is the vertex, in line, of the surface that stands so many places before this one; 0: of this
+            one. For an element of the surfaces 3 and 4 about its front vertex it is 0 for surface 3, and 1 for surface
+            4.
+        roll: Radians about the own axis of the surface, right-handed about +z: a positive roll takes +x towards +y,
+            counterclockwise as the camera looks. It turns cylinders, toroids, blades and a picture in the stop.
+    Raises:
+        PoseError: For tilts beyond 60°, a roll beyond 180°, decentres beyond 10 m, or a pivot that is no whole number.
     """
 
     decentre_x: float = 0.0
@@ -161,37 +154,24 @@ class Surface:
 
     The stop is a surface too, usually a plane with air on both sides.
 
-    Parameters
-    ----------
-    curvature : float
-        Keyword only: c = 1/R in 1/mm, positive if the centre of curvature lies at +z; 0 for a plane. Or give `radius`.
-    thickness : float
-        Gap to the next vertex (mm).
-    semi_diameter : float
-        Radius of the rim (mm).
-    glass : Glass
-        The medium behind the surface.
-    conic : float
-        k: 0 for a sphere, −1 for a parabola.
-    aspheric : tuple of (int, float)
-        Powers from 2 to 20 and their coefficients in mm^(1 − power); stored by rising power, without zeros.
-    curvature_x : float or None
-        None for rotational symmetry. Otherwise the curvature (1/mm) of the section x–z, and `curvature` is that of
-        y–z: a cylinder or toroid, which has neither conic nor aspheric terms.
-    coating : Coating or None
-        None: not known; what asks for it then says which it assumes.
-    pose : SurfacePose or None
-        Decentre, tilt and roll of this surface; None where it is in line.
-    radius : float
-        Keyword only, instead of the curvature: R in mm, positive if the centre of curvature lies at +z; math.inf for
-        a plane.
-
-    Raises
-    ------
-    LensError
-        For numbers that are not finite, a rim that is not positive, or invalid terms.
-    TypeError
-        Without curvature and radius, or with both; for a glass that is no `Glass`, such as its name.
+    Args:
+        curvature: Keyword only: c = 1/R in 1/mm, positive if the centre of curvature lies at +z; 0 for a plane. Or give
+            `radius`.
+        thickness: Gap to the next vertex (mm).
+        semi_diameter: Radius of the rim (mm).
+        glass: The medium behind the surface.
+        conic: k: 0 for a sphere, −1 for a parabola.
+        aspheric: tuple of (int, float). Powers from 2 to 20 and their coefficients in mm^(1 − power); stored by rising
+            power, without zeros.
+        curvature_x: None for rotational symmetry. Otherwise the curvature (1/mm) of the section x–z, and `curvature` is
+            that of y–z: a cylinder or toroid, which has neither conic nor aspheric terms.
+        coating: None: not known; what asks for it then says which it assumes.
+        pose: Decentre, tilt and roll of this surface; None where it is in line.
+        radius: Keyword only, instead of the curvature: R in mm, positive if the centre of curvature lies at +z;
+            math.inf for a plane.
+    Raises:
+        LensError: For numbers that are not finite, a rim that is not positive, or invalid terms.
+        TypeError: Without curvature and radius, or with both; for a glass that is no `Glass`, such as its name.
     """
 
     curvature: float

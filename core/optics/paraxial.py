@@ -34,30 +34,20 @@ class Pupil:
 class FirstOrder:
     """First-order data of a lens, in mm, every position signed along +z.
 
-    Attributes
-    ----------
-    efl : float
-        1 / power, positive for a converging lens: the focal length on the film's side. The one on the side of a scene
-        in water is longer by the index of water.
-    bfl : float
-        Last vertex → rear focus.
-    ffl : float
-        First vertex → front focus.
-    f_number : float
-        |efl| over the diameter of the entrance pupil, that of a circle of as much area for blades (ISO 517); for an
-        object at infinity.
-    front_principal : float
-        First vertex → front principal plane.
-    rear_principal : float
-        Last vertex → rear principal plane.
-    entrance_pupil, exit_pupil : Pupil
-        z in the lens frame, and radius.
-    petzval_radius : float
-        Negative if the field curves towards the lens, inf if it is flat.
-    stop_radius : float
-        Radius of the aperture stop, of the rim or the circle through the blades' corners.
-
     An afocal lens has efl, bfl, ffl, principal planes and f-number at inf.
+
+    Attributes:
+        efl: 1 / power, positive for a converging lens: the focal length on the film's side. The one on the side of a
+            scene in water is longer by the index of water.
+        bfl: Last vertex → rear focus.
+        ffl: First vertex → front focus.
+        f_number: |efl| over the diameter of the entrance pupil, that of a circle of as much area for blades (ISO 517);
+            for an object at infinity.
+        front_principal: First vertex → front principal plane.
+        rear_principal: Last vertex → rear principal plane.
+        entrance_pupil, exit_pupil: z in the lens frame, and radius.
+        petzval_radius: Negative if the field curves towards the lens, inf if it is flat.
+        stop_radius: Radius of the aperture stop, of the rim or the circle through the blades' corners.
     """
 
     efl: float
@@ -92,17 +82,11 @@ def ray_matrix(lens: Lens, start: int, end: int, wavelength: float = D_LINE) -> 
 def first_order(lens: Lens, wavelength: float | None = None) -> FirstOrder:
     """First-order data of a lens; kept after the first call (Welford, Aberrations of Optical Systems, ch. 3).
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    wavelength : float or None
-        Micrometres; None: the lens's `reference_wavelength`, as in the window and `lensbench info`.
-
-    Raises
-    ------
-    GlassError
-        If a glass of the lens is not known at this wavelength.
+    Args:
+        lens: The lens.
+        wavelength: Micrometres; None: the lens's `reference_wavelength`, as in the window and `lensbench info`.
+    Raises:
+        GlassError: If a glass of the lens is not known at this wavelength.
     """
     if wavelength is None:
         wavelength = lens.reference_wavelength
@@ -144,16 +128,10 @@ def _first_order(lens: Lens, wavelength: float) -> FirstOrder:
 def f_number_at_infinity(lens: Lens, wavelength: float | None = None) -> float:
     """The f-number of a lens in air and focused at infinity, whatever is before it and wherever its groups are now.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens at its zoom setting, with its stop as open as it is.
-    wavelength : float or None
-        Micrometres; None: the lens's `reference_wavelength`.
-
-    Returns
-    -------
-    float
+    Args:
+        lens: The lens at its zoom setting, with its stop as open as it is.
+        wavelength: Micrometres; None: the lens's `reference_wavelength`.
+    Returns:
         Focal length over the diameter of the entrance pupil; inf for an afocal lens.
     """
     return first_order((lens.at(close=0.0) if lens.has_focus_groups else lens).in_air, wavelength).f_number
@@ -164,23 +142,15 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
 
     Blades leave the rim of a lens that is wide open, whose stop is round, and cut off more and more of it.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, wide open.
-    f_number : float
-        f-number in air for an object at infinity. The engraved f-number (`stated_f_number`) also means wide open, even
-        if it is slightly lower: f/2 for a prescription of f/2.03.
-
-    Returns
-    -------
-    Lens
+    Args:
+        lens: The lens, wide open.
+        f_number: f-number in air for an object at infinity. The engraved f-number (`stated_f_number`) also means wide
+            open, even if it is slightly lower: f/2 for a prescription of f/2.03.
+    Returns:
         A new lens; other zoom and focus positions are stopped down in proportion.
-
-    Raises
-    ------
-    LensError
-        If the f-number is not positive and finite, if the lens does not open that far, or if it has no f-number.
+    Raises:
+        LensError: If the f-number is not positive and finite, if the lens does not open that far, or if it has no
+            f-number.
     """
     if not (isfinite(f_number) and f_number > 0.0):
         raise LensError(f"f-number {significant(f_number)}: it must be a positive finite number")

@@ -26,50 +26,30 @@ from lensbench.core.text import significant
 class Lens:
     """Surfaces 0 … from the scene to the film, with the stop and what is known of the lens.
 
-    Parameters
-    ----------
-    surfaces : tuple of Surface
-        From the scene to the film, at the current positions; the last thickness is the stored back focus, or 0.
-    stop_index : int
-        Index of the surface that is the aperture stop.
-    name, kind, source, notes : str
-        Its name; "double Gauss", "fisheye", …; the patent, book or design file; remarks.
-    year : int or None
-        Of the publication.
-    stated_efl : float or None
-        Focal length as published (mm).
-    stated_f_number : float or None
-        f-number as published, wide open.
-    positions : Positions or None
-        The gaps of a zoom, or of a lens that focuses by moving groups; `at` moves them.
-    findings : tuple of Finding
-        What a reader assumed or found odd; ignored in comparisons.
-    blades : int
-        Number of blades of the stop, 3 to 24, or 0 for a circle.
-    blade_rotation : float
-        Radians, counter-clockwise as seen from behind the camera; at 0 a corner points up.
-    roundness : float
-        Of the blades: 0 for straight ones to 1 for a circle.
-    blade_reach : float
-        Distance of the blades' corners from the axis in units of the stop's radius, from 1; inf: behind the rim, as
-        those of a lens that is wide open, whose stop is round. `stopped_down` closes them.
-    stop_image : StopImage or None
-        A picture in the stop, instead of blades; of lens files, those of the own format alone hold it.
-    front_index : float
-        Index of the medium before the first surface: 1 for air, 1.33 for water.
-    system : SystemData
-        Aperture, fields, wavelengths and object distance that the lens was designed for.
-    maker, designer, patent : str
-        Who sold it (else whose patent it is), who designed it, the patent's number; "" where not known.
-    film_size : (2,) tuple of float or None
-        Width and height (mm) of the film or sensor that the lens was made for.
-    estimates : str
-        What of the prescription is not published but estimated, such as "all rims"; "" for nothing.
-
-    Raises
-    ------
-    LensError
-        For no surface, or for an invalid stop, position, index or iris.
+    Args:
+        surfaces: From the scene to the film, at the current positions; the last thickness is the stored back focus, or
+            0.
+        stop_index: Index of the surface that is the aperture stop.
+        name, kind, source, notes: Its name; "double Gauss", "fisheye", …; the patent, book or design file; remarks.
+        year: Of the publication.
+        stated_efl: Focal length as published (mm).
+        stated_f_number: f-number as published, wide open.
+        positions: The gaps of a zoom, or of a lens that focuses by moving groups; `at` moves them.
+        findings: What a reader assumed or found odd; ignored in comparisons.
+        blades: Number of blades of the stop, 3 to 24, or 0 for a circle.
+        blade_rotation: Radians, counter-clockwise as seen from behind the camera; at 0 a corner points up.
+        roundness: Of the blades: 0 for straight ones to 1 for a circle.
+        blade_reach: Distance of the blades' corners from the axis in units of the stop's radius, from 1; inf: behind
+            the rim, as those of a lens that is wide open, whose stop is round. `stopped_down` closes them.
+        stop_image: A picture in the stop, instead of blades; of lens files, those of the own format alone hold it.
+        front_index: Index of the medium before the first surface: 1 for air, 1.33 for water.
+        system: Aperture, fields, wavelengths and object distance that the lens was designed for.
+        maker, designer, patent: Who sold it (else whose patent it is), who designed it, the patent's number; "" where
+            not known.
+        film_size: (2,) tuple of float or None. Width and height (mm) of the film or sensor that the lens was made for.
+        estimates: What of the prescription is not published but estimated, such as "all rims"; "" for nothing.
+    Raises:
+        LensError: For no surface, or for an invalid stop, position, index or iris.
     """
 
     surfaces: tuple[Surface, ...]

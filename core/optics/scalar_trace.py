@@ -44,18 +44,14 @@ BEFORE_THE_LENS = -1
 class Trace:
     """The results for n rays.
 
-    Attributes
-    ----------
-    points : (n, 3) ndarray
-        Point on the last surface reached, or the origin if there is none (mm, lens frame).
-    directions : (n, 3) ndarray
-        Unit vectors after the refraction there (lens frame); before it for a ray that was clipped or totally reflected.
-    fate : (n,) ndarray of int
-        Values of `Fate`.
-    surface : (n,) ndarray of int
-        Index of the last surface reached; −1 before the first.
-    paths : (n, surfaces + 1, 3) ndarray or None
-        The origin, then the points in the order met (mm, lens frame), NaN after the end; None if not recorded.
+    Attributes:
+        points: (n, 3) ndarray. Point on the last surface reached, or the origin if there is none (mm, lens frame).
+        directions: (n, 3) ndarray. Unit vectors after the refraction there (lens frame); before it for a ray that was
+            clipped or totally reflected.
+        fate: (n,) ndarray of int. Values of `Fate`.
+        surface: (n,) ndarray of int. Index of the last surface reached; −1 before the first.
+        paths: (n, surfaces + 1, 3) ndarray or None. The origin, then the points in the order met (mm, lens frame), NaN
+            after the end; None if not recorded.
     """
 
     points: np.ndarray
@@ -70,33 +66,20 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
           forward: bool | None = None) -> Trace:
     """Rays through the whole lens, by the reference tracer (Welford, Aberrations of Optical Systems, ch. 4).
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    origins : (n, 3) or (3,) array_like
-        Points of the rays (mm, lens frame); broadcast against `directions`.
-    directions : (n, 3) or (3,) array_like
-        Directions of any length (lens frame).
-    wavelength : float
-        Micrometres.
-    dtype : dtype
-        float32 or float64, the precision of all arithmetic.
-    clip : bool
-        Whether rims, the stop and its blades end rays, and a picture in the stop where it is opaque.
-    record : bool
-        Whether to keep the paths.
-    forward : bool or None
-        True for light from the scene, False for light from the film, None to go by the sign of direction z. A fisheye
-        that sees beyond 90° needs True or False: light may reach its first surface against +z. With None
-        a ray with z = 0 is MISSED before the lens.
-
-    Raises
-    ------
-    ValueError
-        For arrays of other shapes, numbers that are not finite, a direction of length 0, or another dtype.
-    GlassError
-        If a glass of the lens is not known at this wavelength.
+    Args:
+        lens: The lens.
+        origins: (n, 3) or (3,) array_like. Points of the rays (mm, lens frame); broadcast against `directions`.
+        directions: (n, 3) or (3,) array_like. Directions of any length (lens frame).
+        wavelength: Micrometres.
+        dtype: float32 or float64, the precision of all arithmetic.
+        clip: Whether rims, the stop and its blades end rays, and a picture in the stop where it is opaque.
+        record: Whether to keep the paths.
+        forward: True for light from the scene, False for light from the film, None to go by the sign of direction z. A
+            fisheye that sees beyond 90° needs True or False: light may reach its first surface against +z. With None a
+            ray with z = 0 is MISSED before the lens.
+    Raises:
+        ValueError: For arrays of other shapes, numbers that are not finite, a direction of length 0, or another dtype.
+        GlassError: If a glass of the lens is not known at this wavelength.
     """
     real = np.dtype(dtype)
     if real not in (np.dtype(np.float32), np.dtype(np.float64)):

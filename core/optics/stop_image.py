@@ -29,15 +29,11 @@ class StopImageError(ValueError):
 class StopImage:
     """Transmission over the square about a stop of radius 1; see `StopImage.of`.
 
-    Parameters
-    ----------
-    side : int
-        Texels on a side.
-    texels : bytes
-        side² float32 numbers from 0 (opaque) to 1, row by row from the top left.
-    file, name : str
-        Where it was read from, "" for nowhere: the path of its file, and that as a lens file names it. They do not
-        count in comparisons.
+    Args:
+        side: Texels on a side.
+        texels: side² float32 numbers from 0 (opaque) to 1, row by row from the top left.
+        file, name: Where it was read from, "" for nowhere: the path of its file, and that as a lens file names it. They
+            do not count in comparisons.
     """
 
     side: int

@@ -43,18 +43,12 @@ LENGTHS = {ApertureKind.PUPIL_DIAMETER, ApertureKind.STOP_SIZE}
 class Aperture:
     """An aperture as it was stated.
 
-    Parameters
-    ----------
-    kind : ApertureKind
-        The quantity that is fixed.
-    values : tuple of float
-        One value for all zoom stations, or one a station: a diameter (mm), a number, a numerical aperture. For
-        STOP_SIZE the semi-diameter of the stop (mm), or 0 where the rim in the table of surfaces says it.
-
-    Raises
-    ------
-    SystemDataError
-        For no value, or one that is negative or not finite, or 0 for another kind than STOP_SIZE.
+    Args:
+        kind: The quantity that is fixed.
+        values: One value for all zoom stations, or one a station: a diameter (mm), a number, a numerical aperture. For
+            STOP_SIZE the semi-diameter of the stop (mm), or 0 where the rim in the table of surfaces says it.
+    Raises:
+        SystemDataError: For no value, or one that is negative or not finite, or 0 for another kind than STOP_SIZE.
     """
 
     kind: ApertureKind
@@ -70,19 +64,13 @@ class Aperture:
 class FieldPoint:
     """A point of the field.
 
-    Parameters
-    ----------
-    x, y : float
-        In the quantity and unit of `SystemData.field_kind`: degrees or mm.
-    weight : float
-        In merit functions.
-    vignetting : (4,) tuple of float
-        Shares of the pupil's half-width that are cut off at its +x, −x, +y and −y edge; negative beyond the pupil.
-
-    Raises
-    ------
-    SystemDataError
-        For a number that is not finite, a place beyond LARGEST_FIELD, or a negative weight.
+    Args:
+        x, y: In the quantity and unit of `SystemData.field_kind`: degrees or mm.
+        weight: In merit functions.
+        vignetting: (4,) tuple of float. Shares of the pupil's half-width that are cut off at its +x, −x, +y and −y
+            edge; negative beyond the pupil.
+    Raises:
+        SystemDataError: For a number that is not finite, a place beyond LARGEST_FIELD, or a negative weight.
     """
 
     x: float
@@ -103,17 +91,11 @@ class FieldPoint:
 class Wavelength:
     """A wavelength of a design and its weight.
 
-    Parameters
-    ----------
-    micrometres : float
-        In air, µm.
-    weight : float
-        In sums over the wavelengths.
-
-    Raises
-    ------
-    SystemDataError
-        For a wavelength that is not positive and finite, or a negative weight.
+    Args:
+        micrometres: In air, µm.
+        weight: In sums over the wavelengths.
+    Raises:
+        SystemDataError: For a wavelength that is not positive and finite, or a negative weight.
     """
 
     micrometres: float
@@ -130,26 +112,16 @@ class Wavelength:
 class SystemData:
     """System data of one lens; what its file does not state stays at its default.
 
-    Parameters
-    ----------
-    aperture : Aperture or None
-        As it was stated.
-    field_kind : FieldKind
-        Of all points of `fields`.
-    fields : tuple of FieldPoint
-        In the order of the file.
-    wavelengths : tuple of Wavelength
-        In the order of the file.
-    primary : int
-        Index of the primary wavelength, for which first-order data are stated.
-    object_distances : tuple of float
-        Object → first vertex (mm), positive for a real object; inf for one at infinity. One for all zoom stations, or
-        one a station.
-
-    Raises
-    ------
-    SystemDataError
-        For a primary wavelength that does not exist, or an object distance that is no number.
+    Args:
+        aperture: As it was stated.
+        field_kind: Of all points of `fields`.
+        fields: In the order of the file.
+        wavelengths: In the order of the file.
+        primary: Index of the primary wavelength, for which first-order data are stated.
+        object_distances: Object → first vertex (mm), positive for a real object; inf for one at infinity. One for all
+            zoom stations, or one a station.
+    Raises:
+        SystemDataError: For a primary wavelength that does not exist, or an object distance that is no number.
     """
 
     aperture: Aperture | None = None

@@ -25,24 +25,15 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
 
     All rims and the magnification count; blades count as a circle of as much area, within the rims.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens. For a cylinder or toroid the result is the geometric mean of the sections, as the light is;
-        with surfaces out of line that of AZIMUTHS directions, or, where they cut off the ray along the axis, that of a
-        round pupil with as much light.
-    film_distance : float
-        Last vertex → film (mm).
-
-    Returns
-    -------
-    float
+    Args:
+        lens: The lens. For a cylinder or toroid the result is the geometric mean of the sections, as the light is; with
+            surfaces out of line that of AZIMUTHS directions, or, where they cut off the ray along the axis, that of a
+            round pupil with as much light.
+        film_distance: Last vertex → film (mm).
+    Returns:
         The working f-number; inf if no ray passes, as the film's middle is dark.
-
-    Raises
-    ------
-    LensError
-        If the film is not behind the last vertex.
+    Raises:
+        LensError: If the film is not behind the last vertex.
     """
     if not film_distance > 0.0:
         raise LensError(f"film distance {significant(film_distance)} mm: the film must lie behind the last vertex")
@@ -90,24 +81,14 @@ def surface_coatings(lens: Lens, coating: str | Coating = "uncoated") -> tuple[C
 def transmission(lens: Lens, wavelength: float | None = None, coating: str | Coating = "uncoated") -> float:
     """Transmitted part of the light on the axis: Π (1 − R), R the reflectance of each surface at normal incidence.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens; absorption in the glass is neglected.
-    wavelength : float or None
-        Micrometres; None: the lens's `reference_wavelength`.
-    coating : str or Coating
-        As of `surface_coatings`.
-
-    Returns
-    -------
-    float
+    Args:
+        lens: The lens; absorption in the glass is neglected.
+        wavelength: Micrometres; None: the lens's `reference_wavelength`.
+        coating: As of `surface_coatings`.
+    Returns:
         From 0 to 1.
-
-    Raises
-    ------
-    CoatingError
-        For an unknown coating.
+    Raises:
+        CoatingError: For an unknown coating.
     """
     wavelength = lens.reference_wavelength if wavelength is None else wavelength
     n = lens.indices(wavelength)
@@ -127,18 +108,11 @@ def t_number(lens: Lens, coating: str | Coating = "uncoated", wavelength: float 
 
     It is N / √(transmission · that of a picture in the stop), N the f-number for an object at infinity.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    coating : str or Coating
-        As of `surface_coatings`.
-    wavelength : float or None
-        Micrometres, of the f-number and the transmission; None: the lens's `reference_wavelength`.
-
-    Returns
-    -------
-    float
+    Args:
+        lens: The lens.
+        coating: As of `surface_coatings`.
+        wavelength: Micrometres, of the f-number and the transmission; None: the lens's `reference_wavelength`.
+    Returns:
         The T-number.
     """
     iris = lens.iris

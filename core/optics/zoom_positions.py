@@ -21,31 +21,18 @@ class PositionsError(ValueError):
 class Positions:
     """The gaps behind the surfaces `gaps` at every station, and the current position.
 
-    Parameters
-    ----------
-    gaps : tuple of int
-        Indices of the surfaces whose gaps vary, rising.
-    thicknesses : nested tuples of float, [zoom station][focus station][gap]
-        The gaps (mm).
-    zoom_stations, focus_stations : tuple of float
-        Positions of the stations, rising from 0 to 1; (0.0,) for a single one.
-    names : tuple of str
-        Of the zoom stations; may be empty, as may all that follow.
-    focal_lengths : tuple of float
-        Stated focal lengths of the zoom stations (mm).
-    f_numbers : tuple of float
-        Stated f-numbers of the zoom stations, wide open.
-    distances : nested tuples of float, [zoom station][focus station]
-        Film → object in focus (mm); inf is allowed.
-    stops : nested tuples of float, [zoom station][focus station]
-        Semi-diameter of the stop (mm), if it varies.
-    zoom, close : float
-        The current position, each from 0 to 1.
-
-    Raises
-    ------
-    PositionsError
-        For tables of other sizes, stations that do not rise, or invalid numbers.
+    Args:
+        gaps: Indices of the surfaces whose gaps vary, rising.
+        thicknesses: nested tuples of float, [zoom station][focus station][gap]. The gaps (mm).
+        zoom_stations, focus_stations: Positions of the stations, rising from 0 to 1; (0.0,) for a single one.
+        names: Of the zoom stations; may be empty, as may all that follow.
+        focal_lengths: Stated focal lengths of the zoom stations (mm).
+        f_numbers: Stated f-numbers of the zoom stations, wide open.
+        distances: nested tuples of float, [zoom station][focus station]. Film → object in focus (mm); inf is allowed.
+        stops: nested tuples of float, [zoom station][focus station]. Semi-diameter of the stop (mm), if it varies.
+        zoom, close: The current position, each from 0 to 1.
+    Raises:
+        PositionsError: For tables of other sizes, stations that do not rise, or invalid numbers.
     """
 
     gaps: tuple[int, ...]

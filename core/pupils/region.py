@@ -32,21 +32,16 @@ class ExitPupil:
     The region of a film point at another azimuth is rotated with it. The stop counts as the circle around its blades;
     `open_region` accounts for the blades.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    film_distance : float
-        Distance (mm) from the last vertex to the film.
-    film_radii : (n,) array
-        Distances r (mm) of the film points from the axis.
-    centres : (n,) array
-        x (mm) of the points on the meridian from which the rims are measured.
-    rims : (n, m, 2) array
-        Points (mm) on the upper half of each rim, from its centre; 0 where no light passes. A region that is not
-        star-shaped, as at the edge of the light of some lenses, has the convex outline around all of it.
-    irregular : dict of int to IrregularRegion
-        What such regions measure, by index; `area` and `cos4_area` are those of the light, not of the outline.
+    Args:
+        lens: The lens.
+        film_distance: Distance (mm) from the last vertex to the film.
+        film_radii: (n,) array. Distances r (mm) of the film points from the axis.
+        centres: (n,) array. x (mm) of the points on the meridian from which the rims are measured.
+        rims: (n, m, 2) array. Points (mm) on the upper half of each rim, from its centre; 0 where no light passes. A
+            region that is not star-shaped, as at the edge of the light of some lenses, has the convex outline around
+            all of it.
+        irregular: What such regions measure, by index; `area` and `cos4_area` are those of the light, not of the
+            outline.
     """
 
     lens: Lens
@@ -102,26 +97,15 @@ class ExitPupil:
 
         The map keeps equal areas equal. The sampled region is a hair larger than the true one.
 
-        Parameters
-        ----------
-        film_xy : (n, 2) array
-            Film points (mm).
-        uv : (n, 2) array
-            Pupil samples in [0, 1]².
-
-        Returns
-        -------
-        points : (n, 2) array
-            Points (mm) on the plane of the last vertex.
-        areas : (n,) array
-            Areas (mm²) of the sampled regions.
-
-        Raises
-        ------
-        LensError
-            Film points farther from the axis than the largest of film_radii.
-        ValueError
-            Samples outside the unit square.
+        Args:
+            film_xy: (n, 2) array. Film points (mm).
+            uv: (n, 2) array. Pupil samples in [0, 1]².
+        Returns:
+            points: (n, 2) array. Points (mm) on the plane of the last vertex.
+            areas: (n,) array. Areas (mm²) of the sampled regions.
+        Raises:
+            LensError: Film points farther from the axis than the largest of film_radii.
+            ValueError: Samples outside the unit square.
         """
         film_xy, uv = np.asarray(film_xy, float), unit_table(uv, np.float64)
         if not (np.hypot(film_xy[:, 0], film_xy[:, 1]) <= self.film_radii.max() * (1.0 + 1e-9)).all():
@@ -167,23 +151,14 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
 
     Pieces that no ray of the search meets are left out: up to a few hundredths of a region near the end of the light.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, focused.
-    film_distance : float
-        Distance (mm) from the last vertex to the film.
-    film_radii : float or (n,) array
-        Distances (mm) of the film points from the axis.
-    wavelength : float
-        Wavelength of the light (µm).
-    points : int
-        Number of points on the upper half of each rim.
-
-    Raises
-    ------
-    LensError
-        Negative film radii, a film that is not behind the lens, or a lens without rotational symmetry.
+    Args:
+        lens: The lens, focused.
+        film_distance: Distance (mm) from the last vertex to the film.
+        film_radii: float or (n,) array. Distances (mm) of the film points from the axis.
+        wavelength: Wavelength of the light (µm).
+        points: Number of points on the upper half of each rim.
+    Raises:
+        LensError: Negative film radii, a film that is not behind the lens, or a lens without rotational symmetry.
     """
     radii = np.atleast_1d(np.asarray(film_radii, float))
     if not (np.isfinite(radii).all() and (radii >= 0.0).all() and math.isfinite(film_distance) and film_distance > 0.0):
@@ -279,26 +254,15 @@ def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D
     With a round stop it is the exit-pupil region; a picture in the stop counts as its circle. For lenses of any
     symmetry, to 1e-6 of the region's size.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, focused.
-    film_distance : float
-        Distance (mm) from the last vertex to the film.
-    film_xy : (2,) array
-        Film point (mm).
-    wavelength : float
-        Wavelength of the light (µm).
-
-    Returns
-    -------
-    (m, 2) array
-        Outline (mm), counter-clockwise; empty where no light passes.
-
-    Raises
-    ------
-    LensError
-        A film that is not behind the lens.
+    Args:
+        lens: The lens, focused.
+        film_distance: Distance (mm) from the last vertex to the film.
+        film_xy: (2,) array. Film point (mm).
+        wavelength: Wavelength of the light (µm).
+    Returns:
+        (m, 2) array. Outline (mm), counter-clockwise; empty where no light passes.
+    Raises:
+        LensError: A film that is not behind the lens.
     """
     film_xy, lens = np.asarray(film_xy, float), lens.with_open_stop
     rim = _outline(lens, film_distance, film_xy, wavelength)

@@ -99,14 +99,9 @@ def arrival_steps(camera: Camera, timed: bool) -> list[Step]:
 def fate_colours(lens: Lens) -> np.ndarray:
     """Colours in which the view "fate" shows rays that end at the surfaces of a lens.
 
-    Parameters
-    ----------
-    lens
-        Lens of n surfaces.
-
-    Returns
-    -------
-    ndarray
+    Args:
+        lens: Lens of n surfaces.
+    Returns:
         (n, 3) linear RGB: red at the scene to violet at the film; the surface of the stop is grey.
     """
     n = len(lens.surfaces)
@@ -240,21 +235,14 @@ def show_passed(lanes, p, ints, key):
 def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
     """Depth of the scene at the centre of each pixel, along the ray through the middle of the pupil.
 
-    Parameters
-    ----------
-    camera
-        Any camera; one of the model "auto" is resolved as by `render`.
-    scene
-        The scene, world frame, mm.
-    time
-        When, in [0, 1) of the shutter; matters where camera or scene move.
-
-    Returns
-    -------
-    ndarray
+    Args:
+        camera: Any camera; one of the model "auto" is resolved as by `render`.
+        scene: The scene, world frame, mm.
+        time: When, in [0, 1) of the shutter; matters where camera or scene move.
+    Returns:
         float32 (h, w) mm from the camera's origin along its −z, the top row first; inf where only sky is seen, NaN
-        where the camera passes no light. Of a camera that also sees sideways or behind itself, such as a panorama or
-        a fisheye over 180°, the distance along each ray in mm.
+            where the camera passes no light. Of a camera that also sees sideways or behind itself, such as a panorama
+            or a fisheye over 180°, the distance along each ray in mm.
     """
     camera.check_overrides()
     camera, film = resolved(camera, scene).with_open_stop, camera.film

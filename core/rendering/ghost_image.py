@@ -55,20 +55,16 @@ PARTS = (3, 6, 1, 4, 0, 7, 2, 5)        # of a channel's wavelengths, in the ord
 class Flare:
     """Light of a lens about its lights: ghosts and stars.
 
-    Parameters
-    ----------
-    coating : str or Coating
-        Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any coating.
-    strength : float
-        Factor on the light of ghosts; 1 is true to scale with the direct light, 0 shows none.
-    pairs : tuple of (int, int)
-        Pairs of surfaces (first, second) to show; () for all.
-    stars : float
-        Factor on the light that the edges of the open pupil diffract from the sun and small lights: the rays of the
-        blades. 1 is true to scale, 0 none.
-    wavelength : float or None
-        Of all light (µm), for a camera whose lens is that of a design for another wavelength than the picture's: its
-        surfaces reflect, and its stop diffracts, as at this one. None: each channel has its own wavelengths.
+    Args:
+        coating: Of the surfaces to air that have none of their own: "uncoated", "single-layer", "multi-layer", or any
+            coating.
+        strength: Factor on the light of ghosts; 1 is true to scale with the direct light, 0 shows none.
+        pairs: tuple of (int, int). Pairs of surfaces (first, second) to show; () for all.
+        stars: Factor on the light that the edges of the open pupil diffract from the sun and small lights: the rays of
+            the blades. 1 is true to scale, 0 none.
+        wavelength: Of all light (µm), for a camera whose lens is that of a design for another wavelength than the
+            picture's: its surfaces reflect, and its stop diffracts, as at this one. None: each channel has its own
+            wavelengths.
     """
 
     coating: str | Coating = "uncoated"
@@ -300,16 +296,10 @@ def _drawn(dim: list[_Task], chances: np.ndarray, number: int) -> list[_Task]:
 def why_no_ghosts(camera: Camera, scene: Scene) -> str:
     """Why a picture has no ghosts.
 
-    Parameters
-    ----------
-    camera : Camera
-        Any camera.
-    scene : Scene
-        What it looks at.
-
-    Returns
-    -------
-    str
+    Args:
+        camera: Any camera.
+        scene: What it looks at.
+    Returns:
         A sentence; "" if the picture can have ghosts.
     """
     if not isinstance(camera, LensCamera):

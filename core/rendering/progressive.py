@@ -36,56 +36,34 @@ class Rendering:
     once. Every later sample is three, one wavelength for each channel, and from the second sample on these alone are
     the picture. The channels share their points on film and pupil, so that the noise has no colour.
 
-    Parameters
-    ----------
-    camera
-        Any camera. A LensCamera of the model "auto" takes the model that the scene needs (`choose_model`); for an AOV
-        its rays are traced in full.
-    scene
-        The scene, world frame, mm.
-    seed
-        Sampler seed; its lower 32 bits count.
-    real
-        np.float32 or np.float64: the numbers of the stages.
-    steps
-        Stages that place the samples (raster X, Y, pupil U0, U1, TIME); None: the scrambled Sobol net.
-    shadows
-        Whether light is hidden by objects; False leaves out shadows and ambient occlusion.
-    view
-        "" for the picture, or one of `lb.VIEWS` to show an AOV of its samples.
-    light_tracing
-        Whether small bright lights are traced from the light to the film, where nothing moves; False leaves them to
-        the camera's rays.
-    layer
-        The light layer of another picture of this scene, to be shown until `adopt` gives this picture its own light
-        image; None: select and trace the small lights with the first sample.
-    filtered
-        Whether patterns are averaged over the part of a pixel that a sample represents, by ray differentials,
-        so that the first sample is free of aliasing.
-    light_passes
-        Number of samples that trace lights at the most, for small pictures of few samples; None: as many as repay
-        their time.
-    flare
-        Ghosts and stars of the sun and of small lights, added to the picture of a lens; None: none. `why_no_ghosts`
-        says where there are none for other reasons.
-    adaptive
-        Whether parts of the film with a larger error take more of the samples after the first 16 (`sample_allocation`);
-        an AOV, and `steps`, take the same everywhere.
-    in_bands
-        Whether the rendering holds one band of lines at a time, so that a large picture takes little memory: give the
-        first band all of its samples, take its `image`, then `next_band`.
-
-    Attributes
-    ----------
-    shape
-        (h, w) pixels.
-    samples
-        Samples per pixel so far, on average; in bands, per pixel of the current one.
-
-    Raises
-    ------
-    ValueError
-        For an unknown view.
+    Args:
+        camera: Any camera. A LensCamera of the model "auto" takes the model that the scene needs (`choose_model`); for
+            an AOV its rays are traced in full.
+        scene: The scene, world frame, mm.
+        seed: Sampler seed; its lower 32 bits count.
+        real: np.float32 or np.float64: the numbers of the stages.
+        steps: Stages that place the samples (raster X, Y, pupil U0, U1, TIME); None: the scrambled Sobol net.
+        shadows: Whether light is hidden by objects; False leaves out shadows and ambient occlusion.
+        view: "" for the picture, or one of `lb.VIEWS` to show an AOV of its samples.
+        light_tracing: Whether small bright lights are traced from the light to the film, where nothing moves; False
+            leaves them to the camera's rays.
+        layer: The light layer of another picture of this scene, to be shown until `adopt` gives this picture its own
+            light image; None: select and trace the small lights with the first sample.
+        filtered: Whether patterns are averaged over the part of a pixel that a sample represents, by ray differentials,
+            so that the first sample is free of aliasing.
+        light_passes: Number of samples that trace lights at the most, for small pictures of few samples; None: as many
+            as repay their time.
+        flare: Ghosts and stars of the sun and of small lights, added to the picture of a lens; None: none.
+            `why_no_ghosts` says where there are none for other reasons.
+        adaptive: Whether parts of the film with a larger error take more of the samples after the first 16
+            (`sample_allocation`); an AOV, and `steps`, take the same everywhere.
+        in_bands: Whether the rendering holds one band of lines at a time, so that a large picture takes little memory:
+            give the first band all of its samples, take its `image`, then `next_band`.
+    Attributes:
+        shape: (h, w) pixels.
+        samples: Samples per pixel so far, on average; in bands, per pixel of the current one.
+    Raises:
+        ValueError: For an unknown view.
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
@@ -132,14 +110,8 @@ class Rendering:
     def leaves_out(self, excluded: ExcludedLight | None) -> bool:
         """Whether the camera's rays leave out just this light.
 
-        Parameters
-        ----------
-        excluded : ExcludedLight or None
-            Light that is traced from the lights.
-
-        Returns
-        -------
-        bool
+        Args:
+            excluded: Light that is traced from the lights.
         """
         own = self.excluded
         return own is excluded if own is None or excluded is None else own.is_same(excluded)
@@ -154,9 +126,7 @@ class Rendering:
     def layer(self) -> LightLayer | None:
         """Light of the small lights for the first samples of another picture.
 
-        Returns
-        -------
-        LightLayer or None
+        Returns:
             None without light tracing.
         """
         if self._borrowed is not None:
@@ -166,18 +136,11 @@ class Rendering:
     def own_light(self, pool: Executor, threads: int, wanted: Callable[[], bool] = _always) -> LightImage | None:
         """The picture's own light image, with the passes of the samples so far; from any thread.
 
-        Parameters
-        ----------
-        pool : Executor
-            Runs the passes.
-        threads : int
-            Parts of a pass that run at the same time.
-        wanted : function
-            Called without arguments from any thread; False cancels.
-
-        Returns
-        -------
-        LightImage or None
+        Args:
+            pool: Runs the passes.
+            threads: Parts of a pass that run at the same time.
+            wanted: Called without arguments from any thread; False cancels.
+        Returns:
             None if it was cancelled.
         """
         light_image = LightImage(self._camera, self._scene, self.seed, self._real, self._programs,
@@ -193,10 +156,8 @@ class Rendering:
 
         Where the camera's rays have left out other light, the samples so far are dropped: `samples` is 0 again.
 
-        Parameters
-        ----------
-        light_image : LightImage
-            From `own_light`.
+        Args:
+            light_image: From `own_light`.
         """
         former = self.excluded
         self._light_image, self._borrowed, self._borrowed_image = light_image, None, None
@@ -239,15 +200,10 @@ class Rendering:
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from the sums of a rendering of the same arguments.
 
-        Parameters
-        ----------
-        state
-            As `state` gave them; arrays of this rendering's own `state` may have been filled in place.
-
-        Raises
-        ------
-        ValueError
-            For sums of another picture; the rendering is then unchanged.
+        Args:
+            state: As `state` gave them; arrays of this rendering's own `state` may have been filled in place.
+        Raises:
+            ValueError: For sums of another picture; the rendering is then unchanged.
         """
         own = self.state
         if own.keys() != state.keys() or any(
@@ -262,26 +218,15 @@ class Rendering:
             threads: int | None = None) -> bool:
         """Add samples to every pixel.
 
-        Parameters
-        ----------
-        samples
-            Number of samples per pixel to add, at least 1.
-        pool
-            Threads to use; None: threads of its own.
-        wanted
-            Called many times from any thread; return False to cancel.
-        threads
-            Tasks at a time; None: one for each core.
-
-        Returns
-        -------
-        bool
+        Args:
+            samples: Number of samples per pixel to add, at least 1.
+            pool: Threads to use; None: threads of its own.
+            wanted: Called many times from any thread; return False to cancel.
+            threads: Tasks at a time; None: one for each core.
+        Returns:
             False when `wanted` cancelled; the rendering is then incomplete, to be thrown away.
-
-        Raises
-        ------
-        ValueError
-            For fewer samples than 1.
+        Raises:
+            ValueError: For fewer samples than 1.
         """
         if samples < 1:
             raise ValueError(f"{samples} samples a pixel: at least 1 is needed")
@@ -314,9 +259,7 @@ class Rendering:
     def next_band(self) -> bool:
         """Go on to the next band of lines, of 0 samples: it needs as many as the first one has had.
 
-        Returns
-        -------
-        bool
+        Returns:
             False when there is none: the current band stays.
         """
         is_next = self._sums.next_band()
@@ -327,9 +270,7 @@ class Rendering:
     def image(self) -> np.ndarray:
         """The mean of the samples so far.
 
-        Returns
-        -------
-        ndarray
+        Returns:
             float32 (h, w, 3), linear RGB, the top row first; a fresh array. In bands: the current `lines`.
         """
         return self._image(self.lines)
@@ -337,9 +278,7 @@ class Rendering:
     def bands(self) -> Iterator[np.ndarray]:
         """The lines of `image` in bands, for pictures that are too large to be held once more.
 
-        Yields
-        ------
-        ndarray
+        Yields:
             float32 (lines, w, 3), from the top down; a fresh array.
         """
         for top in self.lines[::BAND_LINES]:
@@ -358,10 +297,8 @@ class Rendering:
     def camera_image(self) -> np.ndarray:
         """The part of `image` that the camera's rays see.
 
-        Returns
-        -------
-        (h, w, 3) array
-            A fresh array of the stages' numbers.
+        Returns:
+            (h, w, 3) array. A fresh array of the stages' numbers.
         """
         return self._camera_image(self.lines)
 
@@ -372,10 +309,8 @@ class Rendering:
     def light(self) -> np.ndarray | None:
         """The part of `image` that is traced from small lights, its own or borrowed, with ghosts and stars.
 
-        Returns
-        -------
-        (h, w, 3) array or None
-            float32; None without any.
+        Returns:
+            (h, w, 3) array or None. float32; None without any.
         """
         own = self._traced
         traced = self._borrowed_image if self._borrowed is not None else None if own is None else own.image()

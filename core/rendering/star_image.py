@@ -13,9 +13,9 @@ spreads it along itself as sinc²(ℓ u / λ), of width λ / ℓ. Edges that fol
 the length ℓ: each of them sends its light into the angle by which it turns. All edges together send P λ / (2 π² A q), P
 the perimeter, beyond q: for a circle of radius a this is λ / (π² a q), as of the Airy pattern.
 
-References
-----------
-Keller, J. Opt. Soc. Am. 52 (1962): geometrical theory of diffraction. Born and Wolf, "Principles of Optics", § 8.5.2.
+References:
+    Keller, J. Opt. Soc. Am. 52 (1962): geometrical theory of diffraction. Born and Wolf, "Principles of Optics",
+    § 8.5.2.
 """
 
 import math

@@ -31,30 +31,19 @@ def photograph_scene(photograph: ArrayLike, depth: ArrayLike, fov: float, *, fil
 
     The camera of the photograph stands at the world's origin and looks along −z.
 
-    Parameters
-    ----------
-    photograph : array_like, shape (h, w, 3)
-        Linear red, green and blue, the top row first.
-    depth : array_like, shape (k, m)
-        Distances along the axis, mm, of the same view with any number of pixels; inf is the farthest distance of the
-        map times four.
-    fov : float
-        Angle of view across the width of the photograph, radians.
-    fill : {"plain", "shown", "none"}
-        What things in front hide, near their edges: the surface behind in its own colours, the same in magenta, or
-        nothing.
-    name : str
-        Of the scene.
-
-    Returns
-    -------
-    Scene
+    Args:
+        photograph: array_like, shape (h, w, 3). Linear red, green and blue, the top row first.
+        depth: array_like, shape (k, m). Distances along the axis, mm, of the same view with any number of pixels; inf
+            is the farthest distance of the map times four.
+        fov: Angle of view across the width of the photograph, radians.
+        fill: {"plain", "shown", "none"}. What things in front hide, near their edges: the surface behind in its own
+            colours, the same in magenta, or nothing.
+        name: Of the scene.
+    Returns:
         Luminous meshes; the sky has the mean colour of the photograph, darkened.
-
-    Raises
-    ------
-    SceneError
-        If a shape is wrong, a distance is not positive, a colour is negative or not finite, or `fov` is out of range.
+    Raises:
+        SceneError: If a shape is wrong, a distance is not positive, a colour is negative or not finite, or `fov` is out
+            of range.
     """
     picture, away = np.asarray(photograph, np.float32), np.asarray(depth, np.float64)
     if picture.ndim != 3 or picture.shape[2] != 3 or min(picture.shape[:2]) < 2:

@@ -31,41 +31,24 @@ from lensbench.core.scenery.values import SceneError, Triple, check, unit
 class Scene:
     """Scene in front of the camera: shapes, lights and surroundings. Compared by value; lengths in mm, world frame.
 
-    Parameters
-    ----------
-    name : str
-        Shown to the user.
-    sky : Sky or ImageSky
-        Radiance of all directions that meet nothing.
-    sun : Sun, optional
-        Distant disk of light.
-    floor : Floor, optional
-        Endless checkered plane.
-    spheres : tuple or list of Sphere
-        Spheres, at rest or moving.
-    plates : tuple or list of Rectangle or Disk
-        Planar shapes, at rest or moving.
-    ambient : (r, g, b)
-        Radiance from all directions in addition to the sky's, as between walls.
-    enclosed : bool
-        True: the sky is visible, but lights nothing and is not reflected by coats.
-    depth_range : (near, far)
-        Distances of interest from the origin, mm, for scales and charts.
-    meshes : tuple of Mesh
-        Triangle meshes, at rest.
-    diffuse_bounce : bool
-        True: matte surfaces light each other, by one bounce and with noise; the sky lights what it sees, past all
-        shapes, and `ambient` the surfaces at which the bounce ends.
-    subject : (distance, height), optional
-        What a camera is framed and focused on: its distance from the origin along −z, and the height that fills the
-        shorter side of the film, mm.
-    notes : tuple of str
-        What its reader assumed or changed, a sentence each; not compared.
-
-    Raises
-    ------
-    SceneError
-        If a number is not finite, or the subject has no positive distance and height.
+    Args:
+        name: Shown to the user.
+        sky: Radiance of all directions that meet nothing.
+        sun: Distant disk of light.
+        floor: Endless checkered plane.
+        spheres: Spheres, at rest or moving.
+        plates: Planar shapes, at rest or moving.
+        ambient: (r, g, b). Radiance from all directions in addition to the sky's, as between walls.
+        enclosed: True: the sky is visible, but lights nothing and is not reflected by coats.
+        depth_range: (near, far). Distances of interest from the origin, mm, for scales and charts.
+        meshes: Triangle meshes, at rest.
+        diffuse_bounce: True: matte surfaces light each other, by one bounce and with noise; the sky lights what it
+            sees, past all shapes, and `ambient` the surfaces at which the bounce ends.
+        subject: (distance, height), optional. What a camera is framed and focused on: its distance from the origin
+            along −z, and the height that fills the shorter side of the film, mm.
+        notes: What its reader assumed or changed, a sentence each; not compared.
+    Raises:
+        SceneError: If a number is not finite, or the subject has no positive distance and height.
     """
 
     name: str = "scene"
@@ -121,24 +104,14 @@ class Scene:
               medium: Medium | None = None) -> list[Step]:
         """Stages from a world ray (X Y Z, L M N) to its radiance RED, GREEN, BLUE.
 
-        Parameters
-        ----------
-        shadows : bool
-            False omits shadows and occlusion; True reads V0, V1, a point of each light.
-        opening : float
-            Time in seconds at which TIME is 0, if something moves.
-        excluded : ExcludedLight, optional
-            Light that the ray does not see, because it is traced from the light.
-        medium : Medium, optional
-            What fills the scene; clear air has no stage.
+        Args:
+            shadows: False omits shadows and occlusion; True reads V0, V1, a point of each light.
+            opening: Time in seconds at which TIME is 0, if something moves.
+            excluded: Light that the ray does not see, because it is traced from the light.
+            medium: What fills the scene; clear air has no stage.
 
-        Returns
-        -------
-        list of Step
-
-        Notes
-        -----
-        A patterned scene also reads PIXEL_SIDE and PIXEL_SPREAD; zeros show each pattern at a point.
+        Notes:
+            A patterned scene also reads PIXEL_SIDE and PIXEL_SPREAD; zeros show each pattern at a point.
         """
         return list(scene_steps.radiance_steps(self, shadows, opening, excluded, medium))
 
@@ -147,45 +120,27 @@ class Scene:
 
         EMITS is 2 + the index of the shape if it shines and −2 − its index if not; 1 is the sky, 0 the floor.
 
-        Parameters
-        ----------
-        shapes : tuple of Shape
-            Shapes of the scene, all at rest.
-
-        Returns
-        -------
-        list of Step
+        Args:
+            shapes: Shapes of the scene, all at rest.
         """
         return list(scene_steps.marking_steps(self, shapes))
 
     def depth_steps(self, opening: float = 0.0) -> list[Step]:
         """Stages that find the depth alone: RED is DEPTH in mm, GREEN is 1 where a surface is met and 0 at the sky.
 
-        Parameters
-        ----------
-        opening : float
-            Time in seconds at which TIME is 0.
-
-        Returns
-        -------
-        list of Step
+        Args:
+            opening: Time in seconds at which TIME is 0.
         """
         return list(scene_steps.depth_steps(self, opening))
 
     def distance(self, origins, directions, time: float = 0.0) -> np.ndarray:
         """Distance to the nearest surface, in double precision.
 
-        Parameters
-        ----------
-        origins, directions : array_like, shape (n, 3)
-            Points in mm and unit vectors, world frame.
-        time : float
-            Seconds.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            mm; inf where the ray meets the sky.
+        Args:
+            origins, directions: array_like, shape (n, 3). Points in mm and unit vectors, world frame.
+            time: Seconds.
+        Returns:
+            ndarray, shape (n,). mm; inf where the ray meets the sky.
         """
         o, d = np.atleast_2d(np.asarray(origins, np.float64)), np.atleast_2d(np.asarray(directions, np.float64))
         nearest = np.full(len(o), math.inf)
@@ -200,31 +155,20 @@ class Scene:
 
         Patterns are seen at a point, not averaged over a pixel, and lights of every size are met by the rays.
 
-        Parameters
-        ----------
-        origins : array_like, shape (n, 3), or Rays
-            Points in mm, world frame; or the rays of `Camera.generate_rays`, with their directions and times. Their
-            weights are not applied; blocked rays, of weight 0, are black.
-        directions : array_like, shape (n, 3)
-            Of any length but 0, world frame.
-        times : float or array_like, shape (n,)
-            Seconds; matter where something moves.
-        samples : int
-            Points on each light that a ray's soft shadows are averaged over.
-        seed : int
-            Of these points.
-        shadows : bool
-            Whether light is hidden by objects.
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
-            Linear red, green and blue; the value of a pixel is the mean of weight × radiance.
-
-        Raises
-        ------
-        ValueError
-            Arrays of other shapes, numbers that are not finite, directions of length 0, or fewer than one sample.
+        Args:
+            origins: array_like, shape (n, 3), or Rays. Points in mm, world frame; or the rays of
+                `Camera.generate_rays`, with their directions and times. Their weights are not applied; blocked rays, of
+                weight 0, are black.
+            directions: array_like, shape (n, 3). Of any length but 0, world frame.
+            times: float or array_like, shape (n,). Seconds; matter where something moves.
+            samples: Points on each light that a ray's soft shadows are averaged over.
+            seed: Of these points.
+            shadows: Whether light is hidden by objects.
+        Returns:
+            ndarray, shape (n, 3). Linear red, green and blue; the value of a pixel is the mean of weight × radiance.
+        Raises:
+            ValueError: Arrays of other shapes, numbers that are not finite, directions of length 0, or fewer than one
+                sample.
         """
         lit = None
         if directions is None:

@@ -32,19 +32,14 @@ __all__ = ["Change", "Finding", "Kind", "Severity", "check"]
 def check(lens: Lens) -> list[Finding]:
     """What looks wrong in a lens: its probable causes, then the findings, then what the reader of its file assumed.
 
-    Parameters
-    ----------
-    lens : Lens
-        Any lens, which is judged at the primary wavelength of its design; a zoom is checked in its first position,
-        then at each of its stations. One that was designed for a near object is held to the rays from that object,
-        in best focus.
-
-    Returns
-    -------
-    list of Finding
-        Causes come first, the most probable of them at the top; each has a `change`. Doubts have the severity
-        WARNING; assumptions of the reader, most of them NOTE, come last. Empty where nothing looks wrong and nothing
-        was assumed.
+    Args:
+        lens: Any lens, which is judged at the primary wavelength of its design; a zoom is checked in its first
+            position, then at each of its stations. One that was designed for a near object is held to the rays from
+            that object, in best focus.
+    Returns:
+        Causes come first, the most probable of them at the top; each has a `change`. Doubts have the severity WARNING;
+            assumptions of the reader, most of them NOTE, come last. Empty where nothing looks wrong and nothing was
+            assumed.
     """
     lens = lens.at(zoom=0.0, close=0.0)
     seen, wavelength = at_reference(lens.with_open_stop)        # a picture in the stop ends rays on purpose

@@ -23,30 +23,18 @@ TORUS = "the torus of the same two curvatures is written"
 class Format:
     """A format of lens files: its reader, its writer, and what it can hold.
 
-    Parameters
-    ----------
-    suffix : str
-        Of its files, with the dot.
-    name : str
-        Of the program, shown to the user.
-    read : function
-        (text, path) → Lens; LensFileError names the path, the line and the mistake.
-    write : function or None
-        lens → text, and findings about losses other than those below; None for a format that is only read.
-    shapes : frozenset of Shape
-        Surfaces that it holds.
-    instead : str
-        What is written instead of other surfaces.
-    system : frozenset of str
-        Parts of the system data that it holds, see `lost_system`.
-    has_positions : bool
-        Whether it holds the zoom and focus positions of a lens.
-    has_poses : bool
-        Whether it holds the decentres and tilts of surfaces.
-    is_utf8 : bool
-        Whether its files are UTF-8; other programs use the encoding of their machine.
-    recognises : function
-        text → bool. If several formats share a suffix, a file is read by the first that accepts its text.
+    Args:
+        suffix: Of its files, with the dot.
+        name: Of the program, shown to the user.
+        read: (text, path) → Lens; LensFileError names the path, the line and the mistake.
+        write: lens → text, and findings about losses other than those below; None for a format that is only read.
+        shapes: Surfaces that it holds.
+        instead: What is written instead of other surfaces.
+        system: Parts of the system data that it holds, see `lost_system`.
+        has_positions: Whether it holds the zoom and focus positions of a lens.
+        has_poses: Whether it holds the decentres and tilts of surfaces.
+        is_utf8: Whether its files are UTF-8; other programs use the encoding of their machine.
+        recognises: text → bool. If several formats share a suffix, a file is read by the first that accepts its text.
     """
 
     suffix: str
@@ -64,14 +52,9 @@ class Format:
     def text_of(self, lens: Lens) -> tuple[str, tuple[Finding, ...]]:
         """Text of a lens in this format.
 
-        Parameters
-        ----------
-        lens : Lens
-            Any lens; the format must have a writer.
-
-        Returns
-        -------
-        str, tuple of Finding
+        Args:
+            lens: Any lens; the format must have a writer.
+        Returns:
             The text, and what the format cannot hold.
         """
         assert self.write is not None, f"{self.name} files are only read"

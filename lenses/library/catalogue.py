@@ -19,30 +19,19 @@ COPIED = ("title", "kind", "year", "source", "maker", "designer", "patent", "fil
 class Card:
     """Header of a library lens, for lists. Lengths in mm; None or "": not known.
 
-    Attributes
-    ----------
-    name : str
-        What `load` takes.
-    title, kind, source, notes : str
-        As the file has them; `kind` is "double Gauss", "fisheye", …
-    year : int or None
-        Year of the design.
-    maker, designer, patent : str
-        Who sold it (else whose patent it is), who designed it, the patent's number.
-    film_size : (2,) tuple of float or None
-        Width and height of the film or sensor that the lens was made for.
-    estimates : str
-        What of the prescription is not published but estimated, such as "all rims"; "" where nothing is.
-    efl, tele_efl : float or None
-        Computed focal length; of a zoom the shortest and the longest.
-    f_number : float or None
-        Wide open: stated, else computed.
-    stated_efl : float or None
-        Focal length as published.
-    image_circle : float or None
-        Diameter that the design covers, focused at infinity.
-    surfaces, elements, groups, aspheres, focus_groups : int
-        What it consists of, see `Counts`; a lens without focus groups is focused as a whole.
+    Attributes:
+        name: What `load` takes.
+        title, kind, source, notes: As the file has them; `kind` is "double Gauss", "fisheye", …
+        year: Year of the design.
+        maker, designer, patent: Who sold it (else whose patent it is), who designed it, the patent's number.
+        film_size: (2,) tuple of float or None. Width and height of the film or sensor that the lens was made for.
+        estimates: What of the prescription is not published but estimated, such as "all rims"; "" where nothing is.
+        efl, tele_efl: Computed focal length; of a zoom the shortest and the longest.
+        f_number: Wide open: stated, else computed.
+        stated_efl: Focal length as published.
+        image_circle: Diameter that the design covers, focused at infinity.
+        surfaces, elements, groups, aspheres, focus_groups: What it consists of, see `Counts`; a lens without focus
+            groups is focused as a whole.
     """
 
     name: str
@@ -86,9 +75,7 @@ def _names() -> tuple[str, ...]:
 def names() -> list[str]:
     """Names of the library lenses.
 
-    Returns
-    -------
-    list of str
+    Returns:
         In alphabetical order; each is an argument for `load`.
     """
     return list(_names())
@@ -103,15 +90,10 @@ def path_of(name: str) -> Path:
 def describe() -> tuple[Card, ...]:
     """Headers of the library lenses, read once.
 
-    Returns
-    -------
-    tuple of Card
+    Returns:
         In the order of `names`.
-
-    Raises
-    ------
-    LensFileError
-        A file of the library cannot be read.
+    Raises:
+        LensFileError: A file of the library cannot be read.
     """
     return tuple(_card(name) for name in _names())
 
@@ -119,20 +101,12 @@ def describe() -> tuple[Card, ...]:
 def card(name: str) -> Card | None:
     """Header of one library lens; no other file is read.
 
-    Parameters
-    ----------
-    name : str
-        Any text.
-
-    Returns
-    -------
-    Card or None
+    Args:
+        name: Any text.
+    Returns:
         None where the library has no lens of this name.
-
-    Raises
-    ------
-    LensFileError
-        The file cannot be read.
+    Raises:
+        LensFileError: The file cannot be read.
     """
     return _card(name) if name in _names() else None
 

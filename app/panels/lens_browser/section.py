@@ -40,16 +40,10 @@ class SectionLook(NamedTuple):
 def section_picture(lens: lb.Lens, look: SectionLook) -> Pixels:
     """The section as large as fits, with equal axes, on a transparent ground.
 
-    Parameters
-    ----------
-    lens : Lens
-        Any lens.
-    look : SectionLook
-        Size (pixels), theme, and width of a line (pixels).
-
-    Returns
-    -------
-    ndarray
+    Args:
+        lens: Any lens.
+        look: Size (pixels), theme, and width of a line (pixels).
+    Returns:
         uint8 (h, w, 4): sRGB and opacity. The axis of the lens lies at half of the height.
     """
     from PIL import Image, ImageDraw

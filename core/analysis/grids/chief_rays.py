@@ -32,15 +32,11 @@ ROUNDING = 1e-14        # of an angle (rad), or over the size of the lens of a l
 class ChiefRays:
     """Chief rays of n fields at one wavelength; NaN where a field has none.
 
-    Parameters
-    ----------
-    at_stop
-        (n, 2) x and y of the unit direction at the stop, before the stop's own refraction.
-    points, directions
-        (n, 3) point on the first surface, or in the stop where the lens begins with it, and unit direction in the
-        scene, along the light.
-    images, image_directions
-        (n, 2) x and y on the film, and (n, 3) unit direction there.
+    Args:
+        at_stop: (n, 2) x and y of the unit direction at the stop, before the stop's own refraction.
+        points, directions: (n, 3) point on the first surface, or in the stop where the lens begins with it, and unit
+            direction in the scene, along the light.
+        images, image_directions: (n, 2) x and y on the film, and (n, 3) unit direction there.
     """
 
     at_stop: np.ndarray
@@ -119,27 +115,17 @@ def find_chief_rays(lens: Lens, film_distance: float, wanted: np.ndarray, object
                     by_image: bool = False, wavelength: float = D_LINE, near: np.ndarray | None = None) -> ChiefRays:
     """The chief rays of fields.
 
-    Parameters
-    ----------
-    lens
-        The lens.
-    film_distance
-        Last vertex → film, mm.
-    wanted
-        (n, 2) points of the film, mm, where by_image; otherwise points of the object plane, mm, or for an object at
-        infinity the angle vectors of its light (rad).
-    object_distance
-        Object plane → first vertex, mm; inf for an object at infinity.
-    by_image
-        Which of them `wanted` holds.
-    wavelength
-        µm.
-    near
-        (n, 2) directions at the stop close to those sought, such as those of another wavelength; saves the search.
-
-    Returns
-    -------
-    ChiefRays
+    Args:
+        lens: The lens.
+        film_distance: Last vertex → film, mm.
+        wanted: (n, 2) points of the film, mm, where by_image; otherwise points of the object plane, mm, or for an
+            object at infinity the angle vectors of its light (rad).
+        object_distance: Object plane → first vertex, mm; inf for an object at infinity.
+        by_image: Which of them `wanted` holds.
+        wavelength: µm.
+        near: (n, 2) directions at the stop close to those sought, such as those of another wavelength; saves the
+            search.
+    Returns:
         NaN for fields that no ray from the middle of the stop reaches.
     """
     wanted = np.asarray(wanted, float).reshape(-1, 2)

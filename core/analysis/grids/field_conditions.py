@@ -37,28 +37,17 @@ FULL_FRAME = (36.0, 24.0)               # mm, for a lens whose film is not known
 class Conditions:
     """Fields, wavelengths and object distance of an analysis, from `conditions`.
 
-    Parameters
-    ----------
-    field_kind : FieldKind
-        Quantity in which `fields` are given.
-    fields : tuple of (float, float)
-        x and y of each field point: degrees, or mm on the object plane or on the film.
-    wavelengths : tuple of float
-        µm.
-    weights : tuple of float
-        Of the wavelengths, of sum 1.
-    primary : int
-        Index of the wavelength whose chief rays are the references.
-    object_distance : float
-        Object plane → first vertex, mm; inf for an object at infinity.
-    findings : tuple of Finding
-        What is assumed or left out; ignored in comparisons.
-
-    Raises
-    ------
-    LensError
-        For wavelengths that are not positive micrometres, weights, fields or a primary wavelength that do not fit, and
-        object heights of an object at infinity.
+    Args:
+        field_kind: Quantity in which `fields` are given.
+        fields: tuple of (float, float). x and y of each field point: degrees, or mm on the object plane or on the film.
+        wavelengths: µm.
+        weights: Of the wavelengths, of sum 1.
+        primary: Index of the wavelength whose chief rays are the references.
+        object_distance: Object plane → first vertex, mm; inf for an object at infinity.
+        findings: What is assumed or left out; ignored in comparisons.
+    Raises:
+        LensError: For wavelengths that are not positive micrometres, weights, fields or a primary wavelength that do
+            not fit, and object heights of an object at infinity.
     """
 
     field_kind: FieldKind
@@ -105,33 +94,21 @@ def conditions(lens: Lens, film: Film | None = None, fields=None, wavelengths=No
                object_distance: float | None = None, field_kind: FieldKind = FieldKind.REAL_IMAGE_HEIGHT) -> Conditions:
     """The conditions under which a lens is analysed.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens.
-    film : Film or None
-        Its half-diagonal is the last field, where the lens states none; None: `lens.film_size`, else 36 × 24 mm.
-    fields : None, int or sequence
-        None: those that the lens states, else 12 from the film's centre to its corner. A number: that many along the
-        film's half-diagonal. A sequence: y, or (x, y), of each in the quantity `field_kind`.
-    wavelengths : None, str or sequence
-        µm, or (µm, weight); the middle one is the primary. A name of white light: "picture" weights wavelengths by the
-        luminance that a picture gives them, "photopic" by that of the eye, "fdc" takes F, d and C with equal weights.
-        "lens" or None: those that the lens states, else F, d and C.
-    object_distance : float or None
-        Object plane → first vertex, mm. None: the one that the lens states, inf by default.
-    field_kind : FieldKind
-        Of a sequence of fields: degrees for ANGLE, else mm.
-
-    Returns
-    -------
-    Conditions
+    Args:
+        lens: The lens.
+        film: Its half-diagonal is the last field, where the lens states none; None: `lens.film_size`, else 36 × 24 mm.
+        fields: None, int or sequence. None: those that the lens states, else 12 from the film's centre to its corner. A
+            number: that many along the film's half-diagonal. A sequence: y, or (x, y), of each in the quantity
+            `field_kind`.
+        wavelengths: None, str or sequence. µm, or (µm, weight); the middle one is the primary. A name of white light:
+            "picture" weights wavelengths by the luminance that a picture gives them, "photopic" by that of the eye,
+            "fdc" takes F, d and C with equal weights. "lens" or None: those that the lens states, else F, d and C.
+        object_distance: Object plane → first vertex, mm. None: the one that the lens states, inf by default.
+        field_kind: Of a sequence of fields: degrees for ANGLE, else mm.
+    Returns:
         Its findings name the source of each part.
-
-    Raises
-    ------
-    LensError
-        For an invalid sequence, or a glass that is known at none of the wavelengths.
+    Raises:
+        LensError: For an invalid sequence, or a glass that is known at none of the wavelengths.
     """
     findings: list[Finding] = []
     if object_distance is None:
@@ -182,16 +159,10 @@ def check_wavelength(wavelength: float) -> None:
 def field_name(given: Conditions, i: int) -> str:
     """A field in words.
 
-    Parameters
-    ----------
-    given : Conditions
-        Conditions with the field.
-    i : int
-        Index of the field.
-
-    Returns
-    -------
-    str
+    Args:
+        given: Conditions with the field.
+        i: Index of the field.
+    Returns:
         Such as "12.4 mm" or "14°".
     """
     x, y = (round(each, 5) for each in given.fields[i])
@@ -288,10 +259,8 @@ def _colours(lens: Lens, wavelengths, findings: list[Finding]) -> tuple[tuple[fl
 def wanted_chief_rays(lens: Lens, given: Conditions) -> tuple[np.ndarray, bool]:
     """What `find_chief_rays` takes for the fields of these conditions: its `wanted` (n, 2) and its `by_image`.
 
-    Raises
-    ------
-    LensError
-        For paraxial image heights of an afocal lens.
+    Raises:
+        LensError: For paraxial image heights of an afocal lens.
     """
     points = np.array(given.fields, float).reshape(-1, 2)
     if given.field_kind is FieldKind.REAL_IMAGE_HEIGHT:

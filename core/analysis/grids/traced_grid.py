@@ -16,20 +16,19 @@ The grid of each field covers the region that the rims leave open, found by rays
 the scene. These rays also say where the rays of the object must start, so that the latter, traced forward in
 every wavelength, fill the exit pupil evenly.
 
-References
-----------
-Welford, "Aberrations of Optical Systems", ch. 7: reference sphere and wavefront aberration.
+References:
+    Welford, "Aberrations of Optical Systems", ch. 7: reference sphere and wavefront aberration.
 
-The trace of a ray grid: chief rays, the open pupil found from the film, and the object's rays in each wavelength.
+    The trace of a ray grid: chief rays, the open pupil found from the film, and the object's rays in each wavelength.
 
-Lengths in mm, lens frame. See `traced_grid` for the reference points, axes and pupil coordinates.
+    Lengths in mm, lens frame. See `traced_grid` for the reference points, axes and pupil coordinates.
 
-Foci of narrow beams about the chief rays of a ray grid, for lenses of any symmetry.
+    Foci of narrow beams about the chief rays of a ray grid, for lenses of any symmetry.
 
-Lengths in mm. Two rays close to the chief ray on either side of it in the pupil cross it at its focus: the sagittal
-focus for rays beside it along the sagittal axis, the tangential one for the other. `field_curves` has the same for
-lenses of rotational symmetry by Coddington's equations. In other wavelengths the beam is about the same ray of the
-object, the chief ray of the primary wavelength.
+    Lengths in mm. Two rays close to the chief ray on either side of it in the pupil cross it at its focus: the sagittal
+    focus for rays beside it along the sagittal axis, the tangential one for the other. `field_curves` has the same for
+    lenses of rotational symmetry by Coddington's equations. In other wavelengths the beam is about the same ray of the
+    object, the chief ray of the primary wavelength.
 """
 
 from dataclasses import dataclass
@@ -62,60 +61,39 @@ class RayGrid:
     In arrays (F, C, N, N) the last axis is sagittal and the one before it tangential. They are NaN where no ray comes
     through, and filled for rays just beyond a rim, which `coverage` excludes.
 
-    Parameters
-    ----------
-    lens, film_distance, conditions
-        As given; film_distance in mm from the last vertex.
-    angles
-        (F, 2) angle from the axis of the chief ray's light in the scene, as a vector (rad).
-    images
-        (F, 2) reference points, x and y on the film, mm; NaN for a field without a chief ray.
-    axes
-        (F, 2, 2) unit vectors (x, y): the sagittal and the tangential axis.
-    chief
-        (F, C, 2) where the chief ray of each wavelength meets the film, sagittal and tangential, mm from the reference
-        point.
-    chief_pupil
-        (F, 2) pupil coordinates of the primary chief ray.
-    pupil
-        (F, 2, N) pupil coordinates of the grid's columns (sagittal) and rows (tangential), evenly spaced.
-    offset_s, offset_t
-        (F, C, N, N) where each ray meets the film, mm from the reference point.
-    slope_s, slope_t
-        (F, C, N, N) change of these with the film's place, mm per mm along +z.
-    pupil_s, pupil_t
-        (F, C, N, N) pupil coordinates of each ray; close to those of its column and row.
-    opd
-        (F, C, N, N) optical path difference W, mm.
-    weight
-        (F, C, N, N) light of each ray, of mean 1 over the rays of a field that carry some: the part of its cell of the
-        beam that the rims leave open, times the cell's area and the transmission of a picture in the stop.
-    open_centre
-        (2, F, C, N, N) centroid of the open part of each ray's cell, from its middle, in cells: sagittal, tangential.
-    coverage
-        (F, C, N, N) the part of each cell of the exit pupil that the rims and a picture in the stop leave open, 0 to
-        1.
-    intensity
-        (F, N, N) light of an evenly lit beam per area of the exit pupil, dimmed by the grey of a picture in the stop,
-        of mean 1 over the open cells.
-    victim
-        (F, C, N, N) index of the surface that ends the ray, −1 for a ray that passes, −2 for one that is not traced:
-        it lies far outside the rims.
-    stop_share
-        (F, C, N, N) squared distance from the axis in the stop over that of the stop's rim; NaN as the others.
-    open_area
-        (F,) area of the open region that the reference point sees, in pupil coordinates: the irradiance of the film
-        under a scene of radiance 1, blades and a picture in the stop included; 0 for a dark field.
-    beams
-        How rays of these fields are given and traced; for analyses that trace more of them.
-    mirrored
-        Whether the light of the sagittal half of each field is the mirror image of the other.
-    sphere_curvatures
-        (F,) 1 / radius of the reference spheres, 1/mm; 0 for a plane.
-    launched, lost
-        (F, C) rays of the grid that meet the stop within its rim, and those of them that other surfaces end.
-    findings
-        Those of the conditions, and what the grid cannot show: dark fields and their reason.
+    Args:
+        lens, film_distance, conditions: As given; film_distance in mm from the last vertex.
+        angles: (F, 2) angle from the axis of the chief ray's light in the scene, as a vector (rad).
+        images: (F, 2) reference points, x and y on the film, mm; NaN for a field without a chief ray.
+        axes: (F, 2, 2) unit vectors (x, y): the sagittal and the tangential axis.
+        chief: (F, C, 2) where the chief ray of each wavelength meets the film, sagittal and tangential, mm from the
+            reference point.
+        chief_pupil: (F, 2) pupil coordinates of the primary chief ray.
+        pupil: (F, 2, N) pupil coordinates of the grid's columns (sagittal) and rows (tangential), evenly spaced.
+        offset_s, offset_t: (F, C, N, N) where each ray meets the film, mm from the reference point.
+        slope_s, slope_t: (F, C, N, N) change of these with the film's place, mm per mm along +z.
+        pupil_s, pupil_t: (F, C, N, N) pupil coordinates of each ray; close to those of its column and row.
+        opd: (F, C, N, N) optical path difference W, mm.
+        weight: (F, C, N, N) light of each ray, of mean 1 over the rays of a field that carry some: the part of its cell
+            of the beam that the rims leave open, times the cell's area and the transmission of a picture in the stop.
+        open_centre: (2, F, C, N, N) centroid of the open part of each ray's cell, from its middle, in cells: sagittal,
+            tangential.
+        coverage: (F, C, N, N) the part of each cell of the exit pupil that the rims and a picture in the stop leave
+            open, 0 to 1.
+        intensity: (F, N, N) light of an evenly lit beam per area of the exit pupil, dimmed by the grey of a picture in
+            the stop, of mean 1 over the open cells.
+        victim: (F, C, N, N) index of the surface that ends the ray, −1 for a ray that passes, −2 for one that is not
+            traced: it lies far outside the rims.
+        stop_share: (F, C, N, N) squared distance from the axis in the stop over that of the stop's rim; NaN as the
+            others.
+        open_area: (F,) area of the open region that the reference point sees, in pupil coordinates: the irradiance of
+            the film under a scene of radiance 1, blades and a picture in the stop included; 0 for a dark field.
+        beams: How rays of these fields are given and traced; for analyses that trace more of them.
+        mirrored: Whether the light of the sagittal half of each field is the mirror image of the other.
+        sphere_curvatures: (F,) 1 / radius of the reference spheres, 1/mm; 0 for a plane.
+        launched, lost: (F, C) rays of the grid that meet the stop within its rim, and those of them that other surfaces
+            end.
+        findings: Those of the conditions, and what the grid cannot show: dark fields and their reason.
     """
 
     lens: Lens
@@ -209,23 +187,15 @@ RIM = 6.4               # over the points across: share of the squares of a sum 
 def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: int = PUPIL) -> RayGrid:
     """The rays of an analysis; kept for the last lens states, at most sixteen.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, stopped down and focused.
-    film_distance : float
-        Last vertex → film, mm.
-    conditions : Conditions
-        Fields, wavelengths and object distance.
-    pupil : int
-        Points of the grid across the pupil of each field, at least 8. 32 suits spots and a picture that moves; 64
-        and 128 suit fine diffraction figures.
-
-    Raises
-    ------
-    LensError
-        For a film that is not behind the lens or not in air, for an afocal lens, for fewer than 8 points, and where
-        no light of any field reaches the film.
+    Args:
+        lens: The lens, stopped down and focused.
+        film_distance: Last vertex → film, mm.
+        conditions: Fields, wavelengths and object distance.
+        pupil: Points of the grid across the pupil of each field, at least 8. 32 suits spots and a picture that moves;
+            64 and 128 suit fine diffraction figures.
+    Raises:
+        LensError: For a film that is not behind the lens or not in air, for an afocal lens, for fewer than 8 points,
+            and where no light of any field reaches the film.
     """
     if pupil < 8:
         raise LensError(f"{pupil} points across the pupil: at least 8 are needed")
@@ -386,14 +356,9 @@ STEP = 1e-4             # of the pupil coordinates, to either side of the chief 
 def close_foci(rays: RayGrid) -> np.ndarray:
     """Sagittal and tangential foci of each field and wavelength.
 
-    Parameters
-    ----------
-    rays : RayGrid
-        From `ray_grid`.
-
-    Returns
-    -------
-    ndarray
+    Args:
+        rays: From `ray_grid`.
+    Returns:
         (F, C, 2) focus behind the film, mm along +z, sagittal and tangential; NaN for a field without a chief ray.
     """
     beams, count = rays.beams, len(rays.images)

@@ -24,20 +24,12 @@ SCENES = tuple(_MAKERS)
 def builtin_scene(name: str) -> Scene:
     """Built-in scene of a name.
 
-    Parameters
-    ----------
-    name : str
-        One of `SCENES`, or "benchmark".
-
-    Returns
-    -------
-    Scene
+    Args:
+        name: One of `SCENES`, or "benchmark".
+    Returns:
         Laid out in mm for a camera at the world's origin that looks along −z, y up.
-
-    Raises
-    ------
-    SceneError
-        If no scene has this name.
+    Raises:
+        SceneError: If no scene has this name.
     """
     if name == "benchmark":
         return benchmark_scene()

@@ -19,17 +19,11 @@ LARGEST_IMAGE = 8192    # texels along a side
 class Image:
     """A texture, compared by value.
 
-    Parameters
-    ----------
-    width, height : int
-        Texels across and down, 2 to 8192 each.
-    data : bytes
-        height × width × 3 linear float32 values (red, green, blue), the top row first.
-
-    Raises
-    ------
-    SceneError
-        If a side is out of range or `data` has another size.
+    Args:
+        width, height: Texels across and down, 2 to 8192 each.
+        data: height × width × 3 linear float32 values (red, green, blue), the top row first.
+    Raises:
+        SceneError: If a side is out of range or `data` has another size.
     """
 
     width: int
@@ -47,19 +41,11 @@ class Image:
     def of(cls, values: np.ndarray) -> "Image":
         """Image from an array.
 
-        Parameters
-        ----------
-        values : array_like, shape (height, width, 3)
-            Linear red, green and blue, the top row first; stored as float32.
-
-        Returns
-        -------
-        Image
-
-        Raises
-        ------
-        SceneError
-            If a side is shorter than 2 or longer than 8192 texels.
+        Args:
+            values: array_like, shape (height, width, 3). Linear red, green and blue, the top row first; stored as
+                float32.
+        Raises:
+            SceneError: If a side is shorter than 2 or longer than 8192 texels.
         """
         values = np.asarray(values)
         if max(values.shape[:2]) > LARGEST_IMAGE:
@@ -81,25 +67,17 @@ class Image:
 class Pattern:
     """Second colour or image on a rectangle or disk.
 
-    Parameters
-    ----------
-    kind : {"checker", "grid", "star", "ruler", "image"}
-        "checker": fields of `columns` × `rows`. "grid": `columns` × `rows` cells with lines between them. "star":
-        Siemens star of `columns` pairs of sectors. "ruler": millimetre ticks along the lower edge. "image": `image`
-        times the material's colour.
-    colour : (r, g, b)
-        Linear colour of the pattern; the material's colour fills the rest.
-    columns, rows : float
-        Number of fields across and down. Of a "ruler", `columns` is the length of the longest tick in mm.
-    line : float
-        Width of the lines or ticks in mm.
-    image : Image, optional
-        Required for the kind "image", and for this kind only.
-
-    Raises
-    ------
-    SceneError
-        If a value is out of range.
+    Args:
+        kind: {"checker", "grid", "star", "ruler", "image"}. "checker": fields of `columns` × `rows`. "grid": `columns`
+            × `rows` cells with lines between them. "star": Siemens star of `columns` pairs of sectors. "ruler":
+            millimetre ticks along the lower edge. "image": `image` times the material's colour.
+        colour: (r, g, b). Linear colour of the pattern; the material's colour fills the rest.
+        columns, rows: Number of fields across and down. Of a "ruler", `columns` is the length of the longest tick in
+            mm.
+        line: Width of the lines or ticks in mm.
+        image: Required for the kind "image", and for this kind only.
+    Raises:
+        SceneError: If a value is out of range.
     """
 
     kind: str
@@ -122,23 +100,17 @@ class Pattern:
 class Material:
     """Reflection and emission of a surface.
 
-    Parameters
-    ----------
-    colour : (r, g, b)
-        Linear albedo in [0, 1]; for "metal" and "glass" the tint; for "light" and "lamp" the emitted radiance.
-    kind : {"matte", "coat", "metal", "glass", "light", "lamp"}
-        "matte": diffuse. "coat": clear coat of index 1.5 over matte, which reflects lamps, sky and floor (never
-        patterns). "metal": mirror; a dark colour looks like polished stone. "glass": index 1.5. "light": emits, but
-        is too small to illuminate its surroundings. "lamp": emits and illuminates.
-    gloss : float
-        Of a "coat", in (0, 1]. 1 reflects sharply; below 1 the slopes of the coat's facets are 1 − gloss wide.
-    pattern : Pattern, optional
-        Second colour or image; on rectangles and disks only.
-
-    Raises
-    ------
-    SceneError
-        If a value is out of range.
+    Args:
+        colour: (r, g, b). Linear albedo in [0, 1]; for "metal" and "glass" the tint; for "light" and "lamp" the emitted
+            radiance.
+        kind: {"matte", "coat", "metal", "glass", "light", "lamp"}. "matte": diffuse. "coat": clear coat of index 1.5
+            over matte, which reflects lamps, sky and floor (never patterns). "metal": mirror; a dark colour looks like
+            polished stone. "glass": index 1.5. "light": emits, but is too small to illuminate its surroundings. "lamp":
+            emits and illuminates.
+        gloss: Of a "coat", in (0, 1]. 1 reflects sharply; below 1 the slopes of the coat's facets are 1 − gloss wide.
+        pattern: Second colour or image; on rectangles and disks only.
+    Raises:
+        SceneError: If a value is out of range.
     """
 
     colour: Triple = (0.5, 0.5, 0.5)
@@ -165,13 +137,7 @@ class Material:
     def finish(self, radius: float = 0.0) -> float:
         """How the surface reflects, as the number that the stages read (`scenery/surface_codes.py`).
 
-        Parameters
-        ----------
-        radius : float
-            Of a ball of glass, mm; 0 for a pane, and SOLID for a mesh.
-
-        Returns
-        -------
-        float
+        Args:
+            radius: Of a ball of glass, mm; 0 for a pane, and SOLID for a mesh.
         """
         return {"coat": self.gloss, "metal": METAL, "glass": GLASS + radius}.get(self.kind, MATTE)

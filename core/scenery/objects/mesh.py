@@ -22,26 +22,18 @@ SAME = 1e-5             # of its size: nearer vertices are one
 class Mesh:
     """Triangles of one material, visible from both sides, at rest. Compared by value; see `Mesh.of`.
 
-    Parameters
-    ----------
-    vertices : bytes
-        (n, 3) float32, mm, world frame.
-    faces : bytes
-        (m, 3) int32: the three corners of each triangle.
-    material : Material
-        Of the whole mesh. Its image, if any, needs `uv`; other patterns are refused. "glass" is a solid of index 1.5
-        with a closed surface; `Mesh.of` turns its triangles outward. A "lamp" shines evenly to both sides, without
-        image and colours.
-    normals, uv, colours : bytes
-        Of each vertex, or empty: unit normals (n, 3), which smooth the surface, places (n, 2) in the image, from 0, 0
-        at its lower left corner to 1, 1, repeated beyond, and linear colours (n, 3), which multiply the material's.
-    name : str
-        Shown to the user.
-
-    Raises
-    ------
-    SceneError
-        For a pattern other than an image, an image without `uv`, and a lamp with image or colours.
+    Args:
+        vertices: (n, 3) float32, mm, world frame.
+        faces: (m, 3) int32: the three corners of each triangle.
+        material: Of the whole mesh. Its image, if any, needs `uv`; other patterns are refused. "glass" is a solid of
+            index 1.5 with a closed surface; `Mesh.of` turns its triangles outward. A "lamp" shines evenly to both
+            sides, without image and colours.
+        normals, uv, colours: Of each vertex, or empty: unit normals (n, 3), which smooth the surface, places (n, 2) in
+            the image, from 0, 0 at its lower left corner to 1, 1, repeated beyond, and linear colours (n, 3), which
+            multiply the material's.
+        name: Shown to the user.
+    Raises:
+        SceneError: For a pattern other than an image, an image without `uv`, and a lamp with image or colours.
     """
 
     vertices: bytes
@@ -65,28 +57,15 @@ class Mesh:
            name: str = "mesh") -> "Mesh":
         """Mesh from arrays.
 
-        Parameters
-        ----------
-        vertices : array_like, shape (n, 3)
-            mm, world frame.
-        faces : array_like of int, shape (m, 3)
-            Corners of each triangle. Triangles without an area are left out.
-        material : Material
-            See `Mesh`.
-        normals, uv, colours : array_like, optional
-            Of each vertex: (n, 3) of any length, (n, 2) and (n, 3).
-        name : str
-            Shown to the user.
-
-        Returns
-        -------
-        Mesh
-
-        Raises
-        ------
-        SceneError
-            If a shape is wrong, a number is not finite, a corner does not exist, no triangle has an area, or the
-            surface of a mesh of glass is open.
+        Args:
+            vertices: array_like, shape (n, 3). mm, world frame.
+            faces: array_like of int, shape (m, 3). Corners of each triangle. Triangles without an area are left out.
+            material: See `Mesh`.
+            normals, uv, colours: Of each vertex: (n, 3) of any length, (n, 2) and (n, 3).
+            name: Shown to the user.
+        Raises:
+            SceneError: If a shape is wrong, a number is not finite, a corner does not exist, no triangle has an area,
+                or the surface of a mesh of glass is open.
         """
         points = _table(vertices, 3, "vertices")
         corners = np.asarray(faces)

@@ -68,14 +68,10 @@ class Planar(Moving):
     def covers(self, u, v):
         """Whether points of the plane lie on the shape.
 
-        Parameters
-        ----------
-        u, v : float or (n,) array
-            Coordinates along the two half-axes, in units of their lengths.
-
-        Returns
-        -------
-        bool or (n,) bool array
+        Args:
+            u, v: float or (n,) array. Coordinates along the two half-axes, in units of their lengths.
+        Returns:
+            bool or (n,) bool array.
         """
         return u**2 + v**2 <= 1.0 if self.round else (abs(u) <= 1.0) & (abs(v) <= 1.0)
 
@@ -107,21 +103,13 @@ class Planar(Moving):
 class Rectangle(Planar):
     """Rectangle, visible from both sides.
 
-    Parameters
-    ----------
-    centre : (x, y, z)
-        mm, world frame.
-    right, up : (x, y, z)
-        Half-axes at right angles: from the centre to the middle of an edge, mm, world frame.
-    material : Material
-        Its pattern, if any, has its lower left corner at centre − right − up.
-    velocity, spin, pivot
-        Keywords; see `Moving`.
-
-    Raises
-    ------
-    SceneError
-        If a value is out of range or the half-axes are not at right angles.
+    Args:
+        centre: (x, y, z). mm, world frame.
+        right, up: (x, y, z). Half-axes at right angles: from the centre to the middle of an edge, mm, world frame.
+        material: Its pattern, if any, has its lower left corner at centre − right − up.
+        velocity, spin, pivot: Keywords; see `Moving`.
+    Raises:
+        SceneError: If a value is out of range or the half-axes are not at right angles.
     """
 
     centre: Triple
@@ -142,18 +130,10 @@ class Rectangle(Planar):
                material: Material = Material()) -> "Rectangle":    # noqa: B008  (frozen)
         """Rectangle whose front faces a point and whose upper edge is horizontal.
 
-        Parameters
-        ----------
-        centre, target : (x, y, z)
-            Its centre and the point that it faces, mm, world frame.
-        width, height : float
-            Full lengths of the edges, mm.
-        material : Material
-            Its surface.
-
-        Returns
-        -------
-        Rectangle
+        Args:
+            centre, target: (x, y, z). Its centre and the point that it faces, mm, world frame.
+            width, height: Full lengths of the edges, mm.
+            material: Its surface.
         """
         right, up = across(np.subtract(target, centre))
         return cls(centre, triple(right * width / 2), triple(up * height / 2), material)
@@ -164,23 +144,14 @@ class Rectangle(Planar):
 class Disk(Planar):
     """Disk, visible from both sides.
 
-    Parameters
-    ----------
-    centre : (x, y, z)
-        mm, world frame.
-    normal : (x, y, z)
-        Direction of its axis, of any length, world frame.
-    radius : float
-        mm.
-    material : Material
-        Its surface.
-    velocity, spin, pivot
-        Keywords; see `Moving`.
-
-    Raises
-    ------
-    SceneError
-        If a value is out of range.
+    Args:
+        centre: (x, y, z). mm, world frame.
+        normal: (x, y, z). Direction of its axis, of any length, world frame.
+        radius: mm.
+        material: Its surface.
+        velocity, spin, pivot: Keywords; see `Moving`.
+    Raises:
+        SceneError: If a value is out of range.
     """
 
     centre: Triple

@@ -20,14 +20,11 @@ from lensbench.core.scenery.values import Triple, triple
 class Moving:
     """Motion of a shape, whose other fields describe it at the time 0 s.
 
-    Parameters
-    ----------
-    velocity : (x, y, z)
-        mm/s, world frame.
-    spin : (x, y, z)
-        Axis of rotation times angular speed, rad/s, right-handed, world frame.
-    pivot : (x, y, z), optional
-        Point of the axis at 0 s, mm, world frame; it moves with `velocity`. None: the centre of the shape.
+    Args:
+        velocity: (x, y, z). mm/s, world frame.
+        spin: (x, y, z). Axis of rotation times angular speed, rad/s, right-handed, world frame.
+        pivot: (x, y, z), optional. Point of the axis at 0 s, mm, world frame; it moves with `velocity`. None: the
+            centre of the shape.
     """
 
     velocity: Triple = (0.0, 0.0, 0.0)
@@ -106,74 +103,46 @@ class Shape(Protocol):
     def silhouette(self, direction: np.ndarray) -> float:
         """Area seen by a distant viewer.
 
-        Parameters
-        ----------
-        direction : (3,) array
-            Unit vector towards the viewer, world frame.
-
-        Returns
-        -------
-        float, mm²
+        Args:
+            direction: (3,) array. Unit vector towards the viewer, world frame.
         """
 
     def distance(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Distance along rays to the surface.
 
-        Parameters
-        ----------
-        origins : (n, 3) array
-            World frame, mm.
-        directions : (n, 3) array
-            Unit vectors.
-
-        Returns
-        -------
-        (n,) array
-            mm; NaN where a ray misses.
+        Args:
+            origins: (n, 3) array. World frame, mm.
+            directions: (n, 3) array. Unit vectors.
+        Returns:
+            (n,) array. mm; NaN where a ray misses.
         """
 
     def locate(self, point: np.ndarray, tolerance: float) -> np.ndarray | None:
         """A point of the surface in the frame of the shape.
 
-        Parameters
-        ----------
-        point : (3,) array
-            World frame, mm.
-        tolerance : float
-            How far (mm) the point may lie off the surface.
-
-        Returns
-        -------
-        (3,) array or None
-            mm; None if it lies farther off.
+        Args:
+            point: (3,) array. World frame, mm.
+            tolerance: How far (mm) the point may lie off the surface.
+        Returns:
+            (3,) array or None. mm; None if it lies farther off.
         """
 
     def outline(self, count: int) -> np.ndarray:
         """Outline of the shape, seen from above.
 
-        Parameters
-        ----------
-        count : int
-            Most points.
-
-        Returns
-        -------
-        (m, 3) array
-            Polygon of world points (mm), m ≤ count.
+        Args:
+            count: Most points.
+        Returns:
+            (m, 3) array. Polygon of world points (mm), m ≤ count.
         """
 
     def facets(self, most: int) -> np.ndarray:
         """Triangles that a drawing shows of a shape that is neither a sphere nor planar.
 
-        Parameters
-        ----------
-        most : int
-            Most triangles.
-
-        Returns
-        -------
-        (n, 3, 3) array
-            Corners of each, world frame, mm; n ≤ most, 0 for a sphere or planar shape.
+        Args:
+            most: Most triangles.
+        Returns:
+            (n, 3, 3) array. Corners of each, world frame, mm; n ≤ most, 0 for a sphere or planar shape.
         """
 
 

@@ -17,22 +17,14 @@ from lensbench.core.text import significant
 class Sphere(Moving):
     """Sphere, visible from outside.
 
-    Parameters
-    ----------
-    centre : (x, y, z)
-        mm, world frame.
-    radius : float
-        mm.
-    material : Material
-        Without a pattern, or with an image that goes once around the sphere (of a sphere at rest that is no lamp): its
-        top row is at +y, its middle column at +z, and its columns go on towards +x.
-    velocity, spin, pivot
-        Keywords; see `Moving`.
-
-    Raises
-    ------
-    SceneError
-        If a value is out of range.
+    Args:
+        centre: (x, y, z). mm, world frame.
+        radius: mm.
+        material: Without a pattern, or with an image that goes once around the sphere (of a sphere at rest that is no
+            lamp): its top row is at +y, its middle column at +z, and its columns go on towards +x.
+        velocity, spin, pivot: Keywords; see `Moving`.
+    Raises:
+        SceneError: If a value is out of range.
     """
 
     centre: Triple

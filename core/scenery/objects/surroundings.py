@@ -15,29 +15,17 @@ from lensbench.core.text import significant
 class Floor:
     """Endless plane, visible from above, checkered or with an image that repeats.
 
-    Parameters
-    ----------
-    height : float
-        Distance along `normal` from the world's origin, mm.
-    tile : float
-        Edge of a tile, mm.
-    light, dark : (r, g, b)
-        Linear albedo of the tiles, in [0, 1].
-    gloss : float
-        0: matte. In (0, 1]: a clear coat, as in `Material`.
-    normal : (x, y, z)
-        Upward direction, of any length, world frame.
-    turn : float
-        Rotation of the tiles about the normal, radians.
-    offset : (a, b)
-        Shift of the tiles, in tiles.
-    image : Image, optional
-        Instead of the two colours: repeated, `tile` mm wide, its rows upright for a camera that looks along −z.
-
-    Raises
-    ------
-    SceneError
-        If a value is out of range.
+    Args:
+        height: Distance along `normal` from the world's origin, mm.
+        tile: Edge of a tile, mm.
+        light, dark: (r, g, b). Linear albedo of the tiles, in [0, 1].
+        gloss: 0: matte. In (0, 1]: a clear coat, as in `Material`.
+        normal: (x, y, z). Upward direction, of any length, world frame.
+        turn: Rotation of the tiles about the normal, radians.
+        offset: (a, b). Shift of the tiles, in tiles.
+        image: Instead of the two colours: repeated, `tile` mm wide, its rows upright for a camera that looks along −z.
+    Raises:
+        SceneError: If a value is out of range.
     """
 
     height: float = -250.0
@@ -64,19 +52,12 @@ class Floor:
 class Sun:
     """Distant disk of uniform radiance.
 
-    Parameters
-    ----------
-    direction : (x, y, z)
-        Direction towards the sun, of any length, world frame.
-    colour : (r, g, b)
-        Irradiance on a surface that faces it, divided by π.
-    angular_radius : float
-        Radians, at most 1.
-
-    Raises
-    ------
-    SceneError
-        If a value is out of range.
+    Args:
+        direction: (x, y, z). Direction towards the sun, of any length, world frame.
+        colour: (r, g, b). Irradiance on a surface that faces it, divided by π.
+        angular_radius: Radians, at most 1.
+    Raises:
+        SceneError: If a value is out of range.
     """
 
     direction: Triple
@@ -97,17 +78,11 @@ class Sun:
 class Sky:
     """Sky whose radiance varies linearly with the sine of the elevation.
 
-    Parameters
-    ----------
-    zenith, horizon, ground : (r, g, b)
-        Radiance overhead, at the horizon, and everywhere below the horizon.
-    up : (x, y, z)
-        Direction of the zenith, of any length, world frame.
-
-    Raises
-    ------
-    SceneError
-        If a value is out of range.
+    Args:
+        zenith, horizon, ground: (r, g, b). Radiance overhead, at the horizon, and everywhere below the horizon.
+        up: (x, y, z). Direction of the zenith, of any length, world frame.
+    Raises:
+        SceneError: If a value is out of range.
     """
 
     zenith: Triple = (0.25, 0.45, 0.9)
@@ -127,20 +102,13 @@ class Sky:
 class ImageSky:
     """Sky that a picture of all directions shows, and that lights the scene with the radiance of that picture.
 
-    Parameters
-    ----------
-    image : Image
-        Equirectangular: the top row is the zenith (+y), the middle column looks along −z, and the columns left of it
-        towards −x, as `EnvironmentCamera` renders them. Linear radiance.
-    turn : float
-        Rotation of the sky about +y, radians: a positive angle moves what lies along −z towards −x.
-    brightness : float
-        Factor on the radiance.
-
-    Raises
-    ------
-    SceneError
-        If a value is out of range, or the picture has a radiance that is negative or not finite.
+    Args:
+        image: Equirectangular: the top row is the zenith (+y), the middle column looks along −z, and the columns left
+            of it towards −x, as `EnvironmentCamera` renders them. Linear radiance.
+        turn: Rotation of the sky about +y, radians: a positive angle moves what lies along −z towards −x.
+        brightness: Factor on the radiance.
+    Raises:
+        SceneError: If a value is out of range, or the picture has a radiance that is negative or not finite.
     """
 
     image: Image

@@ -33,19 +33,12 @@ class MediumError(ValueError):
 class Medium:
     """Homogeneous medium between the camera and the scene, compared by value.
 
-    Parameters
-    ----------
-    index : float
-        Index of refraction before the camera, 1 (air) to 3.
-    absorption, scattering : (r, g, b)
-        Coefficients σ_a and σ_s, 1/mm.
-    light : (r, g, b)
-        Radiance J scattered into every ray, relative as in `Scene`.
-
-    Raises
-    ------
-    MediumError
-        If a value is out of range.
+    Args:
+        index: Index of refraction before the camera, 1 (air) to 3.
+        absorption, scattering: (r, g, b). Coefficients σ_a and σ_s, 1/mm.
+        light: (r, g, b). Radiance J scattered into every ray, relative as in `Scene`.
+    Raises:
+        MediumError: If a value is out of range.
     """
 
     index: float = 1.0
@@ -66,16 +59,9 @@ class Medium:
     def fog(cls, visibility: float, light: Triple = (1.0, 1.0, 1.0)) -> "Medium":
         """Fog, which absorbs nothing.
 
-        Parameters
-        ----------
-        visibility : float
-            Distance in mm at which a black object has 1/50 of its contrast.
-        light : (r, g, b)
-            Radiance scattered into every ray.
-
-        Returns
-        -------
-        Medium
+        Args:
+            visibility: Distance in mm at which a black object has 1/50 of its contrast.
+            light: (r, g, b). Radiance scattered into every ray.
         """
         return cls(scattering=(_extinction(visibility),) * 3, light=light)
 
@@ -83,25 +69,14 @@ class Medium:
     def water(cls, visibility: float, light: Triple = (1.0, 1.0, 1.0)) -> "Medium":
         """Water with particles: the absorption of pure water, and grey scattering.
 
-        Parameters
-        ----------
-        visibility : float
-            Distance in mm at which a black object has 1/50 of its contrast in green light.
-        light : (r, g, b)
-            Radiance scattered into every ray.
+        Args:
+            visibility: Distance in mm at which a black object has 1/50 of its contrast in green light.
+            light: (r, g, b). Radiance scattered into every ray.
+        Raises:
+            MediumError: If the visibility exceeds that of pure water, 69 m.
 
-        Returns
-        -------
-        Medium
-
-        Raises
-        ------
-        MediumError
-            If the visibility exceeds that of pure water, 69 m.
-
-        References
-        ----------
-        Pope and Fry, "Absorption spectrum (380-700 nm) of pure water", Applied Optics 36 (1997).
+        References:
+            Pope and Fry, "Absorption spectrum (380-700 nm) of pure water", Applied Optics 36 (1997).
         """
         absorption = tuple(1e-3 * x for x in WATER)
         scattering = _extinction(visibility) - absorption[1]
@@ -129,32 +104,21 @@ class Medium:
     def transmittance(self, distance) -> np.ndarray:
         """Part of the light that the medium transmits.
 
-        Parameters
-        ----------
-        distance : array_like, shape (…)
-            Length of the way through the medium, mm.
-
-        Returns
-        -------
-        ndarray, shape (…, 3)
-            For red, green and blue, from 0 to 1.
+        Args:
+            distance: array_like, shape (…). Length of the way through the medium, mm.
+        Returns:
+            ndarray, shape (…, 3). For red, green and blue, from 0 to 1.
         """
         return np.exp(-np.asarray(distance, float)[..., None] * self.extinction)
 
     def seen(self, radiance, distance) -> np.ndarray:
         """Radiance as seen through the medium.
 
-        Parameters
-        ----------
-        radiance : array_like, shape (…, 3)
-            Radiance at the surfaces, linear red, green and blue.
-        distance : array_like, shape (…)
-            Length of the way through the medium, mm.
-
-        Returns
-        -------
-        ndarray, shape (…, 3)
-            With the airlight of the way.
+        Args:
+            radiance: array_like, shape (…, 3). Radiance at the surfaces, linear red, green and blue.
+            distance: array_like, shape (…). Length of the way through the medium, mm.
+        Returns:
+            ndarray, shape (…, 3). With the airlight of the way.
         """
         passed = self.transmittance(distance)
         return radiance * passed + self.airlight * (1.0 - passed)
