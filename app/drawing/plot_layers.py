@@ -101,7 +101,10 @@ def _draw_curve(draw: imgui.ImDrawList, curve: Curve, points: np.ndarray) -> Non
 
 def _pixels(shown: PlotMap, curve: Curve) -> np.ndarray:
     """The points (n, 2) of a curve in pixels, NaN where it is out of sight; a straight line is cut at the edges."""
-    if curve.x.size != 2:
+    pixels: np.ndarray
+    if curve.x.size < 2:                                    # of a field that no light reaches
+        return np.empty((0, 2))
+    if curve.x.size > 2:
         pixels = shown.pixels(curve.x, curve.y)
         beyond = np.column_stack([pixels < (shown.left - MARGIN, shown.top - MARGIN),
                                   pixels > (shown.right + MARGIN, shown.bottom + MARGIN)])

@@ -75,6 +75,14 @@ def test_a_curve_is_drawn_where_it_crosses_a_plot_between_two_points_outside():
     assert kept.tolist() == [False, True, True, False, False]
 
 
+@pytest.mark.parametrize("count", [0, 1])
+def test_a_curve_without_a_stretch_is_drawn_as_nothing(count):
+    """That of a field that no light reaches."""
+    line = Curve("none", np.zeros(count), np.zeros(count), tag="none")
+    state, _ = drawn(Figure("", ((Plot(Axis("x", 0.0, 1.0), Axis("y", 0.0, 1.0), (line,)),),)), (300.0, 110.0))
+    assert state.shown and not state.words["figure 0 0"]
+
+
 @pytest.mark.parametrize("turns", [1.0, 3.0, 12.0])
 def test_the_words_of_curves_touch_no_curve(turns):
     x = np.linspace(0.0, 1.0, 400)
